@@ -4,15 +4,22 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
+#include <unordered_map>
 #include <utility>
 
 #include "fleet/json_lines_store.h"
 #include "fleet/rows.h"
+#include "fleet/run_check.h"
+#include "fleet/run_reader.h"
 #include "fleet/shard.h"
 #include "fleet/store.h"
+#include "fleet/store_url.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -26,7 +33,60 @@ struct Survey {
   int shards = 0;       ///< 0: nobody says it.
   std::string said_by;  ///< The source that says it.
   std::set<int> present;
+  std::optional<RetestPolicy> policy;  ///< By which those with runs count; unset: there are none.
+  std::string counted_by;              ///< The source that does.
+  bool states_policy = false;          ///< One of them says it.
+  /// What every run is, by its name: their hashes.
+  std::unordered_map<std::size_t, std::size_t> contents;
 };
+
+/// All of a run but its findings, of which older stores keep less, and its message, of which
+/// PostgreSQL may (what is no UTF-8).
+std::string ContentOf(UnitRun run) {
+  run.findings.clear();
+  run.message.clear();
+  return LineOf(run);
+}
+
+Error OtherContent(const std::string& source, const std::string& run) {
+  return Error(ErrorCode::kDoesNotMatch,
+               {ShownStore(source)},
+               "run " + run + " is there with another content, too; one of the two was changed");
+}
+
+/// Notes by which policy the runs of a store count. Error (usage): those before count by another.
+Status TakePolicy(Store& store, const std::string& name, bool has_runs, Survey* survey) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> stated, store.StatedRetestPolicy());
+  if (!stated && !has_runs) return {};
+  const RetestPolicy policy = stated.value_or(RetestPolicy());
+  if (survey->policy && *survey->policy != policy) {
+    return Error(ErrorCode::kConflictingArguments,
+                 {ShownStore(name)},
+                 "of a unit's runs counts the one by `" + PolicyText(policy) + "`, and in " +
+                     survey->counted_by + " by `" + PolicyText(*survey->policy) +
+                     "`; collect stores of one policy (--retest-counts, --retest-most)");
+  }
+  survey->policy = policy;
+  survey->counted_by = ShownStore(name);
+  survey->states_policy = survey->states_policy || stated.has_value();
+  return {};
+}
+
+/// Decisions of a source that is not looked at line by line.
+Status CheckDecisions(const std::string& source, Store& store) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
+  const auto placed = [&](const Status& status) -> Status {
+    if (status) return status;
+    return Error(status.error().code, {ShownStore(source)}, status.error().message);
+  };
+  for (const Disposition& disposition : decisions.dispositions) {
+    TRUETRIAD_RETURN_IF_ERROR(placed(CheckStored(disposition)));
+  }
+  for (const StationCheck& check : decisions.checks) {
+    TRUETRIAD_RETURN_IF_ERROR(placed(CheckStored(check)));
+  }
+  return {};
+}
 
 bool IsSameStore(const std::string& one, const std::string& other) {
   const std::optional<std::string> file = FileOfStore(one);
@@ -78,28 +138,64 @@ Status Look(const std::string& source, Survey* survey) {
     survey->said_by = ShownStore(source);
   }
   if (shards.only) survey->present.insert(*shards.only);
-  return store->ForEachRun({}, [&](const UnitRun& run) -> Status {
+  const std::size_t before = survey->runs;
+  TRUETRIAD_RETURN_IF_ERROR(store->ForEachRun({}, [&](const UnitRun& run) -> Status {
+    if (const Status status = CheckRun(run); !status) {
+      return Error(status.error().code,
+                   {ShownStore(source)},
+                   "run " + run.id + ": " + status.error().message);
+    }
     TRUETRIAD_ASSIGN_OR_RETURN(const int index, IndexOf(run, std::max(shards.count, 1), source));
     survey->present.insert(index);
     ++survey->runs;
+    const std::hash<std::string> hash;
+    const std::size_t content = hash(ContentOf(run));
+    const auto [known, is_new] = survey->contents.emplace(hash(run.id), content);
+    return is_new || known->second == content ? Status() : Status(OtherContent(source, run.id));
+  }));
+  TRUETRIAD_RETURN_IF_ERROR(CheckDecisions(source, *store));
+  return TakePolicy(*store, source, survey->runs > before, survey);
+}
+
+/// Calls `use` with the runs of a source, some at a time.
+Status ForBatches(Store& source, const std::function<Status(std::span<const UnitRun>)>& use) {
+  std::vector<UnitRun> waiting;
+  const auto give = [&]() -> Status {
+    TRUETRIAD_RETURN_IF_ERROR(use(waiting));
+    waiting.clear();
+    return {};
+  };
+  TRUETRIAD_RETURN_IF_ERROR(source.ForEachRun({}, [&](UnitRun run) -> Status {
+    waiting.push_back(std::move(run));
+    return waiting.size() < kRunsAtOnce ? Status() : give();
+  }));
+  return waiting.empty() ? Status() : give();
+}
+
+/// Of the runs of a source that `target` has, too, it has the same.
+Status Compare(const std::string& source, Store& target) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
+  return ForBatches(*store, [&](std::span<const UnitRun> runs) -> Status {
+    std::vector<std::string> names;
+    std::map<std::string, std::string> contents;
+    for (const UnitRun& run : runs) {
+      names.push_back(run.id);
+      contents[run.id] = ContentOf(run);
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, ReadNamedRuns(target, names));
+    for (const UnitRun& run : there) {
+      if (ContentOf(run) != contents[run.id]) return OtherContent(source, run.id);
+    }
     return {};
   });
 }
 
 Status AddFrom(const std::string& source, Store& target) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
-  std::vector<UnitRun> waiting;
-  const auto add = [&]() -> Status {
-    TRUETRIAD_RETURN_IF_ERROR(target.AddAll(waiting));
-    waiting.clear();
-    return {};
-  };
-  TRUETRIAD_RETURN_IF_ERROR(store->ForEachRun({}, [&](UnitRun run) -> Status {
-    waiting.push_back(std::move(run));
-    return waiting.size() < kRunsAtOnce ? Status() : add();
-  }));
-  TRUETRIAD_RETURN_IF_ERROR(add());
-  return JsonLinesPath(source) ? Status() : target.AddDecisions(*store);
+  TRUETRIAD_RETURN_IF_ERROR(ForBatches(
+      *store, [&](std::span<const UnitRun> runs) -> Status { return target.AddAll(runs); }));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
+  return target.AddDecisions(decisions);
 }
 
 Result<std::size_t> CountRuns(Store& store) {
@@ -129,6 +225,8 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
 }  // namespace
 
 Result<Collected> Collect(const std::vector<std::string>& sources, const std::string& target) {
+  for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(source));
+  TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(target));
   TRUETRIAD_RETURN_IF_ERROR(CheckTarget(sources, target));
   Survey survey;
   for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(Look(source, &survey));
@@ -136,10 +234,15 @@ Result<Collected> Collect(const std::vector<std::string>& sources, const std::st
   collected.runs = survey.runs;
   collected.shards = std::max(survey.shards, 1);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
+  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(*store, target, before > 0, &survey));
+  if (before > 0) {
+    for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(Compare(source, *store));
+  }
   if (survey.shards > 0) {
     TRUETRIAD_RETURN_IF_ERROR(store->StateShard({0, survey.shards}));
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
+  if (survey.states_policy) TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(*survey.policy));
   for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(AddFrom(source, *store));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t after, CountRuns(*store));
   collected.added = after - before;

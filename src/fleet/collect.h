@@ -17,12 +17,13 @@ struct Collected {
   std::vector<int> missing;  ///< Shards that neither a source nor the store is of, nor any run.
 };
 
-/// Adds all runs of `sources`, stores of any kind, to the store `target`; those that are there, by
-/// their name, are left as they are, so that it may be done again. All sources are read before the
-/// first run is added: where one is spoilt, the store stays as it was.
-/// Errors (bad input): a source that cannot be read, with file and line where it has such. (Usage):
-/// sources or store are of different numbers of shards; a source is the store; the store cannot
-/// tell which runs it has (JSON lines).
+/// Adds all that is in `sources`, stores of any kind, to the store `target`: runs, decisions,
+/// checks of stations, and which run of a unit counts. What is there, by its name, is left as it
+/// is, so that it may be done again. All sources are read before the first run is added: where one
+/// is spoilt, the store stays as it was. Errors (bad input): a source that cannot be read, or has
+/// what no run can be, with file and line where it has such; a run of one name with another
+/// content. (Usage): sources or store are of different numbers of shards, or count runs by
+/// different policies; a source is the store; the store cannot tell which runs it has (JSON lines).
 Result<Collected> Collect(const std::vector<std::string>& sources, const std::string& target);
 
 }  // namespace truetriad::fleet

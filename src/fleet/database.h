@@ -37,6 +37,10 @@ class Database {
   /// What a statement of somebody else says. Not in `work`. Error (usage): it is not understood,
   /// not one, or would change something.
   virtual Result<Table> AskAsGiven(const std::string& sql) = 0;
+  /// Store::AllowTypedText. Not in `work`.
+  virtual Status AllowTypedText() { return {}; }
+  /// Store::TellNotes.
+  virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
 };
 
 }  // namespace truetriad::fleet

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <memory>
 #include <utility>
 
 #include "fleet/unit_folders.h"
@@ -31,6 +32,9 @@ Result<FleetProgress> FleetEngine::Run(FleetProgress progress,
                                        const std::function<bool()>& is_stopped) {
   constexpr double kLookS = 0.2;
   progress_ = std::move(progress);
+  store_->TellNotes([this](const std::string& note) { Tell(note); });
+  const auto no_longer = [](Store* store) { store->TellNotes({}); };
+  const std::unique_ptr<Store, decltype(no_longer)> telling(store_, no_longer);
   const Clock::time_point begin = Clock::now();
   const auto count_time = [&] {
     progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -125,18 +129,31 @@ Status FleetEngine::Keep() {
   while (!ended_.empty() && store_retry_.IsDue()) {
     UnitRun& run = ended_.front();
     run.config_sha256 = config_sha256_;
-    const Status status = store_->Add(run);
-    if (!status) return Failed(status.error(), &store_retry_);
+    const Result<std::optional<Standing>> before = Add(&run);
+    if (!before) return Failed(before.error(), &store_retry_);
     if (store_retry_.wait_s > 0.0) Tell("the store works again");
     store_retry_ = Retry();
     FinishFolder(run.folder);
-    Count(run);
+    Count(run, *before);
     ended_.pop_front();
   }
   return {};
 }
 
-void FleetEngine::Count(const UnitRun& run) {
+Result<std::optional<Standing>> FleetEngine::Add(UnitRun* run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
+  // Of two at the same time the one that was begun first may well end last.
+  if (run->id < latest && NewRunId() < latest) {
+    const std::string id = NewRunIdAfter(latest);
+    TRUETRIAD_RETURN_IF_ERROR(RenameFolder(id, &run->folder));
+    run->id = id;
+  }
+  TRUETRIAD_RETURN_IF_ERROR(store_->Add(*run));
+  return before;
+}
+
+void FleetEngine::Count(const UnitRun& run, const std::optional<Standing>& before) {
   source_->Finish(run);
   ++progress_.done;
   ++progress_.verdicts[run.verdict];
@@ -145,17 +162,22 @@ void FleetEngine::Count(const UnitRun& run) {
     ++progress_.red;
     ++progress_.codes[run.code];
   }
-  CountYield(run);
+  CountYield(run, before);
   if (listener_.on_run) listener_.on_run(run, progress_);
 }
 
-void FleetEngine::CountYield(const UnitRun& run) {
+void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& before) {
   const Result<std::optional<Standing>> standing = store_->StandingOf(run.serial);
   if (!standing || !*standing) return;  // It cannot say.
   const Standing& unit = **standing;
   if (unit.most && unit.attempts > *unit.most + 1) {
     Tell(run.serial + ": run " + std::to_string(unit.attempts) +
          " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
+  }
+  if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
+    Tell(run.serial + ": run " + run.id + ", of another recording, lifts the decision of " +
+         before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
+         before->disposed_why + ")");
   }
   Yield& yield = progress_.yield;
   const bool is_good = !IsRed(unit.final_verdict);

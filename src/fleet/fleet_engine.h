@@ -130,9 +130,12 @@ class FleetEngine {
   Status Take(std::vector<UnitRun> runs);
   /// Adds runs that wait for it to the store.
   Status Keep();
-  void Count(const UnitRun& run);
-  /// Of the run's unit, as the store has it now.
-  void CountYield(const UnitRun& run);
+  void Count(const UnitRun& run, const std::optional<Standing>& before);
+  /// Adds a run to the store, with a later name where the clock has gone back since the last one of
+  /// its unit or log. What its unit amounted to before.
+  Result<std::optional<Standing>> Add(UnitRun* run);
+  /// Of the run's unit, as the store has it now; `before`: as Add.
+  void CountYield(const UnitRun& run, const std::optional<Standing>& before);
   /// Notes a failure, to be tried again later; or returns it.
   Status Failed(const Error& error, Retry* retry) const;
   void Tell(const std::string& note) const;

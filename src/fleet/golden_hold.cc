@@ -11,6 +11,7 @@ namespace truetriad::fleet {
 namespace {
 
 constexpr double kHourS = 3600.0;
+constexpr double kClocksS = 60.0;  // By which those of two machines may differ.
 
 /// Seconds since 1970 of "2026-01-31T12:00:00Z"; unset: it is none.
 std::optional<std::time_t> SecondsOf(const std::string& created) {
@@ -44,6 +45,11 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   }
   const std::optional<std::time_t> created = SecondsOf(check->created);
   const double old_s = created ? std::difftime(std::time(nullptr), *created) : age_s + 1.0;
+  if (old_s < -kClocksS) {
+    return std::optional("station " + station + " has a check of its golden unit at " +
+                         check->created + ", which is " + HoursText(-old_s) +
+                         " from now: a clock is or was wrong" + remedy);
+  }
   if (old_s <= age_s) return std::optional<std::string>();
   return std::optional("station " + station + " was checked with its golden unit at " +
                        check->created + ", " + HoursText(age_s) + " ago or more" + remedy);

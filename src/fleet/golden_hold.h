@@ -12,7 +12,8 @@
 namespace truetriad::fleet {
 
 /// Why no unit may be calibrated at a station: its golden unit has no check in the store, none that
-/// is at most `age_s` old, or the last did not agree. Unset: the last one agreed. Error: of the
+/// is at most `age_s` old, or the last did not agree or is of a time to come. A recording that is
+/// checked again does not count. Unset: the last one agreed. Error: of the
 /// store.
 Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,

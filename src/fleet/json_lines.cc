@@ -6,8 +6,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <unordered_set>
 #include <utility>
 
+#include "fleet/run_check.h"
 #include "fleet/shard.h"
 #include "json/json.h"
 
@@ -54,33 +57,142 @@ std::optional<int> VersionOf(const Json& header) {
   return failure == std::errc() && stop == end ? std::optional(version) : std::nullopt;
 }
 
-/// Where there is a run, of `shards`.
-Result<UnitRun> RunIn(std::string_view line, const StatedShards& shards, const FilePlace& place) {
-  Result<UnitRun> run = ReadLine(line);
-  if (!run) return Error(run.error().code, place, run.error().message);
+Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
   const std::optional<Shard> shard =
-      run->shard.empty() ? std::optional(Shard()) : ShardFromText(run->shard);
-  if (!shard || shard->count != shards.count ||
-      shard->index != shards.only.value_or(shard->index)) {
-    return Error(ErrorCode::kDoesNotMatch,
-                 place,
-                 "is a run of shard `" + run->shard + "`, and the first line says " +
-                     (shards.only ? "shard " + std::to_string(*shards.only) + " of " : "") +
-                     std::to_string(shards.count));
+      run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
+  if (shard && shard->count == shards.count && shard->index == shards.only.value_or(shard->index)) {
+    return {};
   }
-  return run;
+  return Error(ErrorCode::kDoesNotMatch,
+               "is a run of shard `" + run.shard + "`, and the first line says " +
+                   (shards.only ? "shard " + std::to_string(*shards.only) + " of " : "") +
+                   std::to_string(shards.count));
 }
+
+Disposition DispositionFrom(const Json& json) {
+  const std::string name = json.at("verdict");
+  return {.id = json.at("disposition"),
+          .serial = json.at("serial"),
+          .created = json.at("created"),
+          .who = json.at("who"),
+          .why = json.at("why"),
+          // Of another, CheckStored says that people do not decide it.
+          .verdict = VerdictFromName(name).value_or(Verdict::kBadInput),
+          .run = json.at("run")};
+}
+
+StationCheck StationCheckFrom(const Json& json) {
+  const auto number = [&](const char* name) {
+    const Json& value = json.at(name);
+    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+  };
+  return {.id = json.at("station_check"),
+          .station = json.at("station"),
+          .serial = json.at("serial"),
+          .created = json.at("created"),
+          .agrees = json.at("agrees"),
+          .p = number("p"),
+          .largest = number("largest"),
+          .parameter = json.at("parameter"),
+          .log = json.at("log"),
+          .recording = json.at("recording"),
+          .repeatability = json.at("repeatability")};
+}
+
+std::string TextOfLine(const Json& json) {
+  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
+}
+
+/// Reads the lines of a file behind its first.
+class LinesReader {
+ public:
+  LinesReader(const StatedShards& shards,
+              const std::function<Status(UnitRun)>& take,
+              Decisions* decisions)
+      : shards_(shards), take_(take), decisions_(decisions) {}
+
+  Status Take(const std::string& line) {
+    try {
+      const Json json = Json::parse(line);
+      if (json.contains("disposition")) return Keep(DispositionFrom(json["disposition"]));
+      if (json.contains("station_check")) return Keep(StationCheckFrom(json["station_check"]));
+      run_ = UnitRunFrom(json);
+    } catch (const std::exception& failure) {  // The JSON reader's, or UnitRunFrom's own.
+      return Error(ErrorCode::kWrongFormat,
+                   std::string("is no line of a fleet's run: ") + failure.what());
+    }
+    TRUETRIAD_RETURN_IF_ERROR(CheckRun(run_));
+    TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run_, shards_));
+    runs_.insert(std::hash<std::string>()(run_.id));
+    is_run_ = true;
+    return {};
+  }
+  /// Gives a run that was read to who takes them.
+  Status PassOn() { return std::exchange(is_run_, false) ? take_(std::move(run_)) : Status(); }
+
+ private:
+  Status Keep(Disposition disposition) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckStored(disposition));
+    if (!runs_.contains(std::hash<std::string>()(disposition.run))) {
+      return Error(ErrorCode::kDoesNotMatch,
+                   "is a decision about run " + disposition.run + ", which is not above it");
+    }
+    if (decisions_ != nullptr) decisions_->dispositions.push_back(std::move(disposition));
+    return {};
+  }
+  Status Keep(StationCheck check) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckStored(check));
+    if (decisions_ != nullptr) decisions_->checks.push_back(std::move(check));
+    return {};
+  }
+
+  const StatedShards& shards_;
+  const std::function<Status(UnitRun)>& take_;
+  Decisions* decisions_;
+  UnitRun run_;
+  bool is_run_ = false;
+  std::unordered_set<std::size_t> runs_;  ///< Their names' hashes.
+};
 
 }  // namespace
 
-std::string HeaderLine(const StatedShards& shards) {
-  Json header = {{"format", std::string(kFormat) + std::to_string(kJsonLinesVersion)},
-                 {"shards", shards.count}};
-  if (shards.only) header["shard"] = *shards.only;
-  return header.dump() + '\n';
+std::string HeaderLine(const LinesHeader& header) {
+  Json json = {{"format", std::string(kFormat) + std::to_string(kJsonLinesVersion)},
+               {"shards", header.shards.count}};
+  if (header.shards.only) json["shard"] = *header.shards.only;
+  if (!header.store.empty()) json["store"] = header.store;
+  if (header.policy) json["retest_counts"] = RetestCountsName(header.policy->counts);
+  if (header.policy && header.policy->most) json["retest_most"] = *header.policy->most;
+  return json.dump() + '\n';
 }
 
-Result<StatedShards> ReadHeaderLine(const std::string& path, std::string_view line) {
+std::string LineOf(const Disposition& disposition) {
+  return TextOfLine({{"disposition",
+                      {{"disposition", disposition.id},
+                       {"run", disposition.run},
+                       {"serial", disposition.serial},
+                       {"created", disposition.created},
+                       {"who", disposition.who},
+                       {"verdict", VerdictName(disposition.verdict)},
+                       {"why", disposition.why}}}});
+}
+
+std::string LineOf(const StationCheck& check) {
+  return TextOfLine({{"station_check",
+                      {{"station_check", check.id},
+                       {"station", check.station},
+                       {"serial", check.serial},
+                       {"created", check.created},
+                       {"agrees", check.agrees},
+                       {"p", check.p},
+                       {"largest", check.largest},
+                       {"parameter", check.parameter},
+                       {"log", check.log},
+                       {"recording", check.recording},
+                       {"repeatability", check.repeatability}}}});
+}
+
+Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   const std::optional<int> version = VersionOf(header);
   if (!version || *version < 1) return NoHeader(path);
@@ -91,20 +203,34 @@ Result<StatedShards> ReadHeaderLine(const std::string& path, std::string_view li
                      " of such files, and this program knows " + std::to_string(kJsonLinesVersion) +
                      "; use the newer truetriad that wrote it");
   }
-  StatedShards shards;
+  LinesHeader stated;
   const auto number = [&](const char* name) {
     const Json value = header.value(name, Json());
     return value.is_number_integer() ? value.get<std::int64_t>() : -1;
   };
   const std::int64_t count = number("shards");
   if (count < 1 || count > kMostShards) return NoHeader(path);
-  shards.count = static_cast<int>(count);
+  stated.shards.count = static_cast<int>(count);
   if (header.contains("shard")) {
     const std::int64_t only = number("shard");
     if (only < 0 || only >= count) return NoHeader(path);
-    shards.only = static_cast<int>(only);
+    stated.shards.only = static_cast<int>(only);
   }
-  return shards;
+  const auto text = [&](const char* name) {
+    const Json value = header.value(name, Json(""));
+    return value.is_string() ? value.get<std::string>() : "?";
+  };
+  stated.store = text("store");
+  if (header.contains("retest_counts")) {
+    const std::optional<RetestCounts> counts = RetestCountsFromName(text("retest_counts"));
+    if (!counts) return NoHeader(path);
+    stated.policy = {*counts, std::nullopt};
+    if (header.contains("retest_most")) {
+      stated.policy->most = number("retest_most");
+      if (*stated.policy->most < 0) return NoHeader(path);
+    }
+  }
+  return stated;
 }
 
 bool IsCutHeader(std::string_view text) {
@@ -112,25 +238,30 @@ bool IsCutHeader(std::string_view text) {
   return text.starts_with(start) || start.starts_with(text);
 }
 
-Result<StatedShards> ReadJsonLinesHeader(const std::string& path) {
+Result<LinesHeader> ReadJsonLinesHeader(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
   std::string text(kLongestHeader, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
   const std::size_t end = text.find('\n');
-  if (end == std::string::npos && IsCutHeader(text)) return StatedShards();
+  if (end == std::string::npos && IsCutHeader(text)) return LinesHeader();
   return ReadHeaderLine(path, std::string_view(text).substr(0, end));
 }
 
-Status ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const StatedShards shards, ReadJsonLinesHeader(path));
+Status ForEachLine(const std::string& path,
+                   const std::function<Status(UnitRun)>& take,
+                   Decisions* decisions) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const LinesHeader header, ReadJsonLinesHeader(path));
   TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
+  LinesReader reader(header.shards, take, decisions);
   std::string line;
   std::getline(file, line);
   // At the end of the file, a line has no end of its own.
   for (std::int64_t number = 2; std::getline(file, line) && !file.eof(); ++number) {
-    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run, RunIn(line, shards, {path, number}));
-    TRUETRIAD_RETURN_IF_ERROR(take(std::move(run)));
+    if (const Status status = reader.Take(line); !status) {
+      return Error(status.error().code, {path, number}, status.error().message);
+    }
+    TRUETRIAD_RETURN_IF_ERROR(reader.PassOn());
   }
   return file.bad() ? Status(Unreadable(path)) : Status();
 }

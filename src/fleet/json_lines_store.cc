@@ -7,7 +7,9 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include <fcntl.h>
@@ -148,21 +150,42 @@ class JsonLinesStore : public Store {
 
   Status Open(Access access) {
     if (access == Access::kRead) {
-      TRUETRIAD_ASSIGN_OR_RETURN(shards_, ReadJsonLinesHeader(path_));
+      TRUETRIAD_ASSIGN_OR_RETURN(header_, ReadJsonLinesHeader(path_));
       return {};
     }
     TRUETRIAD_RETURN_IF_ERROR(file_.Open());
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string header, file_.Restore());
     if (header.empty()) return {};
-    TRUETRIAD_ASSIGN_OR_RETURN(shards_, ReadHeaderLine(path_, header));
+    TRUETRIAD_ASSIGN_OR_RETURN(header_, ReadHeaderLine(path_, header));
     return {};
   }
 
   Status Add(const UnitRun& run) override {
-    if (shards_.count == 0) {
+    if (header_.shards.count == 0) {
       TRUETRIAD_RETURN_IF_ERROR(StateShard(ShardFromText(run.shard).value_or(Shard())));
     }
-    return file_.Append(LineOf(run));
+    TRUETRIAD_RETURN_IF_ERROR(file_.Append(LineOf(run)));
+    if (latest_) NoteLatest(run);
+    return {};
+  }
+
+  // The file is read for it once.
+  Result<std::string> LatestRun(const UnitRun& run) override {
+    if (!latest_) {
+      latest_.emplace();
+      const Status status = ForEachLine(path_, [&](const UnitRun& one) -> Status {
+        NoteLatest(one);
+        return {};
+      });
+      if (!status) latest_.reset();
+      TRUETRIAD_RETURN_IF_ERROR(status);
+    }
+    std::string latest;
+    for (const std::size_t key : KeysOf(run)) {
+      const auto found = latest_->find(key);
+      if (found != latest_->end()) latest = std::max(latest, found->second);
+    }
+    return latest;
   }
 
   Result<std::vector<KnownRun>> LastRuns() override {
@@ -188,37 +211,60 @@ class JsonLinesStore : public Store {
   }
 
   Status StateShard(const Shard& shard) override {
-    if (shards_.count == 0) {
-      const StatedShards stated = {shard.count, shard.index};
-      TRUETRIAD_RETURN_IF_ERROR(file_.Append(HeaderLine(stated)));
-      shards_ = stated;
+    const StatedShards& shards = header_.shards;
+    if (shards.count == 0) {
+      LinesHeader header = header_;  // With the policy, where one was stated.
+      header.shards = {shard.count, shard.index};
+      header.store = NewRunId();
+      TRUETRIAD_RETURN_IF_ERROR(file_.Append(HeaderLine(header)));
+      header_ = header;
       return file_.FlushFolder();
     }
-    TRUETRIAD_RETURN_IF_ERROR(CheckShards(path_, shards_.count, shard.count));
-    if (shards_.only.value_or(shard.index) == shard.index) return {};
+    TRUETRIAD_RETURN_IF_ERROR(CheckShards(path_, shards.count, shard.count));
+    if (shards.only.value_or(shard.index) == shard.index) return {};
     return Error(ErrorCode::kConflictingArguments,
-                 path_ + ": holds the runs of shard " + std::to_string(*shards_.only) + " of " +
-                     std::to_string(shards_.count) + ", not of " + ShardText(shard) +
+                 path_ + ": holds the runs of shard " + std::to_string(*shards.only) + " of " +
+                     std::to_string(shards.count) + ", not of " + ShardText(shard) +
                      "; give each shard a file of its own");
   }
 
-  Result<StatedShards> Shards() override { return shards_; }
+  Result<StatedShards> Shards() override { return header_.shards; }
+  Result<std::string> Identity() override { return header_.store; }
 
+  /// Kept in the first line: what was stated later than that cannot be.
   Status StateRetestPolicy(const RetestPolicy& policy) override {
-    return policy == RetestPolicy() ? Status() : NoQuestions();
+    if (header_.shards.count == 0) header_.policy = policy;
+    if (header_.policy.value_or(RetestPolicy()) == policy) return {};
+    return Error(ErrorCode::kConflictingArguments,
+                 path_ + ": of a unit's runs counts the one by `" +
+                     PolicyText(header_.policy.value_or(RetestPolicy())) + "`, not by `" +
+                     PolicyText(policy) + "`; state the same, or take another store");
   }
-  Result<std::string> Dispose(const Disposition&) override { return NoQuestions(); }
-  Status AddStationCheck(const StationCheck&) override { return NoQuestions(); }
+  Result<std::optional<RetestPolicy>> StatedRetestPolicy() override { return header_.policy; }
+
+  Result<Disposition> Dispose(const Disposition&) override { return NoQuestions(); }
+  Result<std::optional<StationCheck>> AddStationCheck(const StationCheck&) override {
+    return NoQuestions();
+  }
   Result<std::optional<StationCheck>> LastStationCheck(const std::string&) override {
     return NoQuestions();
   }
-  Status AddDecisions(Store&) override { return NoQuestions(); }
+  Result<Decisions> ReadDecisions() override {
+    if (!decisions_) {
+      TRUETRIAD_RETURN_IF_ERROR(ForEachRun({}, [](const UnitRun&) { return Status(); }));
+    }
+    return *decisions_;
+  }
+  Status AddDecisions(const Decisions&) override { return NoQuestions(); }
   Result<Table> Query(const std::string&) override { return NoQuestions(); }
 
   Status ForEachRun(const RunSelection& which,
                     const std::function<Status(UnitRun)>& take) override {
     if (which.only_standing || !which.where.empty()) return NoQuestions();
-    return ForEachLine(path_, take);
+    Decisions decisions;
+    TRUETRIAD_RETURN_IF_ERROR(ForEachLine(path_, take, &decisions));
+    decisions_ = std::move(decisions);
+    return {};
   }
 
  private:
@@ -229,9 +275,23 @@ class JsonLinesStore : public Store {
                      " --store=fleet.db` makes a store of it");
   }
 
+  /// By what a run's unit and its log are known.
+  static std::array<std::size_t, 2> KeysOf(const UnitRun& run) {
+    const std::hash<std::string> hash;
+    return {hash("serial " + run.serial), hash("log " + run.log)};
+  }
+  void NoteLatest(const UnitRun& run) {
+    for (const std::size_t key : KeysOf(run)) {
+      std::string& latest = (*latest_)[key];
+      latest = std::max(latest, run.id);
+    }
+  }
+
   std::string path_;
   LineFile file_;
-  StatedShards shards_;
+  LinesHeader header_;
+  std::optional<std::unordered_map<std::size_t, std::string>> latest_;  ///< Runs, by KeysOf.
+  std::optional<Decisions> decisions_;  ///< Of the file, once it was read.
 };
 
 }  // namespace
@@ -258,7 +318,7 @@ Result<std::unique_ptr<Store>> OpenJsonLines(const std::string& path, Access acc
 std::optional<std::string> JsonLinesPath(const std::string& url) {
   constexpr std::string_view kScheme = "jsonl:";
   if (url.starts_with(kScheme)) return url.substr(kScheme.size());
-  if (url.find("://") == std::string::npos && url.ends_with(".jsonl")) return url;
+  if (!url.starts_with("sqlite:") && url.ends_with(".jsonl")) return url;
   return std::nullopt;
 }
 

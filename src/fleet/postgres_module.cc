@@ -44,6 +44,7 @@ Table TableOf(const pqxx::result& rows) {
     table.columns.emplace_back(rows.column_name(i));
     types.push_back(rows.column_type(i));
     table.are_numbers.push_back(IsNumber(types.back()));
+    table.are_bytes.push_back(types.back() == kBytes);
   }
   table.rows.reserve(rows.size());
   for (const pqxx::row& row : rows) {

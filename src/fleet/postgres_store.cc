@@ -5,6 +5,7 @@
 #include <charconv>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <optional>
 #include <span>
 #include <thread>
@@ -111,6 +112,10 @@ class PostgresDatabase : public Database {
       if (status || !lost_) return status;
       connection_.reset();
       if (Clock::now() - begin + pause > patience_) return GivenUp(status.error());
+      if (pause == kFirstPause && on_note_) {
+        on_note_(name_ + ": the connection was lost (" + *lost_ + "); for " +
+                 ShortestText(patience_.count()) + " s another is tried");
+      }
       std::this_thread::sleep_for(pause);
     }
   }
@@ -143,6 +148,33 @@ class PostgresDatabase : public Database {
     }
     TRUETRIAD_RETURN_IF_ERROR(status);
     return table;
+  }
+
+  // A read-only transaction keeps nobody from reading and writing the server's files, from its
+  // settings, or from other sessions.
+  Status AllowTypedText() override {
+    bool may_do_more = true;
+    TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
+      TRUETRIAD_ASSIGN_OR_RETURN(
+          const Table roles,
+          Ask("SELECT 1 FROM pg_roles AS mine CROSS JOIN pg_roles AS mighty WHERE mine.rolname IN "
+              "(session_user, current_user) AND (mine.rolsuper OR (mighty.rolname IN "
+              "('pg_read_server_files', 'pg_write_server_files', 'pg_execute_server_program') AND "
+              "pg_has_role(mine.oid, mighty.oid, 'MEMBER'))) LIMIT 1",
+              {}));
+      may_do_more = !roles.rows.empty();
+      return {};
+    }));
+    if (!may_do_more) return {};
+    return Error(ErrorCode::kInvalidArgument,
+                 name_ +
+                     ": a superuser of PostgreSQL, or who may use the server's files or programs, "
+                     "can do more by a question than read; ask as a role of its own: CREATE ROLE "
+                     "reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
+  }
+
+  void TellNotes(std::function<void(const std::string&)> on_note) override {
+    on_note_ = std::move(on_note);
   }
 
  private:
@@ -237,6 +269,8 @@ class PostgresDatabase : public Database {
                    {name_},
                    failure->message + ", but not from `fleet run`; name another database");
     }
+    const Value store[] = {kStoreFact, NewRunId()};
+    TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
     const std::string now = std::to_string(kSchemaVersion);
     const Value fact[] = {kSchemaVersionFact, std::string_view(now)};
     TRUETRIAD_RETURN_IF_ERROR(Run(
@@ -249,6 +283,7 @@ class PostgresDatabase : public Database {
   std::string options_, name_;
   Seconds patience_{0.0};
   std::unique_ptr<PostgresConnection> connection_;
+  std::function<void(const std::string&)> on_note_;
   std::string state_;                ///< SQLSTATE of the last failure of a transaction.
   std::optional<std::string> lost_;  ///< Why its connection was lost, if it was.
 };

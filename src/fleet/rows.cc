@@ -36,7 +36,8 @@ void Append(const Finding& finding,
        finding.remedy.empty() ? Value() : Text(finding.remedy),
        json.contains("values")
            ? Value(json["values"].dump(-1, ' ', false, Json::error_handler_t::replace))
-           : Value()});
+           : Value(),
+       finding.treatment == Treatment::kNone ? Value() : Text(TreatmentName(finding.treatment))});
 }
 
 void Append(const LimitCheck& check,
@@ -124,15 +125,15 @@ std::vector<TableRows> RowsOf(const UnitRun& run) {
           RowsOfTags(run),
           RowsOfItems("input", 5, run.id, run.inputs),
           RowsOfItems("parameter", 5, run.id, run.parameters),
-          RowsOfItems("finding", 10, run.id, run.findings),
+          RowsOfItems("finding", 11, run.id, run.findings),
           RowsOfItems("judgement", 11, run.id, run.judgements)};
 }
 
-TableRows RowOf(const Disposition& disposition, std::string_view run) {
+TableRows RowOf(const Disposition& disposition) {
   return {"disposition",
           6,
           {Text(disposition.id),
-           run,
+           Text(disposition.run),
            Text(disposition.created),
            Text(disposition.who),
            VerdictName(disposition.verdict),
@@ -141,7 +142,7 @@ TableRows RowOf(const Disposition& disposition, std::string_view run) {
 
 TableRows RowOf(const StationCheck& check) {
   return {"station_check",
-          9,
+          11,
           {Text(check.id),
            Text(check.station),
            Text(check.serial),
@@ -150,7 +151,9 @@ TableRows RowOf(const StationCheck& check) {
            Real(check.p),
            Real(check.largest),
            Text(check.parameter),
-           Text(check.log)}};
+           Text(check.log),
+           Text(check.recording),
+           Text(check.repeatability)}};
 }
 
 TableRows FactRow(std::string_view name, std::string_view value) {

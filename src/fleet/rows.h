@@ -34,8 +34,7 @@ struct TableRows {
 /// Of all tables the rows of a run, in an order that references allow: the unit, the run, and what
 /// belongs to it, which is there where the run is. Valid as long as `run`.
 std::vector<TableRows> RowsOf(const UnitRun& run);
-/// `run`: that the disposition is of.
-TableRows RowOf(const Disposition& disposition, std::string_view run);
+TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
 TableRows FactRow(std::string_view name, std::string_view value);
 
@@ -43,6 +42,8 @@ TableRows FactRow(std::string_view name, std::string_view value);
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
 
 inline constexpr std::string_view kRunTable = "run";
+/// The fact that is a store's identity.
+inline constexpr std::string_view kStoreFact = "store";
 /// Of each log the last run, from the log after $1 on, some at a time: of a million they need not
 /// all be here at once. A row for each of its tags, or one.
 inline constexpr std::string_view kLastRuns =
@@ -54,14 +55,29 @@ inline constexpr std::string_view kLastRuns =
     "LEFT JOIN tag ON tag.run = last.run ORDER BY log";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
 inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
-inline constexpr std::string_view kStationCheckColumns =
-    "station_check, station, serial, created, agrees, p, largest, parameter, log";
 inline constexpr std::string_view kStandingOf =
-    "SELECT run, first_verdict, final_verdict, attempts, "
+    "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "
     "(SELECT value FROM fact WHERE name = 'retest_most') FROM standing WHERE serial = $1";
+inline constexpr std::string_view kLatestRun =
+    "SELECT max(run) FROM (SELECT max(run) AS run FROM run WHERE serial = $1 UNION ALL "
+    "SELECT max(run) FROM run WHERE log = $2) AS either";
+inline constexpr std::string_view kDispositions =
+    "SELECT disposition, serial, disposition.created, who, why, disposition.verdict, "
+    "disposition.run FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";
+inline constexpr std::string_view kStationChecks =
+    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
+    "recording, repeatability FROM station_check ORDER BY station_check";
+/// A recording that was checked again is left out.
 inline constexpr std::string_view kLastStationCheck =
-    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log FROM "
-    "station_check WHERE station = $1 ORDER BY station_check DESC LIMIT 1";
+    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
+    "recording, repeatability FROM station_check AS one WHERE station = $1 AND (recording = '' OR "
+    "NOT EXISTS (SELECT 1 FROM station_check AS prior WHERE prior.station = one.station AND "
+    "prior.recording = one.recording AND prior.station_check < one.station_check)) "
+    "ORDER BY station_check DESC LIMIT 1";
+inline constexpr std::string_view kFirstCheckOfRecording =
+    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
+    "recording, repeatability FROM station_check WHERE station = $1 AND recording = $2 "
+    "ORDER BY station_check LIMIT 1";
 
 /// Names of types where the two differ.
 struct TypeNames {

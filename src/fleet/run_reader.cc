@@ -7,9 +7,11 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "fleet/line_reader.h"
 #include "json/json.h"
 
 namespace truetriad::fleet {
@@ -102,6 +104,7 @@ void TakeFinding(const StoredRow& row, UnitRun* run) {
   if (row[5]) json["pose"] = IntegerIn(row[5]);
   if (row[7]) json["remedy"] = *row[7];
   if (row[8]) json["values"] = Json::parse(*row[8]);
+  if (row[9]) json["treatment"] = *row[9];
   run->findings.push_back(FindingFrom(json));
 }
 
@@ -130,7 +133,7 @@ constexpr Part kParts[] = {
     {"name, value", "tag", "name", TakeTag},
     {"file, sha256, samples", "input", "place", TakeInput},
     {"name, value, sigma", "parameter", "place", TakeParameter},
-    {"code, severity, sensor, axis, pose, text, remedy, \"values\"",
+    {"code, severity, sensor, axis, pose, text, remedy, \"values\", treatment",
      "finding",
      "place",
      TakeFinding},
@@ -140,13 +143,46 @@ constexpr Part kParts[] = {
      TakeJudgement},
 };
 
-/// The runs of the units that `of_units` is true of.
+/// What is selected of the store's runs.
+std::string SourceOf(const RunSelection& which) {
+  const std::string source = which.only_standing ? "standing" : "run";
+  // Tags cost a question each: only where somebody may ask for them.
+  if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
+  return FromWhere(source, {.where = which.where});
+}
+
+/// What units amount to, for those of their runs that count.
+Status TakeStandings(Store& store, const std::string& condition, std::vector<UnitRun>* runs) {
+  if (runs->empty()) return {};
+  std::unordered_map<std::string_view, UnitRun*> by_name;
+  for (UnitRun& run : *runs) by_name[run.id] = &run;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why "
+                  "FROM standing WHERE " +
+                  condition));
+  for (const StoredRow& row : table.rows) {
+    const auto found = by_name.find(*row[0]);
+    if (found == by_name.end()) continue;
+    const auto verdict = [&](std::size_t i) {
+      return VerdictFromName(TextIn(row[i])).value_or(Verdict::kBadInput);
+    };
+    found->second->standing = Standing{.run = *row[0],
+                                       .first_verdict = verdict(1),
+                                       .final_verdict = verdict(2),
+                                       .attempts = IntegerIn(row[3]),
+                                       .disposed_by = TextIn(row[4]),
+                                       .disposed_why = TextIn(row[5])};
+  }
+  return {};
+}
+
+/// The runs that `condition`, on columns of `run` alone, is true of.
 Result<std::vector<UnitRun>> RunsOfPage(Store& store,
                                         const RunSelection& which,
-                                        const std::string& of_units) {
-  std::string sql = "SELECT " + std::string(kRunColumns) + " FROM " +
-                    (which.only_standing ? "standing" : "run") + " WHERE " + of_units;
-  if (!which.where.empty()) sql += " AND (" + which.where + "\n)";
+                                        const std::string& condition) {
+  const std::string sql =
+      "SELECT " + std::string(kRunColumns) + SourceOf(which) + " AND " + condition;
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query(sql + " ORDER BY serial, run"));
   std::vector<UnitRun> runs;
   std::map<std::string_view, UnitRun*> by_name;
@@ -161,7 +197,7 @@ Result<std::vector<UnitRun>> RunsOfPage(Store& store,
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table rows,
         store.Query("SELECT run, " + std::string(part.columns) + " FROM " + name +
-                    " WHERE run IN (SELECT run FROM run WHERE " + of_units + ") ORDER BY run, " +
+                    " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
                     std::string(part.order)));
     for (const StoredRow& row : rows.rows) {
       // Runs that are not wanted have none.
@@ -174,10 +210,12 @@ Result<std::vector<UnitRun>> RunsOfPage(Store& store,
 
 }  // namespace
 
-std::string QuotedSql(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
-  return quoted + '\'';
+Result<std::vector<UnitRun>> ReadNamedRuns(Store& store, const std::vector<std::string>& names) {
+  std::string condition = "run IN (";
+  for (const std::string& name : names) {
+    condition += (condition.ends_with('(') ? "" : ",") + SqlText(name);
+  }
+  return RunsOfPage(store, {}, condition + ")");
 }
 
 Status ReadRuns(Store& store,
@@ -191,9 +229,10 @@ Status ReadRuns(Store& store,
                     (after.empty() ? "" : " WHERE " + after) + " ORDER BY serial LIMIT " +
                     std::to_string(kUnitsAPage) + ") AS page"));
     if (last.rows.empty() || !last.rows[0][0]) return {};
-    const std::string quoted = QuotedSql(*last.rows[0][0]);
+    const std::string quoted = SqlText(*last.rows[0][0]);
     const std::string of_units = (after.empty() ? "" : after + " AND ") + "serial <= " + quoted;
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, RunsOfPage(store, which, of_units));
+    if (which.with_standing) TRUETRIAD_RETURN_IF_ERROR(TakeStandings(store, of_units, &runs));
     for (UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(take(std::move(run)));
     after = "serial > " + quoted;
   }

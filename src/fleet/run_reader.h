@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "fleet/store.h"
 #include "fleet/unit_run.h"
@@ -16,7 +17,7 @@ Status ReadRuns(Store& store,
                 const RunSelection& which,
                 const std::function<Status(UnitRun)>& take);
 
-/// `text` as a constant in SQL.
-std::string QuotedSql(const std::string& text);
+/// Those of `names` that the store has, whole.
+Result<std::vector<UnitRun>> ReadNamedRuns(Store& store, const std::vector<std::string>& names);
 
 }  // namespace truetriad::fleet

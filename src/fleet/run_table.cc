@@ -29,6 +29,12 @@ template <std::string UnitRun::*kField>
 TableCell TextCell(const UnitRun& run) {
   return run.*kField;
 }
+/// What the unit amounts to, of the run that counts.
+template <Verdict Standing::*kField>
+TableCell StandingVerdict(const UnitRun& run) {
+  if (!run.standing) return {};
+  return std::string(VerdictName((*run.standing).*kField));
+}
 constexpr FixedColumn kFixedColumns[] = {
     {"run", "STRING", TextCell<&UnitRun::id>},
     {"serial", "STRING", TextCell<&UnitRun::serial>},
@@ -36,6 +42,18 @@ constexpr FixedColumn kFixedColumns[] = {
     {"verdict",
      "STRING",
      [](const UnitRun& run) -> TableCell { return std::string(VerdictName(run.verdict)); }},
+    {"final_verdict", "STRING", StandingVerdict<&Standing::final_verdict>},
+    {"first_verdict", "STRING", StandingVerdict<&Standing::first_verdict>},
+    {"attempts",
+     "INT64",
+     [](const UnitRun& run) -> TableCell {
+       return run.standing ? TableCell(run.standing->attempts) : TableCell();
+     }},
+    {"disposed_by",
+     "STRING",
+     [](const UnitRun& run) -> TableCell {
+       return run.standing ? TableCell(run.standing->disposed_by) : TableCell();
+     }},
     {"code", "STRING", TextCell<&UnitRun::code>},
     {"message", "STRING", TextCell<&UnitRun::message>},
     {"mode", "STRING", TextCell<&UnitRun::mode>},
@@ -61,7 +79,7 @@ class RunTable {
     std::string_view type;
   };
 
-  /// Looks which parameters there are.
+  /// Looks which parameters and judgements there are.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
     for (const FixedColumn& column : kFixedColumns) {
@@ -76,6 +94,14 @@ class RunTable {
       table.places_[name] = table.columns_.size();
       table.columns_.push_back({name, "DOUBLE"});
       table.columns_.push_back({name + ".sigma", "DOUBLE"});
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table judged,
+                               store.Query("SELECT name, component FROM judgement GROUP BY name, "
+                                           "component ORDER BY min(place), name, component"));
+    for (const auto& row : judged.rows) {
+      const std::string name = JudgedName(row[0].value_or(""), row[1].value_or(""));
+      table.places_[name] = table.columns_.size();
+      table.columns_.push_back({name, "DOUBLE"});
     }
     return table;
   }
@@ -94,10 +120,17 @@ class RunTable {
       row[found->second] = parameter.value;
       row[found->second + 1] = parameter.sigma;
     }
+    for (const LimitCheck& check : run.judgements) {
+      const auto found = places_.find(JudgedName(check.name, check.component));
+      if (found != places_.end()) row[found->second] = check.worst;
+    }
     return row;
   }
 
  private:
+  static std::string JudgedName(const std::string& name, const std::string& component) {
+    return name + (component.empty() ? "" : "." + component) + ".judged";
+  }
   static std::vector<const TagKey*> TagKeys() {
     std::vector<const TagKey*> tags;
     for (const TagKey& tag : kDeviceTags) tags.push_back(&tag);
@@ -106,7 +139,8 @@ class RunTable {
   }
 
   std::vector<Column> columns_;
-  std::map<std::string, std::size_t> places_;  ///< Of a parameter's value; its sigma is next.
+  /// Of what is judged, and of a parameter's value; its sigma is next.
+  std::map<std::string, std::size_t> places_;
 };
 
 /// A number that is none has no text.
@@ -139,6 +173,11 @@ std::string LineOfJson(const Json& json) {
   return json.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace) + '\n';
 }
 
+RunSelection WithStanding(RunSelection which) {
+  which.with_standing = true;
+  return which;
+}
+
 /// A file of `head` and the line of each run.
 Result<std::size_t> WriteRuns(Store& store,
                               const RunSelection& which,
@@ -167,21 +206,40 @@ Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std
   for (const RunTable::Column& column : table.columns()) {
     head += (head.empty() ? "" : ",") + CsvField(column.name);
   }
-  return WriteRuns(store, which, path, head.append(kLineEnd), [&](const UnitRun& run) {
-    std::string line;
-    for (const TableCell& cell : table.RowOf(run)) line += CsvField(cell) + ',';
-    line.pop_back();
-    return line.append(kLineEnd);
-  });
+  return WriteRuns(
+      store, WithStanding(which), path, head.append(kLineEnd), [&](const UnitRun& run) {
+        std::string line;
+        for (const TableCell& cell : table.RowOf(run)) line += CsvField(cell) + ',';
+        line.pop_back();
+        return line.append(kLineEnd);
+      });
 }
 
 Result<std::size_t> ExportJsonLines(Store& store,
                                     const RunSelection& which,
                                     const std::string& path) {
-  TRUETRIAD_ASSIGN_OR_RETURN(StatedShards shards, store.Shards());
-  if (shards.count == 0) shards.count = 1;
-  return WriteRuns(
-      store, which, path, HeaderLine(shards), [](const UnitRun& run) { return LineOf(run); });
+  LinesHeader header;
+  TRUETRIAD_ASSIGN_OR_RETURN(header.shards, store.Shards());
+  if (header.shards.count == 0) header.shards.count = 1;
+  TRUETRIAD_ASSIGN_OR_RETURN(header.store, store.Identity());
+  TRUETRIAD_ASSIGN_OR_RETURN(header.policy, store.StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
+  std::map<std::string, std::vector<Disposition>> by_serial;
+  for (const Disposition& one : decisions.dispositions) by_serial[one.serial].push_back(one);
+  std::string head = HeaderLine(header);
+  for (const StationCheck& check : decisions.checks) head += LineOf(check);
+  return WriteRuns(store, WithStanding(which), path, head, [&](const UnitRun& run) {
+    std::string lines = LineOf(run);
+    const auto decided = by_serial.find(run.serial);
+    if (decided == by_serial.end()) return lines;
+    // Where the run that it was about is not there, what holds is said of the one that counts.
+    const bool holds = which.only_standing && run.standing && !run.standing->disposed_by.empty();
+    for (Disposition one : decided->second) {
+      if (holds) one.run = run.id;
+      if (one.run == run.id) lines += LineOf(one);
+    }
+    return lines;
+  });
 }
 
 Result<std::size_t> ExportTypedTable(Store& store,
@@ -192,7 +250,7 @@ Result<std::size_t> ExportTypedTable(Store& store,
   for (const RunTable::Column& column : table.columns()) {
     head.push_back({{"name", column.name}, {"type", column.type}});
   }
-  return WriteRuns(store, which, path, LineOfJson(head), [&](const UnitRun& run) {
+  return WriteRuns(store, WithStanding(which), path, LineOfJson(head), [&](const UnitRun& run) {
     Json row = Json::array();
     for (const TableCell& cell : table.RowOf(run)) row.push_back(JsonField(cell));
     return LineOfJson(row);

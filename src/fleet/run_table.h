@@ -16,12 +16,15 @@ namespace truetriad::fleet {
 // does not grow with their number. Errors as Store::ForEachRun, and (bad input) the file cannot be
 // written; what cannot be written whole is not there. The number of runs is returned.
 
-/// A row a run: what it is, its tags, and of each parameter the value and, as NAME.sigma, the
-/// standard uncertainty; empty where a run has none. RFC 4180, UTF-8, with a first row of names. A
-/// text that a spreadsheet would take for a formula has an apostrophe in front.
+/// A row a run: what it is, what its unit amounts to where the run counts, its tags, of each
+/// parameter the value and, as NAME.sigma, the standard uncertainty, and, as NAME.judged, of what
+/// limits are for the value in true units; empty where a run has none. RFC 4180, UTF-8, with a
+/// first row of names. A text that a spreadsheet would take for a formula has an apostrophe in
+/// front.
 Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std::string& path);
 
-/// The lines of json_lines.h: whole runs, from which `fleet collect` makes the store again.
+/// The lines of json_lines.h: whole runs with what was decided about them, all checks of stations
+/// and the retest policy, from which `fleet collect` makes the store again.
 Result<std::size_t> ExportJsonLines(Store& store,
                                     const RunSelection& which,
                                     const std::string& path);

@@ -7,7 +7,7 @@
 namespace truetriad::fleet {
 
 /// Version of the tables below; a store of a later one is not written to.
-inline constexpr int kSchemaVersion = 2;
+inline constexpr int kSchemaVersion = 3;
 
 /// What takes a store from version i to i + 1, by place. For SQLite and PostgreSQL alike, but for
 /// {text}, {real} and {bytes}, the types of text that is compared byte by byte, of double-precision
@@ -18,7 +18,10 @@ inline constexpr int kSchemaVersion = 2;
 /// significant byte first.
 ///
 /// `standing` has of each unit the run that counts. Its subqueries are answered by the index
-/// run_of_unit alone, so that it costs some microseconds a unit however many runs there are.
+/// run_of_unit alone, so that it costs some microseconds a unit however many runs there are; what
+/// people decided costs more only where they did. A decision holds unless the run that counts is a
+/// later one and of another recording: none of the unit's runs up to the decision's was of the same
+/// log, untouched, or of all the files that it was made from.
 inline constexpr std::array<std::string_view, kSchemaVersion> kMigrations = {R"sql(
 CREATE TABLE unit (
   serial {text} PRIMARY KEY
@@ -156,6 +159,65 @@ CREATE VIEW standing AS
   )
   LEFT JOIN disposition ON disposition.disposition =
     (SELECT max(one.disposition) FROM disposition AS one WHERE one.run = run.run);
+)sql",
+                                                                             R"sql(
+ALTER TABLE finding ADD COLUMN treatment {text};
+ALTER TABLE station_check ADD COLUMN recording {text} NOT NULL DEFAULT '';
+ALTER TABLE station_check ADD COLUMN repeatability {text} NOT NULL DEFAULT '';
+DROP VIEW standing;
+CREATE VIEW standing AS
+  SELECT
+    run.*,
+    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run LIMIT 1)
+      AS first_verdict,
+    (SELECT count(*) FROM run AS one WHERE one.serial = unit.serial) AS attempts,
+    COALESCE(decision.verdict, run.verdict) AS final_verdict,
+    decision.who AS disposed_by,
+    decision.why AS disposed_why
+  FROM unit
+  JOIN run ON run.serial = unit.serial AND run.run = (
+    SELECT counted.run
+    FROM (
+      SELECT one.run, one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run
+      LIMIT 1 + COALESCE(
+        (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), 1000000000)
+    ) AS counted
+    ORDER BY
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
+        CASE counted.verdict
+          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+        END
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.run
+      END,
+      counted.run DESC
+    LIMIT 1
+  )
+  LEFT JOIN disposition AS decision ON decision.disposition = (
+      SELECT max(one.disposition)
+      FROM run AS its CROSS JOIN disposition AS one
+      WHERE its.serial = unit.serial AND one.run = its.run
+    )
+    AND (
+      run.run <= decision.run
+      OR EXISTS (
+        SELECT 1 FROM run AS seen
+        WHERE seen.serial = unit.serial AND seen.run <= decision.run AND seen.log = run.log
+          AND seen.log_bytes = run.log_bytes AND seen.log_modified_ns = run.log_modified_ns
+      )
+      OR (
+        EXISTS (SELECT 1 FROM input AS made_from WHERE made_from.run = run.run)
+        AND NOT EXISTS (
+          SELECT 1 FROM input AS made_from
+          WHERE made_from.run = run.run AND NOT EXISTS (
+            SELECT 1 FROM run AS seen CROSS JOIN input AS known
+            WHERE seen.serial = unit.serial AND seen.run <= decision.run
+              AND known.run = seen.run AND known.sha256 = made_from.sha256
+          )
+        )
+      )
+    );
 )sql"};
 
 }  // namespace truetriad::fleet

@@ -41,24 +41,34 @@ StationCheck StationCheckOf(const std::vector<Cell>& row) {
           .p = NumberOf(row[5], kUnknown),
           .largest = NumberOf(row[6], kUnknown),
           .parameter = row[7].value_or(""),
-          .log = row[8].value_or("")};
+          .log = row[8].value_or(""),
+          .recording = row[9].value_or(""),
+          .repeatability = row[10].value_or("")};
+}
+
+Verdict VerdictIn(const Cell& name) {
+  return VerdictFromName(name.value_or("")).value_or(Verdict::kBadInput);
+}
+
+Disposition DispositionOf(const std::vector<Cell>& row) {
+  return {.id = row[0].value_or(""),
+          .serial = row[1].value_or(""),
+          .created = row[2].value_or(""),
+          .who = row[3].value_or(""),
+          .why = row[4].value_or(""),
+          .verdict = VerdictIn(row[5]),
+          .run = row[6].value_or("")};
 }
 
 Standing StandingFrom(const std::vector<Cell>& row) {
-  const auto verdict = [](const Cell& name) {
-    return VerdictFromName(name.value_or("")).value_or(Verdict::kBadInput);
-  };
   Standing standing{.run = row[0].value_or(""),
-                    .first_verdict = verdict(row[1]),
-                    .final_verdict = verdict(row[2]),
-                    .attempts = NumberOf<std::int64_t>(row[3], 0)};
-  if (row[4]) standing.most = NumberOf<std::int64_t>(row[4], 0);
+                    .first_verdict = VerdictIn(row[1]),
+                    .final_verdict = VerdictIn(row[2]),
+                    .attempts = NumberOf<std::int64_t>(row[3], 0),
+                    .disposed_by = row[4].value_or(""),
+                    .disposed_why = row[5].value_or("")};
+  if (row[6]) standing.most = NumberOf<std::int64_t>(row[6], 0);
   return standing;
-}
-
-/// "best, 2 more".
-std::string PolicyText(std::string_view counts, const Cell& most) {
-  return std::string(counts) + (most ? ", " + *most + " more" : "");
 }
 
 }  // namespace
@@ -142,26 +152,65 @@ Status SqlStore::StateShard(const Shard& shard) {
   });
 }
 
+Result<std::optional<RetestPolicy>> SqlStore::PolicyThere() {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Cell counts, Fact("retest_counts"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Cell most, Fact("retest_most"));
+  if (!counts) return std::optional<RetestPolicy>();
+  RetestPolicy policy{RetestCountsFromName(*counts).value_or(RetestCounts::kLast), std::nullopt};
+  if (most) policy.most = NumberOf<std::int64_t>(most, 0);
+  return std::optional(policy);
+}
+
 Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
   constexpr std::int64_t kMost = 1'000'000;
   if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
     return Error(ErrorCode::kInvalidArgument,
                  "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
   }
-  const std::string_view counts = RetestCountsName(policy.counts);
-  const Cell most = policy.most ? Cell(std::to_string(*policy.most)) : Cell();
   return database_->Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted,
-                               Insert(FactRow("retest_counts", counts)));
-    if (inserted > 0 && most) TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("retest_most", *most)));
-    TRUETRIAD_ASSIGN_OR_RETURN(const Cell counts_there, Fact("retest_counts"));
-    TRUETRIAD_ASSIGN_OR_RETURN(const Cell most_there, Fact("retest_most"));
-    if (counts_there == counts && most_there == most) return {};
+                               Insert(FactRow("retest_counts", RetestCountsName(policy.counts))));
+    const std::string most = policy.most ? std::to_string(*policy.most) : "";
+    if (inserted > 0 && policy.most) {
+      TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("retest_most", most)));
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> there, PolicyThere());
+    if (there == policy) return {};
     return Error(ErrorCode::kConflictingArguments,
                  database_->name() + ": of a unit's runs counts the one by `" +
-                     PolicyText(counts_there.value_or(""), most_there) + "`, not by `" +
-                     PolicyText(counts, most) + "`; state the same, or take another store");
+                     PolicyText(there.value_or(RetestPolicy())) + "`, not by `" +
+                     PolicyText(policy) + "`; state the same, or take another store");
   });
+}
+
+Result<std::optional<RetestPolicy>> SqlStore::StatedRetestPolicy() {
+  std::optional<RetestPolicy> policy;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(policy, PolicyThere());
+    return {};
+  }));
+  return policy;
+}
+
+Result<std::string> SqlStore::Identity() {
+  std::string identity;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Cell stated, Fact(kStoreFact));
+    identity = stated.value_or("");
+    return {};
+  }));
+  return identity;
+}
+
+Result<std::string> SqlStore::LatestRun(const UnitRun& run) {
+  std::string latest;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    const Value values[] = {std::string_view(run.serial), std::string_view(run.log)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row, Row(kLatestRun, values));
+    latest = row.at(0).value_or("");
+    return {};
+  }));
+  return latest;
 }
 
 Result<std::optional<Standing>> SqlStore::StandingOf(const std::string& serial) {
@@ -176,47 +225,81 @@ Result<std::optional<Standing>> SqlStore::StandingOf(const std::string& serial) 
   return standing;
 }
 
-Result<std::string> SqlStore::Dispose(const Disposition& disposition) {
+Result<std::vector<Cell>> SqlStore::Row(std::string_view sql, std::span<const Value> values) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Table table, database_->Ask(sql, values));
+  return table.rows.empty() ? std::vector<Cell>() : std::move(table.rows[0]);
+}
+
+Result<bool> SqlStore::MakeLast(const std::string& table, std::string* id) {
+  const Value name[] = {std::string_view(*id)};
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<Cell> same,
+      Row("SELECT " + table + " FROM " + table + " WHERE " + table + " = $1", name));
+  if (!same.empty()) return false;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> greatest,
+                             Row("SELECT max(" + table + ") FROM " + table, {}));
+  if (greatest.at(0) && *greatest[0] > *id) *id = NewRunIdAfter(*greatest[0]);
+  return true;
+}
+
+Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
-  std::string run;
+  Disposition added = disposition;
   const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
     const Value serial[] = {std::string_view(disposition.serial)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table standing, database_->Ask(kStandingRun, serial));
-    if (standing.rows.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> standing, Row(kStandingRun, serial));
+    if (standing.empty()) {
       return Error(ErrorCode::kUnknownName,
                    database_->name() + ": has no unit `" + disposition.serial +
                        "`; `truetriad fleet query` lists those that it has");
     }
-    run = standing.rows[0][0].value_or("");
-    TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(disposition, run)));
+    added.run = standing[0].value_or("");
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("disposition", &added.id));
+    if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);
-  return run;
+  return added;
 }
 
-Status SqlStore::AddStationCheck(const StationCheck& check) {
-  return database_->Transact(Access::kWrite, [&]() -> Status {
-    TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+Result<std::optional<StationCheck>> SqlStore::AddStationCheck(const StationCheck& check) {
+  StationCheck added = check;
+  std::optional<StationCheck> first;
+  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", &added.id));
+    if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
+    first.reset();
+    if (added.recording.empty()) return {};
+    const Value values[] = {std::string_view(added.station), std::string_view(added.recording)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row, Row(kFirstCheckOfRecording, values));
+    if (row.at(0) != added.id) first = StationCheckOf(row);
     return {};
   });
+  TRUETRIAD_RETURN_IF_ERROR(status);
+  return first;
 }
 
-Status SqlStore::AddDecisions(Store& from) {
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table dispositions,
-      from.Query("SELECT disposition, run, created, who, verdict, why FROM disposition"));
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table checks,
-      from.Query("SELECT " + std::string(kStationCheckColumns) + " FROM station_check"));
-  return database_->Transact(Access::kWrite, [&]() -> Status {
-    for (const std::vector<Cell>& row : dispositions.rows) {
-      TableRows rows{"disposition", row.size(), {}};
-      for (const Cell& cell : row) rows.values.emplace_back(std::string_view(*cell));
-      TRUETRIAD_RETURN_IF_ERROR(Insert(rows));
+Result<Decisions> SqlStore::ReadDecisions() {
+  Decisions decisions;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    decisions = Decisions();
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table dispositions, database_->Ask(kDispositions, {}));
+    for (const auto& row : dispositions.rows) {
+      decisions.dispositions.push_back(DispositionOf(row));
     }
-    for (const std::vector<Cell>& row : checks.rows) {
-      const StationCheck check = StationCheckOf(row);
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table checks, database_->Ask(kStationChecks, {}));
+    for (const auto& row : checks.rows) decisions.checks.push_back(StationCheckOf(row));
+    return {};
+  }));
+  return decisions;
+}
+
+Status SqlStore::AddDecisions(const Decisions& decisions) {
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    for (const Disposition& disposition : decisions.dispositions) {
+      TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(disposition)));
+    }
+    for (const StationCheck& check : decisions.checks) {
       TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
     }
     return {};

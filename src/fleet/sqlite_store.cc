@@ -94,7 +94,9 @@ class SqliteDatabase : public Database {
   Result<bool> Open(Access access) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-    if (sqlite3_open_v2(path_.c_str(), &database_, flags, nullptr) != SQLITE_OK) return Failure();
+    // SQLite gives names like :memory: a meaning; a whole path has none.
+    const std::string whole = std::filesystem::absolute(path_).string();
+    if (sqlite3_open_v2(whole.c_str(), &database_, flags, nullptr) != SQLITE_OK) return Failure();
     sqlite3_busy_timeout(database_, kPatienceMs);
     sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t tables,
@@ -145,6 +147,9 @@ class SqliteDatabase : public Database {
   }
 
   Result<Table> AskAsGiven(const std::string& sql) override {
+    if (sql.find('\0') != std::string::npos) {
+      return Error(ErrorCode::kInvalidArgument, "the question has a NUL, which SQL cannot have");
+    }
     sqlite3_stmt* prepared = nullptr;
     const char* rest = nullptr;
     if (sqlite3_prepare_v2(database_, sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
@@ -177,6 +182,7 @@ class SqliteDatabase : public Database {
     const int columns = sqlite3_column_count(statement);
     for (int i = 0; i < columns; ++i) table.columns.emplace_back(sqlite3_column_name(statement, i));
     table.are_numbers.assign(table.columns.size(), true);
+    table.are_bytes.assign(table.columns.size(), true);
     int code = SQLITE_ROW;
     while ((code = sqlite3_step(statement)) == SQLITE_ROW) {
       std::vector<std::optional<std::string>> row;
@@ -190,6 +196,7 @@ class SqliteDatabase : public Database {
   static std::optional<std::string> TextOf(sqlite3_stmt* row, int column, Table* table) {
     const int type = sqlite3_column_type(row, column);
     if (type == SQLITE_NULL) return std::nullopt;
+    if (type != SQLITE_BLOB) table->are_bytes[static_cast<std::size_t>(column)] = false;
     if (type == SQLITE_FLOAT) return ShortestText(sqlite3_column_double(row, column));
     if (type != SQLITE_INTEGER) table->are_numbers[static_cast<std::size_t>(column)] = false;
     const auto size = static_cast<std::size_t>(sqlite3_column_bytes(row, column));
@@ -215,6 +222,8 @@ class SqliteDatabase : public Database {
     if (version >= kSchemaVersion) return {};
     TRUETRIAD_RETURN_IF_ERROR(
         Execute(MigrationsFrom(version, {.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
+    const Value store[] = {kStoreFact, NewRunId()};
+    TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
     TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA application_id = " + std::to_string(kApplicationId)));
     return Execute("PRAGMA user_version = " + std::to_string(kSchemaVersion));
   }

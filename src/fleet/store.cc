@@ -11,9 +11,11 @@
 #include "fleet/json_lines_store.h"
 #include "fleet/postgres_store.h"
 #include "fleet/run_reader.h"
+#include "fleet/shard.h"
 #include "fleet/sqlite_store.h"
 #include "fleet/store_url.h"
 #include "io/input_guard.h"
+#include "json/json.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -24,32 +26,45 @@ constexpr NamedValues<RetestCounts, 3> kRetestCounts = {{
     {RetestCounts::kBest, "best"},
 }};
 
+bool IsUtf8Text(const std::string& text) {
+  try {
+    return !Json(text).dump().empty();
+  } catch (const Json::exception&) {
+    return false;
+  }
+}
+
 Status CheckLine(const std::string& what, const std::string& text, std::size_t longest) {
   const bool is_blank = text.find_first_not_of(" \t") == std::string::npos;
   const bool is_line = std::none_of(text.begin(), text.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });
-  if (!is_blank && is_line && text.size() <= longest) return {};
+  if (!is_blank && is_line && IsUtf8Text(text) && text.size() <= longest) return {};
   return Error(ErrorCode::kInvalidArgument,
                "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
-                   " bytes");
+                   " bytes of UTF-8");
+}
+
+/// The file of a store, where it is there, is one: a pipe would never end.
+Status CheckFile(const std::string& path) {
+  std::error_code failure;
+  const std::filesystem::file_status status = std::filesystem::status(path, failure);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return {};
+  return Error(ErrorCode::kStoreFailure, {path}, "is no file (a folder, pipe or device); name one");
 }
 
 constexpr std::string_view kSqlite = "sqlite:";
 
 Result<std::unique_ptr<Store>> Open(const std::string& url, Access access) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(url));
   if (PostgresOptions(url)) return OpenPostgres(url, access);
+  if (const std::optional<std::string> path = FileOfStore(url)) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckFile(*path));
+  }
   if (const std::optional<std::string> path = JsonLinesPath(url)) {
     return OpenJsonLines(*path, access);
   }
-  if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), access);
-  if (const std::size_t scheme = url.find("://"); scheme != std::string::npos) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--store=" + url.substr(0, scheme) +
-                     "://…: expected a file, as in line.db or shard-2.jsonl, or "
-                     "postgresql://HOST/DATABASE");
-  }
-  return OpenSqlite(url, access);
+  return OpenSqlite(FileOfStore(url).value_or(""), access);
 }
 
 }  // namespace
@@ -72,7 +87,12 @@ Result<StatedShards> Store::Shards() {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
                              Query("SELECT value FROM fact WHERE name = 'shards'"));
   if (table.rows.empty()) return StatedShards();
-  return StatedShards{std::stoi(table.rows[0][0].value_or("0")), std::nullopt};
+  const std::string text = table.rows[0][0].value_or("");
+  const std::optional<Shard> last = ShardFromText("0/" + text);
+  if (last) return StatedShards{last->count, std::nullopt};
+  return Error(ErrorCode::kStoreFailure,
+               "its fact `shards` is `" + text +
+                   "`, no number of shards; it has been changed by another program");
 }
 
 Status Store::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
@@ -83,6 +103,20 @@ std::string_view RetestCountsName(RetestCounts counts) { return kRetestCounts.Na
 
 std::optional<RetestCounts> RetestCountsFromName(std::string_view name) {
   return kRetestCounts.Find(name);
+}
+
+std::string PolicyText(const RetestPolicy& policy) {
+  return std::string(RetestCountsName(policy.counts)) +
+         (policy.most ? ", " + std::to_string(*policy.most) + " more" : "");
+}
+
+std::string RecordingOf(const std::vector<InputFile>& inputs) {
+  std::vector<std::string> hashes;
+  for (const InputFile& input : inputs) hashes.push_back(input.sha256);
+  std::sort(hashes.begin(), hashes.end());
+  std::string recording;
+  for (const std::string& hash : hashes) recording += (recording.empty() ? "" : " ") + hash;
+  return recording;
 }
 
 Status CheckDisposition(const Disposition& disposition) {
@@ -109,6 +143,7 @@ std::string NameOfStore(const std::string& url) {
 }
 
 std::string ShownStore(const std::string& url) {
+  if (!CheckStoreUrl(url)) return "the store that is named";
   return PostgresOptions(url) ? ShownPostgres(url) : url;
 }
 
@@ -117,6 +152,7 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
 }
 
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(url));
   if (const std::optional<std::string> file = FileOfStore(url)) {
     // SQLite's belong to it.
     for (const char* const ending : {"", "-wal", "-shm", "-journal"}) {
@@ -127,7 +163,7 @@ Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
 }
 
 std::optional<std::string> FileOfStore(const std::string& url) {
-  if (PostgresOptions(url) || url.find("://") != std::string::npos) return std::nullopt;
+  if (PostgresOptions(url)) return std::nullopt;
   if (const std::optional<std::string> path = JsonLinesPath(url)) return path;
   return url.starts_with(kSqlite) ? url.substr(kSqlite.size()) : url;
 }

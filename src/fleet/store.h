@@ -32,6 +32,7 @@ struct KnownRun {
 struct Table {
   std::vector<std::string> columns;
   std::vector<bool> are_numbers;  ///< By column: every value is one.
+  std::vector<bool> are_bytes;    ///< By column: every value is the digits of some.
   std::vector<std::vector<std::optional<std::string>>> rows;
 };
 
@@ -44,23 +45,27 @@ struct StatedShards {
 /// Which runs.
 struct RunSelection {
   bool only_standing = false;  ///< Of each unit the run that counts.
-  std::string where = {};      ///< A condition in SQL on `run` or `standing`; empty: any.
+  /// A condition in SQL on `run` or `standing` and the tags by their names; empty: any.
+  std::string where = {};
+  bool with_standing = false;  ///< UnitRun::standing is wanted.
 };
 
-/// What somebody decided about a unit, whatever the verdict of its run.
+/// What somebody decided about a unit, whatever the verdict of its run. Holds until a later
+/// decision, or a later run that counts and is of another recording.
 struct Disposition {
-  std::string id;       ///< NewRunId; of several of one run the greatest applies.
+  std::string id;       ///< NewRunId; of several of one unit the greatest is the last.
   std::string serial;   ///< Of the unit.
   std::string created;  ///< ISO 8601, UTC.
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
+  std::string run = {};              ///< The one that counted.
 };
 /// What somebody can decide; the others are of a machine.
 inline constexpr std::array kVerdictsOfPeople = {
     Verdict::kPass, Verdict::kUsable, Verdict::kOutside, Verdict::kRefused};
 
-/// Error (usage): who or why is blank, longer than 200 or 2000 characters or more than one line,
-/// or the verdict is none of people.
+/// Error (usage): who or why is blank, longer than 200 or 2000 bytes, more than one line or no
+/// UTF-8, or the verdict is none of people.
 Status CheckDisposition(const Disposition& disposition);
 
 /// A station's golden unit, measured again.
@@ -75,7 +80,18 @@ struct StationCheck {
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::string parameter;  ///< That with the largest difference.
   std::string log;
+  std::string recording = {};      ///< RecordingOf its files; empty: not known.
+  std::string repeatability = {};  ///< That the golden unit was granted, as it was stated.
 };
+
+/// What decisions and checks a store has.
+struct Decisions {
+  std::vector<Disposition> dispositions;  ///< In their order.
+  std::vector<StationCheck> checks;       ///< Likewise.
+};
+
+/// By what a recording is known, wherever its files are: their SHA-256, sorted.
+std::string RecordingOf(const std::vector<InputFile>& inputs);
 
 /// Which of a unit's runs counts.
 enum class RetestCounts { kLast, kFirst, kBest };
@@ -92,14 +108,8 @@ struct RetestPolicy {
   bool operator==(const RetestPolicy&) const = default;
 };
 
-/// What a unit's runs amount to.
-struct Standing {
-  std::string run;  ///< That counts.
-  Verdict first_verdict = Verdict::kBadInput;
-  Verdict final_verdict = Verdict::kBadInput;  ///< Of that run, or of people.
-  std::int64_t attempts = 0;
-  std::optional<std::int64_t> most = {};  ///< RetestPolicy::most.
-};
+/// "best, 2 more".
+std::string PolicyText(const RetestPolicy& policy);
 
 /// Where runs are kept. A run is added once and never changed. All functions: an error (bad input)
 /// where the store cannot be reached or written.
@@ -113,6 +123,8 @@ class Store {
   virtual Status AddAll(std::span<const UnitRun> runs);
   /// Whether a run of this name is there.
   virtual Result<bool> Has(const std::string& run);
+  /// The greatest name of a run of the same unit or the same log; empty: there is none.
+  virtual Result<std::string> LatestRun(const UnitRun& /*run*/) { return std::string(); }
   /// Of each log the last run.
   virtual Result<std::vector<KnownRun>> LastRuns() = 0;
   /// Of which shard further runs are; the first who says how many there are, states it. Error
@@ -122,22 +134,35 @@ class Store {
   /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
   /// was stated.
   virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
+  /// Unset: nobody has said it.
+  virtual Result<std::optional<RetestPolicy>> StatedRetestPolicy() {
+    return std::optional<RetestPolicy>();
+  }
+  /// A name that was made with the store and is no other's; empty: it has none.
+  virtual Result<std::string> Identity() { return std::string(); }
   /// Unset: there is no such unit, or this kind of store does not know.
   virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
     return std::optional<Standing>();
   }
-  /// Adds a disposition of the unit's run that counts now, and says which run that is. Nothing is
-  /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage):
+  /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
+  /// run, and with a later name where the clock has gone back. Nothing is changed. Error (usage):
   /// there is no such unit.
-  virtual Result<std::string> Dispose(const Disposition& disposition) = 0;
-  virtual Status AddStationCheck(const StationCheck& check) = 0;
-  /// The last by name; unset: there is none of this station.
+  virtual Result<Disposition> Dispose(const Disposition& disposition) = 0;
+  /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
+  /// check at a station: that one, where this is not it.
+  virtual Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check) = 0;
+  /// The last that counts; unset: there is none of this station.
   virtual Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) = 0;
-  /// The dispositions and station checks of another store, of which all runs are here; those that
-  /// are there already are not added again.
-  virtual Status AddDecisions(Store& from) = 0;
+  virtual Result<Decisions> ReadDecisions() { return Decisions(); }
+  /// Those of another store, of which all runs are here; what is there already is not added again.
+  virtual Status AddDecisions(const Decisions& decisions) = 0;
   /// Answers a statement that only reads. Error (usage): it is none.
   virtual Result<Table> Query(const std::string& sql) = 0;
+  /// Error (usage): statements or conditions that somebody has typed must not be part of a
+  /// question, since who is connected may do more by a question than read the store.
+  virtual Status AllowTypedText() { return {}; }
+  /// Tells of what takes time; empty: nobody is told.
+  virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
   /// `take`s whole runs, one after the other, in the order of their serials and then names;
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
@@ -153,7 +178,8 @@ std::string NameOfStore(const std::string& url);
 /// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
 /// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot
 /// be reached, is none of this program's, of a newer version of it, or on a file system that SQLite
-/// cannot lock. Error (usage): another kind of URL, or this build cannot speak to PostgreSQL.
+/// cannot lock, or the file is none (a pipe, a device). Error (usage): another kind of URL, one
+/// that names no file, or this build cannot speak to PostgreSQL.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
 /// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,

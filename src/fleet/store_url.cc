@@ -96,6 +96,30 @@ std::optional<std::string> PostgresOptions(const std::string& url) {
   return std::nullopt;
 }
 
+Status CheckStoreUrl(const std::string& url) {
+  if (PostgresOptions(url)) return {};
+  std::string_view path(url);
+  for (const std::string_view scheme : {"sqlite:", "jsonl:"}) {
+    if (!path.starts_with(scheme)) continue;
+    path.remove_prefix(scheme.size());
+    break;
+  }
+  constexpr std::array<std::string_view, 5> kOfServers = {
+      "://", "password=", "host=", "dbname=", "service="};
+  if (std::any_of(kOfServers.begin(), kOfServers.end(), [&](std::string_view part) {
+        return path.find(part) != std::string_view::npos;
+      })) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--store: what is named looks like a connection to a server; expected "
+                 "postgresql://HOST/DATABASE, \"postgresql:host=HOST dbname=DATABASE\", or a file, "
+                 "as in line.db or shard-2.jsonl");
+  }
+  if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
+  return Error(ErrorCode::kInvalidArgument,
+               "--store=" + url +
+                   " names no file, so that nothing would be kept; expected one, as in line.db");
+}
+
 std::string ShownPostgres(const std::string& url) {
   const std::size_t slashes = url.find("://");
   const bool is_uri = slashes != std::string::npos && slashes < kScheme.size();

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/unit_folders.h"
 
-#include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -19,6 +17,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "fleet/run_check.h"
+
 namespace truetriad::fleet {
 namespace {
 
@@ -29,15 +29,6 @@ constexpr char kUnfinished[] = ".unfinished";
 Error CannotWrite(const std::string& path) {
   return Error(
       ErrorCode::kCannotWrite, {path}, std::string("cannot be written: ") + std::strerror(errno));
-}
-
-/// The name of a folder of NewRunId: nothing else is ever removed, or asked for.
-bool IsRunId(const std::string& name) {
-  constexpr std::size_t kSize = 32;  // 20261124T235959.123456Z-4f2a9c01.
-  return name.size() == kSize && name[8] == 'T' && name[15] == '.' && name[22] == 'Z' &&
-         std::all_of(name.begin(), name.end(), [](unsigned char c) {
-           return std::isalnum(c) != 0 || c == '.' || c == '-';
-         });
 }
 
 /// It is marked so, or was made and no more.
@@ -62,6 +53,7 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
     if (!unit->is_directory(vanished) || unit->last_write_time(vanished) < since) continue;
     for (fs::directory_iterator run(unit->path(), vanished); !vanished && run != end;
          run.increment(vanished)) {
+      // Nothing else is ever removed, or asked for.
       if (IsRunId(run->path().filename().string()) && IsUnfinished(run->path())) {
         found.push_back(run->path());
       }
@@ -147,6 +139,16 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
                {folder},
                "is in the hands of another fleet watch or fleet run --resume; wait for its end, or "
                "choose another --output");
+}
+
+Status RenameFolder(const std::string& name, std::string* folder) {
+  if (folder->empty()) return {};
+  const std::string to = (fs::path(*folder).parent_path() / name).string();
+  std::error_code failure;
+  fs::rename(*folder, to, failure);
+  if (failure) return Error(ErrorCode::kCannotWrite, {to}, "cannot be made: " + failure.message());
+  *folder = to;
+  return {};
 }
 
 FolderClaim::~FolderClaim() {

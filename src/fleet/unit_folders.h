@@ -14,6 +14,9 @@ namespace truetriad::fleet {
 Status BeginFolder(const std::string& folder, const std::string& store);
 /// The run of these files is in the store. Nothing, where there are none.
 void FinishFolder(const std::string& folder);
+/// Gives a run's folder the `name` of its run. Nothing, where there is none. Error (bad input): it
+/// cannot be renamed.
+Status RenameFolder(const std::string& name, std::string* folder);
 
 /// A claim to a folder, given up with the object or the process.
 class FolderClaim {

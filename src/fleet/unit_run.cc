@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <limits>
 #include <random>
+#include <stdexcept>
 #include <utility>
 
 #include "base/named_values.h"
@@ -113,11 +115,39 @@ constexpr std::array<std::pair<const char*, std::string UnitRun::*>, 10> kTexts 
      {"code", &UnitRun::code},
      {"message", &UnitRun::message}}};
 
+Verdict VerdictIn(const Json& json) {
+  const std::string name = json.at("verdict");
+  if (const std::optional<Verdict> verdict = VerdictFromName(name)) return *verdict;
+  throw std::runtime_error("`" + name + "` is no verdict");
+}
+
+/// A name of NewRunId's kind for a moment, microseconds since 1970.
+std::string RunIdAt(std::int64_t us) {
+  static std::mt19937 random(std::random_device{}());
+  const auto seconds = static_cast<std::time_t>(us / 1'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 64> text{};
+  std::snprintf(text.data(),
+                text.size(),
+                "%04d%02d%02dT%02d%02d%02d.%06dZ-%08x",
+                utc.tm_year + 1900,
+                utc.tm_mon + 1,
+                utc.tm_mday,
+                utc.tm_hour,
+                utc.tm_min,
+                utc.tm_sec,
+                static_cast<int>(us % 1'000'000),
+                static_cast<unsigned>(random()));
+  return text.data();
+}
+
+}  // namespace
+
 UnitRun UnitRunFrom(const Json& json) {
   UnitRun run;
   for (const auto& [name, field] : kTexts) run.*field = json.at(name);
-  const std::string verdict = json.at("verdict");
-  run.verdict = VerdictFromName(verdict).value();
+  run.verdict = VerdictIn(json);
   run.log_bytes = json.at("log_bytes");
   run.log_modified_ns = json.at("log_modified_ns");
   run.mode = json.value("mode", "");
@@ -136,8 +166,6 @@ UnitRun UnitRunFrom(const Json& json) {
   for (const Json& item : json.at("judgements")) run.judgements.push_back(LimitCheckFrom(item));
   return run;
 }
-
-}  // namespace
 
 void SetTag(std::string_view name, const std::string& value, Tags* tags) {
   for (const TagKey& tag : kDeviceTags) {
@@ -160,12 +188,17 @@ Json JsonOf(const Tags& tags) {
 
 Tags TagsFrom(const Json& json) {
   Tags tags;
+  std::size_t known = 0;
   const auto take = [&](const TagKey& tag) {
-    tags.*tag.value = json.value(std::string(tag.key), "");
+    const auto found = json.find(tag.key);
+    if (found == json.end()) return;
+    tags.*tag.value = *found;
+    ++known;
   };
   for (const TagKey& tag : kDeviceTags) take(tag);
   for (const TagKey& tag : kRunTags) take(tag);
-  return tags;
+  if (known == json.size()) return tags;
+  throw std::runtime_error("there are tags that no experiment has: " + json.dump());
 }
 
 Finding FindingFrom(const Json& json) {
@@ -201,25 +234,19 @@ std::string_view VerdictName(Verdict verdict) { return kVerdicts.Name(verdict); 
 std::optional<Verdict> VerdictFromName(std::string_view name) { return kVerdicts.Find(name); }
 
 std::string NewRunId() {
-  static std::mt19937 random(std::random_device{}());
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-  const auto seconds = static_cast<std::time_t>(us / 1'000'000);
+  return RunIdAt(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+}
+
+std::string NewRunIdAfter(const std::string& id) {
+  std::string now = NewRunId();
+  if (now > id) return now;
   std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  std::array<char, 64> text{};
-  std::snprintf(text.data(),
-                text.size(),
-                "%04d%02d%02dT%02d%02d%02d.%06dZ-%08x",
-                utc.tm_year + 1900,
-                utc.tm_mon + 1,
-                utc.tm_mday,
-                utc.tm_hour,
-                utc.tm_min,
-                utc.tm_sec,
-                static_cast<int>(us % 1'000'000),
-                static_cast<unsigned>(random()));
-  return text.data();
+  const char* const rest = strptime(id.c_str(), "%Y%m%dT%H%M%S.", &utc);
+  if (rest == nullptr) return id + "+";  // Not of this program's making.
+  std::int64_t us = 0;
+  std::from_chars(rest, id.c_str() + id.size(), us);
+  return RunIdAt(std::int64_t{timegm(&utc)} * 1'000'000 + us + 1);
 }
 
 void Fill(const Calibration& calibration, UnitRun* run) {
@@ -289,7 +316,7 @@ std::string LineOf(const UnitRun& run) {
 Result<UnitRun> ReadLine(std::string_view line) {
   try {
     return UnitRunFrom(Json::parse(line));
-  } catch (const std::exception& failure) {  // A bad optional's, or the JSON reader's own.
+  } catch (const std::exception& failure) {
     return Error(ErrorCode::kWrongFormat,
                  std::string("is no line of a fleet's run: ") + failure.what());
   }

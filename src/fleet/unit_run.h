@@ -42,6 +42,17 @@ struct Parameter {
   double sigma = 0.0;  ///< 0: fixed.
 };
 
+/// What a unit's runs amount to.
+struct Standing {
+  std::string run;  ///< That counts.
+  Verdict first_verdict = Verdict::kBadInput;
+  Verdict final_verdict = Verdict::kBadInput;  ///< Of that run, or of people.
+  std::int64_t attempts = 0;
+  std::optional<std::int64_t> most = {};  ///< RetestPolicy::most.
+  /// Who decided the final verdict, and why; empty: nobody.
+  std::string disposed_by = {}, disposed_why = {};
+};
+
 /// What a store keeps of one run of one unit. Never changed; a later run of the unit supersedes it.
 struct UnitRun {
   std::string id;                                   ///< NewRunId.
@@ -65,10 +76,15 @@ struct UnitRun {
   std::vector<double> covariance;  ///< Of the parameters: lower triangle, row by row.
   Findings findings;
   std::vector<LimitCheck> judgements;
+  /// Of one that counts, as the store says it that it is read from; not part of it.
+  std::optional<Standing> standing = {};
 };
 
-/// Unique, and greater than those made before: "20261124T235959.123456Z-4f2a9c01".
+/// Unique, and greater than those made before, as long as the clock does not go back:
+/// "20261124T235959.123456Z-4f2a9c01".
 std::string NewRunId();
+/// The same, greater than `id` whatever the clock says.
+std::string NewRunIdAfter(const std::string& id);
 
 /// Fills in what follows from a calibration, or from why there is none.
 void Fill(const Calibration& calibration, UnitRun* run);
@@ -84,6 +100,10 @@ void SetTag(std::string_view name, const std::string& value, Tags* tags);
 /// The tags that are stated, by their names, and back.
 Json JsonOf(const Tags& tags);
 Tags TagsFrom(const Json& json);
+
+/// A run from what a line says. An exception of the JSON library, or another that says what is
+/// wrong: it is none.
+UnitRun UnitRunFrom(const Json& json);
 
 /// A finding from what ToJson makes of it. An exception of the JSON library: it is none.
 Finding FindingFrom(const Json& json);

@@ -26,7 +26,7 @@ struct WorkPlan {
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedStyleSheet, which is in `folder`.
   std::string folder;          ///< Units' folders are made in it; empty: no files are written.
-  std::string store;           ///< NameOfStore of where the runs go.
+  std::string store;           ///< By which the store is known that the runs go into.
   std::string shard;           ///< UnitRun::shard.
 };
 

@@ -129,7 +129,7 @@ TEST_F(FleetShards, AreExportedAsTheyAre) {
   EXPECT_EQ(json::parse(csv.out)["result"],
             json({{"file", "t.csv"}, {"format", "csv"}, {"runs", 5}}));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("t.csv")),
-              AllOf(StartsWith("run,serial,created,verdict,code,"),
+              AllOf(StartsWith("run,serial,created,verdict,final_verdict,first_verdict,"),
                     HasSubstr(",accelerometer.bias.x,accelerometer.bias.x.sigma,")));
 }
 

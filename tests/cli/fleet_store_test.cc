@@ -88,7 +88,7 @@ TEST_F(FleetStore, IsLeftWholeByAFullDisk) {
 
 TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   WriteUnits(2);
-  ASSERT_EQ(Shell(Fleet("--store=a.db")).exit_code, 0);
+  ASSERT_EQ(Shell(Fleet("--store=a.db --tag=lot=L17")).exit_code, 0);
   const std::string dispose = kFleetProgram + std::string("dispose ");
   const Finished done =
       Shell(dispose + "u100 --store=a.db --who='R. Roe' --verdict=refused --why='bent'");
@@ -96,6 +96,14 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   EXPECT_THAT(done.out, StartsWith("u100 is refused (run "));
   EXPECT_THAT(Ask("a.db", "SELECT serial, verdict, final_verdict, disposed_by FROM standing"),
               ElementsAre("u100,usable,refused,R. Roe", "u101,usable,usable,"));
+  const Finished query = Shell(
+      kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'refused' AND "
+                                  "lot = 'L17'\""));
+  EXPECT_THAT(query.out, AllOf(StartsWith("serial  final_verdict  verdict"), HasSubstr("R. Roe")));
+  const Finished bytes =
+      Shell(kFleetProgram + std::string("query --store=a.db \"SELECT covariance FROM run\""));
+  EXPECT_THAT(bytes.out, HasSubstr("<blob "));
+  EXPECT_THAT(Ask("a.db", "SELECT DISTINCT substr(folder, 1, 1) FROM run"), ElementsAre("/"));
   struct Mistake {
     std::string flags, message;
     int exit_code;
@@ -195,6 +203,24 @@ TEST_F(FleetPostgreSQL, TakesAnySerialNumber) {
               ElementsAre("\"'); DROP TABLE run CASCADE; -- $1 \\ \"\"x\"\"\""));
 }
 
+TEST_F(FleetPostgreSQL, AsksNothingThatWasTypedAsASuperuser) {
+  WriteUnits(1);
+  ASSERT_EQ(Shell(Fleet(Store())).exit_code, 0);
+  std::string mighty = url_;
+  mighty.replace(mighty.find("line@"), 5, "postgres@");
+  for (const char* const verb : {"query \"SELECT pg_reload_conf()\"",
+                                 "query --where=\"pg_reload_conf()\"",
+                                 "summary --where=\"pg_reload_conf()\"",
+                                 "summary --study=\"pg_reload_conf()\"",
+                                 "report -o page --where=\"pg_reload_conf()\"",
+                                 "export --to=csv -o x --where=\"pg_reload_conf()\""}) {
+    const Finished run = Shell(kFleetProgram + std::string(verb) + " '--store=" + mighty + "'");
+    EXPECT_EQ(run.exit_code, 1) << verb;
+    EXPECT_THAT(run.err, HasSubstr("ask as a role of its own")) << verb;
+  }
+  EXPECT_EQ(Shell(kFleetProgram + std::string("query '--store=") + mighty + "'").exit_code, 0);
+}
+
 TEST_F(FleetPostgreSQL, DoesNotShowItsPassword) {
   WriteUnits(1);
   std::string url = url_;
@@ -202,7 +228,7 @@ TEST_F(FleetPostgreSQL, DoesNotShowItsPassword) {
   const Finished run = Shell(Fleet("--json '--store=" + url + "'"));
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.out + run.err,
-              AllOf(HasSubstr("postgresql://postgres@/"), Not(HasSubstr("hunter2"))));
+              AllOf(HasSubstr("postgresql://line@/"), Not(HasSubstr("hunter2"))));
 }
 
 #endif  // TRUETRIAD_HAVE_POSTGRESQL

@@ -175,6 +175,12 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
               AllOf(HasSubstr("station-not-checked"), HasSubstr("no check of its golden unit")));
   EXPECT_EQ(Run(check + "bent.csv --tag=station=S3").exit_code, 4);
   EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
+  // The same recording, granted more: no other measurement.
+  const Finished again =
+      Run(check + "bent.csv --tag=station=S3 --repeatability=accelerometer.bias=1 --json");
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out, HasSubstr("\"first_check\""));
+  EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
   // The watch waits until somebody has checked.
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY
@@ -187,8 +193,14 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_THAT(watched.out, StartsWith("ALL GOOD"));
   EXPECT_EQ(Run(run).exit_code, 0);
   EXPECT_THAT(Run(run + "--require-golden=0.0001s").err, HasSubstr("given twice"));
-  EXPECT_THAT(Ask("SELECT station, agrees FROM station_check ORDER BY station_check"),
-              ElementsAre("S3,0", "S3,1"));
+  EXPECT_THAT(
+      Ask("SELECT station, agrees, repeatability FROM station_check ORDER BY station_check"),
+      ElementsAre("S3,0,", "S3,1,accelerometer.bias=1", "S3,1,"));
+  EXPECT_THAT(Run("truetriad check-station --golden=ref/calibration.yaml today.csv "
+                  "--tag=station=S3 --store=checks.jsonl")
+                  .err,
+              HasSubstr("keeps no checks"));
+  EXPECT_FALSE(fs::exists(folder_.Path("checks.jsonl")));
 }
 
 }  // namespace

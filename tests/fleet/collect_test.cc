@@ -128,18 +128,83 @@ TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
   {
     const Result<std::unique_ptr<Store>> store = OpenStore(source);
     ASSERT_TRUE((*store)->Dispose(
-        {"d1", "unit '1", "2026-11-25T12:00:00Z", "me", "scratched", Verdict::kRefused}));
-    ASSERT_TRUE((*store)->AddStationCheck(
-        {"c1", "S1", "G", "2026", true, 0.1, 2.0, "accelerometer.bias.x", "golden.csv"}));
+        {SampleId("d1"), "unit '1", "2026-11-25T12:00:00Z", "me", "scratched", Verdict::kRefused}));
+    ASSERT_TRUE((*store)->AddStationCheck({SampleId("c1"),
+                                           "S1",
+                                           "G",
+                                           "2026-11-25T12:00:00Z",
+                                           true,
+                                           0.1,
+                                           2.0,
+                                           "accelerometer.bias.x",
+                                           "golden.csv",
+                                           "0a1f",
+                                           "gyroscope.bias=1e-4"}));
   }
+  // The same by way of JSON lines, of the runs that count alone and of all.
+  const auto by_lines = [&](const std::string& name, bool only_standing) {
+    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(source);
+    const std::string lines = folder_.Path(name + ".jsonl"), target = folder_.Path(name + ".db");
+    EXPECT_TRUE(ExportJsonLines(**store, {.only_standing = only_standing}, lines));
+    const Result<Collected> collected = Collect({lines}, target);
+    EXPECT_TRUE(collected) << collected.error().message;
+    return target;
+  };
+  const Result<Collected> first = Collect({source}, target_);
+  ASSERT_TRUE(first) << first.error().message;
   ASSERT_TRUE(Collect({source}, target_));
-  ASSERT_TRUE(Collect({source}, target_));
+  for (const std::string& target : {target_, by_lines("all", false), by_lines("standing", true)}) {
+    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(target);
+    const Result<Decisions> decisions = (*store)->ReadDecisions();
+    ASSERT_TRUE(decisions);
+    ASSERT_EQ(decisions->dispositions.size(), 1u);
+    EXPECT_EQ(decisions->dispositions[0].why, "scratched");
+    ASSERT_EQ(decisions->checks.size(), 1u);
+    EXPECT_EQ(decisions->checks[0].recording, "0a1f");
+    EXPECT_EQ(decisions->checks[0].repeatability, "gyroscope.bias=1e-4");
+  }
   const Result<std::unique_ptr<Store>> store = OpenStoreToRead(target_);
   const Result<Table> standing = (*store)->Query("SELECT final_verdict, disposed_by FROM standing");
   EXPECT_THAT(standing->rows, ElementsAre(ElementsAre("refused", "me")));
   const Result<std::optional<StationCheck>> check = (*store)->LastStationCheck("S1");
   ASSERT_TRUE(check && *check);
   EXPECT_EQ((*check)->p, 0.1);
+}
+
+TEST_F(Collecting, TakesTheRetestPolicyAlongAndNoOther) {
+  const std::string first = Written("a.db", {}, {"1"}), other = Written("b.db", {}, {"2"}),
+                    unstated = Written("c.jsonl", {}, {"3"});
+  ASSERT_TRUE((*OpenStore(first))->StateRetestPolicy({RetestCounts::kFirst, std::nullopt}));
+  ASSERT_TRUE((*OpenStore(other))->StateRetestPolicy({RetestCounts::kBest, 1}));
+  for (const std::string& second : {other, unstated}) {
+    const Result<Collected> both = Collect({first, second}, target_);
+    ASSERT_FALSE(both);
+    EXPECT_EQ(both.error().code, ErrorCode::kConflictingArguments);
+    EXPECT_THAT(both.error().message, HasSubstr("and in " + first + " by `first`"));
+    EXPECT_FALSE(std::filesystem::exists(target_));
+  }
+  ASSERT_TRUE(Collect({first}, target_));
+  EXPECT_EQ((*OpenStoreToRead(target_))->StatedRetestPolicy().value()->counts,
+            RetestCounts::kFirst);
+  const Result<Collected> late = Collect({unstated}, target_);
+  ASSERT_FALSE(late);
+  EXPECT_THAT(late.error().message,
+              HasSubstr("all.db: of a unit's runs counts the one by `first`"));
+  EXPECT_EQ(Lines(target_).size(), 1u);
+}
+
+TEST_F(Collecting, AddsNothingOfARunThatIsThereWithAnotherContent) {
+  const std::string one = Written("1.jsonl", {}, {"1", "2"});
+  std::string text = TemporaryFolder::Read(one);
+  text.replace(text.rfind("unit '2"), 7, "unit '3");
+  const std::string other = folder_.Write("2.jsonl", text);
+  const Result<Collected> both = Collect({one, other}, target_);
+  ASSERT_FALSE(both);
+  EXPECT_THAT(both.error().message,
+              HasSubstr("2.jsonl: run " + SampleId("2") + " is there with another content"));
+  ASSERT_TRUE(Collect({one}, target_));
+  EXPECT_THAT(Collect({other}, target_).error().message, HasSubstr("with another content"));
+  EXPECT_EQ(Lines(target_).size(), 2u);
 }
 
 TEST_F(Collecting, OfAnExportGivesTheStoreAgain) {

@@ -48,18 +48,20 @@ class FailingStore : public Store {
   Result<std::vector<KnownRun>> LastRuns() override { return std::vector<KnownRun>(); }
   Status StateShard(const Shard& /*shard*/) override { return {}; }
   Status StateRetestPolicy(const RetestPolicy& /*policy*/) override { return {}; }
-  Result<std::string> Dispose(const Disposition& /*disposition*/) override { return std::string(); }
-  Status AddStationCheck(const StationCheck& added) override {
+  Result<Disposition> Dispose(const Disposition& disposition) override { return disposition; }
+  Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& added) override {
     check = added;
-    return {};
+    return std::optional<StationCheck>();
   }
+  Result<std::string> LatestRun(const UnitRun& /*run*/) override { return latest; }
   Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override {
     return check && check->station == station ? check : std::nullopt;
   }
-  Status AddDecisions(Store& /*from*/) override { return {}; }
+  Status AddDecisions(const Decisions& /*decisions*/) override { return {}; }
   Result<Table> Query(const std::string& /*sql*/) override { return Table(); }
 
   int failures = 0;
+  std::string latest;
   std::vector<UnitRun> runs;
   std::optional<StationCheck> check;
 };
@@ -200,6 +202,42 @@ TEST_F(Engine, DoesNotBlameAUnitForADiskThatCannotBeWritten) {
   EXPECT_THAT(store_.runs, IsEmpty());
 }
 
+TEST_F(Engine, GivesALaterNameWhereTheClockHasGoneBack) {
+  store_.latest = "29991231T235959.999999Z-ffffffff";
+  const Result<FleetProgress> progress = Run();
+  ASSERT_TRUE(progress) << progress.error().message;
+  ASSERT_THAT(store_.runs, SizeIs(3));
+  for (const UnitRun& run : store_.runs) {
+    EXPECT_GT(run.id, store_.latest);
+    EXPECT_EQ(fs::path(run.folder).filename(), run.id);
+    EXPECT_TRUE(fs::exists(run.folder + "/calibration.yaml"));
+  }
+}
+
+TEST_F(Engine, SaysWhichRunLiftsADecision) {
+  const Result<std::unique_ptr<Store>> store = OpenStore(folder_.Path("fleet.db"));
+  FleetListener listener;
+  listener.on_note = [this](const std::string& note) { notes_.push_back(note); };
+  units_.resize(1);
+  const auto run = [&] {
+    ASSERT_TRUE(RunFleet(units_, options_, **store, listener, [] { return false; }));
+  };
+  run();
+  ASSERT_TRUE((*store)->Dispose({.id = NewRunId(),
+                                 .serial = "u0",
+                                 .created = "2026-11-25T12:00:00Z",
+                                 .who = "R. Roe",
+                                 .why = "bent",
+                                 .verdict = Verdict::kRefused}));
+  run();
+  EXPECT_THAT(notes_, IsEmpty());
+  fs::create_directories(folder_.Path("again"));
+  units_[0] = {.log = folder_.Write("again/u0.csv",
+                                    LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
+  run();
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("lifts the decision of R. Roe (refused: bent)")));
+}
+
 TEST_F(Engine, SaysAtWhichRateAndForHowLong) {
   FleetProgress progress;
   progress.units = 300;
@@ -289,6 +327,8 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
   store.check = CheckBefore(10.0, false);
   EXPECT_THAT(why(), HasSubstr("did not agree"));
+  store.check = CheckBefore(-7200.0, true);
+  EXPECT_THAT(why(), HasSubstr("which is 2.0 h from now"));
   store.check->station = "S4";
   EXPECT_THAT(why(), HasSubstr("no check"));
 }

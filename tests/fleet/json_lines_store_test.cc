@@ -2,6 +2,8 @@
 #include "fleet/json_lines_store.h"
 
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -55,9 +57,9 @@ class JsonLines : public ::testing::Test {
 
 TEST_F(JsonLines, KeepALineARunToTheLastBit) {
   Write({"1", "2"}, {2, 8});
-  EXPECT_THAT(
-      Text(),
-      ::testing::StartsWith("{\"format\":\"truetriad/runs/1\",\"shards\":8,\"shard\":2}\n"));
+  EXPECT_THAT(Text(),
+              ::testing::StartsWith(
+                  "{\"format\":\"truetriad/runs/2\",\"shards\":8,\"shard\":2,\"store\":\"2"));
   UnitRun expected = SampleRun("2", "unit 2");
   expected.shard = "2/8";
   std::string found;
@@ -76,11 +78,12 @@ TEST_F(JsonLines, PassOverWhatAKilledWriterLeftAndTheNextOneTakesItAway) {
   // Wherever it was cut: in the header, in a line, at a line's end.
   for (std::size_t size = 0; size <= whole.size(); size += size < 100 ? 3 : 1501) {
     folder_.Write("new/shard.jsonl", whole.substr(0, size));
-    for (const std::string& id : Read()) ASSERT_THAT(id, ::testing::AnyOf("1", "2")) << size;
+    for (const std::string& id : Read())
+      ASSERT_THAT(id, ::testing::AnyOf(SampleId("1"), SampleId("2"))) << size;
     Write({"3"});
     const std::string kept = whole.substr(0, whole.rfind('\n', size == 0 ? 0 : size - 1) + 1);
     ASSERT_TRUE(Text().starts_with(kept)) << size;
-    ASSERT_EQ(Read().back(), "3") << size;
+    ASSERT_EQ(Read().back(), SampleId("3")) << size;
   }
 }
 
@@ -136,7 +139,7 @@ TEST_F(JsonLines, KnowTheLastRunOfEachLog) {
 }
 
 TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
-  const std::string header = "{\"format\":\"truetriad/runs/2\",\"shards\":1}\n";
+  const std::string header = "{\"format\":\"truetriad/runs/3\",\"shards\":1}\n";
   struct Case {
     std::string text, message;
   };
@@ -160,6 +163,56 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
   EXPECT_FALSE(OpenStore(folder_.Path("")));
 }
 
+TEST_F(JsonLines, SayWhatNoRunCanBe) {
+  Write({});
+  const std::string header = Text();
+  struct Case {
+    void (*spoil)(UnitRun* run);
+    std::string message;
+  };
+  const std::vector<Case> cases = {
+      {[](UnitRun* run) { run->id = "zzz"; }, "its name \"zzz\" is none"},
+      {[](UnitRun* run) { run->id = ""; }, "its name \"\" is none"},
+      {[](UnitRun* run) { run->id = "../../x"; }, "is none that truetriad has made"},
+      {[](UnitRun* run) { run->serial = ""; }, "has 0 bytes, expected 1 to 1000"},
+      {[](UnitRun* run) { run->serial.assign(100'000, 'x'); }, "has 100000 bytes"},
+      {[](UnitRun* run) { run->serial = std::string("a\0b", 3); }, "\"a\\u0000b\" has 3 bytes"},
+      {[](UnitRun* run) { run->created = "yesterday"; }, "created is \"yesterday\""},
+      {[](UnitRun* run) { run->parameters[1].sigma = -1.0; }, "expected 0 or more"},
+      {[](UnitRun* run) { run->parameters[1].name = run->parameters[0].name; }, "there twice"},
+      {[](UnitRun* run) { run->covariance.pop_back(); }, "the covariance has"},
+  };
+  for (const Case& one : cases) {
+    UnitRun run = SampleRun("1", "A");
+    one.spoil(&run);
+    folder_.Write("new/shard.jsonl", header + LineOf(run));
+    EXPECT_THAT(Read(), ElementsAre(AllOf(HasSubstr("shard.jsonl:2: "), HasSubstr(one.message))));
+  }
+  const std::string good = LineOf(SampleRun("1", "A"));
+  for (const auto& [from, to, message] :
+       {std::tuple("\"verdict\":\"pass\"", "\"verdict\":\"PASS\"", "`PASS` is no verdict"),
+        {"\"lot\"", "\"lott\"", "tags that no experiment has"}}) {
+    std::string line = good;
+    line.replace(line.find(from), std::string_view(from).size(), to);
+    folder_.Write("new/shard.jsonl", header + line);
+    EXPECT_THAT(Read(), ElementsAre(AllOf(HasSubstr("shard.jsonl:2: "), HasSubstr(message))));
+  }
+}
+
+TEST_F(JsonLines, KeepTheRetestPolicyThatWasStatedFirst) {
+  const RetestPolicy policy{RetestCounts::kBest, 2};
+  {
+    const std::unique_ptr<Store> store = Opened();
+    ASSERT_TRUE(store->StateRetestPolicy(policy));
+    ASSERT_TRUE(store->StateShard({}));
+  }
+  const std::unique_ptr<Store> store = Opened();
+  EXPECT_EQ(*store->StatedRetestPolicy(), policy);
+  EXPECT_TRUE(store->StateRetestPolicy(policy));
+  EXPECT_THAT(store->StateRetestPolicy({}).error().message,
+              HasSubstr("`best, 2 more`, not by `last`"));
+}
+
 TEST_F(JsonLines, AnswerNoQuestions) {
   Write({"1"});
   const std::unique_ptr<Store> store = Opened();
@@ -173,7 +226,7 @@ TEST(StoreUrl, OfRunsAsTextHasASchemeOrAnEnding) {
   EXPECT_EQ(JsonLinesPath("a/b.jsonl"), "a/b.jsonl");
   EXPECT_EQ(JsonLinesPath("jsonl:a/b"), "a/b");
   EXPECT_EQ(JsonLinesPath("a/b.db"), std::nullopt);
-  EXPECT_EQ(JsonLinesPath("sqlite:a/b.db"), std::nullopt);
+  EXPECT_EQ(JsonLinesPath("sqlite:a/b.jsonl"), std::nullopt);
 }
 
 TEST(AShard, IsBelowItsCount) {

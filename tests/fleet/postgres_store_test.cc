@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/schema.h"
 #include "fleet/store_samples.h"
 #include "support/private_postgres.h"
 
@@ -137,9 +138,12 @@ TEST_F(PostgreSQLStore, ConnectsAnewWhenTheServerIsBack) {
   ASSERT_TRUE(store) << store.error().message;
   ASSERT_TRUE((*store)->Add(RunOf("A1")));
   server()->Stop();
+  std::vector<std::string> notes;
+  (*store)->TellNotes([&](const std::string& note) { notes.push_back(note); });
   std::thread later([&] { server()->Start(); });
   const Status status = (*store)->Add(RunOf("A2"));
   later.join();
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("the connection was lost")));
   EXPECT_TRUE(status) << status.error().message;
   EXPECT_THAT(Ask(**store, "SELECT serial FROM run ORDER BY serial"),
               ElementsAre(ElementsAre("A1"), ElementsAre("A2")));
@@ -170,7 +174,29 @@ TEST_F(PostgreSQLStore, IsMadeOnceByManyAtOnce) {
   }
   for (std::thread& writer : writers) writer.join();
   for (const std::string& failure : failures) EXPECT_EQ(failure, "");
-  EXPECT_EQ(server()->Psql(url_, "SELECT value FROM fact"), "2");
+  EXPECT_EQ(server()->Psql(url_, "SELECT value FROM fact WHERE name = 'schema_version'"), "3");
+  EXPECT_EQ(server()->Psql(url_, "SELECT count(*) FROM fact WHERE name = 'store'"), "1");
+}
+
+// A store of today is taken back to the second version, and opened.
+TEST_F(PostgreSQLStore, BringsAnOlderStoreUpToDate) {
+  ASSERT_TRUE((*OpenStore(url_))->Add(RunOf("1", Verdict::kPass)));
+  const std::string view(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
+  EXPECT_EQ(server()->Psql(url_,
+                           "DROP VIEW standing; ALTER TABLE finding DROP COLUMN treatment;"
+                           "ALTER TABLE station_check DROP COLUMN recording;"
+                           "ALTER TABLE station_check DROP COLUMN repeatability;"
+                           "DELETE FROM fact WHERE name = 'store';"
+                           "UPDATE fact SET value = 2 WHERE name = 'schema_version';"
+                           "INSERT INTO disposition VALUES "
+                           "('d', '1', 'c', 'R. Roe', 'refused', 'bent');" +
+                               view),
+            "");
+  const auto store = OpenStoreToRead(url_);
+  ASSERT_TRUE(store) << store.error().message;
+  EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
+              ElementsAre(ElementsAre("refused", "R. Roe", "bent")));
+  EXPECT_NE(*(*store)->Identity(), "");
 }
 
 TEST_F(PostgreSQLStore, IsNotTakenForWhatItIsNot) {
@@ -239,6 +265,21 @@ TEST_F(PostgreSQLStore, ChangesNothingForAQuestion) {
   // Before version 16 read-only transactions make large objects.
   EXPECT_TRUE((*store)->Query("SELECT lo_create(77)"));
   EXPECT_EQ(server()->Psql(url_, "SELECT count(*) FROM pg_largeobject_metadata"), "0");
+}
+
+TEST_F(PostgreSQLStore, AsksNothingThatWasTypedAsASuperuser) {
+  ASSERT_TRUE(OpenStore(url_));
+  EXPECT_TRUE((*OpenStoreToRead(url_))->AllowTypedText());
+  std::string mighty = url_;
+  mighty.replace(mighty.find("line@"), 5, "postgres@");
+  const Status refused = (*OpenStoreToRead(mighty))->AllowTypedText();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(refused.error().message, HasSubstr("CREATE ROLE"));
+  server()->Psql(mighty, "GRANT pg_write_server_files TO line");
+  EXPECT_FALSE((*OpenStoreToRead(url_))->AllowTypedText());
+  server()->Psql(mighty, "REVOKE pg_write_server_files FROM line");
+  EXPECT_TRUE((*OpenStoreToRead(url_))->AllowTypedText());
 }
 
 #endif  // TRUETRIAD_HAVE_POSTGRESQL

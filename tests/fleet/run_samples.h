@@ -8,11 +8,21 @@
 
 namespace truetriad::fleet {
 
-/// A run of a usable unit with a finding that has all there is, inputs, tags and limits.
+/// A name as of NewRunId: `digits` are hexadecimal, up to eight, and say their order. Another text
+/// stays as it is.
+inline std::string SampleId(const std::string& digits) {
+  const bool is_other = digits.empty() || digits.size() > 8 ||
+                        digits.find_first_not_of("0123456789abcdef") != std::string::npos;
+  return is_other ? digits
+                  : "20261125T120000.000000Z-" + std::string(8 - digits.size(), '0') + digits;
+}
+
+/// A run of a usable unit with a finding that has all there is (`id` as SampleId), inputs, tags and
+/// limits.
 inline UnitRun SampleRun(const std::string& id, const std::string& serial) {
   UnitRun run;
   Fill(SampleCalibration(), &run);
-  run.id = id;
+  run.id = SampleId(id);
   run.serial = serial;
   run.log = serial + ".csv";
   run.log_bytes = 1'400'000;

@@ -77,13 +77,39 @@ TEST_F(Exporting, ToCsvGivesARowARunThatCounts) {
   EXPECT_EQ(field(1, "note"), "'=1+1, \"x\"");
   EXPECT_EQ(field(1, "verdict"), "refused");
   EXPECT_EQ(field(2, "serial"), "A\n\"1\"");
-  EXPECT_EQ(field(2, "run"), "2");
+  EXPECT_EQ(field(2, "run"), SampleId("2"));
   EXPECT_EQ(field(2, "lot"), "L17");
   EXPECT_EQ(field(2, "log_modified_ns"), "1795570000123456789");
   const Parameter first = SampleRun("2", "A").parameters[0];
   EXPECT_EQ(std::stod(field(2, first.name)), 1.0 / 3.0);
   EXPECT_EQ(std::stod(field(2, first.name + ".sigma")), first.sigma);
   EXPECT_EQ(field(1, first.name), "");
+  EXPECT_EQ(field(2, "accelerometer.bias.x.judged"), "0.1");
+}
+
+TEST_F(Exporting, SaysWhatPeopleDecidedOfTheRunThatCounts) {
+  ASSERT_TRUE(store_->Dispose({.id = "d",
+                               .serial = "A\n\"1\"",
+                               .created = "2026-11-25T12:00:00Z",
+                               .who = "R. Roe",
+                               .why = "bent",
+                               .verdict = Verdict::kRefused}));
+  ASSERT_TRUE(ExportCsv(*store_, {}, path_));
+  const auto records = Records(TemporaryFolder::Read(path_));
+  const auto& names = records[0];
+  const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), "final_verdict") -
+                                           names.begin());
+  ASSERT_EQ(records.size(), 4u);
+  const auto last_four = [&](std::size_t row) {
+    const auto begin = records[row].begin() + static_cast<std::ptrdiff_t>(at);
+    return std::vector<std::string>(begin, begin + 4);
+  };
+  using ::testing::ElementsAre;
+  EXPECT_THAT(last_four(1), ElementsAre("refused", "refused", "1", ""));
+  EXPECT_THAT(last_four(2), ElementsAre("", "", "", ""));
+  EXPECT_THAT(last_four(3), ElementsAre("refused", "pass", "2", "R. Roe"));
+  // A tag is asked for by its name.
+  EXPECT_EQ(*ExportCsv(*store_, {.where = "lot = 'L17' AND serial LIKE '-%'"}, path_), 1u);
 }
 
 TEST_F(Exporting, TakesTheRunsThatAConditionNames) {

@@ -67,6 +67,43 @@ TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
   EXPECT_THAT(Ask(**store, "SELECT run FROM standing"), ElementsAre(ElementsAre("2")));
 }
 
+// One of the second version, with what people had decided.
+TEST_F(SqliteStoreTest, KeepsTheDecisionsOfAnOlderStore) {
+  {
+    // Of today, and taken back to what it was.
+    ASSERT_TRUE(OpenStore(path_));
+    std::string views(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
+    Execute(path_,
+            "DROP VIEW standing; ALTER TABLE finding DROP COLUMN treatment;"
+            "ALTER TABLE station_check DROP COLUMN recording;"
+            "ALTER TABLE station_check DROP COLUMN repeatability;"
+            "DELETE FROM fact; PRAGMA user_version = 2;" +
+                views +
+                "INSERT INTO unit VALUES ('A1');"
+                "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'pass', "
+                "'', '', 'poses', 0.5, 0.5, 10, NULL);"
+                "INSERT INTO disposition VALUES ('d', '1', 'c', 'R. Roe', 'refused', 'bent');"
+                "INSERT INTO station_check VALUES ('k', 'S3', 'G', 'c', 1, 0.5, 2, 'p', 'l')");
+  }
+  const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
+  ASSERT_TRUE(store) << store.error().message;
+  EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
+              ElementsAre(ElementsAre("refused", "R. Roe", "bent")));
+  const auto check = (*store)->LastStationCheck("S3");
+  ASSERT_TRUE(check && *check);
+  EXPECT_EQ((*check)->recording, "");
+  EXPECT_NE(*(*store)->Identity(), "");
+}
+
+TEST_F(SqliteStoreTest, SaysThatItsNumberOfShardsIsNone) {
+  const Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  Execute(path_, "INSERT INTO fact VALUES ('shards', 'x')");
+  const Result<StatedShards> shards = (*store)->Shards();
+  ASSERT_FALSE(shards);
+  EXPECT_THAT(shards.error().message, HasSubstr("`shards` is `x`"));
+}
+
 TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);

@@ -9,6 +9,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "fleet/rows.h"
 #include "fleet/run_samples.h"
@@ -182,9 +183,9 @@ TEST_P(StoreTest, KeepsWhatPeopleDecide) {
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
   Disposition first{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe'; --", "seen", Verdict::kPass};
-  const Result<std::string> run = (*store)->Dispose(first);
-  ASSERT_TRUE(run) << run.error().message;
-  EXPECT_EQ(*run, "1");
+  const Result<Disposition> added = (*store)->Dispose(first);
+  ASSERT_TRUE(added) << added.error().message;
+  EXPECT_EQ(added->run, "1");
   const std::string standing =
       "SELECT verdict, first_verdict, final_verdict, disposed_by FROM standing";
   EXPECT_THAT(Ask(**store, standing),
@@ -195,10 +196,85 @@ TEST_P(StoreTest, KeepsWhatPeopleDecide) {
               ElementsAre(ElementsAre("outside-limits", "outside-limits", "refused", "M. Moe")));
   EXPECT_THAT(Ask(**store, "SELECT disposition, run, why FROM disposition ORDER BY disposition"),
               ElementsAre(ElementsAre("a", "1", "seen"), ElementsAre("b", "1", "bent")));
-  // Of that run, and not of a later one.
-  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
-  EXPECT_THAT(Ask(**store, standing),
-              ElementsAre(ElementsAre("pass", "outside-limits", "pass", std::nullopt)));
+}
+
+TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto add = [&](const std::string& id, const std::string& log, const std::string& sha256) {
+    UnitRun run = RunOf(id, Verdict::kPass);
+    run.log = log;
+    run.log_bytes = static_cast<std::int64_t>(log.size());
+    run.inputs.clear();
+    if (!sha256.empty()) run.inputs = {{log, sha256, 100}};
+    ASSERT_TRUE((*store)->Add(run));
+  };
+  const auto final_verdict = [&] {
+    return *Ask(**store, "SELECT final_verdict FROM standing").at(0).at(0);
+  };
+  add("1", "a.csv", "aa");
+  add("2", "b.csv", "bb");
+  ASSERT_TRUE(
+      (*store)->Dispose({"d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
+  add("3", "b.csv", "bb");       // Again.
+  add("4", "copy-b.csv", "bb");  // Under another name.
+  add("5", "b.csv", "");         // Untouched, and not read to its end.
+  add("6", "a.csv", "aa");       // Known when it was decided.
+  EXPECT_EQ(final_verdict(), "refused");
+  const auto before = (*store)->StandingOf("A1");
+  EXPECT_EQ((*before)->disposed_by + (*before)->disposed_why, "R. Roebent");
+  add("7", "c.csv", "cc");
+  EXPECT_EQ(final_verdict(), "pass");
+  EXPECT_EQ((*store)->StandingOf("A1").value()->disposed_by, "");
+  // Once lifted, it stays so.
+  add("8", "c.csv", "cc");
+  EXPECT_EQ(final_verdict(), "pass");
+  ASSERT_TRUE(
+      (*store)->Dispose({"e", "A1", "2026-11-26T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
+  EXPECT_EQ(final_verdict(), "refused");
+  add("9", "unreadable.csv", "");
+  EXPECT_EQ(final_verdict(), "pass");
+}
+
+TEST_P(StoreTest, CountsALaterDecisionThoughTheClockHasGoneBack) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kPass)));
+  Disposition of_tomorrow{.id = "29991231T235959.999999Z-ffffffff",
+                          .serial = "A1",
+                          .created = "2999-12-31T23:59:59Z",
+                          .who = "R. Roe",
+                          .why = "seen",
+                          .verdict = Verdict::kPass};
+  Disposition now = of_tomorrow;
+  now.id = NewRunId();
+  now.verdict = Verdict::kRefused;
+  ASSERT_TRUE((*store)->Dispose(of_tomorrow));
+  const Result<Disposition> added = (*store)->Dispose(now);
+  ASSERT_TRUE(added);
+  EXPECT_GT(added->id, of_tomorrow.id);
+  EXPECT_EQ(added->id.substr(0, 23), "30000101T000000.000000Z");
+  EXPECT_THAT(Ask(**store, "SELECT final_verdict FROM standing"),
+              ElementsAre(ElementsAre("refused")));
+}
+
+TEST_P(StoreTest, KnowsTheLatestRunOfAUnitOrALog) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  EXPECT_EQ(*(*store)->LatestRun(RunOf("A1")), "");
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kPass)));
+  UnitRun other = RunOf("B2");
+  EXPECT_EQ(*(*store)->LatestRun(other), "");
+  other.log = "A1.csv";
+  EXPECT_EQ(*(*store)->LatestRun(other), "1");
+}
+
+TEST_P(StoreTest, IsNoOther) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_), other = OpenStore(NewUrl());
+  ASSERT_TRUE(store && other);
+  EXPECT_EQ((*store)->Identity()->size(), NewRunId().size());
+  EXPECT_EQ(*(*store)->Identity(), *(*OpenStoreToRead(url_))->Identity());
+  EXPECT_NE(*(*store)->Identity(), *(*other)->Identity());
 }
 
 TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
@@ -209,7 +285,7 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
   const auto refused = [&](const auto& spoil, ErrorCode code) {
     Disposition bad = good;
     spoil(&bad);
-    const Result<std::string> run = (*store)->Dispose(bad);
+    const Result<Disposition> run = (*store)->Dispose(bad);
     EXPECT_FALSE(run);
     EXPECT_TRUE(run || run.error().code == code) << run.error().message;
   };
@@ -217,6 +293,7 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
   refused([](Disposition* bad) { bad->who = " "; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->why = ""; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->why = "a\nb"; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->why = "a\xFF"; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->verdict = Verdict::kCrashed; }, ErrorCode::kInvalidArgument);
   EXPECT_THAT(Ask(**store, "SELECT count(*) FROM disposition"), ElementsAre(ElementsAre("0")));
 }
@@ -229,16 +306,30 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   EXPECT_FALSE(*none);
   StationCheck check{"2", "S3", "G1", "2026-11-25T06:00:00Z", true, 0.1 + 0.2, 1.0 / 3.0, "a", "l"};
   ASSERT_TRUE((*store)->AddStationCheck(check));
-  check.id = "1";
-  check.agrees = false;
-  ASSERT_TRUE((*store)->AddStationCheck(check));
+  // The same recording again does not count, whatever is made of it; another one does.
+  check.recording = "aa bb";
   check.id = "3";
+  check.agrees = false;
+  EXPECT_FALSE((*store)->AddStationCheck(check).value());
+  check.id = "4";
+  check.agrees = true;
+  check.repeatability = "accelerometer.bias=1";
+  const auto first = (*store)->AddStationCheck(check);
+  ASSERT_TRUE(first && *first);
+  EXPECT_EQ((*first)->id, "3");
+  EXPECT_FALSE((*(*store)->LastStationCheck("S3"))->agrees);
+  check.id = "5";
+  check.recording = "cc";
+  EXPECT_FALSE((*store)->AddStationCheck(check).value());
+  EXPECT_EQ((*(*store)->LastStationCheck("S3"))->repeatability, "accelerometer.bias=1");
+  check.id = "6";
+  check.agrees = false;
   check.station = "S4";
   check.p = std::numeric_limits<double>::quiet_NaN();
   ASSERT_TRUE((*store)->AddStationCheck(check));
   const auto last = (*store)->LastStationCheck("S3");
   ASSERT_TRUE(last && *last);
-  EXPECT_EQ((*last)->id, "2");
+  EXPECT_EQ((*last)->id, "5");
   EXPECT_TRUE((*last)->agrees);
   EXPECT_EQ((*last)->p, 0.1 + 0.2);
   EXPECT_EQ((*last)->largest, 1.0 / 3.0);
@@ -271,6 +362,34 @@ TEST_P(StoreTest, GivesWholeRunsBack) {
       }));
   // 0, 1, 10 to 19 and 100 to 109, of which ten have been calibrated again.
   EXPECT_EQ(found.size(), 22u);
+}
+
+TEST(AStore, IsAFile) {
+  const TemporaryFolder folder;
+  const std::string pipe = folder.Path("pipe.jsonl");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& url : {pipe, "sqlite:" + pipe, std::string("/dev/null")}) {
+    for (const auto& open : {OpenStore, OpenStoreToRead}) {
+      const auto store = open(url);
+      ASSERT_FALSE(store) << url;
+      EXPECT_THAT(store.error().message, HasSubstr("is no file"));
+    }
+  }
+  for (const std::string url : {"",
+                                ":memory:",
+                                "sqlite:",
+                                "sqlite::memory:",
+                                "file:x?mode=memory",
+                                "jsonl:",
+                                "host=db password=hunter2",
+                                "jsonl:postgresql://u:hunter2@db",
+                                "sqlite:postgresql://u:hunter2@db/x",
+                                "mysql://u:hunter2@db"}) {
+    const auto store = OpenStore(url);
+    ASSERT_FALSE(store) << url;
+    EXPECT_EQ(store.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_THAT(store.error().message + ShownStore(url), ::testing::Not(HasSubstr("hunter2")));
+  }
 }
 
 TEST(NameOfStore, IsTheSameBeforeThereIsOneAndAfter) {

@@ -22,11 +22,11 @@ class PrivatePostgres {
     return server.folder_.empty() ? nullptr : &server;
   }
 
-  /// A fresh database, as `--store=` takes it.
+  /// A fresh database, as `--store=` takes it, of a role that has it and no more.
   std::string NewDatabase() {
     const std::string name = "line" + std::to_string(++databases_);
-    EXPECT_EQ(Run("createdb", "-h '" + folder_ + "' -U postgres " + name), 0);
-    return "postgresql://postgres@/" + name + "?host=" + folder_;
+    EXPECT_EQ(Run("createdb", "-h '" + folder_ + "' -U postgres -O line " + name), 0);
+    return "postgresql://line@/" + name + "?host=" + folder_;
   }
   /// What psql says to statements, as SELECT's rows alone.
   std::string Psql(const std::string& url, const std::string& sql) const {
@@ -59,6 +59,7 @@ class PrivatePostgres {
                       "we");
     EXPECT_EQ(Run("initdb", "-A trust -U postgres -E UTF8 --no-sync -D '" + folder_ + "/data'"), 0);
     Start();
+    EXPECT_EQ(Run("createuser", "-h '" + folder_ + "' -U postgres line"), 0);
   }
   ~PrivatePostgres() {
     if (keeper_ != nullptr) ::pclose(keeper_);

@@ -79,8 +79,8 @@ Result<fleet::WorkPlan> StatedPlan() {
                  "--assets=" + FLAGS_assets + " is invalid; expected inline or shared");
   }
   plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
-  plan.folder = (fs::path(FLAGS_output) / "units").string();
-  plan.store = fleet::NameOfStore(StatedStore());
+  // From wherever the store is read.
+  plan.folder = (fs::absolute(FLAGS_output) / "units").lexically_normal().string();
   return plan;
 }
 
@@ -143,6 +143,13 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore() {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   return store;
+}
+
+Status NameStore(fleet::Store& store, fleet::WorkPlan* plan) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string identity, store.Identity());
+  // A copy of a store's file has the same identity, and runs of its own.
+  plan->store = identity + ' ' + fleet::NameOfStore(StatedStore());
+  return {};
 }
 
 Result<fleet::FleetOptions> StatedFleetOptions() {

@@ -42,6 +42,10 @@ std::string StatedStore();
 /// Opens it and states the retest policy there, where flags give one. Errors as OpenStore.
 Result<std::unique_ptr<fleet::Store>> OpenStatedStore();
 
+/// Notes in the plan which store it is: whichever name it is called by, and no other that is called
+/// the same.
+Status NameStore(fleet::Store& store, fleet::WorkPlan* plan);
+
 /// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
 Result<double> ParseDuration(const std::string& flag, const std::string& text);
 

@@ -7,7 +7,9 @@
 
 #include <gflags/gflags.h>
 
+#include "fleet/json_lines_store.h"
 #include "fleet/store.h"
+#include "fleet/store_url.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -73,18 +75,33 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   return experiment;
 }
 
-/// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
-/// was refused, which does not agree either.
-Status KeepCheck(const Experiment& experiment,
-                 const Calibration& golden,
-                 const Comparison* comparison) {
+/// Error (usage): a file of runs, which keeps no checks. Before anything is made of its name.
+Status CheckStore() {
   if (FLAGS_store.empty()) return {};
+  TRUETRIAD_RETURN_IF_ERROR(fleet::CheckStoreUrl(FLAGS_store));
+  if (!fleet::JsonLinesPath(FLAGS_store)) return {};
+  return Error(ErrorCode::kInvalidArgument,
+               "--store=" + FLAGS_store +
+                   ": a file of runs keeps no checks; name a file for SQLite, as in "
+                   "--store=fleet.db, or PostgreSQL");
+}
+
+/// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
+/// was refused, which does not agree either. The first check of the same recording, which counts,
+/// where this is not it.
+Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
+                                                     const Calibration& golden,
+                                                     const Calibration& today,
+                                                     const Comparison* comparison) {
+  if (FLAGS_store.empty()) return std::optional<fleet::StationCheck>();
   fleet::StationCheck check;
   check.id = fleet::NewRunId();
   check.station = experiment.tags.station;
   check.serial = golden.serial;
   check.created = TimestampUtc();
   check.log = experiment.inputs.front();
+  check.recording = fleet::RecordingOf(today.inputs);
+  check.repeatability = FLAGS_repeatability;
   if (comparison != nullptr) {
     check.agrees = AgreementOf(*comparison) == Agreement::kAgree;
     check.p = comparison->p_value;
@@ -97,12 +114,21 @@ Status KeepCheck(const Experiment& experiment,
   return store->AddStationCheck(check);
 }
 
+/// What is to be said of a recording that the store had a check of already.
+std::string RepeatText(const std::optional<fleet::StationCheck>& first) {
+  if (!first) return "";
+  return "DOES NOT COUNT: this recording was checked at " + first->created + " already, and " +
+         (first->agrees ? "agreed" : "did not agree") +
+         "; that holds, until the golden unit is recorded again\n";
+}
+
 Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   std::vector<std::string> inputs = StatedInputs(words);
   if (inputs.empty()) {
     return Error(ErrorCode::kMissingArgument,
                  "no log; name today's recording of the golden unit (--input=LOG)");
   }
+  TRUETRIAD_RETURN_IF_ERROR(CheckStore());
   TRUETRIAD_ASSIGN_OR_RETURN(const Repeatability repeatability,
                              ParseRepeatability(FLAGS_repeatability));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration golden, ReadCalibration(FLAGS_golden));
@@ -124,9 +150,9 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   result.findings = today->findings;
   result.outcome = today->outcome;
   if (!today->IsUsable()) {
-    TRUETRIAD_RETURN_IF_ERROR(KeepCheck(experiment, golden, nullptr));
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, *today, nullptr));
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
-    result.text = CalibrationText(*today);
+    result.text = RepeatText(first) + CalibrationText(*today);
     result.grade = Grade::kBad;
     result.failure = "the station cannot be judged: today's recording was refused";
     result.result = {{"agrees", nullptr}};
@@ -147,16 +173,19 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
     result.result = {{"agrees", nullptr}};
     return result;
   }
-  TRUETRIAD_RETURN_IF_ERROR(KeepCheck(experiment, golden, &comparison));
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, *today, &comparison));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
-  result.text = std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
+  result.text = RepeatText(first) +
+                std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
                 " with the reference of its golden unit\n" +
                 ComparisonText(comparison,
                                {"a: the reference, " + OriginOf(FLAGS_golden, golden),
                                 "b: today, " + experiment.inputs.front()});
   result.result = {{"agrees", agrees}, {"comparison", ToJson(comparison)}};
+  if (first)
+    result.result["first_check"] = {{"created", first->created}, {"agrees", first->agrees}};
   return result;
 }
 

@@ -44,11 +44,11 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .who = FLAGS_who,
                                           .why = FLAGS_why,
                                           .verdict = *verdict};
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string run, store->Dispose(disposition));
-  return VerbResult{.text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + run + ")\n",
-                    .result = {{"disposition", disposition.id},
-                               {"serial", disposition.serial},
-                               {"run", run},
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
+  return VerbResult{.text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n",
+                    .result = {{"disposition", added.id},
+                               {"serial", added.serial},
+                               {"run", added.run},
                                {"verdict", FLAGS_verdict}}};
 }
 
@@ -63,8 +63,8 @@ Command FleetDisposeCommand() {
               "build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who=\"R. Roe\" "
               "--verdict=refused --why=\"connector bent\"",
           .details =
-              "It is of the run that counts: a later one that counts supersedes it, as does "
-              "a later decision.\nNothing is changed or removed.\n",
+              "It holds until a later decision, or until a later run counts that is of another "
+              "recording; fleet run\nthen says so. Nothing is changed or removed.\n",
           .flags = {{"unit", "SERIAL", true},
                     {"store", "FILE|URL", true},
                     {"verdict", "VERDICT", true, VerdictsOfPeople()},

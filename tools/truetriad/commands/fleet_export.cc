@@ -63,6 +63,7 @@ Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
   const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
   if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
@@ -81,9 +82,9 @@ Command FleetExportCommand() {
               "build/truetriad fleet run out/line -o out/day --report=false\n"
               "build/truetriad fleet export --store=out/day/fleet.db --to=csv -o out/day/runs.csv",
           .details =
-              "csv and parquet: a row a run, with the value and sigma of every parameter. jsonl: "
-              "whole runs, from\nwhich `fleet collect` makes the store again; of all runs with "
-              "--runs=all. parquet needs Node.js.\n",
+              "csv and parquet: a row a run, with the value and sigma of every parameter, and with "
+              "what is judged. jsonl:\nwhole runs, from which `fleet collect` makes the store "
+              "again; of all runs with --runs=all. parquet needs Node.js.\n",
           .flags = {{"store", "FILE", true},
                     {"to", "FORMAT", true, {"csv", "jsonl", "parquet"}},
                     {"output", "FILE", true},

@@ -5,13 +5,14 @@
 
 #include <gflags/gflags.h>
 
+#include "fleet/line_reader.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
 
 DEFINE_string(sql, "", "a question in SQL; the tables are in docs/fleet.md");
-DEFINE_string(where, "", "of which runs, as in \"verdict <> 'pass' AND created > '2026-11'\"");
+DEFINE_string(where, "", "of which runs, as in \"final_verdict <> 'pass' AND lot = 'L17'\"");
 DEFINE_bool(csv, false, "print CSV");
 
 namespace truetriad {
@@ -20,9 +21,9 @@ namespace {
 /// What is asked where only `--where` is given: of each unit the run that counts.
 std::string Question() {
   if (!FLAGS_sql.empty()) return FLAGS_sql;
-  const std::string where = FLAGS_where.empty() ? "" : " WHERE " + FLAGS_where;
-  return "SELECT serial, verdict, code, created, log, folder FROM standing" + where +
-         " ORDER BY serial";
+  return "SELECT serial, final_verdict, verdict, code, first_verdict, attempts, disposed_by, "
+         "created, log, folder" +
+         fleet::FromWhere("standing", {.where = FLAGS_where}) + " ORDER BY serial";
 }
 
 /// Fields with commas, quotes or line ends are quoted, as is what a spreadsheet takes for a
@@ -55,12 +56,20 @@ std::string Flat(std::string text) {
   return text;
 }
 
+/// As it is shown to people: of bytes how many there are.
+std::string Shown(const fleet::Table& table,
+                  std::size_t column,
+                  const std::optional<std::string>& field) {
+  if (!field || !table.are_bytes[column]) return Flat(field.value_or(""));
+  return "<blob " + std::to_string(field->size() / 2) + " bytes>";  // Two digits each.
+}
+
 std::string TextOf(const fleet::Table& table) {
   std::vector<std::size_t> widths;
   for (const std::string& column : table.columns) widths.push_back(column.size());
   for (const auto& row : table.rows) {
     for (std::size_t i = 0; i < row.size(); ++i) {
-      widths[i] = std::max(widths[i], row[i].value_or("").size());
+      widths[i] = std::max(widths[i], Shown(table, i, row[i]).size());
     }
   }
   std::string text;
@@ -72,7 +81,7 @@ std::string TextOf(const fleet::Table& table) {
   };
   for (std::size_t i = 0; i < widths.size(); ++i) add(i, table.columns[i]);
   for (const auto& row : table.rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) add(i, Flat(row[i].value_or("")));
+    for (std::size_t i = 0; i < row.size(); ++i) add(i, Shown(table, i, row[i]));
   }
   return text;
 }
@@ -99,6 +108,9 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_sql.empty() || !FLAGS_where.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Table table, store->Query(Question()));
   return VerbResult{.text = FLAGS_csv ? CsvOf(table) : TextOf(table),
                     .result = {{"columns", table.columns}, {"rows", JsonOf(table)}}};
@@ -113,7 +125,8 @@ Command FleetQueryCommand() {
       .examples =
           "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
           "build/truetriad fleet run out/line -o out/day --report=false\n"
-          "build/truetriad fleet query --store=out/day/fleet.db --where=\"verdict = 'usable'\"",
+          "build/truetriad fleet query --store=out/day/fleet.db --where=\"final_verdict = "
+          "'usable'\"",
       .details = "Nothing can be changed. Without a question: of every unit the run that counts.\n",
       .flags = {{"store", "FILE|URL", true},
                 {"sql", "SELECT"},

@@ -16,6 +16,7 @@ namespace {
 Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FleetPageSummary page,
       fleet::WriteFleetPage(*store,

@@ -58,6 +58,7 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
+  TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(const GoldenHold hold, StatedGoldenHold(options.plan, *store));
   if (hold) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<std::string> why, hold());

@@ -86,6 +86,9 @@ Result<VerbResult> RunFleetSummary(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::SummaryOptions options, Options());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_where.empty() || !FLAGS_study.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::LineSummary summary, fleet::Summarise(*store, options));
   return VerbResult{.text = FLAGS_csv ? SummaryCsv(summary) : SummaryText(summary),
                     .result = ToJson(summary)};

@@ -56,6 +56,7 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
                              fleet::FolderClaim::TakeAlone(FLAGS_output));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard({}));
+  TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(options.hold, StatedGoldenHold(options.plan, *store));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
