@@ -65,6 +65,7 @@ Result<FleetProgress> FleetEngine::Run(FleetProgress progress,
                        store_retry_.why);
     }
   }
+  for (const std::string& note : source_->Left()) Tell(note);
   count_time();
   progress_.is_stopped = next_.has_value() || !source_->HasEnded();
   return progress_;

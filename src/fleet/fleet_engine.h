@@ -92,6 +92,8 @@ class OrderSource {
   /// The run of a unit that was given came to nothing through no fault of its own; where the
   /// options have patience.
   virtual void Again(const UnitRun& /*run*/) {}
+  /// At the end, what people should know of units that were seen and not given: a line each.
+  virtual std::vector<std::string> Left() const { return {}; }
 };
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on

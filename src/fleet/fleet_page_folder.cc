@@ -15,8 +15,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "io/yaml_reader.h"
 #include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad::fleet {

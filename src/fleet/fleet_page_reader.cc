@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "fleet/fleet_page_script.h"
-#include "fleet/line_reader.h"
+#include "fleet/line_selection.h"
 #include "line/moment.h"
 #include "truetriad/model/tags.h"
 

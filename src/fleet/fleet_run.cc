@@ -37,8 +37,7 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
   FleetProgress progress;
   if (options.resumes) {
     TRUETRIAD_ASSIGN_OR_RETURN(const DoneLogs done, DoneLogs::In(store, config_sha256));
-    progress.skipped =
-        std::erase_if(units, [&](const UnitOrder& unit) { return done.Has(unit.log); });
+    progress.skipped = std::erase_if(units, [&](const UnitOrder& unit) { return done.Has(unit); });
   }
   progress.units = units.size();
   ListedUnits source(std::move(units));

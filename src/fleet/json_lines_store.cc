@@ -199,7 +199,9 @@ class JsonLinesStore : public Store {
                run.log_modified_ns,
                run.config_sha256,
                run.software_version,
-               run.verdict};
+               run.verdict,
+               run.serial,
+               run.tags};
       return {};
     }));
     std::vector<KnownRun> runs;

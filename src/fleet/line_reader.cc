@@ -93,6 +93,7 @@ class LineReader {
                        .attempts = static_cast<int>(NumberOf(row[7], 1.0)),
                        .wall_s = NumberOf(row[8], 0.0),
                        .cpu_s = NumberOf(row[9], 0.0)};
+      if (row[10]) record.unit.tags["temperature"] = *row[10];
       record.*property = true;
       records_.push_back(std::move(record));
     }
@@ -306,10 +307,11 @@ class LineReader {
 /// Of the unit's run that counts, and of a run alone, as if it were a unit: columns of ReadRuns.
 std::string OfUnit() {
   return "SELECT run, serial, created, verdict, " + std::string(kReason) +
-         ", first_verdict, final_verdict, attempts, wall_s, cpu_s";
+         ", first_verdict, final_verdict, attempts, wall_s, cpu_s, temperature_degc";
 }
 constexpr std::string_view kOfRun =
-    "SELECT run, serial, created, verdict, code, verdict, verdict, 1, wall_s, cpu_s";
+    "SELECT run, serial, created, verdict, code, verdict, verdict, 1, wall_s, cpu_s, "
+    "temperature_degc";
 /// The first calibration of each unit at each station.
 constexpr std::string_view kFirstAtStation =
     " AND run IN (SELECT min(run.run) FROM run LEFT JOIN tag ON tag.run = run.run AND "

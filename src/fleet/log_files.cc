@@ -4,12 +4,19 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <memory>
+#include <set>
 #include <system_error>
+#include <unordered_map>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "io/csv_reader.h"
+#include "io/recording_layout.h"
+#include "io/text_file.h"
 #include "io/whole_file.h"
 
 namespace truetriad::fleet {
@@ -28,67 +35,161 @@ std::optional<LogStamp> StampOfFile(const fs::path& file) {
                   std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec};
 }
 
-void Visit(const fs::path& folder,
-           const std::function<bool(const fs::path&)>& enters,
-           const std::function<void(const fs::path&)>& on_log,
-           std::error_code* failure) {
-  if (!enters(folder)) return;
-  std::error_code missing;
-  if (fs::exists(folder / kManifestName, missing)) {
-    on_log(folder / kManifestName);
-    return;
+/// Of several files: so that no change of any goes unnoticed, whichever way its time is moved.
+LogStamp StampOfAll(const std::vector<std::string>& files) {
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  LogStamp all;
+  std::string states;
+  for (const std::string& file : files) {
+    const std::optional<LogStamp> own = StampOfFile(file);
+    states += own ? std::to_string(own->bytes) + "," + std::to_string(own->modified_ns) : "none";
+    states += ';';
+    if (!own) continue;
+    all.bytes += own->bytes;
+    all.modified_ns = std::max(all.modified_ns, own->modified_ns);
   }
-  for (fs::directory_iterator at(folder, *failure), end; !*failure && at != end;
-       at.increment(*failure)) {
-    std::error_code vanished;
-    if (!at->is_directory(vanished)) {
-      if (!vanished && IsTable(at->path())) on_log(at->path());
-    } else if (!at->is_symlink(vanished) && IsEntered(at->path())) {
-      Visit(at->path(), enters, on_log, &vanished);
-    }
-  }
+  const std::uint64_t digest = std::stoull(Sha256Hex(states).substr(0, 15), nullptr, 16);
+  all.modified_ns += static_cast<std::int64_t>(digest % kSecondNs) - all.modified_ns % kSecondNs;
+  return all;
 }
+
+/// A table with a column that is called like a reading; or one that cannot be read, which its run
+/// will say.
+bool HasReadings(const std::string& table) {
+  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(table, CsvLayout());
+  if (!csv) return true;
+  const std::vector<std::string>& header = (*csv)->header();
+  return std::any_of(header.begin(), header.end(), [](const std::string& column) {
+    const std::string called = SeeminglyCalled(ParseHeaderColumn(column).name);
+    return !called.empty() && called != "time" && called != "temperature";
+  });
+}
+
+/// One look through folders.
+class Walk {
+ public:
+  Walk(const std::function<bool(const fs::path&)>& enters,
+       const std::function<void(const fs::path&)>& on_log)
+      : enters_(enters), on_log_(on_log) {}
+
+  Status Through(const fs::path& folder) {
+    Visit(folder, /*is_first=*/true);
+    for (std::size_t i = 0; i < links_.size(); ++i) Visit(fs::path(links_[i]), /*is_first=*/false);
+    return status_;
+  }
+
+ private:
+  void Visit(const fs::path& folder, bool is_first) {
+    struct stat about {};
+    if (stat(folder.c_str(), &about) == 0 && !seen_.emplace(about.st_dev, about.st_ino).second) {
+      return;
+    }
+    if (!enters_(folder)) return;
+    std::error_code failure, vanished;
+    const bool has_manifest = fs::exists(folder / kManifestName, vanished);
+    if (has_manifest) on_log_(folder / kManifestName);
+    for (fs::directory_iterator at(folder, failure), end; !failure && at != end;
+         at.increment(failure)) {
+      if (!at->is_directory(vanished)) {
+        if (IsTable(at->path()) && !(has_manifest && BelongsToManifest(at->path()))) {
+          on_log_(at->path());
+        }
+      } else if (!IsEntered(at->path())) {
+        continue;
+      } else if (at->is_symlink(vanished)) {
+        links_.push_back(at->path());
+      } else {
+        Visit(at->path(), /*is_first=*/false);
+      }
+    }
+    const bool is_gone = failure == std::errc::no_such_file_or_directory;
+    if (!failure || (is_gone && !is_first) || !status_) return;
+    status_ = Error(
+        ErrorCode::kUnreadableFile, {folder.string()}, "cannot be read: " + failure.message());
+  }
+
+  const std::function<bool(const fs::path&)>& enters_;
+  const std::function<void(const fs::path&)>& on_log_;
+  std::set<std::pair<dev_t, ino_t>> seen_;
+  std::vector<fs::path> links_;  ///< To folders.
+  Status status_;
+};
 
 }  // namespace
 
+bool EndsIn(const std::string& name, std::string_view ending) {
+  return LowerCase(name).ends_with(ending);
+}
+
 bool IsTable(const fs::path& path) {
   const std::string name = path.filename().string();
-  return (name.ends_with(".csv") || name.ends_with(".csv.gz")) && !IsHiddenOrHalf(name);
+  return (EndsIn(name, ".csv") || EndsIn(name, ".csv.gz")) && !IsHiddenOrHalf(name);
 }
 
 bool IsEntered(const fs::path& folder) {
   return folder.extension() != ".truetriad" && !IsHiddenOrHalf(folder.filename().string());
 }
 
+std::string WholePath(const fs::path& path) {
+  return fs::absolute(path).lexically_normal().string();
+}
+
+std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
+  struct Known {
+    LogStamp stamp;
+    std::vector<std::string> files;
+  };
+  // A watch that polls asks of each every few seconds. So many take some 10 MB.
+  constexpr std::size_t kMostKnown = 20'000;
+  static thread_local std::unordered_map<std::string, Known> known;
+  const std::optional<LogStamp> stamp = StampOfFile(manifest);
+  if (!stamp) return std::nullopt;
+  if (const auto found = known.find(manifest);
+      found != known.end() && found->second.stamp == *stamp) {
+    return found->second.files;
+  }
+  Result<std::vector<std::string>> files = FilesOfManifest(manifest);
+  if (!files) return std::nullopt;
+  if (known.size() >= kMostKnown) known.clear();
+  known[manifest] = {*stamp, *files};
+  return *std::move(files);
+}
+
+bool BelongsToManifest(const fs::path& table) {
+  const std::string manifest = (table.parent_path() / kManifestName).string();
+  const std::optional<std::vector<std::string>> named = FilesOf(manifest);
+  if (!named) return true;
+  const std::string whole = WholePath(table);
+  return std::any_of(named->begin(),
+                     named->end(),
+                     [&](const std::string& file) { return WholePath(file) == whole; }) ||
+         !HasReadings(table.string());
+}
+
 Status ForEachLog(const fs::path& folder,
                   const std::function<bool(const fs::path&)>& enters,
                   const std::function<void(const fs::path&)>& on_log) {
-  std::error_code failure;
-  Visit(folder, enters, on_log, &failure);
-  if (!failure) return {};
-  return Error(
-      ErrorCode::kUnreadableFile, {folder.string()}, "cannot be read: " + failure.message());
+  return Walk(enters, on_log).Through(folder);
 }
 
 LogStamp StampOfFolder(const fs::path& folder) {
-  LogStamp all;
+  std::vector<std::string> files;
   std::error_code failure;
   for (fs::directory_iterator at(folder, failure), end; !failure && at != end;
        at.increment(failure)) {
-    if (!IsTable(at->path()) && at->path().filename() != kManifestName) continue;
-    const std::optional<LogStamp> own = StampOfFile(at->path());
-    if (!own) continue;
-    all.bytes += own->bytes;
-    all.modified_ns = std::max(all.modified_ns, own->modified_ns);
+    if (IsTable(at->path()) || at->path().filename() == kManifestName) {
+      files.push_back(at->path().string());
+    }
   }
-  return all;
+  return StampOfAll(files);
 }
 
 std::optional<LogStamp> StampOf(const std::string& log) {
-  const fs::path path = log;
-  const std::optional<LogStamp> own = StampOfFile(path);
-  if (!own || path.filename() != kManifestName) return own;
-  return StampOfFolder(path.has_parent_path() ? path.parent_path() : fs::path("."));
+  const std::optional<LogStamp> own = StampOfFile(log);
+  if (!own || !IsManifest(log)) return own;
+  std::vector<std::string> files = FilesOf(log).value_or(std::vector<std::string>());
+  files.push_back(log);
+  return StampOfAll(files);
 }
 
 bool IsBeingWritten(const std::string& file) {

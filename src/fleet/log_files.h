@@ -7,22 +7,39 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 
-/// Where this is in a folder, it stands for what is there and below.
+/// Where this is in a folder, it stands for the tables that it names.
 inline constexpr std::string_view kManifestName = "recording.yaml";
 
-/// *.csv and *.csv.gz that are neither hidden nor being written under another name.
+/// `name` ends in `ending`, in large or small letters.
+bool EndsIn(const std::string& name, std::string_view ending);
+/// *.csv and *.csv.gz, in large or small letters, that are neither hidden nor being written under
+/// another name.
 bool IsTable(const std::filesystem::path& path);
 /// A folder that is looked into: not hidden, no results (*.truetriad), not being written.
 bool IsEntered(const std::filesystem::path& folder);
 
-/// Every log in a folder and below: tables, and recording.yaml of a folder instead of what is in
-/// it. `enters` is asked of each folder (the first, too) before it is read. What vanishes meanwhile
-/// is left out. Error (bad input): `folder` cannot be read.
+/// A path by which two names of a file are known to be the same, but for links.
+std::string WholePath(const std::filesystem::path& path);
+
+/// The files that a manifest names, as seen from here; unset: it cannot be read. Reads it again
+/// only if it was written since.
+std::optional<std::vector<std::string>> FilesOf(const std::string& manifest);
+
+/// Whether a table beside a recording.yaml is part of that, or goes with it (attitudes, rates): it
+/// is named there, or has no reading of a sensor. Where the recording.yaml cannot be read, that is
+/// to be said, and all beside it are.
+bool BelongsToManifest(const std::filesystem::path& table);
+
+/// Every log in a folder and below: recording.yaml, and tables that do not belong to one beside
+/// them. A folder with several names is entered once, by a link only if by nothing else. `enters`
+/// is asked of each (the first, too) before it is read. What vanishes meanwhile is left out. Error
+/// (bad input): the first of the folders that cannot be read; logs of all others have been given.
 Status ForEachLog(const std::filesystem::path& folder,
                   const std::function<bool(const std::filesystem::path&)>& enters,
                   const std::function<void(const std::filesystem::path&)>& on_log);
@@ -34,8 +51,9 @@ struct LogStamp {
   bool operator==(const LogStamp&) const = default;
 };
 
-/// Of a recording.yaml: with all tables in its folder, bytes of all, and the last time. Unset:
-/// there is no such file.
+/// Of a manifest: with all files that it names, the bytes of all, and the second of the last
+/// time; the digits below that are a digest of the sizes and times of all. Unset: there is no such
+/// file.
 std::optional<LogStamp> StampOf(const std::string& log);
 /// Of all tables of a folder and its recording.yaml.
 LogStamp StampOfFolder(const std::filesystem::path& folder);

@@ -10,7 +10,6 @@
 
 #include "fleet/log_files.h"
 #include "fleet/unit_list.h"
-#include "io/recording_layout.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -21,6 +20,13 @@ constexpr double kPollS = 5.0;  ///< Where none do, unless said otherwise.
 
 std::string StampText(const LogStamp& stamp) {
   return std::to_string(stamp.bytes) + "," + std::to_string(stamp.modified_ns) + ";";
+}
+
+/// By which a folder is known, whatever links lead to it.
+std::string CanonicalPath(const fs::path& path) {
+  std::error_code failure;
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), failure);
+  return failure ? WholePath(path) : canonical.string();
 }
 
 std::size_t FolderHash(const fs::path& file) { return fs::hash_value(file.parent_path()); }
@@ -35,6 +41,7 @@ Result<std::unique_ptr<LogWatch>> LogWatch::Open(WatchOptions options, DoneLogs 
   fs::path normal = fs::path(options.folder).lexically_normal();
   if (!normal.has_filename()) normal = normal.parent_path();  // "line/".
   options.folder = normal.string();
+  if (!options.without.empty()) options.without = CanonicalPath(options.without);
   std::unique_ptr<LogWatch> watch(
       new LogWatch(std::move(options), std::move(done), std::move(tell)));
   const std::string& folder = watch->options_.folder;
@@ -75,6 +82,14 @@ Status LogWatch::Look() {
     failure_ = failure;
   }
   LookAtWaiting();
+  if (IsIdle()) {
+    // What is missing will not come; its run will say what that is.
+    std::erase_if(waiting_, [&](const auto& item) {
+      const bool is_given = item.second.lacks_file && !item.second.is_written;
+      if (is_given) Give(item.first);
+      return is_given;
+    });
+  }
   next_look_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1e3 * LookS()));
   return {};
 }
@@ -83,13 +98,17 @@ void LogWatch::Handle(const FolderEvents::Event& event) {
   using Kind = FolderEvents::Kind;
   switch (event.kind) {
     case Kind::kWhole:
-    case Kind::kAppeared:
-      HandleFile(event.path, event.kind == Kind::kWhole);
+    case Kind::kAppeared: {
+      std::error_code missing;
+      if (fs::is_directory(event.path, missing)) {  // A link, which may lead to what is known.
+        ScanAnew(options_.folder);
+      } else {
+        HandleFile(event.path, event.kind == Kind::kWhole);
+      }
       return;
+    }
     case Kind::kNewFolder:
-      // Not one within a recording. What cannot be read is gone again.
-      if (IsEntered(event.path) && LogOf(event.path) == event.path)
-        (void)Scan(event.path).has_value();
+      if (IsEntered(event.path)) ScanAnew(event.path);
       return;
     case Kind::kGone:
       if (event.path != fs::path(options_.folder)) return;
@@ -98,14 +117,25 @@ void LogWatch::Handle(const FolderEvents::Event& event) {
       return;
     case Kind::kLost:
       tell_("more files came at once than the system tells of; looking through " + options_.folder);
-      if (const Status status = Scan(options_.folder); !status) failure_ = status.error().message;
+      ScanAnew(options_.folder);
       return;
   }
 }
 
+void LogWatch::ScanAnew(const fs::path& folder) {
+  const Status status = Scan(folder);
+  std::error_code missing;
+  if (status || !failure_.empty() || !fs::exists(folder, missing)) return;
+  failure_ = status.error().message;
+  tell_(failure_);
+}
+
 void LogWatch::HandleFile(const fs::path& file, bool is_whole) {
-  if ((!IsTable(file) && file.filename() != kManifestName) || IsLeftOut(file)) return;
-  const std::string log = LogOf(file).string();
+  // Of other files some recording.yaml may name one: that of its poses.
+  const std::string log = LogOf(file);
+  const bool is_log = IsTable(log) || fs::path(log).filename() == kManifestName;
+  if (!is_log || IsLeftOut(file)) return;
+  if (file.filename() == kManifestName) TakeFilesOf(log);
   const bool is_given_at_once = is_whole && log == file.string() && IsTable(file) &&
                                 table_folders_.contains(FolderHash(file));
   if (is_given_at_once) {
@@ -126,7 +156,9 @@ Status LogWatch::Scan(const fs::path& folder) {
     return true;
   };
   const Status status = ForEachLog(folder, enters, [&](const fs::path& log) {
-    if (!done_.Has(log.string())) waiting_.try_emplace(log.string());
+    if (log.filename() == kManifestName) TakeFilesOf(log.string());
+    const std::optional<LogStamp> stamp = StampOf(log.string());
+    if (stamp && !IsDone(log.string(), *stamp)) waiting_.try_emplace(log.string());
   });
   if (!full) TurnToPolling(full.error().message);
   return status;
@@ -134,20 +166,39 @@ Status LogWatch::Scan(const fs::path& folder) {
 
 bool LogWatch::IsLeftOut(const fs::path& path) const {
   if (options_.without.empty()) return false;
-  std::error_code failure;
-  const std::string whole = fs::absolute(path, failure).lexically_normal().string();
+  const std::string whole = CanonicalPath(path);
   return whole == options_.without || whole.starts_with(options_.without + "/");
 }
 
-fs::path LogWatch::LogOf(const fs::path& file) const {
-  const fs::path below = file.parent_path().lexically_relative(options_.folder);
-  fs::path folder = options_.folder;
-  std::error_code missing;
-  for (auto part = below.begin();; ++part) {
-    if (fs::exists(folder / kManifestName, missing)) return folder / kManifestName;
-    if (part == below.end()) return file;
-    if (*part != ".") folder /= *part;
+void LogWatch::TakeFilesOf(const std::string& manifest) {
+  const std::string folder = WholePath(fs::path(manifest).parent_path());
+  for (const std::string& file : FilesOf(manifest).value_or(std::vector<std::string>())) {
+    const std::string whole = WholePath(file);
+    if (fs::path(whole).parent_path() != folder) manifest_of_[whole] = manifest;
   }
+}
+
+std::string LogWatch::LogOf(const fs::path& file) const {
+  if (file.filename() == kManifestName) return file.string();
+  if (const auto found = manifest_of_.find(WholePath(file)); found != manifest_of_.end()) {
+    const std::vector<std::string> files =
+        FilesOf(found->second).value_or(std::vector<std::string>());
+    // It may have been written anew since.
+    for (const std::string& named : files) {
+      if (WholePath(named) == found->first) return found->second;
+    }
+  }
+  const fs::path manifest = file.parent_path() / kManifestName;
+  std::error_code missing;
+  const bool is_part = fs::exists(manifest, missing) && (!IsTable(file) || BelongsToManifest(file));
+  return is_part ? manifest.string() : file.string();
+}
+
+bool LogWatch::IsDone(const std::string& log, const LogStamp& stamp) const {
+  UnitOrder order{.log = log};
+  // One that is not named as it should be is known by its log alone.
+  (void)TakeSerial(options_.serial_pattern, &order).has_value();
+  return done_.Has(order, stamp);
 }
 
 void LogWatch::LookAtWaiting() {
@@ -155,41 +206,43 @@ void LogWatch::LookAtWaiting() {
   for (auto at = waiting_.begin(); at != waiting_.end();) {
     const auto item = at++;
     const std::string& log = item->first;
-    const std::string whole = LogOf(log).string();
+    const std::string whole = LogOf(log);
     if (whole != log) waiting_.try_emplace(whole);
     const std::optional<LogStamp> stamp = StampOf(log);
-    if (whole != log || !stamp || done_.Has(log, *stamp)) {
+    if (whole != log || !stamp || IsDone(log, *stamp)) {
       waiting_.erase(item);
       continue;
     }
-    const std::string state = StateOf(log, *stamp);
-    if (!state.empty() && state == item->second && !IsBeingWritten(log)) {
+    State state = StateOf(log, *stamp);
+    const bool has_stayed = state.text == item->second.text;
+    if (has_stayed && !state.is_written && !state.lacks_file) {
       Give(log);
       waiting_.erase(item);
       continue;
     }
-    if (state != item->second) last_change_ = Clock::now();
-    item->second = state;
+    if (!has_stayed) last_change_ = Clock::now();
+    item->second = std::move(state);
   }
 }
 
-std::string LogWatch::StateOf(const std::string& log, const LogStamp& stamp) {
+LogWatch::State LogWatch::StateOf(const std::string& log, const LogStamp& stamp) {
   const fs::path path = log;
-  if (path.filename() != kManifestName) {
-    // The recording.yaml that this one belongs to may be on its way.
-    const auto looked = folder_states_.find(path.parent_path());
-    if (looked != folder_states_.end()) return looked->second;
-    if (table_folders_.contains(FolderHash(path))) return StampText(stamp);
-    return folder_states_[path.parent_path()] = StampText(StampOfFolder(path.parent_path()));
+  State state{.text = StampText(stamp), .is_written = IsBeingWritten(log)};
+  if (path.filename() == kManifestName) {
+    TakeFilesOf(log);
+    // Where it cannot be read its run will say what is wrong.
+    for (const std::string& file : FilesOf(log).value_or(std::vector<std::string>())) {
+      std::error_code failure;
+      if (!fs::exists(file, failure)) state.lacks_file = true;
+      if (IsBeingWritten(file)) state.is_written = true;
+    }
+    return state;
   }
-  std::string state = StampText(stamp);
-  const Result<std::vector<std::string>> tables = TablesOfManifest(log);
-  if (!tables) return state;  // Its run will say what is wrong.
-  for (const std::string& table : *tables) {
-    const std::optional<LogStamp> of_table = StampOf(table);
-    if (!of_table || IsBeingWritten(table)) return "";
-    state += StampText(*of_table);
-  }
+  if (table_folders_.contains(FolderHash(path))) return state;
+  // The recording.yaml that this one belongs to may be on its way.
+  const auto [folder, is_new] = folder_states_.try_emplace(path.parent_path());
+  if (is_new) folder->second = StampText(StampOfFolder(path.parent_path()));
+  state.text = folder->second;
   return state;
 }
 
@@ -209,12 +262,13 @@ std::optional<Arrival> LogWatch::Next() {
       continue;
     }
     const std::optional<LogStamp> stamp = StampOf(log);
-    if (!stamp || done_.Has(log, *stamp)) continue;
+    if (!stamp) continue;
     Arrival arrival{.order = {.log = log}};
     const Status named = TakeSerial(options_.serial_pattern, &arrival.order);
+    if (done_.Has(arrival.order, *stamp)) continue;
     if (!named && named.error().code == ErrorCode::kInvalidValue) {
       tell_(named.error().message);  // No store can keep it.
-      done_.Add(log, *stamp);
+      done_.Add(log, *stamp, "", {});
       continue;
     }
     if (!named) arrival.refusal = named.error();
@@ -224,12 +278,30 @@ std::optional<Arrival> LogWatch::Next() {
   return std::nullopt;
 }
 
-bool LogWatch::HasEnded() const {
+bool LogWatch::IsIdle() const {
   if (!options_.until_idle_s || !in_hand_.empty() || !ready_.empty()) return false;
   // What is seen for the first time is given at the look after the next.
   constexpr double kLooks = 3.0;
   const double idle_s = std::chrono::duration<double>(Clock::now() - last_change_).count();
   return idle_s > std::max(*options_.until_idle_s, kLooks * LookS());
+}
+
+bool LogWatch::HasEnded() const {
+  return IsIdle() && std::none_of(waiting_.begin(), waiting_.end(), [](const auto& item) {
+           return item.second.lacks_file && !item.second.is_written;
+         });
+}
+
+std::vector<std::string> LogWatch::Left() const {
+  std::vector<std::string> notes;
+  for (const auto& [log, state] : waiting_) {
+    if (state.is_written) {
+      notes.push_back(log + " is not calibrated: somebody still writes to it");
+    } else if (state.lacks_file) {
+      notes.push_back(log + " is not calibrated: it names files that are not there");
+    }
+  }
+  return notes;
 }
 
 void LogWatch::Again(const UnitRun& run) {
@@ -240,7 +312,7 @@ void LogWatch::Again(const UnitRun& run) {
 void LogWatch::Finish(const UnitRun& run) {
   last_change_ = Clock::now();
   in_hand_.erase(run.log);
-  done_.Add(run.log, {run.log_bytes, run.log_modified_ns});
+  done_.Add(run.log, {run.log_bytes, run.log_modified_ns}, run.serial, run.tags);
 }
 
 void LogWatch::TurnToPolling(const std::string& why) {

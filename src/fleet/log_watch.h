@@ -10,7 +10,9 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <unordered_set>
+#include <vector>
 
 #include "fleet/done_logs.h"
 #include "fleet/fleet_engine.h"
@@ -22,28 +24,29 @@ namespace truetriad::fleet {
 /// What is watched, and how.
 struct WatchOptions {
   std::string folder = {};
-  std::string without = {};  ///< A folder, absolute, whose files are results, no logs; or empty.
+  std::string without = {};         ///< A folder whose files are results, no logs; or empty.
   std::string serial_pattern = {};  ///< As ListUnits.
   double look_s = 1.0;              ///< Between looks at what events do not say all about.
   /// Look so often instead of being told; set where nothing tells.
   std::optional<double> poll_s = {};
-  std::optional<double> until_idle_s = {};  ///< Ends when nothing has happened for so long.
+  /// Ends when nothing has happened for so long; what is still incomplete is given as it is.
+  std::optional<double> until_idle_s = {};
 };
 
 /// Logs of a folder and below as they arrive, and those that are there without a run; a log that
-/// arrives again changed is given again. Keeps in memory what waits, two numbers of each log that
-/// is done, and the names of folders.
+/// arrives again changed is given again. Keeps in memory what waits, a few numbers of each log that
+/// is done, the names of folders, and those of tables that a recording.yaml elsewhere names.
 ///
 /// Given at once: a table that was closed after writing or renamed. When nobody writes to it and
 /// two looks (`look_s` or `poll_s` apart) have found it the same: what was there already or was
 /// linked, and any table where no event tells. In a folder that has not had a log yet the whole
 /// folder must have stayed so, since a recording.yaml may follow; that is given when it and all
-/// tables that it names are there and have stayed so.
+/// files that it names are there and have stayed so.
 class LogWatch : public OrderSource {
  public:
   using Tell = std::function<void(const std::string&)>;
 
-  /// Error (bad input): the folder cannot be read. Error (usage): the serial pattern.
+  /// Error (bad input): the folder or one below cannot be read. Error (usage): the serial pattern.
   static Result<std::unique_ptr<LogWatch>> Open(WatchOptions options, DoneLogs done, Tell tell);
 
   Status Look() override;
@@ -51,10 +54,18 @@ class LogWatch : public OrderSource {
   bool HasEnded() const override;
   void Finish(const UnitRun& run) override;
   void Again(const UnitRun& run) override;
+  std::vector<std::string> Left() const override;
 
  private:
   using Clock = std::chrono::steady_clock;
   using Path = std::filesystem::path;
+
+  /// How a look found a log.
+  struct State {
+    std::string text;         ///< What has to stay the same; empty: nobody has looked yet.
+    bool is_written = false;  ///< Somebody writes to it, or to one of its files.
+    bool lacks_file = false;  ///< One that it names is not there.
+  };
 
   LogWatch(WatchOptions options, DoneLogs done, Tell tell);
   double LookS() const;
@@ -63,22 +74,28 @@ class LogWatch : public OrderSource {
   /// Takes all logs in a folder and below that have no run to be looked at. The status of reading
   /// the folder.
   Status Scan(const Path& folder);
+  /// The same; what cannot be read is told, and tried again at every look.
+  void ScanAnew(const Path& folder);
   /// Whether it is below `without`.
   bool IsLeftOut(const Path& path) const;
-  /// The recording.yaml of the topmost folder on the way to `file` that has one; else `file`.
-  Path LogOf(const Path& file) const;
+  /// The recording.yaml that `file` belongs to; else `file`.
+  std::string LogOf(const Path& file) const;
+  /// Notes which files elsewhere belong to a recording.yaml.
+  void TakeFilesOf(const std::string& manifest);
+  bool IsDone(const std::string& log, const LogStamp& stamp) const;
   void LookAtWaiting();
-  /// What has to stay the same before a log is given; empty: something is missing.
-  std::string StateOf(const std::string& log, const LogStamp& stamp);
+  State StateOf(const std::string& log, const LogStamp& stamp);
+  bool IsIdle() const;
   void Give(const std::string& log);
   void TurnToPolling(const std::string& why);
 
   WatchOptions options_;
   DoneLogs done_;
   Tell tell_;
-  std::unique_ptr<FolderEvents> events_;        ///< Null: looks for itself.
-  std::map<std::string, std::string> waiting_;  ///< By log, how the last look found it.
-  std::map<Path, std::string> folder_states_;   ///< As this look found them.
+  std::unique_ptr<FolderEvents> events_;  ///< Null: looks for itself.
+  std::map<std::string, State> waiting_;  ///< By log, how the last look found it.
+  std::unordered_map<std::string, std::string> manifest_of_;  ///< By file, where it is elsewhere.
+  std::map<Path, std::string> folder_states_;                 ///< As this look found them.
   std::deque<std::string> ready_;
   std::set<std::string> in_hand_;
   std::unordered_set<std::size_t> table_folders_;  ///< Hashes of those that have given a log.

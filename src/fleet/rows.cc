@@ -103,7 +103,7 @@ TableRows RowsOfTags(const UnitRun& run) {
 std::vector<TableRows> RowsOf(const UnitRun& run) {
   return {{"unit", 1, {Text(run.serial)}},
           {kRunTable,
-           18,
+           19,
            {Text(run.id),
             Text(run.serial),
             Text(run.log),
@@ -121,7 +121,8 @@ std::vector<TableRows> RowsOf(const UnitRun& run) {
             Real(run.wall_s),
             Real(run.cpu_s),
             Real(run.effective_dof),
-            run.covariance.empty() ? Value() : Value(&run.covariance)}},
+            run.covariance.empty() ? Value() : Value(&run.covariance),
+            Real(run.temperature_degc)}},
           RowsOfTags(run),
           RowsOfItems("input", 5, run.id, run.inputs),
           RowsOfItems("parameter", 5, run.id, run.parameters),

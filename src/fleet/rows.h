@@ -45,11 +45,14 @@ inline constexpr std::string_view kRunTable = "run";
 /// The fact that is a store's identity.
 inline constexpr std::string_view kStoreFact = "store";
 /// Of each log the last run, from the log after $1 on, some at a time: of a million they need not
-/// all be here at once.
+/// all be here at once. A row for each of its tags, or one.
 inline constexpr std::string_view kLastRuns =
-    "SELECT log, log_bytes, log_modified_ns, config_sha256, software, verdict FROM run AS one "
-    "WHERE log > $1 AND NOT EXISTS (SELECT 1 FROM run AS later WHERE later.log = one.log AND "
-    "later.run > one.run) ORDER BY log LIMIT 10000";
+    "SELECT log, log_bytes, log_modified_ns, config_sha256, software, verdict, serial, tag.name, "
+    "tag.value FROM (SELECT run, log, log_bytes, log_modified_ns, config_sha256, software, "
+    "verdict, "
+    "serial FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT 1 FROM run AS later WHERE "
+    "later.log = one.log AND later.run > one.run) ORDER BY log LIMIT 10000) AS last "
+    "LEFT JOIN tag ON tag.run = last.run ORDER BY log";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
 inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/line_reader.h"
+#include "fleet/line_selection.h"
 #include "json/json.h"
 
 namespace truetriad::fleet {
@@ -56,7 +56,8 @@ std::vector<double> RealsFromHex(std::string_view digits) {
 
 constexpr std::string_view kRunColumns =
     "run, serial, log, log_bytes, log_modified_ns, created, software, config_sha256, shard, "
-    "folder, verdict, code, message, mode, wall_s, cpu_s, effective_dof, covariance";
+    "folder, verdict, code, message, mode, wall_s, cpu_s, effective_dof, covariance, "
+    "temperature_degc";
 
 UnitRun RunFrom(const StoredRow& row) {
   UnitRun run;
@@ -78,6 +79,7 @@ UnitRun RunFrom(const StoredRow& row) {
   run.cpu_s = RealIn(row[15]);
   run.effective_dof = RealIn(row[16]);
   run.covariance = RealsFromHex(TextIn(row[17]));
+  if (row[18]) run.temperature_degc = RealIn(row[18]);
   return run;
 }
 

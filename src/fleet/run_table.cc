@@ -69,6 +69,12 @@ constexpr FixedColumn kFixedColumns[] = {
     {"wall_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.wall_s; }},
     {"cpu_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.cpu_s; }},
     {"effective_dof", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.effective_dof; }},
+    {"temperature_degc",
+     "DOUBLE",
+     [](const UnitRun& run) -> TableCell {
+       if (std::isnan(run.temperature_degc)) return {};
+       return run.temperature_degc;
+     }},
 };
 
 /// The table of a store's runs: all have the same columns.

@@ -162,6 +162,11 @@ CREATE VIEW standing AS
 )sql",
                                                                              R"sql(
 ALTER TABLE finding ADD COLUMN treatment {text};
+ALTER TABLE run ADD COLUMN temperature_degc {real};
+DROP VIEW latest;
+CREATE VIEW latest AS
+  SELECT * FROM run AS one
+  WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
 ALTER TABLE station_check ADD COLUMN recording {text} NOT NULL DEFAULT '';
 ALTER TABLE station_check ADD COLUMN repeatability {text} NOT NULL DEFAULT '';
 DROP VIEW standing;

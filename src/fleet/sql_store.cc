@@ -26,7 +26,9 @@ KnownRun KnownRunOf(const std::vector<Cell>& row) {
           NumberOf<std::int64_t>(row[2], 0),
           row[3].value_or(""),
           row[4].value_or(""),
-          VerdictFromName(row[5].value_or("")).value_or(Verdict::kBadInput)};
+          VerdictFromName(row[5].value_or("")).value_or(Verdict::kBadInput),
+          row[6].value_or(""),
+          {}};
 }
 
 StationCheck StationCheckOf(const std::vector<Cell>& row) {
@@ -132,7 +134,10 @@ Result<std::vector<KnownRun>> SqlStore::LastRuns() {
       const Value after[] = {std::string_view(log)};
       TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, after));
       if (table.rows.empty()) return {};
-      for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
+      for (const auto& row : table.rows) {
+        if (runs.empty() || runs.back().log != row[0]) runs.push_back(KnownRunOf(row));
+        SetTag(row[7].value_or(""), row[8].value_or(""), &runs.back().tags);
+      }
     }
   }));
   return runs;

@@ -24,6 +24,8 @@ struct KnownRun {
   std::int64_t log_bytes = 0, log_modified_ns = 0;
   std::string config_sha256, software_version;
   Verdict verdict = Verdict::kBadInput;
+  std::string serial;
+  Tags tags;
 };
 
 /// Rows of a question, as text; NULL is an unset value.

@@ -124,15 +124,21 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units,
   return claim;
 }
 
-Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const std::string& what) {
-  const std::string path = (fs::path(folder) / ".lock").string();
+Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shard& shard) {
+  std::string name = ".lock";
+  if (shard.count > 1) {
+    name += "-" + std::to_string(shard.index) + "-of-" + std::to_string(shard.count);
+  }
+  const std::string path = (fs::path(folder) / name).string();
   const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return CannotWrite(path);
   FolderClaim claim(file);
   if (flock(file, LOCK_EX | LOCK_NB) == 0) return claim;
+  if (errno != EWOULDBLOCK) return CannotWrite(path);
   return Error(ErrorCode::kOutputInTheWay,
                {folder},
-               "is in the hands of another " + what + "; end that, or choose another --output");
+               "is in the hands of another fleet watch or fleet run --resume; wait for its end, or "
+               "choose another --output");
 }
 
 Status RenameFolder(const std::string& name, std::string* folder) {

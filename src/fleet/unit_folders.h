@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "fleet/shard.h"
 #include "fleet/store.h"
 #include "truetriad/base/result.h"
 
@@ -25,8 +26,9 @@ class FolderClaim {
   /// which is called `name` (WorkPlan::store), and are not there. Error (bad input): it cannot be
   /// written to.
   static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
-  /// Error (bad input): somebody else has `folder` for himself, who says that he is `what`.
-  static Result<FolderClaim> TakeAlone(const std::string& folder, const std::string& what);
+  /// For who leaves out what is done, which two at once would do twice: `folder`, or one shard's
+  /// part of it. Error (bad input): somebody else has it.
+  static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});
 
   ~FolderClaim();
   FolderClaim(FolderClaim&& other) noexcept;

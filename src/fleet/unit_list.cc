@@ -13,9 +13,10 @@
 #include <glob.h>
 
 #include "base/spelling.h"
+#include "base/utf8.h"
 #include "fleet/log_files.h"
 #include "io/text_file.h"
-#include "io/yaml_text.h"
+#include "truetriad/config/experiment.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
@@ -23,8 +24,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The fields of a line of CSV, quotes taken off.
-std::vector<std::string> FieldsOf(std::string_view line) {
+/// A line of CSV.
+struct Fields {
+  std::vector<std::string> texts;  ///< Quotes taken off.
+  bool ends_in_quotes = false;     ///< One is left open.
+};
+
+Fields FieldsOf(std::string_view line) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -38,7 +44,7 @@ std::vector<std::string> FieldsOf(std::string_view line) {
       fields.back() += line[i];
     }
   }
-  return fields;
+  return {std::move(fields), is_quoted};
 }
 
 /// A line without the carriage return of other systems, and without their mark in front.
@@ -47,14 +53,6 @@ bool NextLine(std::ifstream* file, std::string* line) {
   if (line->ends_with('\r')) line->pop_back();
   if (line->starts_with("\xEF\xBB\xBF")) line->erase(0, 3);
   return true;
-}
-
-std::string TagOverride(const std::string& key, const std::string& value) {
-  const bool is_of_device = std::any_of(
-      kDeviceTags.begin(), kDeviceTags.end(), [&](const TagKey& tag) { return tag.key == key; });
-  YamlText text;
-  text << (is_of_device ? "device." : "run.") << key << "=" << Quoted{value};
-  return text.str();
 }
 
 /// The columns that a list may have.
@@ -67,81 +65,119 @@ std::vector<std::string_view> ListColumns() {
 
 /// Whether a CSV is a list of logs: it has a column that is called so.
 bool IsList(const fs::path& path) {
-  if (!path.filename().string().ends_with(".csv")) return false;
+  if (!EndsIn(path.filename().string(), ".csv")) return false;
   std::ifstream file(path, std::ios::binary);
   std::string line;
   while (NextLine(&file, &line) && (line.empty() || line.starts_with('#'))) {
   }
-  const std::vector<std::string> header = FieldsOf(line);
+  const std::vector<std::string> header = FieldsOf(line).texts;
   return std::find(header.begin(), header.end(), "log") != header.end();
+}
+
+Status CheckHeader(const std::vector<std::string>& header, const FilePlace& place) {
+  const std::vector<std::string_view> known = ListColumns();
+  for (auto column = header.begin(); column != header.end(); ++column) {
+    if (std::find(known.begin(), known.end(), *column) == known.end()) {
+      return Error(ErrorCode::kUnknownColumn,
+                   place,
+                   "column `" + *column + "` is unknown" + DidYouMean(*column, known) +
+                       "; a list has log, serial and tags");
+    }
+    if (std::find(header.begin(), column, *column) != column) {
+      return Error(ErrorCode::kDuplicateColumn,
+                   place,
+                   "column `" + *column + "` is there twice; leave one out");
+    }
+  }
+  return {};
+}
+
+/// The unit of a line of a list.
+Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
+                             const std::vector<std::string>& fields,
+                             const FilePlace& place) {
+  if (fields.size() != header.size()) {
+    return Error(ErrorCode::kWrongFieldCount,
+                 place,
+                 "has " + std::to_string(fields.size()) + " fields; expected " +
+                     std::to_string(header.size()));
+  }
+  UnitOrder unit;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (header[i] == "log" && !fields[i].empty()) {
+      unit.log = (fs::path(place.file).parent_path() / fields[i]).lexically_normal().string();
+    } else if (header[i] == "serial" && !fields[i].empty()) {
+      unit.serial = fields[i];
+      unit.serial_from = place.Text();
+    } else {
+      SetTag(header[i], fields[i], &unit.tags);
+    }
+  }
+  if (!unit.log.empty()) return unit;
+  return Error(ErrorCode::kInvalidValue, place, "names no log; fill in the column `log`");
 }
 
 Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
   std::ifstream file(path, std::ios::binary);
   std::vector<std::string> header;
-  const std::vector<std::string_view> known = ListColumns();
-  int number = 0;
+  const std::size_t before = units->size();
+  FilePlace place{path.string()};
   for (std::string line; NextLine(&file, &line);) {
-    ++number;
+    ++place.line;
     if (line.empty() || line.starts_with('#')) continue;
-    const std::vector<std::string> fields = FieldsOf(line);
+    if (!IsUtf8(line)) {
+      return Error(ErrorCode::kWrongFormat, place, "is no UTF-8; save the list as UTF-8");
+    }
+    Fields fields = FieldsOf(line);
+    if (fields.ends_in_quotes) {
+      return Error(ErrorCode::kWrongFormat,
+                   place,
+                   "a quote is left open; close it, and write one that belongs to a name twice");
+    }
     if (header.empty()) {
-      header = fields;
-      for (const std::string& column : header) {
-        if (std::find(known.begin(), known.end(), column) != known.end()) continue;
-        return Error(ErrorCode::kUnknownColumn,
-                     {path.string(), number},
-                     "column `" + column + "` is unknown" + DidYouMean(column, known) +
-                         "; a list has log, serial and tags");
-      }
+      TRUETRIAD_RETURN_IF_ERROR(CheckHeader(fields.texts, place));
+      header = std::move(fields.texts);
       continue;
     }
-    if (fields.size() != header.size()) {
-      return Error(ErrorCode::kWrongFieldCount,
-                   {path.string(), number},
-                   "has " + std::to_string(fields.size()) + " fields; expected " +
-                       std::to_string(header.size()));
-    }
-    UnitOrder& unit = units->emplace_back();
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (header[i] == "log") {
-        unit.log = (path.parent_path() / fields[i]).lexically_normal().string();
-      } else if (header[i] == "serial") {
-        unit.serial = fields[i];
-      } else if (!fields[i].empty()) {
-        unit.overrides.push_back(TagOverride(header[i], fields[i]));
-      }
-    }
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitOrder unit, UnitOfLine(header, fields.texts, place));
+    units->push_back(std::move(unit));
   }
-  return {};
+  if (units->size() > before) return {};
+  return Error(ErrorCode::kNoReadings, {path.string()}, "is a list without a line for a log");
 }
 
+/// What is in a folder and below, in the order of names, but for tables that a recording.yaml
+/// elsewhere names.
 Status AddFolder(const fs::path& folder, std::vector<UnitOrder>* units) {
-  const std::size_t before = units->size();
+  std::vector<std::string> logs;
   TRUETRIAD_RETURN_IF_ERROR(ForEachLog(
       folder,
       [](const fs::path&) { return true; },
-      [&](const fs::path& log) { units->push_back({.log = log.string()}); }));
-  if (units->size() == before) {
-    return Error(ErrorCode::kNoReadings,
-                 {folder.string()},
-                 "has no log; expected *.csv, *.csv.gz, or folders with a recording.yaml");
+      [&](const fs::path& log) { logs.push_back(log.string()); }));
+  std::set<std::string> tables;
+  for (const std::string& log : logs) {
+    if (fs::path(log).filename() != kManifestName) continue;
+    for (const std::string& file : FilesOf(log).value_or(std::vector<std::string>())) {
+      tables.insert(WholePath(file));
+    }
   }
-  return {};
+  std::erase_if(logs, [&](const std::string& log) { return tables.contains(WholePath(log)); });
+  std::sort(logs.begin(), logs.end());
+  for (std::string& log : logs) units->push_back({.log = std::move(log)});
+  if (!logs.empty()) return {};
+  return Error(ErrorCode::kNoReadings,
+               {folder.string()},
+               "has no log; expected *.csv, *.csv.gz, or folders with a recording.yaml");
 }
 
 Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
   std::error_code failure;
-  if (fs::is_directory(word, failure)) {
-    std::vector<UnitOrder> found;
-    TRUETRIAD_RETURN_IF_ERROR(AddFolder(word, &found));
-    std::sort(found.begin(), found.end(), [](const UnitOrder& a, const UnitOrder& b) {
-      return a.log < b.log;
-    });
-    units->insert(units->end(), found.begin(), found.end());
-    return {};
-  }
+  if (fs::is_directory(word, failure)) return AddFolder(word, units);
   if (fs::exists(word, failure)) {
+    // A pipe would wait for somebody to write to it.
+    if (!fs::is_regular_file(word, failure)) {
+      return Error(ErrorCode::kUnreadableFile, {word}, "is neither a file nor a folder");
+    }
     if (IsList(word)) return AddList(word, units);
     units->push_back({.log = word});
     return {};
@@ -185,21 +221,17 @@ std::optional<std::string> SerialIn(std::string_view name, std::string_view patt
   return std::nullopt;
 }
 
-bool IsUtf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t size = lead < 0x80       ? 1
-                             : lead >> 5 == 6  ? 2
-                             : lead >> 4 == 14 ? 3
-                             : lead >> 3 == 30 ? 4
-                                               : 0;
-    if (size == 0 || i + size > text.size()) return false;
-    for (std::size_t k = 1; k < size; ++k) {
-      if (static_cast<unsigned char>(text[i + k]) >> 6 != 2) return false;
-    }
-    i += size;
-  }
-  return true;
+/// Error (usage): the experiment of `plan` states a serial number; it would be that of `whose`.
+Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOfAll(plan));
+  if (experiment.serial.empty()) return {};
+  return AtItsKey(
+      experiment,
+      Error(ErrorCode::kInvalidExperiment,
+            "device.serial is `" + experiment.serial + "`, and would be that of " + whose +
+                "; leave it out (--set='device.serial=\"\"'), or say which serial "
+                "number each log has, in a list or by --serial={serial}-*.csv")
+          .About("device.serial"));
 }
 
 }  // namespace
@@ -209,6 +241,18 @@ Status CheckSerialPattern(const std::string& pattern) {
   return Error(ErrorCode::kInvalidArgument,
                "--serial=" + pattern +
                    ": expected how files are named, with {serial} in it, as in {serial}-*.csv");
+}
+
+Status CheckSerials(const WorkPlan& plan, const std::vector<UnitOrder>& units) {
+  const auto unnamed = std::count_if(
+      units.begin(), units.end(), [](const UnitOrder& unit) { return unit.serial.empty(); });
+  if (unnamed < 2) return {};
+  return RefuseSerial(plan, std::to_string(unnamed) + " logs");
+}
+
+Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_pattern) {
+  if (!serial_pattern.empty()) return {};
+  return RefuseSerial(plan, "every log that comes");
 }
 
 Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
@@ -224,18 +268,23 @@ Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
     return Error(ErrorCode::kDoesNotMatch, {unit->log}, "is not named like --serial=" + pattern);
   }
   unit->serial = *serial;
+  unit->serial_from = "--serial=" + pattern;
   return {};
 }
 
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern) {
   TRUETRIAD_RETURN_IF_ERROR(CheckSerialPattern(serial_pattern));
+  if (words.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "no log is named; expected logs, folders with logs, patterns or lists");
+  }
   std::vector<UnitOrder> units;
   for (const std::string& word : words) TRUETRIAD_RETURN_IF_ERROR(AddWord(word, &units));
   std::set<std::string> seen;
   for (UnitOrder& unit : units) {
     TRUETRIAD_RETURN_IF_ERROR(TakeSerial(serial_pattern, &unit));
-    if (!seen.insert(fs::absolute(unit.log).lexically_normal().string()).second) {
+    if (!seen.insert(WholePath(unit.log)).second) {
       return Error(
           ErrorCode::kDuplicateKey, {unit.log}, "is there twice; name each log of a fleet once");
     }

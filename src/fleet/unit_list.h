@@ -10,20 +10,26 @@
 
 namespace truetriad::fleet {
 
-/// The units that `words` name: logs; folders, with every log in them and below (CSV, also .gz, and
-/// the recording.yaml of a folder instead of its CSVs); patterns such as `line-3/*.csv`; and lists,
-/// CSV with a column `log` and perhaps `serial` and tags (`lot`, `slot`, …), paths as seen from
-/// their folder. Each once, in the order of their names; those of a list as there.
+/// The units that `words` name: logs; folders, with every log in them and below (ForEachLog);
+/// patterns such as `line-3/*.csv`; and lists, CSV with a column `log` and perhaps `serial` and
+/// tags (`lot`, `slot`, …), paths as seen from their folder. Each once, in the order of their
+/// names; those of a list as there.
 /// `serial_pattern`: how a file is named, with {serial} for that and * for anything else; empty:
 /// nothing is taken from names.
-/// Errors (bad input): a name that is none, an empty folder, a list with unknown columns, a log
-/// that is there twice, a name that does not match the pattern or is no UTF-8. Error (usage): a
-/// pattern without {serial}.
+/// Errors (bad input): a name that is none, a folder without a log or that cannot be read, a list
+/// that is malformed or names no log, a log that is there twice, a name that does not match the
+/// pattern or is no UTF-8. Error (usage): no words, a pattern without {serial}.
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern);
 
 /// Error (usage): a pattern of serial numbers without {serial}. None: empty.
 Status CheckSerialPattern(const std::string& pattern);
+
+/// Error (usage): the experiment of `plan` states a serial number, and it would be that of more
+/// than one of `units`.
+Status CheckSerials(const WorkPlan& plan, const std::vector<UnitOrder>& units);
+/// The same of units that are still to come: however many.
+Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_pattern);
 
 /// Takes a unit's serial number from its log's name, unless it is known or `pattern` is empty.
 /// Errors (bad input): the name does not match, or is no UTF-8.

@@ -115,31 +115,6 @@ constexpr std::array<std::pair<const char*, std::string UnitRun::*>, 10> kTexts 
      {"code", &UnitRun::code},
      {"message", &UnitRun::message}}};
 
-Json JsonOf(const Tags& tags) {
-  Json json = Json::object();
-  const auto add = [&](const TagKey& tag) {
-    if (!(tags.*tag.value).empty()) json[std::string(tag.key)] = tags.*tag.value;
-  };
-  for (const TagKey& tag : kDeviceTags) add(tag);
-  for (const TagKey& tag : kRunTags) add(tag);
-  return json;
-}
-
-Tags TagsFrom(const Json& json) {
-  Tags tags;
-  std::size_t known = 0;
-  const auto take = [&](const TagKey& tag) {
-    const auto found = json.find(tag.key);
-    if (found == json.end()) return;
-    tags.*tag.value = *found;
-    ++known;
-  };
-  for (const TagKey& tag : kDeviceTags) take(tag);
-  for (const TagKey& tag : kRunTags) take(tag);
-  if (known == json.size()) return tags;
-  throw std::runtime_error("there are tags that no experiment has: " + json.dump());
-}
-
 Verdict VerdictIn(const Json& json) {
   const std::string name = json.at("verdict");
   if (const std::optional<Verdict> verdict = VerdictFromName(name)) return *verdict;
@@ -180,6 +155,7 @@ UnitRun UnitRunFrom(const Json& json) {
   run.wall_s = json.at("wall_s");
   run.cpu_s = json.at("cpu_s");
   run.effective_dof = json.at("effective_dof");
+  if (json.contains("temperature_degc")) run.temperature_degc = json["temperature_degc"];
   for (const Json& item : json.at("inputs")) {
     run.inputs.push_back({item.at("file"), item.at("sha256"), item.at("samples")});
   }
@@ -190,6 +166,40 @@ UnitRun UnitRunFrom(const Json& json) {
   for (const Json& item : json.at("findings")) run.findings.push_back(FindingFrom(item));
   for (const Json& item : json.at("judgements")) run.judgements.push_back(LimitCheckFrom(item));
   return run;
+}
+
+void SetTag(std::string_view name, const std::string& value, Tags* tags) {
+  for (const TagKey& tag : kDeviceTags) {
+    if (tag.key == name) tags->*tag.value = value;
+  }
+  for (const TagKey& tag : kRunTags) {
+    if (tag.key == name) tags->*tag.value = value;
+  }
+}
+
+Json JsonOf(const Tags& tags) {
+  Json json = Json::object();
+  const auto add = [&](const TagKey& tag) {
+    if (!(tags.*tag.value).empty()) json[std::string(tag.key)] = tags.*tag.value;
+  };
+  for (const TagKey& tag : kDeviceTags) add(tag);
+  for (const TagKey& tag : kRunTags) add(tag);
+  return json;
+}
+
+Tags TagsFrom(const Json& json) {
+  Tags tags;
+  std::size_t known = 0;
+  const auto take = [&](const TagKey& tag) {
+    const auto found = json.find(tag.key);
+    if (found == json.end()) return;
+    tags.*tag.value = *found;
+    ++known;
+  };
+  for (const TagKey& tag : kDeviceTags) take(tag);
+  for (const TagKey& tag : kRunTags) take(tag);
+  if (known == json.size()) return tags;
+  throw std::runtime_error("there are tags that no experiment has: " + json.dump());
 }
 
 Finding FindingFrom(const Json& json) {
@@ -246,6 +256,9 @@ void Fill(const Calibration& calibration, UnitRun* run) {
   run->mode = ModeName(calibration.mode);
   run->tags = calibration.tags;
   run->effective_dof = calibration.quality.effective_dof;
+  if (const auto& recorded = calibration.reference.recorded_degc) {
+    run->temperature_degc = (*recorded)[1];
+  }
   run->inputs = calibration.inputs;
   run->findings = calibration.findings;
   run->judgements = ByComponent(calibration.quality.limits);
@@ -288,6 +301,7 @@ std::string LineOf(const UnitRun& run) {
   json["wall_s"] = run.wall_s;
   json["cpu_s"] = run.cpu_s;
   json["effective_dof"] = run.effective_dof;
+  if (std::isfinite(run.temperature_degc)) json["temperature_degc"] = run.temperature_degc;
   json["inputs"] = Json::array();
   for (const InputFile& input : run.inputs) {
     json["inputs"].push_back(

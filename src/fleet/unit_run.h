@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -71,6 +72,8 @@ struct UnitRun {
   Tags tags;
   double wall_s = 0.0, cpu_s = 0.0;  ///< That the worker took.
   double effective_dof = 0.0;        ///< Behind the sigma; 0: many.
+  /// Of the recording, in the mean; NaN: it has none.
+  double temperature_degc = std::numeric_limits<double>::quiet_NaN();
   std::vector<InputFile> inputs;
   std::vector<Parameter> parameters;
   std::vector<double> covariance;  ///< Of the parameters: lower triangle, row by row.
@@ -94,6 +97,12 @@ void Fill(const Error& error, UnitRun* run);
 std::string LineOf(const UnitRun& run);
 /// Error (bad input): no such line.
 Result<UnitRun> ReadLine(std::string_view line);
+
+/// Sets the tag of this name ("lot", "part"), if there is one.
+void SetTag(std::string_view name, const std::string& value, Tags* tags);
+/// The tags that are stated, by their names, and back.
+Json JsonOf(const Tags& tags);
+Tags TagsFrom(const Json& json);
 
 /// A run from what a line says. An exception of the JSON library, or another that says what is
 /// wrong: it is none.

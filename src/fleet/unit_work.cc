@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/unit_work.h"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <chrono>
 #include <ctime>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <optional>
 #include <system_error>
@@ -21,6 +23,7 @@
 #include "truetriad/base/version.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording.h"
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
@@ -36,10 +39,46 @@ double CpuSeconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-std::string QuotedText(const std::string& text) {
+/// What sets a key of an experiment to `value`.
+std::string OverrideText(std::string_view key, const std::string& value) {
   YamlText yaml;
-  yaml << Quoted{text};
+  yaml << key << "=" << Quoted{value};
   return yaml.str();
+}
+
+/// A tag and its key in an experiment: "run.lot".
+struct KeyedTag {
+  std::string key;
+  std::string Tags::*value;
+};
+
+std::vector<KeyedTag> KeyedTags() {
+  std::vector<KeyedTag> tags;
+  for (const TagKey& tag : kDeviceTags)
+    tags.push_back({"device." + std::string(tag.key), tag.value});
+  for (const TagKey& tag : kRunTags) tags.push_back({"run." + std::string(tag.key), tag.value});
+  return tags;
+}
+
+std::string KeyOf(const std::string& override_text) {
+  return override_text.substr(0, override_text.find('='));
+}
+
+bool IsOfTag(const std::string& override_text) {
+  const std::vector<KeyedTag> tags = KeyedTags();
+  return std::any_of(tags.begin(), tags.end(), [&](const KeyedTag& tag) {
+    return tag.key == KeyOf(override_text);
+  });
+}
+
+/// The log says that it is of another unit than what the order was made from.
+Error OtherDevice(const UnitOrder& order, const Error& error) {
+  const Result<std::unique_ptr<SampleSource>> log = OpenRecording(order.log);
+  if (!log) return error;
+  return Error(ErrorCode::kOtherDevice,
+               {order.serial_from},
+               "states serial number `" + order.serial + "`, but " + order.log + " is of unit `" +
+                   (*log)->info().serial + "`; correct the one that is wrong");
 }
 
 /// The experiment of a unit, and what was read of its log to make one where none was stated.
@@ -50,8 +89,10 @@ struct UnitTask {
 
 Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   std::vector<std::string> overrides = plan.overrides;
-  overrides.insert(overrides.end(), order.overrides.begin(), order.overrides.end());
-  if (!order.serial.empty()) overrides.push_back("device.serial=" + QuotedText(order.serial));
+  for (const auto& [key, value] : KeyedTags()) {
+    if (!(order.tags.*value).empty()) overrides.push_back(OverrideText(key, order.tags.*value));
+  }
+  if (!order.serial.empty()) overrides.push_back(OverrideText("device.serial", order.serial));
   std::string text = plan.config_text;
   std::string path = plan.config_path;
   UnitTask task;
@@ -98,10 +139,14 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
 
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   TRUETRIAD_ASSIGN_OR_RETURN(UnitTask task, TaskFor(plan, order));
-  run->tags = task.experiment.tags;
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      Calibration calibration,
-      CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded)));
+  Result<Calibration> calibrated =
+      CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded));
+  if (!calibrated) {
+    const Error& error = calibrated.error();
+    const bool is_other = error.code == ErrorCode::kOtherDevice && !order.serial_from.empty();
+    return is_other ? OtherDevice(order, error) : error;
+  }
+  Calibration& calibration = *calibrated;
   if (calibration.serial.empty()) calibration.serial = run->serial;
   run->serial = calibration.serial;
   Fill(calibration, run);
@@ -139,21 +184,35 @@ Result<WorkPlan> PlanWork(const std::string& config,
   for (const std::string& format : plan.formats) {
     TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
   }
-  if (config.empty()) return plan;
-  plan.config_path = config;
-  TRUETRIAD_ASSIGN_OR_RETURN(plan.config_text, ReadSmallFile(config));
-  TRUETRIAD_RETURN_IF_ERROR(ReadExperimentText(plan.config_text, config, plan.overrides));
+  if (!config.empty()) {
+    plan.config_path = config;
+    TRUETRIAD_ASSIGN_OR_RETURN(plan.config_text, ReadSmallFile(config));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOfAll(plan));
+  plan.tags = experiment.tags;
   return plan;
+}
+
+Result<Experiment> ExperimentOfAll(const WorkPlan& plan) {
+  if (!plan.config_text.empty()) {
+    return ReadExperimentText(plan.config_text, plan.config_path, plan.overrides);
+  }
+  std::vector<std::string> overrides;
+  for (const std::string& item : plan.overrides) {
+    if (IsOfTag(item) || KeyOf(item) == "device.serial") overrides.push_back(item);
+  }
+  return ReadExperimentText("experiment: 1\nsensors: { accelerometer: {} }\n", "", overrides);
 }
 
 Result<std::string> ConfigSha256(const WorkPlan& plan) {
   std::string text;
+  std::vector<std::string> overrides = plan.overrides;
   if (plan.config_text.empty()) {
-    for (const std::string& item : plan.overrides) text += item + '\n';
+    for (const std::string& item : overrides) text += IsOfTag(item) ? "" : item + '\n';
   } else {
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const Experiment experiment,
-        ReadExperimentText(plan.config_text, plan.config_path, plan.overrides));
+    for (const KeyedTag& tag : KeyedTags()) overrides.push_back(OverrideText(tag.key, ""));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
+                               ReadExperimentText(plan.config_text, plan.config_path, overrides));
     text = experiment.resolved_yaml;
   }
   for (const std::string& format : plan.formats) text += "\nto: " + format;
@@ -174,6 +233,7 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
     run.serial = log.filename() == kManifestName ? log.parent_path().filename().string()
                                                  : log.stem().string();
   }
+  run.tags = OrElse(order.tags, plan.tags);
   run.shard = plan.shard;
   run.created = TimestampUtc();
   run.software_version = Version();
@@ -228,6 +288,7 @@ std::string LineOf(const WorkPlan& plan) {
   const Json json = {{"config_path", plan.config_path},
                      {"config_text", plan.config_text},
                      {"overrides", ListOf(plan.overrides)},
+                     {"tags", JsonOf(plan.tags)},
                      {"formats", ListOf(plan.formats)},
                      {"has_report", plan.has_report},
                      {"shares_assets", plan.shares_assets},
@@ -238,8 +299,10 @@ std::string LineOf(const WorkPlan& plan) {
 }
 
 std::string LineOf(const UnitOrder& order) {
-  const Json json = {
-      {"log", order.log}, {"serial", order.serial}, {"overrides", ListOf(order.overrides)}};
+  const Json json = {{"log", order.log},
+                     {"serial", order.serial},
+                     {"serial_from", order.serial_from},
+                     {"tags", JsonOf(order.tags)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
@@ -248,6 +311,7 @@ Result<WorkPlan> ReadPlan(std::string_view line) {
     return WorkPlan{.config_path = json.at("config_path"),
                     .config_text = json.at("config_text"),
                     .overrides = json.at("overrides").get<std::vector<std::string>>(),
+                    .tags = TagsFrom(json.at("tags")),
                     .formats = json.at("formats").get<std::vector<std::string>>(),
                     .has_report = json.at("has_report"),
                     .shares_assets = json.at("shares_assets"),
@@ -261,7 +325,8 @@ Result<UnitOrder> ReadOrder(std::string_view line) {
   return Parsed<UnitOrder>(line, [](const Json& json) {
     return UnitOrder{.log = json.at("log"),
                      .serial = json.at("serial"),
-                     .overrides = json.at("overrides").get<std::vector<std::string>>()};
+                     .serial_from = json.at("serial_from"),
+                     .tags = TagsFrom(json.at("tags"))};
   });
 }
 

@@ -9,6 +9,7 @@
 #include "fleet/unit_run.h"
 #include "truetriad/base/result.h"
 #include "truetriad/config/experiment.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 
@@ -20,6 +21,7 @@ struct WorkPlan {
   std::string config_path;  ///< For messages and paths in it; empty: no experiment is given.
   std::string config_text;  ///< The experiment; empty: one for what is in each log.
   std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
+  Tags tags;                           ///< What experiment and overrides say of every unit.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedStyleSheet, which is in `folder`.
@@ -31,8 +33,9 @@ struct WorkPlan {
 /// One unit to be calibrated.
 struct UnitOrder {
   std::string log;
-  std::string serial = {};  ///< Empty: the log says it, or the name of its file is taken.
-  std::vector<std::string> overrides = {};  ///< Of this unit alone: its tags.
+  std::string serial = {};       ///< Empty: the log says it, or the name of its file is taken.
+  std::string serial_from = {};  ///< "day.csv:3", "--serial=…": what states it.
+  Tags tags = {};                ///< Stated for this unit alone.
 };
 
 /// Reads the experiment. Error (bad input, usage): as ReadExperiment, or no such format.
@@ -40,10 +43,16 @@ Result<WorkPlan> PlanWork(const std::string& config,
                           std::vector<std::string> overrides,
                           std::vector<std::string> formats);
 
-/// Of what a plan asks for, however it is written: two equal ones give the same calibrations.
+/// What a plan says of every unit. Without an experiment its overrides of serial number and tags
+/// alone, in one that anything can be said of. Error (bad input, usage): as ReadExperiment.
+Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
+
+/// Of what a plan asks for but its tags, however it is written: two equal ones give the same
+/// calibrations.
 Result<std::string> ConfigSha256(const WorkPlan& plan);
 
-/// What is known of a run before the unit is looked at: log, its size and time, serial, identity.
+/// What is known of a run before the unit is looked at: log, its size and time, serial, tags,
+/// identity.
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
 
 /// Calibrates one unit and writes its files; whatever becomes of it is in the run. `before` is

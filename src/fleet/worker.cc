@@ -16,6 +16,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -69,7 +70,8 @@ class LineReader {
 };
 
 /// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log has PART
-/// in its name; hang and memory likewise. Several with commas between them.
+/// in its name; hang and memory likewise, and grow to half of what it may have. Several with commas
+/// between them.
 void FailOnPurpose(const UnitOrder& order) {
   const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
   if (stated == nullptr) return;
@@ -85,6 +87,11 @@ void FailOnPurpose(const UnitOrder& order) {
       for (;;) pause();
     }
     if (fault.starts_with("memory")) throw std::bad_alloc();
+    if (fault.starts_with("grow")) {
+      rlimit limit{};
+      getrlimit(RLIMIT_AS, &limit);
+      mmap(nullptr, limit.rlim_cur / 2, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    }
   }
 }
 

@@ -36,6 +36,7 @@ struct Manifest {
   Tags tags;
   std::vector<ManifestStream> streams;
   std::optional<PoseSelection> poses;
+  std::string pose_file;  ///< That `poses` are read from.
   std::optional<ColumnReference> pose_column;
 };
 
@@ -205,8 +206,9 @@ Status ReadPoses(YamlReader poses, Manifest* manifest) {
     }
     if (file.Read(&text)) {
       selection.kind = PoseSelectionKind::kRanges;
+      manifest->pose_file = Resolved(poses.file(), text);
       TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseRange> ranges,
-                                 ReadPoseRanges(Resolved(poses.file(), text)));
+                                 ReadPoseRanges(manifest->pose_file));
       selection.ranges = std::move(ranges);
     }
   }
@@ -354,14 +356,15 @@ bool IsFace(std::string_view text) {
   return text.size() == 2 && (text[0] == '+' || text[0] == '-') && text[1] >= 'x' && text[1] <= 'z';
 }
 
-Result<std::vector<std::string>> TablesOfManifest(const std::string& path) {
+Result<std::vector<std::string>> FilesOfManifest(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(path));
-  std::vector<std::string> tables;
+  std::vector<std::string> files;
   for (const ManifestStream& stream : manifest.streams) {
     const std::string& table = stream.layout.info.file;
-    if (std::find(tables.begin(), tables.end(), table) == tables.end()) tables.push_back(table);
+    if (std::find(files.begin(), files.end(), table) == files.end()) files.push_back(table);
   }
-  return tables;
+  if (!manifest.pose_file.empty()) files.push_back(manifest.pose_file);
+  return files;
 }
 
 Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column) {

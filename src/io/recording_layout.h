@@ -66,9 +66,9 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path, const std::s
 /// Opens a manifest and the files it names. docs/recordings.md.
 Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column);
 
-/// The tables that a manifest names, each once, as seen from here. Errors (bad input): as
-/// OpenManifest, but for those of the tables.
-Result<std::vector<std::string>> TablesOfManifest(const std::string& path);
+/// The tables that a manifest names, each once, and its file of poses, as seen from here. Errors
+/// (bad input): as OpenManifest, but for those of the tables.
+Result<std::vector<std::string>> FilesOfManifest(const std::string& path);
 
 /// True for a face of the six-face block: +x, -x, +y, -y, +z, -z.
 bool IsFace(std::string_view text);

@@ -90,7 +90,7 @@ TEST_F(KilledFleet, IsResumedToTheStoreOfOneThatWasNot) {
   }
   EXPECT_GT(killed, 0);  // How many is a matter of the machine.
   // One that was killed holds its folder until the kernel has done with it.
-  Run("cut", "flock cut/units/.lock true;");
+  Run("cut", "flock cut/units/.lock true; flock cut/.lock true;");
   ASSERT_EQ(last_.exit_code, 0) << last_.err;
   const std::string parameters =
       "SELECT serial, verdict, code, place, name, value, sigma FROM run JOIN parameter USING (run) "

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Many units at once.
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -80,7 +81,7 @@ TEST_F(Fleet, KeepsEveryUnitWithItsVerdictAndFiles) {
                                      "u001,outside-limits,limit:accelerometer.bias.z",
                                      "u002,outside-limits,limit:accelerometer.bias.z",
                                      "u003,outside-limits,limit:accelerometer.bias.z"));
-  EXPECT_THAT(Ask("SELECT value FROM tag WHERE name = 'lot'"), SizeIs(5));
+  EXPECT_THAT(Ask("SELECT value FROM tag WHERE name = 'lot'"), SizeIs(6));
   for (const std::string& line : Ask("SELECT folder FROM run WHERE verdict = 'outside-limits'")) {
     for (const char* file :
          {"calibration.yaml", "calibration.json", "report.html", "export.json"}) {
@@ -142,11 +143,52 @@ TEST_F(Fleet, ResumesWithWhatIsMissingOrHasChanged) {
   ASSERT_EQ(Run("--report=false").exit_code, 0);
   EXPECT_THAT(Run("--report=false --resume").out, StartsWith("NOTHING TO DO"));
   folder_.Write("line/u002.csv", LogText({.rests = 13, .magnetometer = false}));
-  EXPECT_THAT(Run("--report=false --resume").out, HasSubstr("1 units"));
+  EXPECT_THAT(Run("--report=false --resume").out, HasSubstr("  1 unit in"));
   EXPECT_THAT(Run("--report=false --resume --set=robust.loss=none").out, HasSubstr("5 units"));
   // Runs of before are kept.
   EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(11));
   EXPECT_THAT(Ask("SELECT run FROM latest"), SizeIs(5));
+}
+
+// Tags of the call label what is run now; those of a list are of its logs.
+TEST_F(Fleet, ResumesWithWhatTheListHasCorrected) {
+  WriteUnits(2);
+  const std::string run = "'" TRUETRIAD_BINARY "' fleet run --report=false --resume ";
+  const auto done = [&](const std::string& list, const std::string& flags = "") {
+    folder_.Write("list.csv", "log,serial,lot\n" + list);
+    return RunShell(run + "list.csv " + flags, folder_.Path("")).out;
+  };
+  EXPECT_THAT(done("line/u000.csv,A0,L1\nline/u001.csv,A1,L1\n"), HasSubstr("  2 units in"));
+  EXPECT_THAT(done("line/u000.csv,A0,L1\nline/u001.csv,A1,L1\n", "--tag=station=S2"),
+              StartsWith("NOTHING TO DO"));
+  EXPECT_THAT(RunShell(run + "line --tag=lot=L9", folder_.Path("")).out,
+              StartsWith("NOTHING TO DO"));
+  EXPECT_THAT(done("line/u000.csv,A0,L2\nline/u001.csv,A1,L1\n"), HasSubstr("  1 unit in"));
+  EXPECT_THAT(done("line/u000.csv,A0,L2\nline/u001.csv,A7,L1\n"), HasSubstr("  1 unit in"));
+  EXPECT_THAT(Ask("SELECT serial, value FROM latest JOIN tag USING (run) ORDER BY serial"),
+              ::testing::ElementsAre("A0,L2", "A1,L1", "A7,L1"));
+}
+
+TEST_F(Fleet, IsResumedByOneAtATime) {
+  WriteUnits(1);
+  fs::create_directories(folder_.Path("fleet"));
+  const Finished run = Run("--resume", "flock fleet/.lock");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("in the hands of another"));
+  // Shards share no log.
+  const std::string shard = "--resume --report=false --shard=";
+  EXPECT_EQ(Run(shard + "0/2", "flock fleet/.lock-0-of-2").exit_code, 2);
+  EXPECT_EQ(Run(shard + "1/2", "flock fleet/.lock-0-of-2").exit_code, 0);
+}
+
+// What a file is called is nobody's to obey.
+TEST_F(Fleet, SaysWhyAUnitIsRedInOneLineThatATerminalMayShow) {
+  folder_.Write("line/a\nb\x1B[31m.csv", "time[s],accel_x[m/s^2]\n0,x\n");
+  const Finished run = Run("--report=false '--serial={serial}.csv'");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, StartsWith("a\\u000Ab\\u001B[31m: bad-input, "));
+  EXPECT_THAT(run.err, HasSubstr(".csv): line/a"));
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
 }
 
 TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
@@ -234,13 +276,17 @@ TEST_F(Fleet, WritesAPageOfItsUnits) {
 }
 
 TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {
-  WriteUnits(1);
+  WriteUnits(2);
+  folder_.Write("one.yaml",
+                "experiment: 1\ndevice: { serial: A0001 }\nsensors: { accelerometer: {} }\n");
   const std::map<std::string, std::string> mistakes = {
       {"--to=px5", "did you mean `px4`"},
       {"--time-limit=0", "--time-limit"},
       {"--memory-limit=1", "--memory-limit"},
       {"--shard=4", "expected I/N"},
       {"--jobs=-1", "--jobs"},
+      {"--jobs=2147483647", "0 to 1000"},
+      {"-c one.yaml", "one.yaml:2: device.serial is `A0001`, and would be that of 2 logs"},
       {"--serial=x", "{serial}"},
       {"--store=mysql://x", "looks like a connection to a server"},
       {"nothing.csv", "there is no such log"},

@@ -97,13 +97,34 @@ TEST_F(FleetWatch, GoesOnWhereItEnded) {
   EXPECT_THAT(Run(watch).out, StartsWith("ALL GOOD"));
   EXPECT_THAT(Run(watch).out, StartsWith("NOTHING TO DO"));
   Log("line/deep", 2);
-  EXPECT_THAT(Run(watch + " --poll=0.1").out, HasSubstr("1 units"));
+  EXPECT_THAT(Run(watch + " --poll=0.1").out, HasSubstr("  1 unit in"));
   EXPECT_THAT(Run("truetriad fleet run line -o out --report=false --resume").out,
               StartsWith("NOTHING TO DO"));
   EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(2));
 }
 
+// A table that never came is a red row with its code, not silence.
+TEST_F(FleetWatch, EndsWithARunOfARecordingThatIsIncomplete) {
+  Log("line/u0", 1);
+  fs::create_directories(folder_.Path("line/u1"));
+  folder_.Write("line/u1/recording.yaml",
+                "recording: 1\napplied: none\nstreams:\n  accelerometer: { file: imu.csv, time: { "
+                "column: t, unit: s }, x: x, y: y, z: z, unit: m/s^2 }\n");
+  const std::string watch =
+      "truetriad fleet watch line -o out --report=false --poll=0.1 --until-idle=0.1 ";
+  EXPECT_THAT(Run(watch).out, StartsWith("1 OF 2 NOT GOOD"));
+  EXPECT_THAT(Ask("SELECT serial, code FROM run ORDER BY serial"),
+              ElementsAre("u0,", "u1,unreadable-file"));
+  EXPECT_THAT(Run(watch + "--tag=lot=L17").out, StartsWith("NOTHING TO DO"));
+}
+
 TEST_F(FleetWatch, SaysWhatIsWrongWithTheCall) {
+  folder_.Write("one.yaml",
+                "experiment: 1\ndevice: { serial: A1 }\nsensors: { accelerometer: {} }\n");
+  const Finished same = Run("truetriad fleet watch line -o out -c one.yaml");
+  EXPECT_EQ(same.exit_code, 1);
+  EXPECT_THAT(same.err, HasSubstr("one.yaml:2: device.serial is `A1`"));
+  EXPECT_FALSE(fs::exists(folder_.Path("out")));
   EXPECT_EQ(Run("truetriad fleet watch").exit_code, 1);
   EXPECT_EQ(Run("truetriad fleet watch nowhere").exit_code, 2);
   EXPECT_EQ(Run("truetriad fleet watch line --poll=0").exit_code, 1);

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/done_logs.h"
 #include "fleet/fleet_run.h"
 #include "fleet/golden_hold.h"
 #include "fleet/unit_folders.h"
@@ -25,6 +26,13 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+
+Tags LotAndStation(const std::string& lot, const std::string& station = "") {
+  Tags tags;
+  tags.lot = lot;
+  tags.station = station;
+  return tags;
+}
 
 /// A store that cannot be written to for a while, and remembers what it was given.
 class FailingStore : public Store {
@@ -111,6 +119,79 @@ TEST_F(Engine, HoldsUnitsForAsLongAsItIsTold) {
   ASSERT_TRUE(progress);
   EXPECT_EQ(progress->done, 3u);
   EXPECT_THAT(notes_, ElementsAre("units wait: overdue", "units go on"));
+}
+
+// What a worker has lost stays with it alone: another goes on.
+TEST_F(Engine, RenewsAWorkerThatHasGrown) {
+  for (int i = 3; i < 11; ++i) {
+    fs::copy_file(units_[0].log, folder_.Path("u" + std::to_string(i) + ".csv"));
+    units_.push_back({.log = folder_.Path("u" + std::to_string(i) + ".csv")});
+  }
+  const std::string worker =
+      folder_.Write("worker", "#!/bin/sh\necho >>'" + folder_.Path("starts") + "'\nexec \"$@\"\n");
+  fs::permissions(worker, fs::perms::owner_all);
+  options_.worker_command.insert(options_.worker_command.begin(), worker);
+  ASSERT_EQ(setenv("TRUETRIAD_FLEET_FAULT", "grow:u0", 1), 0);
+  const Result<FleetProgress> progress = Run();
+  unsetenv("TRUETRIAD_FLEET_FAULT");
+  ASSERT_TRUE(progress) << progress.error().message;
+  EXPECT_EQ(progress->red, 0u);
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("starts")), "\n\n");
+}
+
+TEST_F(Engine, KeepsTheTagsOfALogThatCannotBeRead) {
+  units_ = {{.log = folder_.Path("none.csv"), .tags = LotAndStation("L1")}};
+  const Result<WorkPlan> plan = PlanWork("", {"run.station=\"S3\"", "run.lot=\"L0\""}, {});
+  ASSERT_TRUE(plan) << plan.error().message;
+  options_.plan.tags = plan->tags;
+  ASSERT_TRUE(Run());
+  ASSERT_THAT(store_.runs, SizeIs(1));
+  EXPECT_EQ(store_.runs[0].verdict, Verdict::kBadInput);
+  EXPECT_EQ(store_.runs[0].tags, LotAndStation("L1", "S3"));
+}
+
+TEST_F(Engine, SaysWhichLineDoesNotAgreeWithTheLog) {
+  folder_.Write("recording.yaml",
+                "recording: 1\nserial: B7\napplied: none\nstreams:\n  accelerometer: { file: "
+                "u0.csv, time: { column: \"time[s]\", unit: s }, x: \"accel_x[m/s^2]\", y: "
+                "\"accel_y[m/s^2]\", z: \"accel_z[m/s^2]\", unit: m/s^2 }\n");
+  units_ = {{.log = folder_.Path("recording.yaml"), .serial = "B8", .serial_from = "day.csv:3"}};
+  ASSERT_TRUE(Run());
+  ASSERT_THAT(store_.runs, SizeIs(1));
+  EXPECT_EQ(store_.runs[0].code, "other-device");
+  EXPECT_EQ(store_.runs[0].serial, "B8");
+  EXPECT_EQ(store_.runs[0].message,
+            "day.csv:3: states serial number `B8`, but " + folder_.Path("recording.yaml") +
+                " is of unit `B7`; correct the one that is wrong");
+}
+
+TEST(DoneLogs, AreThoseWithTheSerialAndTagsThatAreStated) {
+  DoneLogs done;
+  const LogStamp stamp{7, 8};
+  done.Add("a.csv", stamp, "A1", LotAndStation("L1", "S1"));
+  EXPECT_TRUE(done.Has({.log = "a.csv"}, stamp));
+  EXPECT_TRUE(done.Has({.log = "a.csv", .serial = "A1", .tags = LotAndStation("L1")}, stamp));
+  EXPECT_FALSE(done.Has({.log = "a.csv", .serial = "A2"}, stamp));
+  EXPECT_FALSE(done.Has({.log = "a.csv", .tags = LotAndStation("L2")}, stamp));
+  EXPECT_FALSE(done.Has({.log = "a.csv", .tags = LotAndStation("", "S2")}, stamp));
+  EXPECT_FALSE(done.Has({.log = "a.csv"}, {7, 9}));
+}
+
+TEST(ConfigSha256, IsOfWhatIsCalculatedAndNotOfTags) {
+  const TemporaryFolder folder;
+  const std::string text = "experiment: 1\nsensors: { accelerometer: {} }\n";
+  const std::string plain = folder.Write("plain.yaml", text);
+  const std::string tagged =
+      folder.Write("tagged.yaml", text + "run: { lot: L1, note: x }\ndevice: { part: P }\n");
+  const auto sha = [](const std::string& config, std::vector<std::string> overrides) {
+    const Result<WorkPlan> plan = PlanWork(config, std::move(overrides), {});
+    EXPECT_TRUE(plan) << plan.error().message;
+    return ConfigSha256(*plan).value();
+  };
+  EXPECT_EQ(sha(plain, {}), sha(tagged, {"run.lot=\"L2\""}));
+  EXPECT_EQ(sha("", {}), sha("", {"run.lot=\"L2\"", "device.part=P"}));
+  EXPECT_NE(sha(plain, {}), sha(plain, {"robust.loss=none"}));
+  EXPECT_NE(sha("", {}), sha("", {"robust.loss=none"}));
 }
 
 TEST_F(Engine, DoesNotBlameAUnitForADiskThatCannotBeWritten) {
@@ -206,13 +287,14 @@ TEST(UnitFolders, OfHalfARunAreRemovedByTheNextWhoIsAlone) {
 TEST(UnitFolders, HaveOneWhoHasThemAlone) {
   const TemporaryFolder folder;
   {
-    const Result<FolderClaim> one = FolderClaim::TakeAlone(folder.Path(""), "fleet watch");
+    const Result<FolderClaim> one = FolderClaim::TakeAlone(folder.Path(""));
     ASSERT_TRUE(one);
-    const Result<FolderClaim> other = FolderClaim::TakeAlone(folder.Path(""), "fleet watch");
+    const Result<FolderClaim> other = FolderClaim::TakeAlone(folder.Path(""));
     ASSERT_FALSE(other);
     EXPECT_THAT(other.error().message, HasSubstr("another fleet watch"));
+    EXPECT_TRUE(FolderClaim::TakeAlone(folder.Path(""), {1, 4}));
   }
-  EXPECT_TRUE(FolderClaim::TakeAlone(folder.Path(""), "fleet watch"));
+  EXPECT_TRUE(FolderClaim::TakeAlone(folder.Path("")));
 }
 
 std::string TimeBefore(double seconds) {

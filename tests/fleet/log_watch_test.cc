@@ -57,7 +57,8 @@ class Watch : public ::testing::Test {
     do {
       EXPECT_TRUE(watch_->Look());
       while (std::optional<Arrival> arrival = watch_->Next()) {
-        given.push_back(fs::relative(arrival->order.log, Path("")).string());
+        given.push_back(
+            fs::path(arrival->order.log).lexically_relative(Path("")).lexically_normal().string());
         UnitRun run;
         run.log = arrival->order.log;
         const LogStamp stamp = StampOf(run.log).value_or(LogStamp());
@@ -145,6 +146,70 @@ TEST_F(Watch, GivesARecordingOnceAllItsTablesAreThere) {
   EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
   Write("unit/mag.csv", "t,x,y,z\n0,1,2,3\n");
   EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+}
+
+// Who waits for nothing more says what is missing; it would be lost otherwise.
+TEST_F(Watch, GivesAnIncompleteRecordingAsItIsWhenItEnds) {
+  Write("unit/imu.csv");
+  Write("unit/recording.yaml", kRecording);
+  Write("late.csv");
+  std::ofstream open_file(Path("late.csv"), std::ios::app);
+  Open({.until_idle_s = 1.5});
+  EXPECT_THAT(Given(0.5), IsEmpty());
+  EXPECT_FALSE(watch_->HasEnded());
+  EXPECT_THAT(watch_->Left(),
+              ElementsAre(HasSubstr("late.csv is not calibrated: somebody still writes"),
+                          HasSubstr("recording.yaml is not calibrated: it names files")));
+  EXPECT_THAT(Given(1.5), ElementsAre("unit/recording.yaml"));
+  EXPECT_THAT(Given(1.8), IsEmpty());
+  EXPECT_TRUE(watch_->HasEnded());
+  Write("unit/mag.csv");
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+}
+
+TEST_F(Watch, GivesARecordingAgainWhenAnyOfItsTablesChanges) {
+  fs::create_directories(Path("raw"));
+  std::string manifest = kRecording;
+  manifest.replace(manifest.find("mag.csv"), 7, "../raw/mag.csv");
+  Write("unit/recording.yaml", manifest);
+  Write("unit/imu.csv");
+  Write("raw/mag.csv");
+  Open();
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+  // As long as it was, and older.
+  const fs::file_time_type before = fs::last_write_time(Path("raw/mag.csv"));
+  Write("raw/mag.csv", "time[s]X");
+  fs::last_write_time(Path("raw/mag.csv"), before - std::chrono::hours(1));
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+  Write("unit/beside.csv", "time[s],accel_x[m/s^2]\n0,1\n");
+  Write("unit/attitudes.csv", "time[s],qw,qx,qy,qz\n0,1,0,0,0\n");
+  Write("unit/deep/below.CSV");
+  EXPECT_THAT(Given(kTwoLooksS), UnorderedElementsAre("unit/beside.csv", "unit/deep/below.CSV"));
+}
+
+// Its file of poses belongs to a recording, too.
+TEST_F(Watch, GivesARecordingAgainWhenItsPosesChange) {
+  Write("unit/poses.yaml", "poses: [ { first: 0, last: 1 } ]\n");
+  Write("unit/recording.yaml", std::string(kRecording) + "poses: { file: poses.yaml }\n");
+  Write("unit/imu.csv");
+  Write("unit/mag.csv");
+  Open();
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+  Write("unit/poses.yaml", "poses: [ { first: 0, last: 2 } ]\n");
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+}
+
+TEST_F(Watch, FollowsLinksToFolders) {
+  Write("there/u0.csv");
+  fs::create_directories(folder_.Path("elsewhere"));
+  folder_.Write("elsewhere/u1.csv", "time[s]\n");
+  Open();
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("there/u0.csv"));
+  fs::create_directory_symlink(folder_.Path("elsewhere"), Path("link"));
+  fs::create_directory_symlink(Path(""), Path("loop"));
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("link/u1.csv"));
+  folder_.Write("elsewhere/u2.csv", "time[s]\n");
+  EXPECT_THAT(Given(0.1), ElementsAre("link/u2.csv"));
 }
 
 TEST_F(Watch, LooksForItselfWhereNothingTells) {

@@ -84,6 +84,8 @@ TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
   ASSERT_TRUE(runs);
   ASSERT_EQ(runs->size(), 1u);
   EXPECT_EQ(runs->front().config_sha256, "def");
+  EXPECT_EQ(runs->front().serial, "A1");
+  EXPECT_EQ(runs->front().tags, second.tags);
   EXPECT_THAT(Ask(**store, "SELECT run FROM latest"), ElementsAre(ElementsAre("2")));
 }
 

@@ -146,7 +146,8 @@ TEST(WorkPlan, ComesBackFromALine) {
   const Result<WorkPlan> back = ReadPlan(LineOf(plan));
   ASSERT_TRUE(back);
   EXPECT_EQ(LineOf(*back), LineOf(plan));
-  const UnitOrder order{.log = "a.csv", .serial = "7", .overrides = {"run.lot=3"}};
+  UnitOrder order{.log = "a.csv", .serial = "7", .serial_from = "day.csv:2"};
+  order.tags.lot = "3";
   const Result<UnitOrder> order_back = ReadOrder(LineOf(order));
   ASSERT_TRUE(order_back);
   EXPECT_EQ(LineOf(*order_back), LineOf(order));

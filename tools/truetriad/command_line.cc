@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "base/spelling.h"
+#include "base/utf8.h"
 #include "fleet/worker.h"
 #include "io/input_guard.h"
 #include "json/verb_json.h"
@@ -235,7 +236,8 @@ std::string Coloured(std::FILE* stream, std::string_view colour, const std::stri
 
 void Say(std::string_view verb, const std::string& message) {
   const std::string who = "truetriad" + (verb.empty() ? "" : " " + std::string(verb));
-  std::fprintf(stderr, "%s %s\n", Coloured(stderr, kRed, who + ":").c_str(), message.c_str());
+  std::fprintf(
+      stderr, "%s %s\n", Coloured(stderr, kRed, who + ":").c_str(), Printable(message).c_str());
 }
 
 int Fail(std::string_view verb, const Error& error) {

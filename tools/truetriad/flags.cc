@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/utf8.h"
 #include "io/yaml_text.h"
 #include "truetriad/model/tags.h"
 
@@ -100,7 +101,7 @@ Status CheckFailOn(const std::string& word) {
 }
 
 void Note(const std::string& text) {
-  if (!FLAGS_quiet) std::fprintf(stderr, "%s\n", text.c_str());
+  if (!FLAGS_quiet) std::fprintf(stderr, "%s\n", Printable(text).c_str());
 }
 
 std::vector<std::string> Overrides() {

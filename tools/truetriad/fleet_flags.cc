@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -18,8 +19,9 @@ DECLARE_int32(jobs);
 DEFINE_string(
     store,
     "",
-    "where the runs are kept: a file for SQLite (default: fleet.db in the output folder), or "
-    "postgresql://HOST/DATABASE, or NAME.jsonl for a shard's own, which `fleet collect` merges");
+    "where the runs are kept: a file for SQLite, or postgresql://HOST/DATABASE, or NAME.jsonl for "
+    "a "
+    "shard's own, which `fleet collect` merges; what calibrates has fleet.db in its output folder");
 DEFINE_string(assets,
               "inline",
               "where the looks of reports are: inline, in each page, or shared, once for all");
@@ -160,8 +162,12 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
   if (FLAGS_output.empty()) FLAGS_output = "fleet";
   TRUETRIAD_ASSIGN_OR_RETURN(options.plan, StatedPlan());
-  if (FLAGS_jobs < 0) {
-    return Error(ErrorCode::kInvalidArgument, "--jobs: expected a number of processes, 0 or more");
+  // Each takes some 10 MB and a socket.
+  constexpr int kMostJobs = 1000;
+  if (FLAGS_jobs < 0 || FLAGS_jobs > kMostJobs) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--jobs=" + std::to_string(FLAGS_jobs) +
+                     ": expected a number of processes, 0 to " + std::to_string(kMostJobs));
   }
   options.jobs = FLAGS_jobs > 0
                      ? FLAGS_jobs

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/utf8.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
 
@@ -47,30 +48,42 @@ std::vector<std::pair<std::string, std::size_t>> Pareto(const fleet::FleetProgre
   return codes;
 }
 
+/// "1 unit", "3 units".
+std::string CountOf(std::size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+/// "18 runs of 3 units", "3 units" where each was run once, or the store does not know.
+std::string RunsText(const fleet::FleetProgress& progress) {
+  const std::size_t units = progress.yield.units;
+  if (units == 0 || units == progress.done) return CountOf(progress.done, "unit");
+  return CountOf(progress.done, "run") + " of " + CountOf(units, "unit");
+}
+
 std::string SummaryText(const fleet::FleetProgress& progress) {
-  const double units = static_cast<double>(progress.done);
+  const double runs = static_cast<double>(progress.done);
   std::string text =
       std::to_string(progress.red) + " OF " + std::to_string(progress.done) + " NOT GOOD\n";
   if (progress.red == 0) text = progress.done == 0 ? "NOTHING TO DO\n" : "ALL GOOD\n";
-  text += "  " + std::to_string(progress.done) + " units" +
+  text += "  " + RunsText(progress) +
           Format(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
                  progress.seconds,
                  progress.Rate(),
-                 1e3 * progress.cpu_s / std::max(units, 1.0)) +
+                 1e3 * progress.cpu_s / std::max(runs, 1.0)) +
           CountsText(progress) + '\n';
   if (progress.skipped > 0) {
     text += "  " + std::to_string(progress.skipped) + " left out: their runs are there\n";
   }
   if (const fleet::Yield& yield = progress.yield; yield.units > 0) {
-    text += Format("  First-pass yield %.1f %%, final %.1f %% of %zu units\n",
+    text += Format("  First-pass yield %.1f %%, final %.1f %% of ",
                    yield.FirstPercent(),
-                   yield.FinalPercent(),
-                   yield.units);
+                   yield.FinalPercent()) +
+            CountOf(yield.units, "unit") + '\n';
   }
   for (const auto& [code, count] : Pareto(progress)) {
     text += "  " + std::to_string(count) + " x " + code + '\n';
   }
-  return text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n';
+  return Printable(text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n');
 }
 
 Json SummaryJson(const fleet::FleetProgress& progress) {
@@ -94,8 +107,9 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
   return json;
 }
 
+/// In ASCII: it may be a terminal that shows it.
 void PrintLine(const Json& json) {
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  const std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace) + '\n';
   std::fputs(text.c_str(), stderr);
 }
 
@@ -123,8 +137,9 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
     return;
   }
   if (fleet::IsRed(run.verdict)) {
+    const std::string why = run.message.substr(0, run.message.find('\n'));
     OnNote(run.serial + ": " + std::string(fleet::VerdictName(run.verdict)) + ", " + run.code +
-           " (" + run.log + ")");
+           " (" + run.log + "): " + why);
   }
   line_.ShowText(ProgressText(progress));
 }
@@ -135,13 +150,13 @@ void FleetTalk::OnNote(const std::string& note) {
     return;
   }
   line_.Wipe();
-  Note(note);
+  Note(PrintableLine(note));
 }
 
 std::string ProgressText(const fleet::FleetProgress& progress) {
   std::string text = std::to_string(progress.done);
   if (progress.units) text += " of " + std::to_string(*progress.units);
-  text += " units, " + std::to_string(progress.red) +
+  text += " runs, " + std::to_string(progress.red) +
           Format(" not good; %.1f a second", progress.Rate());
   if (const std::optional<double> left = progress.SecondsLeft())
     text += Format(", %.0f s left", *left);

@@ -28,7 +28,7 @@ class FleetTalk {
   ProgressLine line_{""};
 };
 
-/// "42 of 300 units, 3 not good; 4.2 a second, 61 s left".
+/// "42 of 300 runs, 3 not good; 4.2 a second, 61 s left".
 std::string ProgressText(const fleet::FleetProgress& progress);
 
 /// What has become of the units. Exit code 4 with --fail-on=unit and one that is not good.

@@ -20,7 +20,7 @@
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(to, "", "the format, from the list above");
+DEFINE_string(to, "", "the format, one that this page or that of `export` lists");
 DEFINE_string(
     max_loss,
     "",

@@ -5,7 +5,7 @@
 
 #include <gflags/gflags.h>
 
-#include "fleet/line_reader.h"
+#include "fleet/line_selection.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"

@@ -2,6 +2,7 @@
 #include "fleet/fleet_run.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +24,8 @@
 DEFINE_string(units_of, "", "logs, folders with logs, patterns as 'line-3/*.csv', and lists");
 DEFINE_bool(resume,
             false,
-            "leave out logs whose run with this experiment and this program is in the store, as "
-            "long as they have not been touched");
+            "leave out logs that have not changed since their last run, which is in the store and "
+            "was by this experiment, this program, and the serial number and tags of the list");
 DEFINE_string(shard, "", "I/N: only that part of the units, I from 0 to N-1");
 
 namespace truetriad {
@@ -46,8 +47,15 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   logs.insert(logs.end(), words.begin(), words.end());
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<fleet::UnitOrder> units,
                              fleet::ListUnits(logs, FLAGS_serial));
+  TRUETRIAD_RETURN_IF_ERROR(fleet::CheckSerials(options.plan, units));
   units = fleet::ShardOf(std::move(units), shard.index, shard.count);
   TRUETRIAD_RETURN_IF_ERROR(PrepareUnitsFolder(options.plan));
+  std::optional<fleet::FolderClaim> own;
+  if (FLAGS_resume) {
+    TRUETRIAD_ASSIGN_OR_RETURN(fleet::FolderClaim alone,
+                               fleet::FolderClaim::TakeAlone(FLAGS_output, shard));
+    own.emplace(std::move(alone));
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
   TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
@@ -84,14 +92,11 @@ Command FleetRunCommand() {
           "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
           "build/truetriad fleet run out/line -o out/day --report=false",
       .details =
-          "Every unit is calibrated in a process of its own: what crashes, hangs or needs too much "
-          "memory is one\nunit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; "
-          "those "
-          "of before stay. A list is\na CSV with columns log, serial and tags. Exit code 0: all "
-          "were "
-          "processed; with --fail-on=unit 4, if\none is not good. SIGTERM ends it after the units "
-          "in "
-          "hand; --resume goes on.\n",
+          "Units are calibrated in --jobs processes: what crashes one, hangs or needs too much "
+          "memory is that\nunit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; "
+          "those of before stay. A list is\na CSV with columns log, serial and tags. Exit code 0: "
+          "all were processed; with --fail-on=unit 4, if\none is not good. SIGTERM ends it after "
+          "the units in hand; --resume goes on.\n",
       .flags = FleetFlags(
           {{"units-of", "LIST|FOLDER|GLOB"}, {"resume", "true|false"}, {"shard", "I/N"}}),
       .more_words = "units-of",

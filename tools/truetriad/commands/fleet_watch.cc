@@ -10,6 +10,7 @@
 #include <gflags/gflags.h>
 
 #include "fleet/unit_folders.h"
+#include "fleet/unit_list.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
@@ -48,10 +49,11 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
     return Error(ErrorCode::kUnreadableFile, {watched.folder}, "is no folder that can be read");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(fleet::FleetOptions options, StatedFleetOptions());
-  watched.without = fs::absolute(options.plan.folder).lexically_normal().string();
+  watched.without = options.plan.folder;
+  TRUETRIAD_RETURN_IF_ERROR(fleet::CheckSerialsToCome(options.plan, FLAGS_serial));
   TRUETRIAD_RETURN_IF_ERROR(PrepareUnitsFolder(options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::FolderClaim own,
-                             fleet::FolderClaim::TakeAlone(FLAGS_output, "fleet watch"));
+                             fleet::FolderClaim::TakeAlone(FLAGS_output));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard({}));
   TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
@@ -80,8 +82,10 @@ Command FleetWatchCommand() {
       .details =
           "As fleet run, of logs that are there without a run, and then of each that is closed "
           "after writing or\nrenamed into FOLDER or below it; one that arrives again changed is a "
-          "new run. A folder with a\nrecording.yaml counts once all files that it names are there "
-          "and have stayed the same. Ends on SIGTERM\nafter the units in hand, exit code 0.\n",
+          "new run. A recording.yaml counts\nonce all files that it names are there and have "
+          "stayed "
+          "the same; with --until-idle in the end as it is.\nEnds on SIGTERM after the units in "
+          "hand, exit code 0.\n",
       .flags =
           FleetFlags({{"folder", "DIR", true}, {"poll", "SECONDS"}, {"until-idle", "SECONDS"}}),
       .words = {"folder"},

@@ -30,7 +30,7 @@
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
-DEFINE_int32(jobs, 0, "number of units to simulate in parallel; 0: one per core");
+DEFINE_int32(jobs, 0, "number of units at a time; 0: one per core");
 
 namespace truetriad {
 namespace {
