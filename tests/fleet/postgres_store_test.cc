@@ -181,16 +181,20 @@ TEST_F(PostgreSQLStore, IsMadeOnceByManyAtOnce) {
 // A store of today is taken back to the second version, and opened.
 TEST_F(PostgreSQLStore, BringsAnOlderStoreUpToDate) {
   ASSERT_TRUE((*OpenStore(url_))->Add(RunOf("1", Verdict::kPass)));
-  const std::string view(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
+  const std::string views =
+      std::string(kMigrations[0].substr(kMigrations[0].find("CREATE VIEW latest"))) +
+      std::string(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
   EXPECT_EQ(server()->Psql(url_,
-                           "DROP VIEW standing; ALTER TABLE finding DROP COLUMN treatment;"
+                           "DROP VIEW standing; DROP VIEW latest;"
+                           "ALTER TABLE finding DROP COLUMN treatment;"
+                           "ALTER TABLE run DROP COLUMN temperature_degc;"
                            "ALTER TABLE station_check DROP COLUMN recording;"
                            "ALTER TABLE station_check DROP COLUMN repeatability;"
                            "DELETE FROM fact WHERE name = 'store';"
                            "UPDATE fact SET value = 2 WHERE name = 'schema_version';"
                            "INSERT INTO disposition VALUES "
                            "('d', '1', 'c', 'R. Roe', 'refused', 'bent');" +
-                               view),
+                               views),
             "");
   const auto store = OpenStoreToRead(url_);
   ASSERT_TRUE(store) << store.error().message;

@@ -72,9 +72,12 @@ TEST_F(SqliteStoreTest, KeepsTheDecisionsOfAnOlderStore) {
   {
     // Of today, and taken back to what it was.
     ASSERT_TRUE(OpenStore(path_));
-    std::string views(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
+    const std::string views =
+        std::string(kMigrations[0].substr(kMigrations[0].find("CREATE VIEW latest"))) +
+        std::string(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
     Execute(path_,
-            "DROP VIEW standing; ALTER TABLE finding DROP COLUMN treatment;"
+            "DROP VIEW standing; DROP VIEW latest; ALTER TABLE finding DROP COLUMN treatment;"
+            "ALTER TABLE run DROP COLUMN temperature_degc;"
             "ALTER TABLE station_check DROP COLUMN recording;"
             "ALTER TABLE station_check DROP COLUMN repeatability;"
             "DELETE FROM fact; PRAGMA user_version = 2;" +
@@ -113,7 +116,7 @@ TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
       "INSERT INTO unit VALUES ('A1');"
       "WITH RECURSIVE number (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM number WHERE i < 50002)"
       "INSERT INTO run SELECT printf('%06d', i), 'A1', printf('%d.csv', i / 2), i, 0, '', '', '', "
-      "'', '', 'pass', '', '', '', 0, 0, 0, NULL FROM number");
+      "'', '', 'pass', '', '', '', 0, 0, 0, NULL, NULL FROM number");
   const Result<std::vector<KnownRun>> runs = (*store)->LastRuns();
   ASSERT_TRUE(runs);
   std::set<std::string> logs;
