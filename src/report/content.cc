@@ -225,6 +225,27 @@ Section FindingsSection(const Calibration& calibration) {
   return section;
 }
 
+/// What a unit's firmware does, in one place.
+void AddCorrections(const Calibration& calibration, Section* section) {
+  section->blocks.emplace_back(Subtitle{"Correction: corrected = C (raw − b)"});
+  bool has_more = false;
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (!sensor) continue;
+    Table table = CorrectionTable(*sensor, triad);
+    table.header.front() = std::string(TriadName(triad));
+    section->blocks.emplace_back(std::move(table));
+    has_more = has_more || sensor->thermal || sensor->g_sensitivity ||
+               std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const AxisTermInfo& info) {
+                 return sensor->axis_term_sigma[info.term].has_value();
+               });
+  }
+  if (has_more) {
+    section->blocks.emplace_back(std::string(
+        "At the reference temperature, without the further terms above; `export` writes all."));
+  }
+}
+
 Section ParametersSection(const Calibration& calibration) {
   Section section{SectionKind::kParameters, "Parameters and predicted uncertainty", {}};
   if (!calibration.IsUsable()) return section;
@@ -240,6 +261,7 @@ Section ParametersSection(const Calibration& calibration) {
     if (from_motion) table.rows.back().front() = "noise σ";
     section.blocks.emplace_back(std::move(table));
     section.blocks.emplace_back(NoiseSentence(sensor->noise, triad, from_motion));
+    section.blocks.emplace_back(MisalignmentTable(*sensor, triad, propagation));
     AddSessions(calibration.quality.rests, triad, sensor->input_unit, &section);
     if (sensor->thermal) {
       section.blocks.emplace_back(
@@ -248,6 +270,7 @@ Section ParametersSection(const Calibration& calibration) {
           Significant(sensor->thermal->range_degc(1), 3) + " °C.");
     }
   }
+  AddCorrections(calibration, &section);
   section.blocks.emplace_back(Subtitle{"References"});
   section.blocks.emplace_back(ReferenceTable(calibration.reference, propagation));
   if (std::string words = CorrelationSentence(calibration.covariance); !words.empty()) {
@@ -318,8 +341,9 @@ Verdict VerdictOf(const Calibration& calibration) {
                 "The start values were not refined; no uncertainty available."};
       }
       if (!calibration.within_limits) {
-        return {
-            Grade::kGood, "USABLE, no limits set", "Converged, and every parameter is observable."};
+        return {Grade::kNeutral,
+                "USABLE, no limits set",
+                "Converged, and every parameter is observable."};
       }
       if (*calibration.within_limits) {
         return {Grade::kGood,

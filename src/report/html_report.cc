@@ -105,9 +105,10 @@ std::string CalibrationHtml(const Calibration& calibration, const std::string& s
   std::string html = HtmlOf(IdentityTable(calibration), "identity");
   for (const Section& section : SectionsOf(calibration)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
-            FiguresOf(calibration, section.kind) + "</section>\n";
+            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind) +
+            "</div>\n</section>\n";
   }
-  html += "<section>\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
+  html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/page.h"
 
+#include <cctype>
 #include <cstddef>
 #include <type_traits>
 #include <variant>
@@ -20,7 +21,7 @@ h1{font-size:1.5rem;margin:0 0 .2rem}h2{font-size:1.1rem;margin:2.2rem 0 .6rem;p
 h3{font-size:1rem;margin:1.4rem 0 .4rem}p{margin:.5rem 0;max-width:48rem}
 .verdict{margin:1rem 0;padding:.8rem 1.1rem;border-left:6px solid;border-radius:4px}
 .verdict b{display:block;font-size:1.25rem;letter-spacing:.01em}.verdict span{color:var(--ink)}
-.good{color:var(--good);background:#eaf6ed}.caution{color:var(--caution);background:#fdf5e0}.bad{color:var(--bad);background:#fdecec}
+.good{color:var(--good);background:#eaf6ed}.neutral{color:var(--blue);background:#eaf1fb}.caution{color:var(--caution);background:#fdf5e0}.bad{color:var(--bad);background:#fdecec}
 .scroll{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0;font-size:.9rem;font-variant-numeric:tabular-nums}
 th,td{padding:.25rem .8rem .25rem 0;text-align:left;vertical-align:top;border-bottom:1px solid #edf0f3}
 th{font-weight:600;color:var(--soft);border-bottom-color:var(--line)}td.r,th.r{text-align:right;white-space:nowrap;padding-left:.6rem}
@@ -35,8 +36,12 @@ svg .title{font-weight:600;fill:var(--ink)}svg .small{font-size:10px}
 svg .frame,svg .disc{fill:none;stroke:#aeb7c2}svg .disc{fill:#fafbfc}svg .ring,svg .grid{fill:none;stroke:#e3e7ec}svg .zero{stroke:#8b95a3}
 svg .band{fill:#e3edfb}svg .after{fill:var(--blue);fill-opacity:.8}svg .before{fill:#8b95a3}svg .rejected{stroke:var(--bad);stroke-width:2}
 svg .track{fill:#eef1f4}svg .pass{fill:#7fbf90}svg .fail{fill:#e08585}svg .whisker{stroke:var(--ink);stroke-width:2}svg .limit{stroke:var(--ink);stroke-dasharray:3 2}
-@media(max-width:40rem){main{margin:0;padding:1rem;border:0}}
-@media print{body{background:#fff;font-size:11px}main{margin:0;padding:0;border:0;max-width:none}h2,h3{break-after:avoid}figure,tr{break-inside:avoid}
+.drawings{display:grid;gap:0 1.5rem}
+@media(max-width:40rem){main{margin:0;padding:1rem;border:0}td.r,th.r{white-space:normal;padding-left:.2rem}th,td{padding-right:.2rem}table{font-size:.72rem}td:first-child{white-space:normal}}
+@media print{@page{margin:12mm 11mm 14mm}:root{font-size:10.5px}body{background:#fff;font-size:1rem;line-height:1.3}main{margin:0;padding:0;border:0;max-width:none}
+h2{margin:1rem 0 .3rem}h3{margin:.7rem 0 .2rem}h2,h3{break-after:avoid}figure,tr{break-inside:avoid}figure{margin:.4rem 0}p{max-width:none;margin:.25rem 0}
+.verdict{padding:.4rem .8rem;margin:.5rem 0}.scroll{overflow:visible}table{margin:.2rem 0}td,th{padding:.1rem .5rem .1rem 0}td.r,th.r{padding-left:.3rem;white-space:normal}
+.drawings{grid-template-columns:1fr 1fr}.screen{display:none}
 *{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 )css";
 
@@ -79,12 +84,32 @@ std::string_view CssClass(Grade grade) {
   switch (grade) {
     case Grade::kGood:
       return "good";
+    case Grade::kNeutral:
+      return "neutral";
     case Grade::kCaution:
       return "caution";
     case Grade::kBad:
       break;
   }
   return "bad";
+}
+
+/// Whose page it is and which, below each printed one.
+std::string PageFoot(std::string_view title) {
+  // In a style, whatever is no letter or digit is written by its number.
+  std::string text;
+  for (const char c : title) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80 || std::isalnum(byte) != 0 || c == ' ') {
+      text += c;
+      continue;
+    }
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    text += {'\\', '0', '0', '0', '0', kDigits[byte >> 4U], kDigits[byte & 15U]};
+  }
+  return "@page{@bottom-left{content:\"" + text +
+         "\";font:9px sans-serif}@bottom-right{content:counter(page) \" / \" counter(pages);"
+         "font:9px sans-serif}}\n";
 }
 
 }  // namespace
@@ -174,14 +199,17 @@ std::string HtmlPage(std::string_view title,
                      const std::string& body,
                      std::string_view style,
                      std::string_view style_sheet) {
+  const bool is_alone = style_sheet.empty();
   // Drawings say how wide they are in an attribute.
-  const std::string looks =
-      style_sheet.empty()
-          ? "<style>" + std::string(kStyle) + std::string(style) + "</style>\n"
-          : "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-            "'self' 'unsafe-inline'; img-src data:\">\n<link rel=\"icon\" href=\"data:,\">\n<link "
-            "rel=\"stylesheet\" href=\"" +
-                EscapeMarkup(style_sheet) + "\">\n";
+  std::string looks =
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src " +
+      std::string(is_alone ? "" : "'self' ") + "'unsafe-inline'; img-src data:\">\n";
+  if (!is_alone) {
+    looks += "<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=\"" +
+             EscapeMarkup(style_sheet) + "\">\n";
+  }
+  looks += "<style>" + (is_alone ? std::string(kStyle) + std::string(style) : std::string()) +
+           PageFoot(title) + "</style>\n";
   return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
          Element("title", std::string(title) + ": " + verdict.headline) + looks +

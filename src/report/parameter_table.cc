@@ -73,8 +73,6 @@ class ParameterRows {
     AddBias();
     if (AxesAreAligned(sensor)) {
       AddScale();
-      AddMisalignment(1e3, "mrad");
-      AddMisalignment(kDegPerRad, "deg");
     } else {
       AddSensitivity();
     }
@@ -93,7 +91,45 @@ class ParameterRows {
 
   Table Take() { return std::move(table_); }
 
+  /// Of an axis of the gauge, or of a model without, there is no row: nothing is said by zeros.
+  Table Misalignment() const {
+    Table table{{"misalignment", "x", "y", "z", "unit", "x", "y", "z", "unit"}, "lrrrlrrrl", {}};
+    if (!AxesAreAligned(sensor_)) return table;
+    const Eigen::Matrix3d angles = sensor_.MisalignmentRad();
+    for (int i = 0; i < 3; ++i) {
+      std::vector<std::string> in_mrad, in_deg;
+      bool is_known = false;
+      for (int j = 0; j < 3; ++j) {
+        const double sigma = i == j ? 0.0 : MisalignmentSigma(i, j);
+        is_known = is_known || sigma > 0.0 || angles(i, j) != 0.0;
+        in_mrad.push_back(i == j ? "–" : Entry(1e3 * angles(i, j), 1e3 * sigma));
+        in_deg.push_back(i == j ? "–" : Significant(kDegPerRad * angles(i, j), 3));
+      }
+      if (!is_known) continue;
+      std::vector<std::string> row = {AxisName(i)};
+      row.insert(row.end(), in_mrad.begin(), in_mrad.end());
+      row.emplace_back("mrad");
+      row.insert(row.end(), in_deg.begin(), in_deg.end());
+      row.emplace_back("°");
+      table.rows.push_back(std::move(row));
+    }
+    return table;
+  }
+
  private:
+  double MisalignmentSigma(int i, int j) const {
+    // The covariance is that of the entries as they stand, with their signs.
+    const double entry = sensor_.model.sensitivity(i, BodyAxis(j));
+    const double gain = sensor_.model.sensitivity(i, BodyAxis(i));
+    return QuotientSigma(propagation_,
+                         SensitivityName(triad_, i, BodyAxis(j)),
+                         ScaleName(i),
+                         entry / gain,
+                         sensor_.sensitivity_sigma(i, BodyAxis(j)),
+                         gain,
+                         ScaleSigma(i));
+  }
+
   template <typename CellOfAxis>
   void Add(std::string label, const CellOfAxis& cell, std::string unit) {
     table_.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
@@ -167,34 +203,6 @@ class ParameterRows {
         "scale error",
         [&](int i) { return Entry(error(i) * factor, ScaleSigma(i) * *nominal * factor); },
         large ? "%" : "ppm");
-  }
-
-  void AddMisalignment(double per_rad, const std::string& unit) {
-    const Eigen::Matrix3d angles = sensor_.MisalignmentRad();
-    for (int i = 0; i < 3; ++i) {
-      Add(
-          "misalignment " + AxisName(i),
-          [&](int j) -> std::string {
-            if (i == j) return "–";
-            const double angle = angles(i, j);
-            // The covariance is that of the entries as they stand, with their signs.
-            const double entry = sensor_.model.sensitivity(i, BodyAxis(j));
-            const double gain = sensor_.model.sensitivity(i, BodyAxis(i));
-            const double sigma = QuotientSigma(propagation_,
-                                               SensitivityName(triad_, i, BodyAxis(j)),
-                                               ScaleName(i),
-                                               entry / gain,
-                                               sensor_.sensitivity_sigma(i, BodyAxis(j)),
-                                               gain,
-                                               ScaleSigma(i));
-            return Entry(angle * per_rad, sigma * per_rad);
-          },
-          unit);
-      // An axis of the gauge, or of a model without: nothing is said by zeros.
-      const auto is_zero = [](const std::string& cell) { return cell == "–" || cell == "0 fixed"; };
-      const std::vector<std::string>& row = table_.rows.back();
-      if (std::all_of(row.begin() + 1, row.begin() + 4, is_zero)) table_.rows.pop_back();
-    }
   }
 
   void AddSensitivity() {
@@ -304,6 +312,31 @@ std::optional<double> Propagation::Sigma(const std::vector<Term>& derivatives) c
 
 Table ParameterTable(const TriadCalibration& sensor, Triad triad, const Propagation& propagation) {
   return ParameterRows(sensor, triad, propagation).Take();
+}
+
+Table MisalignmentTable(const TriadCalibration& sensor,
+                        Triad triad,
+                        const Propagation& propagation) {
+  return ParameterRows(sensor, triad, propagation).Misalignment();
+}
+
+Table CorrectionTable(const TriadCalibration& sensor, Triad triad) {
+  constexpr int kDigits = 8;  // Of a reading of 24 bits.
+  const Eigen::Matrix3d correction = sensor.model.Correction();
+  Table table{{"", "C x", "C y", "C z", "unit", "b", "unit"}, "lrrrlrl", {}};
+  const std::string raw_unit = DisplayUnit(sensor.input_unit);
+  const std::string unit =
+      raw_unit == TruthUnit(triad) ? "" : TruthUnit(triad) + " per " + raw_unit;
+  for (int i = 0; i < 3; ++i) {
+    table.rows.push_back({AxisName(i),
+                          Significant(correction(i, 0), kDigits),
+                          Significant(correction(i, 1), kDigits),
+                          Significant(correction(i, 2), kDigits),
+                          unit,
+                          Significant(sensor.model.bias(i), kDigits),
+                          raw_unit});
+  }
+  return table;
 }
 
 Table ReferenceTable(const ReferenceValues& reference, const Propagation& propagation) {

@@ -30,9 +30,19 @@ class Propagation {
   std::map<std::string, Eigen::Index> index_;
 };
 
-/// Bias, scale, scale error, misalignment (or the whole matrix where the axes are permuted),
-/// temperature terms and noise of one triad, with σ; one column an axis.
+/// Bias, scale and scale error (or the whole matrix where the axes are permuted), temperature terms
+/// and noise of one triad, with σ; one column an axis.
 Table ParameterTable(const TriadCalibration& sensor, Triad triad, const Propagation& propagation);
+
+/// How much of each body axis (columns) a chip's axis (rows) senses, with σ, in mrad and degrees.
+/// Empty where the axes are permuted.
+Table MisalignmentTable(const TriadCalibration& sensor,
+                        Triad triad,
+                        const Propagation& propagation);
+
+/// C and b of corrected = C (raw - b), as firmware needs them: rows of C by body axis, b by chip
+/// axis.
+Table CorrectionTable(const TriadCalibration& sensor, Triad triad);
 
 /// Gravity, field and temperature, and where each value comes from.
 Table ReferenceTable(const ReferenceValues& reference, const Propagation& propagation);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -52,6 +53,49 @@ TEST(CalibrationText, StartsWithTheVerdictAndKeepsTheOrder) {
 
 TEST(CalibrationHtml, KeepsTheSameOrder) {
   ExpectInOrder(CalibrationHtml(SampleCalibration()), kReadingOrder);
+}
+
+// What firmware computes, from C and b of the file.
+TEST(CalibrationText, HasTheCorrectionAsItIsUsed) {
+  const Calibration calibration = SampleCalibration();
+  const TriadCalibration& sensor = *calibration.sensors[Triad::kAccelerometer];
+  const std::string text = CalibrationText(calibration);
+  const std::size_t at = text.find("Correction: corrected = C (raw − b)");
+  ASSERT_NE(at, std::string::npos);
+  std::istringstream lines(text.substr(at));
+  std::string line;
+  std::getline(lines, line), std::getline(lines, line);
+  EXPECT_THAT(line, StartsWith("  accelerometer"));
+  for (int row = 0; row < 3; ++row) {
+    std::string name;
+    lines >> name;
+    EXPECT_EQ(name, std::string(1, "xyz"[row]));
+    for (int column = 0; column < 3; ++column) {
+      double entry = 0.0;
+      lines >> entry;
+      EXPECT_NEAR(entry, sensor.model.Correction()(row, column), 1e-7 * std::abs(entry) + 1e-12);
+    }
+    std::getline(lines, line);
+  }
+}
+
+TEST(CalibrationHtml, IsNotGreenWithoutLimits) {
+  Calibration calibration = SampleCalibration();
+  EXPECT_THAT(CalibrationHtml(calibration), HasSubstr("class=\"verdict good\""));
+  calibration.within_limits.reset();
+  EXPECT_THAT(CalibrationHtml(calibration), HasSubstr("class=\"verdict neutral\""));
+}
+
+// The serial number stands below each printed page, in a style.
+TEST(CalibrationHtml, TakesNoSerialNumberForAStyle) {
+  Calibration calibration = SampleCalibration();
+  calibration.serial = "A\"}</style><b>\\";
+  const std::string html = CalibrationHtml(calibration);
+  EXPECT_EQ(Count(html, "</style>"), 1u);
+  EXPECT_THAT(html,
+              HasSubstr("content:\"Calibration of A\\000022\\00007d\\00003c\\00002fstyle\\00003e"
+                        "\\00003cb\\00003e\\00005c\""));
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
 }
 
 TEST(CalibrationText, FitsATerminalOfAHundredColumns) {

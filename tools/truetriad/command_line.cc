@@ -222,6 +222,8 @@ std::string_view ColourOf(Grade grade) {
   switch (grade) {
     case Grade::kGood:
       return "\033[1;32m";
+    case Grade::kNeutral:
+      return "\033[1;34m";
     case Grade::kCaution:
       return "\033[1;33m";
     case Grade::kBad:

@@ -12,8 +12,8 @@
 
 namespace truetriad {
 
-/// How good the news is that a text begins with.
-enum class Grade { kGood, kCaution, kBad };
+/// How good the news is that a text begins with; neutral: usable, but nothing was asked of it.
+enum class Grade { kGood, kNeutral, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
 Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibration);
 Grade GradeOf(const Comparison& comparison);
