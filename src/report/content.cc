@@ -12,6 +12,7 @@
 
 #include "base/messages.h"
 #include "math/distributions.h"
+#include "model/corrected_error.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
 #include "report/rests_content.h"
@@ -225,6 +226,71 @@ Section FindingsSection(const Calibration& calibration) {
   return section;
 }
 
+struct ErrorRow {
+  std::string what;
+  Triad triad;
+  double magnitude;
+  bool has_bias;
+  double factor;  // to `unit`
+  std::string unit;
+};
+
+std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
+  constexpr double kMgPerMps2 = 1e3 / kStandardGravityMps2;
+  constexpr double kPpm = 1e6;
+  const ReferenceValues& reference = calibration.reference;
+  std::vector<ErrorRow> rows;
+  if (calibration.sensors[Triad::kAccelerometer]) {
+    rows.push_back({"accelerometer in gravity",
+                    Triad::kAccelerometer,
+                    reference.gravity_mps2,
+                    true,
+                    kMgPerMps2,
+                    "mg"});
+  }
+  if (calibration.sensors[Triad::kMagnetometer] && reference.field_ut) {
+    rows.push_back(
+        {"magnetometer in the field", Triad::kMagnetometer, *reference.field_ut, true, 1.0, "µT"});
+  }
+  if (calibration.sensors[Triad::kGyroscope]) {
+    rows.push_back({"gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h"});
+    rows.push_back({"gyroscope, of a rate", Triad::kGyroscope, 1.0, false, kPpm, "ppm"});
+  }
+  return rows;
+}
+
+/// What somebody who only uses the readings wants to know.
+Section CorrectedErrorSection(const Calibration& calibration) {
+  Section section{SectionKind::kCorrectedError, "What readings are off by", {}};
+  if (!calibration.IsUsable() || calibration.covariance.parameters.empty()) return section;
+  Table table{{"", "raw, RMS", "worst", "corrected, σ", "worst", "unit", "raw", "corrected", ""},
+              "lrrrrlrrl",
+              {}};
+  for (const ErrorRow& row : ErrorRows(calibration)) {
+    const CorrectedError error =
+        CorrectedErrorOf(calibration, row.triad, row.magnitude, row.has_bias);
+    const auto number = [](double value) { return Significant(value, 3); };
+    const bool has_angle = row.magnitude > 0.0;
+    const auto angle = [&](double rad) { return has_angle ? number(kDegPerRad * rad) : ""; };
+    table.rows.push_back({row.what,
+                          error.before ? number(row.factor * error.before->rms) : "",
+                          error.before ? number(row.factor * error.before->worst) : "",
+                          number(row.factor * error.after.rms),
+                          number(row.factor * error.after.worst),
+                          row.unit,
+                          error.before ? angle(error.before->angle_rms) : "",
+                          angle(error.after.angle_rms),
+                          has_angle ? "°" : ""});
+  }
+  if (table.rows.empty()) return section;
+  section.blocks.emplace_back(std::move(table));
+  section.blocks.emplace_back(std::string(
+      "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in nominal "
+      "units, as the log has them. "
+      "Corrected: what the parameters' σ leave; a reading's own noise comes on top."));
+  return section;
+}
+
 /// What a unit's firmware does, in one place.
 void AddCorrections(const Calibration& calibration, Section* section) {
   section->blocks.emplace_back(Subtitle{"Correction: corrected = C (raw − b)"});
@@ -379,6 +445,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
   std::vector<Section> sections;
   for (Section& section : std::vector<Section>{LimitsSection(calibration),
                                                FindingsSection(calibration),
+                                               CorrectedErrorSection(calibration),
                                                ParametersSection(calibration),
                                                SoakSection(calibration),
                                                SweepSection(calibration),

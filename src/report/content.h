@@ -51,6 +51,7 @@ struct PageContent {
 enum class SectionKind {
   kLimits,
   kFindings,
+  kCorrectedError,
   kParameters,
   kSoak,
   kSweep,

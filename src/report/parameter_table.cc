@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "model/corrected_error.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "truetriad/base/triad.h"
@@ -41,14 +42,6 @@ double QuotientSigma(const Propagation& propagation,
 /// Value and σ, or the value marked as fixed: by the gauge or on request.
 std::string Entry(double value, double sigma) {
   return sigma > 0.0 ? WithSigma(value, sigma) : Significant(value, 6) + " fixed";
-}
-
-/// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
-std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad) {
-  if (sensor.si_per_count) return sensor.si_per_count;
-  const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
-  if (!unit || unit->is_counts) return std::nullopt;
-  return unit->truth_per_raw;
 }
 
 /// Gains on the diagonal and small angles off it describe only a chip whose axes are about where

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/corrected_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kDirections = 1000;
+constexpr double kGoldenAngle = 2.399963229728653;
+
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+
+/// Covariance of the bias and the columns of the sensitivity.
+Matrix12d CovarianceOf(const NamedCovariance& covariance, Triad triad) {
+  std::array<Eigen::Index, 12> places{};
+  places.fill(-1);
+  const std::string sensor(TriadName(triad));
+  for (std::size_t at = 0; at < covariance.parameters.size(); ++at) {
+    const std::string& name = covariance.parameters[at];
+    for (int i = 0; i < 3; ++i) {
+      const auto set = [&](const std::string& wanted, std::size_t place) {
+        if (name == wanted) places[place] = static_cast<Eigen::Index>(at);
+      };
+      const auto row = static_cast<std::size_t>(i);
+      set(sensor + ".bias." + AxisLetter(i), row);
+      for (int j = 0; j < 3; ++j) {
+        set(sensor + ".sensitivity." + AxisLetter(i) + AxisLetter(j),
+            3 * (static_cast<std::size_t>(j) + 1) + row);
+      }
+    }
+  }
+  Matrix12d found = Matrix12d::Zero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < places.size(); ++j) {
+      if (places[i] < 0 || places[j] < 0) continue;
+      found(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          covariance.matrix(places[i], places[j]);
+    }
+  }
+  return found;
+}
+
+/// Means and greatest of squared errors over even directions; `second_moment` of the error in one.
+template <typename SecondMoment>
+DirectionalError Over(double magnitude, const SecondMoment& second_moment) {
+  DirectionalError error;
+  for (int k = 0; k < kDirections; ++k) {
+    const double z = 1.0 - (2.0 * k + 1.0) / kDirections;
+    const double radius = std::sqrt(1.0 - z * z);
+    const Eigen::Vector3d u(
+        radius * std::cos(kGoldenAngle * k), radius * std::sin(kGoldenAngle * k), z);
+    const Eigen::Matrix3d moment = second_moment(u);
+    const double square = std::max(moment.trace(), 0.0);
+    error.rms += square / kDirections;
+    error.worst = std::max(error.worst, square);
+    if (!(magnitude > 0.0)) continue;
+    const double across = std::max(square - u.dot(moment * u), 0.0) / (magnitude * magnitude);
+    error.angle_rms += across / kDirections;
+    error.angle_worst = std::max(error.angle_worst, across);
+  }
+  for (double* square : {&error.rms, &error.worst, &error.angle_rms, &error.angle_worst}) {
+    *square = std::sqrt(*square);
+  }
+  return error;
+}
+
+}  // namespace
+
+std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad) {
+  if (sensor.si_per_count) return sensor.si_per_count;
+  const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
+  if (!unit || unit->is_counts) return std::nullopt;
+  return unit->truth_per_raw;
+}
+
+CorrectedError CorrectedErrorOf(const Calibration& calibration,
+                                Triad triad,
+                                double magnitude,
+                                bool has_bias) {
+  const TriadCalibration& sensor = *calibration.sensors[triad];
+  CorrectedError error;
+  Matrix12d covariance = CovarianceOf(calibration.covariance, triad);
+  Eigen::Vector3d bias = sensor.model.bias;
+  if (!has_bias) {
+    bias.setZero();
+    covariance.topRows<3>().setZero();
+    covariance.leftCols<3>().setZero();
+  }
+  const Eigen::Matrix3d correction = sensor.model.Correction();
+  error.after = Over(magnitude, [&](const Eigen::Vector3d& u) -> Eigen::Matrix3d {
+    Eigen::Matrix<double, 3, 12> jacobian;
+    jacobian.leftCols<3>() = correction;
+    for (int j = 0; j < 3; ++j) jacobian.middleCols<3>(3 * (j + 1)) = magnitude * u[j] * correction;
+    return jacobian * covariance * jacobian.transpose();
+  });
+  const std::optional<double> nominal = NominalTruthPerRaw(sensor, triad);
+  if (!nominal) return error;
+  // A chip that reports gravity reads the other way on all axes.
+  const double sign = (sensor.Scale().array() < 0.0).all() ? -1.0 : 1.0;
+  const Eigen::Matrix3d as_read = sign * *nominal * sensor.mounting.transpose();
+  error.before = Over(magnitude, [&](const Eigen::Vector3d& u) -> Eigen::Matrix3d {
+    const Eigen::Vector3d off =
+        as_read * (magnitude * sensor.model.sensitivity * u + bias) - magnitude * u;
+    return off * off.transpose();
+  });
+  return error;
+}
+
+}  // namespace truetriad

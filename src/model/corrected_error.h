@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// An error of readings over all directions of what is measured, true unit and rad.
+struct DirectionalError {
+  double rms = 0.0, worst = 0.0;              ///< Length of the error; the worst direction's.
+  double angle_rms = 0.0, angle_worst = 0.0;  ///< Of the direction that is read; 0 without length.
+};
+
+/// What a unit's readings are off by, raw in nominal units, and corrected.
+struct CorrectedError {
+  std::optional<DirectionalError> before;  ///< Unset for counts of unknown size.
+  /// σ that the parameters' covariance predicts; a reading's own noise comes on top.
+  DirectionalError after;
+};
+
+/// Readings of a quantity of `magnitude` (true unit; 0: the bias alone), in whichever direction it
+/// lies, at the reference temperature. Without `has_bias` the bias is left out on both sides. The
+/// worst is over 1000 even directions, below the true one by less than 1 %.
+CorrectedError CorrectedErrorOf(const Calibration& calibration,
+                                Triad triad,
+                                double magnitude,
+                                bool has_bias = true);
+
+/// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
+std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad);
+
+}  // namespace truetriad
