@@ -96,7 +96,7 @@ Status FleetEngine::GiveWork() {
 Result<bool> FleetEngine::MayBegin() {
   if (!options_.hold) return true;
   if (!hold_retry_.IsDue()) return false;
-  const Result<std::optional<std::string>> why = options_.hold();
+  const Result<std::optional<std::string>> why = options_.hold(next_->order.tags.station);
   if (!why && !options_.is_patient) return why.error();
   const std::string text = why ? why->value_or("") : why.error().message;
   if (text.empty()) {

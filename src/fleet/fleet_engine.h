@@ -29,8 +29,9 @@ struct FleetOptions {
   /// of days. Else that is an error.
   bool is_patient = false;
   std::vector<std::string> worker_command;
-  /// Asked before each unit: why none may be begun now; unset: it may. May be empty.
-  std::function<Result<std::optional<std::string>>()> hold;
+  /// Asked before each unit, with the station that is stated for it alone, if one is: why it may
+  /// not be begun now; unset: it may. May be empty.
+  std::function<Result<std::optional<std::string>>(const std::string& station)> hold;
 };
 
 /// How many units are good, each counted once however often it was measured.
@@ -59,6 +60,8 @@ struct FleetProgress {
   double seconds = 0.0, cpu_s = 0.0;         ///< The workers' processor time.
   bool is_stopped = false;                   ///< Before all were done.
 
+  /// Whether all runs are good, and all their units in the end.
+  bool IsGood() const { return red == 0 && yield.final_good == yield.units; }
   /// Units a second; 0 before the first.
   double Rate() const { return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0; }
   /// Until all are done at this rate, s; unset where that is not known.

@@ -45,7 +45,7 @@ class LineReader {
   Result<LineReading> Read(const std::string& counting, const std::string& measured) {
     TRUETRIAD_RETURN_IF_ERROR(ReadRuns(counting, &Record::counts));
     if (!measured.empty()) {
-      TRUETRIAD_RETURN_IF_ERROR(ReadFirstTags());
+      TRUETRIAD_RETURN_IF_ERROR(ReadFirstStations());
       TRUETRIAD_RETURN_IF_ERROR(ReadRuns(measured, &Record::is_measured));
     }
     std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
@@ -100,16 +100,15 @@ class LineReader {
     return {};
   }
 
-  Status ReadFirstTags() {
+  Status ReadFirstStations() {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
-        store_.Query("SELECT serial, station, lot" + FromWhere("run", {}) +
+        store_.Query("SELECT serial, station" + FromWhere("run", {}) +
                      " AND run IN (SELECT min(run) FROM run GROUP BY serial)"));
-    std::unordered_map<std::string_view, const std::vector<Field>*> firsts;
-    for (const std::vector<Field>& row : table.rows) firsts[*row[0]] = &row;
+    std::unordered_map<std::string_view, std::string> stations;
+    for (const std::vector<Field>& row : table.rows) stations[*row[0]] = row[1].value_or("");
     for (Record& record : records_) {
-      const std::vector<Field>& row = *firsts.at(record.unit.serial);
-      record.course.first_tags = {{"station", row[1].value_or("")}, {"lot", row[2].value_or("")}};
+      record.course.first_station = stations[record.unit.serial];
     }
     return {};
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@ namespace truetriad::fleet {
 /// What became of a unit, beside the run that counts.
 struct UnitCourse {
   std::string first_verdict, final_verdict;
-  std::map<std::string, std::string> first_tags = {};  ///< "station", "lot" of its first run.
+  std::string first_station = {};  ///< Of its first run.
   int attempts = 1;
   double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "fleet/line_selection.h"
@@ -23,7 +25,9 @@ void Count(const UnitCourse& course, YieldCount* count) {
 std::vector<YieldCount> CountByTag(const LineReading& line, const std::string& tag) {
   std::map<std::string, YieldCount> counts;
   for (std::size_t i = 0; i < line.courses.size(); ++i) {
-    Count(line.courses[i], &counts[line.courses[i].first_tags.at(tag)]);
+    const UnitCourse& course = line.courses[i];
+    Count(course,
+          &counts[tag == "station" ? course.first_station : line::TagOf(line.data.units[i], tag)]);
   }
   std::vector<YieldCount> list;
   for (auto& [value, count] : counts) {
@@ -139,6 +143,17 @@ QuantitySummary SummaryOfParameter(Eigen::Index parameter,
   return summary;
 }
 
+/// Each unit by its first calibration: the same unit twice is not two that agree.
+line::LineData OncePerUnit(const line::LineData& measured) {
+  line::LineData once{.parameters = measured.parameters,
+                      .calibration_covariance = measured.calibration_covariance};
+  std::set<std::string_view> seen;
+  for (const line::UnitRecord& unit : measured.units) {
+    if (seen.insert(unit.serial).second) once.units.push_back(unit);
+  }
+  return once;
+}
+
 /// A recording counts by its first check.
 Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::string& station) {
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -194,8 +209,9 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   line::ChartOptions chart_options;
   chart_options.most_points = options.chart_points;
   summary.charts = line::ControlCharts(line.measured, chart_options);
-  summary.effects = line::Effects(line.measured);
-  summary.trends = line::Trends(line.measured);
+  const line::LineData once = OncePerUnit(line.measured);
+  summary.effects = line::Effects(once);
+  summary.trends = line::Trends(once);
   summary.outliers = line::Outliers(line.data);
   summary.data = std::move(line.data);
   summary.measured = std::move(line.measured);

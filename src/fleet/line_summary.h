@@ -38,8 +38,8 @@ struct SummaryOptions {
 };
 
 struct YieldCount {
-  /// Of the tag, of a unit's first run: what failed at one station and was good at another counts
-  /// for the first. Empty: all units, or those without it.
+  /// Of the tag; of stations that of a unit's first run: what failed at one and was good at another
+  /// counts for the first. Empty: all units, or those without it.
   std::string value = {};
   int units = 0, good_at_first = 0, good = 0, runs = 0;
 };

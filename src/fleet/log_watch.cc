@@ -265,6 +265,11 @@ std::optional<Arrival> LogWatch::Next() {
     if (!stamp) continue;
     Arrival arrival{.order = {.log = log}};
     const Status named = TakeSerial(options_.serial_pattern, &arrival.order);
+    if (arrival.order.serial.empty()) {
+      const std::hash<std::string> hash;
+      const auto [first, is_new] = log_of_name_.try_emplace(hash(SerialOfName(log)), hash(log));
+      arrival.order.shares_name = !is_new && first->second != hash(log);
+    }
     if (done_.Has(arrival.order, *stamp)) continue;
     if (!named && named.error().code == ErrorCode::kInvalidValue) {
       tell_(named.error().message);  // No store can keep it.

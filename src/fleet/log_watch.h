@@ -98,6 +98,7 @@ class LogWatch : public OrderSource {
   std::map<Path, std::string> folder_states_;                 ///< As this look found them.
   std::deque<std::string> ready_;
   std::set<std::string> in_hand_;
+  std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hashes of both.
   std::unordered_set<std::size_t> table_folders_;  ///< Hashes of those that have given a log.
   std::string failure_;                            ///< Why the folder cannot be read; or empty.
   Clock::time_point next_look_, last_change_ = Clock::now();

@@ -2,9 +2,11 @@
 #include "fleet/unit_list.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -71,7 +73,15 @@ bool IsList(const fs::path& path) {
   while (NextLine(&file, &line) && (line.empty() || line.starts_with('#'))) {
   }
   const std::vector<std::string> header = FieldsOf(line).texts;
-  return std::find(header.begin(), header.end(), "log") != header.end();
+  // Spelled a little otherwise it is a list with a mistake, not a log.
+  return std::any_of(header.begin(), header.end(), [](const std::string& field) {
+    std::string word;
+    for (const char c : field) {
+      if (c == ';' || c == '\t') break;
+      if (c != ' ') word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return word == "log";
+  });
 }
 
 Status CheckHeader(const std::vector<std::string>& header, const FilePlace& place) {
@@ -183,7 +193,13 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
     return {};
   }
   glob_t found{};
-  const int code = glob(word.c_str(), 0, nullptr, &found);  // In the order of names.
+  const int code = glob(word.c_str(), GLOB_ERR, nullptr, &found);  // In the order of names.
+  if (code == GLOB_ABORTED) {
+    globfree(&found);
+    return Error(ErrorCode::kUnreadableFile,
+                 {word},
+                 "a folder that this would look into cannot be read; see to its rights");
+  }
   std::vector<std::string> names(found.gl_pathv, found.gl_pathv + (code == 0 ? found.gl_pathc : 0));
   globfree(&found);
   if (names.empty()) {
@@ -232,6 +248,17 @@ Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
                 "; leave it out (--set='device.serial=\"\"'), or say which serial "
                 "number each log has, in a list or by --serial={serial}-*.csv")
           .About("device.serial"));
+}
+
+/// A name that several logs have is no serial number.
+void MarkSharedNames(std::vector<UnitOrder>* units) {
+  std::map<std::string, int> counts;
+  for (const UnitOrder& unit : *units) {
+    if (unit.serial.empty()) ++counts[SerialOfName(unit.log)];
+  }
+  for (UnitOrder& unit : *units) {
+    unit.shares_name = unit.serial.empty() && counts[SerialOfName(unit.log)] > 1;
+  }
 }
 
 }  // namespace
@@ -289,6 +316,7 @@ Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
           ErrorCode::kDuplicateKey, {unit.log}, "is there twice; name each log of a fleet once");
     }
   }
+  MarkSharedNames(&units);
   return units;
 }
 

@@ -147,6 +147,12 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
     return is_other ? OtherDevice(order, error) : error;
   }
   Calibration& calibration = *calibrated;
+  if (calibration.serial.empty() && order.shares_name) {
+    return Error(ErrorCode::kDuplicateKey,
+                 {order.log},
+                 "states no serial number, and another log's file is called the same; give a list "
+                 "with serial numbers, or --serial={serial}.csv if names are serial numbers");
+  }
   if (calibration.serial.empty()) calibration.serial = run->serial;
   run->serial = calibration.serial;
   Fill(calibration, run);
@@ -222,17 +228,18 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
   return Sha256Hex(text);
 }
 
+std::string SerialOfName(const std::string& log) {
+  const fs::path path = fs::absolute(log).lexically_normal();
+  return path.filename() == kManifestName ? path.parent_path().filename().string()
+                                          : path.stem().string();
+}
+
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   UnitRun run;
   run.id = NewRunId();
   run.log = order.log;
   run.serial = order.serial;
-  if (run.serial.empty()) {
-    // Of a recording of several files, its folder's.
-    const fs::path log = fs::absolute(order.log).lexically_normal();
-    run.serial = log.filename() == kManifestName ? log.parent_path().filename().string()
-                                                 : log.stem().string();
-  }
+  if (run.serial.empty()) run.serial = order.shares_name ? order.log : SerialOfName(order.log);
   run.tags = OrElse(order.tags, plan.tags);
   run.shard = plan.shard;
   run.created = TimestampUtc();
@@ -302,6 +309,7 @@ std::string LineOf(const UnitOrder& order) {
   const Json json = {{"log", order.log},
                      {"serial", order.serial},
                      {"serial_from", order.serial_from},
+                     {"shares_name", order.shares_name},
                      {"tags", JsonOf(order.tags)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -326,7 +334,8 @@ Result<UnitOrder> ReadOrder(std::string_view line) {
     return UnitOrder{.log = json.at("log"),
                      .serial = json.at("serial"),
                      .serial_from = json.at("serial_from"),
-                     .tags = TagsFrom(json.at("tags"))};
+                     .tags = TagsFrom(json.at("tags")),
+                     .shares_name = json.at("shares_name")};
   });
 }
 

@@ -36,7 +36,11 @@ struct UnitOrder {
   std::string serial = {};       ///< Empty: the log says it, or the name of its file is taken.
   std::string serial_from = {};  ///< "day.csv:3", "--serial=…": what states it.
   Tags tags = {};                ///< Stated for this unit alone.
+  bool shares_name = false;  ///< Another log's file has the same name: that is no serial number.
 };
+
+/// The serial number that the name of a log's file stands for: its folder's, of a recording.yaml.
+std::string SerialOfName(const std::string& log);
 
 /// Reads the experiment. Error (bad input, usage): as ReadExperiment, or no such format.
 Result<WorkPlan> PlanWork(const std::string& config,

@@ -16,12 +16,15 @@ namespace truetriad::line {
 namespace {
 
 constexpr double kSecondsADay = 86'400.0;
+constexpr double kClocksH = 1.0 / 60.0;  // By which those of two machines may differ.
 
 /// The slope of a straight line through the sizes of the largest differences, and its p.
 void FillDrift(double confidence, GoldenHistory* history) {
   std::vector<std::pair<double, double>> points;
   for (const StationCheck& check : history->checks) {
     const double day = SecondsOf(check.created) / kSecondsADay;
+    // Another golden unit has differences of its own.
+    if (check.serial != history->checks.back().serial) continue;
     if (std::isfinite(day) && std::isfinite(check.largest)) {
       points.emplace_back(day, std::abs(check.largest));
     }
@@ -47,8 +50,9 @@ void FillDrift(double confidence, GoldenHistory* history) {
 
 GoldenState StateOf(const GoldenHistory& history, double due_h) {
   if (!history.checks.back().agrees) return GoldenState::kDisagrees;
-  // What cannot be dated is no check of today.
-  return history.age_h <= due_h ? GoldenState::kGood : GoldenState::kOverdue;
+  // What cannot be dated, or is of a time to come, is no check of today.
+  const bool is_due = history.age_h <= due_h && history.age_h >= -kClocksH;
+  return is_due ? GoldenState::kGood : GoldenState::kOverdue;
 }
 
 }  // namespace
@@ -74,11 +78,6 @@ std::vector<GoldenHistory> FindGoldenHistories(const std::vector<StationCheck>& 
   std::vector<GoldenHistory> histories;
   for (auto& [station, history] : by_station) {
     history.station = station;
-    std::stable_sort(history.checks.begin(),
-                     history.checks.end(),
-                     [](const StationCheck& one, const StationCheck& other) {
-                       return one.created < other.created;
-                     });
     history.age_h = (SecondsOf(now) - SecondsOf(history.checks.back().created)) / 3600.0;
     history.disagreed = static_cast<int>(
         std::count_if(history.checks.begin(), history.checks.end(), [](const StationCheck& check) {

@@ -25,16 +25,19 @@ std::string_view GoldenStateName(GoldenState state);  ///< "good", "overdue", "d
 /// A station by its checks.
 struct GoldenHistory {
   std::string station;
-  std::vector<StationCheck> checks;  ///< By time; at least one.
+  std::vector<StationCheck> checks;  ///< As they were given; at least one.
   GoldenState state = GoldenState::kGood;
   double age_h = kNotKnown;  ///< Since the last.
   int disagreed = 0;         ///< Checks that did not agree.
-  Estimate drift_per_day;  ///< Of the size of `largest`, by a straight line; NaN: fewer than four.
+  /// Of the size of `largest` of the golden unit that was checked last, by a straight line; NaN:
+  /// fewer than four.
+  Estimate drift_per_day;
   double drift_p = kNotKnown;  ///< That there is none (Student).
 };
 
-/// Each station's history at the time `now` (ISO 8601, UTC), by name. A station whose last check
-/// did not agree disagrees; one that is older than `due_h` hours is overdue.
+/// Each station's history at the time `now` (ISO 8601, UTC), by name, of checks in the order in
+/// which they were made. A station whose last check did not agree disagrees; one that is older than
+/// `due_h` hours, or of a time to come, is overdue.
 std::vector<GoldenHistory> FindGoldenHistories(const std::vector<StationCheck>& checks,
                                                const std::string& now,
                                                double due_h,

@@ -94,8 +94,13 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
       Shell(dispose + "u100 --store=a.db --who='R. Roe' --verdict=refused --why='bent'");
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, StartsWith("u100 is refused (run "));
-  EXPECT_THAT(Ask("a.db", "SELECT serial, verdict, final_verdict, disposed_by FROM standing"),
-              ElementsAre("u100,usable,refused,R. Roe", "u101,usable,usable,"));
+  EXPECT_THAT(
+      Ask("a.db", "SELECT serial, verdict, final_verdict, disposed_by FROM standing ORDER BY 1"),
+      ElementsAre("u100,usable,refused,R. Roe", "u101,usable,usable,"));
+  // What somebody has refused is not good because it is calibrated again.
+  const Finished again = Shell(Fleet("--store=a.db --tag=lot=L17 --fail-on=unit"));
+  EXPECT_EQ(again.exit_code, 4);
+  EXPECT_THAT(again.out, StartsWith("1 OF 2 UNITS NOT GOOD"));
   const Finished query = Shell(
       kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'refused' AND "
                                   "lot = 'L17'\""));

@@ -182,6 +182,26 @@ TEST_F(Fleet, IsResumedByOneAtATime) {
 }
 
 // What a file is called is nobody's to obey.
+// Two units whose logs are called the same are not one that was measured again.
+TEST_F(Fleet, TakesNoNameOfTwoLogsForASerialNumber) {
+  LogOptions options;
+  options.magnetometer = false;
+  for (const char* folder : {"line/a", "line/b"}) fs::create_directories(folder_.Path(folder));
+  folder_.Write("line/a/log.csv", LogText(options));
+  options.seed = 7;
+  folder_.Write("line/b/log.csv", LogText(options));
+  const Finished run = Run("-o out --report=false --fail-on=unit");
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_THAT(run.out, StartsWith("2 OF 2 NOT GOOD"));
+  EXPECT_THAT(run.err, HasSubstr("another log's file is called the same"));
+  EXPECT_THAT(
+      Ask("SELECT serial, code FROM standing ORDER BY serial", "out"),
+      ::testing::ElementsAre("line/a/log.csv,duplicate-key", "line/b/log.csv,duplicate-key"));
+  EXPECT_EQ(Run("-o out --report=false '--serial={serial}.csv'").exit_code, 0);
+  EXPECT_THAT(Ask("SELECT attempts FROM standing WHERE serial = 'log'", "out"),
+              ::testing::ElementsAre("2"));
+}
+
 TEST_F(Fleet, SaysWhyAUnitIsRedInOneLineThatATerminalMayShow) {
   folder_.Write("line/a\nb\x1B[31m.csv", "time[s],accel_x[m/s^2]\n0,x\n");
   const Finished run = Run("--report=false '--serial={serial}.csv'");
@@ -247,7 +267,7 @@ TEST_F(Fleet, SharesTheStyleOfItsReports) {
   };
   const std::string own = report("own"), shared = report("shared");
   EXPECT_THAT(shared,
-              AllOf(HasSubstr("href=\"../../assets/report.css\""), Not(HasSubstr("<style"))));
+              AllOf(HasSubstr("href=\"../../assets/report.css\""), Not(HasSubstr("--ink:"))));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("shared/units/assets/report.css")),
               HasSubstr("--ink:"));
   // Down to the moment that they were made at.

@@ -192,6 +192,12 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
   EXPECT_THAT(watched.out, StartsWith("ALL GOOD"));
   EXPECT_EQ(Run(run).exit_code, 0);
+  // A list that says another station of a unit.
+  EXPECT_THAT(
+      Run("printf 'log,station\\nline/u0.csv,S4\\n' > list.csv; truetriad fleet run list.csv "
+          "-o out --report=false --require-golden=8h --tag=station=S3")
+          .err,
+      HasSubstr("station S4 has no check"));
   EXPECT_THAT(Run(run + "--require-golden=0.0001s").err, HasSubstr("given twice"));
   EXPECT_THAT(
       Ask("SELECT station, agrees, repeatability FROM station_check ORDER BY station_check"),

@@ -112,7 +112,7 @@ TEST_F(Engine, WithPatienceTriesItsStoreAgainAndLosesNothing) {
 
 TEST_F(Engine, HoldsUnitsForAsLongAsItIsTold) {
   int asked = 0;
-  options_.hold = [&]() -> Result<std::optional<std::string>> {
+  options_.hold = [&](const std::string&) -> Result<std::optional<std::string>> {
     return ++asked == 1 ? std::optional<std::string>("overdue") : std::nullopt;
   };
   const Result<FleetProgress> progress = Run();

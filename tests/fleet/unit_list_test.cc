@@ -104,7 +104,9 @@ TEST_F(UnitList, IsRefusedWhereAFolderCannotBeRead) {
   const uid_t user = geteuid();
   ASSERT_TRUE(user != 0 || seteuid(65534) == 0);
   const Error error = ErrorOf({folder_.Path("a")});
+  const Error of_pattern = ErrorOf({folder_.Path("a/*/*.csv")});
   ASSERT_TRUE(user != 0 || seteuid(user) == 0);
+  EXPECT_EQ(of_pattern.code, ErrorCode::kUnreadableFile);
   EXPECT_EQ(error.code, ErrorCode::kUnreadableFile);
   EXPECT_THAT(error.message, HasSubstr("a/closed: cannot be read: Permission denied"));
 }
@@ -179,6 +181,28 @@ TEST_F(UnitList, IsRefusedWhereTheExperimentGivesSeveralLogsOneSerial) {
   WorkPlan plain;
   plain.overrides = {"robust.loss=none", "device.serial=A1"};
   EXPECT_FALSE(CheckSerialsToCome(plain, ""));
+}
+
+TEST_F(UnitList, IsOneThoughItsHeaderIsMisspelt) {
+  for (const char* header : {"Log,serial", " log,serial", "log;serial"}) {
+    folder_.Write("list.csv", std::string(header) + "\na/u1.csv,U1\n");
+    const Error error = ErrorOf({folder_.Path("list.csv")});
+    EXPECT_EQ(error.code, ErrorCode::kUnknownColumn) << header;
+  }
+}
+
+TEST_F(UnitList, KnowsNamesThatAreNoSerialNumbers) {
+  fs::create_directories(folder_.Path("b"));
+  folder_.Write("b/u1.csv", "time[s]\n");
+  const Result<std::vector<UnitOrder>> units =
+      ListUnits({folder_.Path("a/u1.csv"), folder_.Path("a/u2.csv"), folder_.Path("b/u1.csv")}, "");
+  ASSERT_TRUE(units);
+  EXPECT_TRUE((*units)[0].shares_name && (*units)[2].shares_name);
+  EXPECT_FALSE((*units)[1].shares_name);
+  const Result<std::vector<UnitOrder>> stated =
+      ListUnits({folder_.Path("a/u1.csv"), folder_.Path("b/u1.csv")}, "{serial}.csv");
+  ASSERT_TRUE(stated);
+  EXPECT_FALSE((*stated)[0].shares_name || (*stated)[1].shares_name);
 }
 
 TEST_F(UnitList, TakesSerialsFromNames) {

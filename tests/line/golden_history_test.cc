@@ -20,14 +20,15 @@ StationCheck CheckOf(const std::string& station, const std::string& created, dou
 
 TEST(GoldenHistory, SaysOfEachStationWhetherItMayBeTrusted) {
   const std::vector<GoldenHistory> histories =
-      FindGoldenHistories({CheckOf("C", "2026-11-24T12:00:00Z", 0.4),
+      FindGoldenHistories({CheckOf("C", "2026-11-22T10:00:00Z", 4.0),
+                           CheckOf("B", "2026-11-23T09:00:00Z", 1.0),
+                           CheckOf("D", "2026-11-25T09:00:00Z", 1.0),
+                           CheckOf("C", "2026-11-24T12:00:00Z", 0.4),
                            CheckOf("B", "2026-11-24T11:00:00Z", 1.0),
-                           CheckOf("A", "2026-11-24T11:00:00Z", 5.0),
-                           CheckOf("C", "2026-11-22T10:00:00Z", 4.0),
-                           CheckOf("B", "2026-11-23T09:00:00Z", 1.0)},
+                           CheckOf("A", "2026-11-24T11:00:00Z", 5.0)},
                           "2026-11-24T18:00:00Z",
                           6.5);
-  ASSERT_EQ(histories.size(), 3u);
+  ASSERT_EQ(histories.size(), 4u);
   EXPECT_EQ(histories[0].state, GoldenState::kDisagrees);
   EXPECT_EQ(histories[1].state, GoldenState::kOverdue);
   EXPECT_DOUBLE_EQ(histories[1].age_h, 7.0);
@@ -36,6 +37,8 @@ TEST(GoldenHistory, SaysOfEachStationWhetherItMayBeTrusted) {
   EXPECT_EQ(histories[2].disagreed, 1);
   EXPECT_EQ(histories[2].checks.front().largest, 4.0);
   EXPECT_TRUE(std::isnan(histories[2].drift_p));
+  // Of a time to come.
+  EXPECT_EQ(histories[3].state, GoldenState::kOverdue);
 }
 
 TEST(GoldenHistory, SeesADriftBeforeTheStationDisagrees) {

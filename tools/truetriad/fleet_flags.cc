@@ -124,7 +124,9 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& s
   TRUETRIAD_ASSIGN_OR_RETURN(const double age_s,
                              ParseDuration("require-golden", FLAGS_require_golden));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string station, fleet::StationOf(plan));
-  return GoldenHold([=, &store] { return fleet::GoldenHold(store, station, age_s); });
+  return GoldenHold([=, &store](const std::string& of_unit) {
+    return fleet::GoldenHold(store, of_unit.empty() ? station : of_unit, age_s);
+  });
 }
 
 Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {

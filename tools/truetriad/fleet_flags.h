@@ -51,7 +51,7 @@ Result<double> ParseDuration(const std::string& flag, const std::string& text);
 
 /// Asks the store whether --require-golden lets units be calibrated; empty without that flag.
 /// Error (usage): the flag, or no station is named.
-using GoldenHold = std::function<Result<std::optional<std::string>>()>;
+using GoldenHold = std::function<Result<std::optional<std::string>>(const std::string& station)>;
 Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& store);
 
 /// The flags of a verb that calibrates units: `own` ones, and those that all have.

@@ -65,6 +65,11 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
   std::string text =
       std::to_string(progress.red) + " OF " + std::to_string(progress.done) + " NOT GOOD\n";
   if (progress.red == 0) text = progress.done == 0 ? "NOTHING TO DO\n" : "ALL GOOD\n";
+  if (progress.red == 0 && !progress.IsGood()) {
+    text = std::to_string(progress.yield.units - progress.yield.final_good) + " OF " +
+           std::to_string(progress.yield.units) +
+           " UNITS NOT GOOD: by the run that counts, or by what people decided\n";
+  }
   text += "  " + RunsText(progress) +
           Format(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
                  progress.seconds,
@@ -164,11 +169,11 @@ std::string ProgressText(const fleet::FleetProgress& progress) {
 }
 
 VerbResult FleetResult(const fleet::FleetProgress& progress) {
-  const bool has_failed = FLAGS_fail_on == kFailOnUnit && progress.red > 0;
+  const bool has_failed = FLAGS_fail_on == kFailOnUnit && !progress.IsGood();
   return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
           .text = SummaryText(progress),
           .result = SummaryJson(progress),
-          .grade = progress.red == 0 ? Grade::kGood : Grade::kCaution};
+          .grade = progress.IsGood() ? Grade::kGood : Grade::kCaution};
 }
 
 }  // namespace truetriad

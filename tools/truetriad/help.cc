@@ -102,8 +102,8 @@ std::string OverviewText() {
 }
 
 std::string HelpText(const Command& command) {
-  std::string text = ExampleText(command.examples) + "\ntruetriad " +
-                     std::string(command.name) + ": " + std::string(command.summary) + "\n";
+  std::string text = ExampleText(command.examples) + "\ntruetriad " + std::string(command.name) +
+                     ": " + std::string(command.summary) + "\n";
   const std::string details = DetailsOf(command);
   if (!details.empty()) text += '\n' + details;
   text += "\nUsage: " + UsageOf(command) + '\n';

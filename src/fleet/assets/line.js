@@ -108,11 +108,15 @@
         return row(alarm.created.replace('T', ' ').replace(/(:\d\d)?Z$/, ''), cell(unitLink(alarm.serial)), cell(show), cell(alarm.most || '–'), cell(`${text.number(alarm.value, 3)} (${text.number(alarm.limit, 3)})`, 'r'));
       });
       alarms.replaceChildren(...(rows.length === 0
-        ? [element('p', {}, `No alarm in ${text.count(about.units)} units.`)]
+        ? [element('p', {}, `No alarm in ${text.count(about.units)} ${about.units === 1 ? 'unit' : 'units'}.`)]
         : [element('p', {}, `${text.count(about.alarms.length)} ${about.alarms.length === 1 ? 'alarm' : 'alarms'} in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
           scroll('Alarms', tableOf([heading('since, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));
       draw();
     };
+    // What is to be done now comes first.
+    const since = (each) => each.alarms[each.alarms.length - 1]?.created || '';
+    const latest = line.stations.reduce((most, each, k) => (since(each) > since(line.stations[most]) ? k : most), 0);
+    station.value = String(latest);
     station.addEventListener('change', change);
     which.addEventListener('change', draw);
     change();

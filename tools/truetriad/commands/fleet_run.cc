@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,8 +62,12 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(const GoldenHold hold, StatedGoldenHold(options.plan, *store));
   if (hold) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<std::string> why, hold());
-    if (why) return Error(ErrorCode::kStationNotChecked, *why);
+    std::set<std::string> stations;
+    for (const fleet::UnitOrder& unit : units) stations.insert(unit.tags.station);
+    for (const std::string& station : stations) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<std::string> why, hold(station));
+      if (why) return Error(ErrorCode::kStationNotChecked, *why);
+    }
   }
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
