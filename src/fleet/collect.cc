@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "fleet/json_lines.h"
 #include "fleet/json_lines_store.h"
 #include "fleet/rows.h"
 #include "fleet/run_check.h"
@@ -36,7 +37,7 @@ struct Survey {
   std::optional<RetestPolicy> policy;  ///< By which those with runs count; unset: there are none.
   std::string counted_by;              ///< The source that does.
   bool states_policy = false;          ///< One of them says it.
-  /// What every run is, by its name: their hashes.
+  /// What every run, decision and check is, by its name: their hashes.
   std::unordered_map<std::size_t, std::size_t> contents;
 };
 
@@ -48,10 +49,33 @@ std::string ContentOf(UnitRun run) {
   return LineOf(run);
 }
 
-Error OtherContent(const std::string& source, const std::string& run) {
+/// All of a decision but its run: what is exported of the runs that count alone may name another of
+/// the unit.
+std::string ContentOf(Disposition disposition) {
+  disposition.run.clear();
+  return LineOf(disposition);
+}
+
+Error OtherContent(const std::string& source, const std::string& what) {
   return Error(ErrorCode::kDoesNotMatch,
                {ShownStore(source)},
-               "run " + run + " is there with another content, too; one of the two was changed");
+               what + " is there with another content, too; one of the two was changed");
+}
+
+/// An error names the source, unless it says where it is itself.
+Status Placed(const Status& status, const std::string& source) {
+  if (status || !status.error().place.file.empty()) return status;
+  return Error(status.error().code, {ShownStore(source)}, status.error().message);
+}
+
+/// Notes what is there under a name: `what`, as in "run 2026…".
+Status TakeContent(const std::string& source,
+                   const std::string& what,
+                   const std::string& content,
+                   Survey* survey) {
+  const std::hash<std::string> hash;
+  const auto [known, is_new] = survey->contents.emplace(hash(what), hash(content));
+  return is_new || known->second == hash(content) ? Status() : Status(OtherContent(source, what));
 }
 
 /// Notes by which policy the runs of a store count. Error (usage): those before count by another.
@@ -72,18 +96,26 @@ Status TakePolicy(Store& store, const std::string& name, bool has_runs, Survey* 
   return {};
 }
 
+/// Notes the decisions and checks of a store.
+Status TakeDecisions(const std::string& source, Store& store, Survey* survey) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
+  for (const Disposition& one : decisions.dispositions) {
+    TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "decision " + one.id, ContentOf(one), survey));
+  }
+  for (const StationCheck& one : decisions.checks) {
+    TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "station check " + one.id, LineOf(one), survey));
+  }
+  return {};
+}
+
 /// Decisions of a source that is not looked at line by line.
 Status CheckDecisions(const std::string& source, Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
-  const auto placed = [&](const Status& status) -> Status {
-    if (status) return status;
-    return Error(status.error().code, {ShownStore(source)}, status.error().message);
-  };
   for (const Disposition& disposition : decisions.dispositions) {
-    TRUETRIAD_RETURN_IF_ERROR(placed(CheckStored(disposition)));
+    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(disposition), source));
   }
   for (const StationCheck& check : decisions.checks) {
-    TRUETRIAD_RETURN_IF_ERROR(placed(CheckStored(check)));
+    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(check), source));
   }
   return {};
 }
@@ -139,21 +171,20 @@ Status Look(const std::string& source, Survey* survey) {
   }
   if (shards.only) survey->present.insert(*shards.only);
   const std::size_t before = survey->runs;
-  TRUETRIAD_RETURN_IF_ERROR(store->ForEachRun({}, [&](const UnitRun& run) -> Status {
-    if (const Status status = CheckRun(run); !status) {
-      return Error(status.error().code,
+  const Status status = store->ForEachRun({}, [&](const UnitRun& run) -> Status {
+    if (const Status checked = CheckRun(run); !checked) {
+      return Error(checked.error().code,
                    {ShownStore(source)},
-                   "run " + run.id + ": " + status.error().message);
+                   "run " + run.id + ": " + checked.error().message);
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const int index, IndexOf(run, std::max(shards.count, 1), source));
     survey->present.insert(index);
     ++survey->runs;
-    const std::hash<std::string> hash;
-    const std::size_t content = hash(ContentOf(run));
-    const auto [known, is_new] = survey->contents.emplace(hash(run.id), content);
-    return is_new || known->second == content ? Status() : Status(OtherContent(source, run.id));
-  }));
+    return TakeContent(source, "run " + run.id, ContentOf(run), survey);
+  });
+  if (!status) return Placed(status, source);
   TRUETRIAD_RETURN_IF_ERROR(CheckDecisions(source, *store));
+  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(source, *store, survey));
   return TakePolicy(*store, source, survey->runs > before, survey);
 }
 
@@ -184,7 +215,7 @@ Status Compare(const std::string& source, Store& target) {
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, ReadNamedRuns(target, names));
     for (const UnitRun& run : there) {
-      if (ContentOf(run) != contents[run.id]) return OtherContent(source, run.id);
+      if (ContentOf(run) != contents[run.id]) return OtherContent(source, "run " + run.id);
     }
     return {};
   });
@@ -236,6 +267,7 @@ Result<Collected> Collect(const std::vector<std::string>& sources, const std::st
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
   TRUETRIAD_RETURN_IF_ERROR(TakePolicy(*store, target, before > 0, &survey));
+  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, *store, &survey));
   if (before > 0) {
     for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(Compare(source, *store));
   }

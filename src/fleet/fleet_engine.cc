@@ -143,8 +143,10 @@ Status FleetEngine::Keep() {
 Result<std::optional<Standing>> FleetEngine::Add(UnitRun* run) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
   TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
-  // Of two at the same time the one that was begun first may well end last.
-  if (run->id < latest && NewRunId() < latest) {
+  // Of two at the same time the one that was begun first may well end last. What was decided
+  // meanwhile was decided without it.
+  const bool is_decided = before && !before->disposed_by.empty();
+  if (run->id < latest && (is_decided || NewRunId() < latest)) {
     const std::string id = NewRunIdAfter(latest);
     TRUETRIAD_RETURN_IF_ERROR(RenameFolder(id, &run->folder));
     run->id = id;

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace truetriad::fleet {
 namespace {
@@ -102,6 +104,28 @@ Status CheckReferences(const std::vector<QuantityStudy>& studies,
   return {};
 }
 
+Error SameRecording(const std::string& one, const std::string& other, const std::string& of) {
+  return Error(ErrorCode::kConflictingArguments,
+               "the study has the same recording twice, as runs " + one + " and " + other + " (" +
+                   of + "); measure each unit anew, or leave one out with --study");
+}
+
+/// What was measured again differs somewhere, if only in the last bit: runs that do not are of the
+/// same samples, whatever their files are (compressed, in parts).
+Status CheckValuesAreDifferent(const LineReading& runs) {
+  std::map<std::vector<std::pair<Eigen::Index, double>>, const line::UnitRecord*> known;
+  for (const line::UnitRecord& run : runs.data.units) {
+    std::vector<std::pair<Eigen::Index, double>> estimated;
+    for (Eigen::Index i = 0; i < run.values.size(); ++i) {
+      if (run.sigma[i] > 0.0) estimated.emplace_back(i, run.values[i]);
+    }
+    if (estimated.empty()) continue;
+    const auto [first, is_new] = known.try_emplace(std::move(estimated), &run);
+    if (!is_new) return SameRecording(first->second->run, run.run, "of " + run.serial);
+  }
+  return {};
+}
+
 /// A recording that is calibrated twice has no repeatability to show.
 Status CheckAreDifferent(Store& store, const LineReading& runs) {
   constexpr std::size_t kRunsAtOnce = 500;
@@ -120,13 +144,11 @@ Status CheckAreDifferent(Store& store, const LineReading& runs) {
     for (const auto& row : table.rows) {
       const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
       if (is_new || first->second == *row[1]) continue;
-      return Error(ErrorCode::kConflictingArguments,
-                   "the study has the same recording twice, as runs " + first->second + " and " +
-                       *row[1] + " (" + row[3].value_or("") + " of " + row[2].value_or("") +
-                       "); measure each unit anew, or leave one out with --study");
+      return SameRecording(
+          first->second, *row[1], row[3].value_or("") + " of " + row[2].value_or(""));
     }
   }
-  return {};
+  return CheckValuesAreDifferent(runs);
 }
 
 }  // namespace

@@ -55,12 +55,15 @@ inline constexpr std::string_view kLastRuns =
     "LEFT JOIN tag ON tag.run = last.run ORDER BY log";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
 inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
+inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =
     "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "
     "(SELECT value FROM fact WHERE name = 'retest_most') FROM standing WHERE serial = $1";
 inline constexpr std::string_view kLatestRun =
     "SELECT max(run) FROM (SELECT max(run) AS run FROM run WHERE serial = $1 UNION ALL "
-    "SELECT max(run) FROM run WHERE log = $2) AS either";
+    "SELECT max(run) FROM run WHERE log = $2 UNION ALL "
+    "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
+    "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 inline constexpr std::string_view kDispositions =
     "SELECT disposition, serial, disposition.created, who, why, disposition.verdict, "
     "disposition.run FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";

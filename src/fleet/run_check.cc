@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/run_check.h"
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 namespace truetriad::fleet {
@@ -20,6 +25,28 @@ bool HasForm(std::string_view text, std::string_view form) {
   return true;
 }
 
+/// A moment there is: `digits` are its year, month, …, second, of four and two digits each.
+bool IsMoment(std::string_view digits) {
+  std::array<unsigned, 6> parts{};
+  for (unsigned& part : parts) {
+    const std::size_t size = &part == parts.data() ? 4 : 2;
+    std::from_chars(digits.data(), digits.data() + size, part);
+    digits.remove_prefix(size);
+  }
+  const auto& [year, month, day, hour, minute, second] = parts;
+  const std::chrono::year_month_day date{
+      std::chrono::year(static_cast<int>(year)), std::chrono::month(month), std::chrono::day(day)};
+  return date.ok() && hour < 24 && minute < 60 && second < 60;
+}
+
+std::string DigitsOf(std::string_view text) {
+  std::string digits;
+  std::copy_if(text.begin(), text.end(), std::back_inserter(digits), [](char c) {
+    return c >= '0' && c <= '9';
+  });
+  return digits;
+}
+
 /// For messages: what may be anything.
 std::string InWords(std::string_view text) {
   constexpr std::size_t kMost = 60;
@@ -29,13 +56,16 @@ std::string InWords(std::string_view text) {
 }
 
 Status CheckName(std::string_view name) {
-  if (IsRunId(name)) return {};
+  // Later names would have to follow it, until no year is left.
+  constexpr std::string_view kTooLate = "2201";
+  if (IsRunId(name) && name < kTooLate) return {};
   return Wrong("its name " + InWords(name) +
-               " is none that truetriad has made, as in 20261124T235959.123456Z-4f2a9c01");
+               " is none that truetriad has made until 2200, as in "
+               "20261124T235959.123456Z-4f2a9c01");
 }
 
 Status CheckTime(const std::string& created) {
-  if (HasForm(created, "0000-00-00T00:00:00Z")) return {};
+  if (HasForm(created, "0000-00-00T00:00:00Z") && IsMoment(DigitsOf(created))) return {};
   return Wrong("created is " + InWords(created) + ", expected a time as in 2026-11-24T23:59:59Z");
 }
 
@@ -67,9 +97,25 @@ Status CheckParameters(const UnitRun& run) {
   return {};
 }
 
+/// A run is good, or outside its limits, by what was judged.
+Status CheckVerdict(const UnitRun& run) {
+  const auto missed = std::find_if(run.judgements.begin(),
+                                   run.judgements.end(),
+                                   [](const LimitCheck& check) { return !check.pass; });
+  const bool is_missed = missed != run.judgements.end();
+  if (is_missed && !IsRed(run.verdict)) {
+    return Wrong("its verdict is `" + std::string(VerdictName(run.verdict)) + "`, and its limit " +
+                 InWords(missed->name) + " is missed");
+  }
+  if (is_missed || run.verdict != Verdict::kOutside) return {};
+  return Wrong("its verdict is `outside-limits`, and it misses none of its limits");
+}
+
 }  // namespace
 
-bool IsRunId(std::string_view name) { return HasForm(name, "00000000T000000.000000Z-xxxxxxxx"); }
+bool IsRunId(std::string_view name) {
+  return HasForm(name, "00000000T000000.000000Z-xxxxxxxx") && IsMoment(DigitsOf(name));
+}
 
 Status CheckRun(const UnitRun& run) {
   constexpr std::size_t kLongestSerial = 1000;  // Bytes: 200 characters, or the name of a file.
@@ -95,6 +141,7 @@ Status CheckRun(const UnitRun& run) {
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber(check.name, check.worst, true));
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber("sigma of " + check.name, check.sigma, false));
   }
+  TRUETRIAD_RETURN_IF_ERROR(CheckVerdict(run));
   return CheckParameters(run);
 }
 

@@ -13,10 +13,11 @@ namespace truetriad::fleet {
 // What comes from other stores and files is looked at once, where it comes in. All errors are of
 // bad input, and say what was seen.
 
-/// Whether NewRunId may have made it.
+/// Whether NewRunId may have made it, at some moment that there is.
 bool IsRunId(std::string_view name);
 
-/// Error: its name or time is none; the serial number is empty, longer than 1000 bytes or has a
+/// Error: its name or time is none, or its name is of after 2200; it is good and misses a limit, or
+/// outside its limits and misses none; the serial number is empty, longer than 1000 bytes or has a
 /// NUL; a number is not finite, or negative where it cannot be; a parameter is there twice, or the
 /// covariance is not of as many.
 Status CheckRun(const UnitRun& run);

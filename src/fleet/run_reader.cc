@@ -59,7 +59,16 @@ constexpr std::string_view kRunColumns =
     "folder, verdict, code, message, mode, wall_s, cpu_s, effective_dof, covariance, "
     "temperature_degc";
 
-UnitRun RunFrom(const StoredRow& row) {
+/// Error (bad input): the verdict is none.
+Result<Verdict> StatedVerdict(const StoredField& field, const std::string& run) {
+  const std::string name = TextIn(field);
+  if (const std::optional<Verdict> verdict = VerdictFromName(name)) return *verdict;
+  return Error(ErrorCode::kWrongFormat,
+               "run " + run + ": its verdict is `" + name +
+                   "`, which is none; the store has been changed by another program");
+}
+
+Result<UnitRun> RunFrom(const StoredRow& row) {
   UnitRun run;
   run.id = TextIn(row[0]);
   run.serial = TextIn(row[1]);
@@ -71,7 +80,7 @@ UnitRun RunFrom(const StoredRow& row) {
   run.config_sha256 = TextIn(row[7]);
   run.shard = TextIn(row[8]);
   run.folder = TextIn(row[9]);
-  run.verdict = VerdictFromName(TextIn(row[10])).value_or(Verdict::kBadInput);
+  TRUETRIAD_ASSIGN_OR_RETURN(run.verdict, StatedVerdict(row[10], run.id));
   run.code = TextIn(row[11]);
   run.message = TextIn(row[12]);
   run.mode = TextIn(row[13]);
@@ -166,12 +175,11 @@ Status TakeStandings(Store& store, const std::string& condition, std::vector<Uni
   for (const StoredRow& row : table.rows) {
     const auto found = by_name.find(*row[0]);
     if (found == by_name.end()) continue;
-    const auto verdict = [&](std::size_t i) {
-      return VerdictFromName(TextIn(row[i])).value_or(Verdict::kBadInput);
-    };
+    TRUETRIAD_ASSIGN_OR_RETURN(const Verdict first, StatedVerdict(row[1], *row[0]));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Verdict last, StatedVerdict(row[2], *row[0]));
     found->second->standing = Standing{.run = *row[0],
-                                       .first_verdict = verdict(1),
-                                       .final_verdict = verdict(2),
+                                       .first_verdict = first,
+                                       .final_verdict = last,
                                        .attempts = IntegerIn(row[3]),
                                        .disposed_by = TextIn(row[4]),
                                        .disposed_why = TextIn(row[5])};
@@ -190,7 +198,8 @@ Result<std::vector<UnitRun>> RunsOfPage(Store& store,
   std::map<std::string_view, UnitRun*> by_name;
   runs.reserve(table.rows.size());
   for (const StoredRow& row : table.rows) {
-    runs.push_back(RunFrom(row));
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run, RunFrom(row));
+    runs.push_back(std::move(run));
     by_name[runs.back().id] = &runs.back();
   }
   if (runs.empty()) return runs;

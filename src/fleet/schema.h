@@ -20,8 +20,9 @@ inline constexpr int kSchemaVersion = 3;
 /// `standing` has of each unit the run that counts. Its subqueries are answered by the index
 /// run_of_unit alone, so that it costs some microseconds a unit however many runs there are; what
 /// people decided costs more only where they did. A decision holds unless the run that counts is a
-/// later one and of another recording: none of the unit's runs up to the decision's was of the same
-/// log, untouched, or of all the files that it was made from.
+/// later one and of another recording: none of the unit's runs before the decision, whether they
+/// counted or not, was of the same log, untouched, or of all the files that its samples are from.
+/// (What was exported of the runs that count alone may name a run that is later than the decision.)
 inline constexpr std::array<std::string_view, kSchemaVersion> kMigrations = {R"sql(
 CREATE TABLE unit (
   serial {text} PRIMARY KEY
@@ -205,19 +206,23 @@ CREATE VIEW standing AS
       WHERE its.serial = unit.serial AND one.run = its.run
     )
     AND (
-      run.run <= decision.run
-      OR EXISTS (
+      EXISTS (
         SELECT 1 FROM run AS seen
-        WHERE seen.serial = unit.serial AND seen.run <= decision.run AND seen.log = run.log
-          AND seen.log_bytes = run.log_bytes AND seen.log_modified_ns = run.log_modified_ns
+        WHERE seen.serial = unit.serial
+          AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+          AND seen.log = run.log AND seen.log_bytes = run.log_bytes
+          AND seen.log_modified_ns = run.log_modified_ns
       )
       OR (
-        EXISTS (SELECT 1 FROM input AS made_from WHERE made_from.run = run.run)
+        EXISTS (
+          SELECT 1 FROM input AS made_from WHERE made_from.run = run.run AND made_from.samples > 0
+        )
         AND NOT EXISTS (
           SELECT 1 FROM input AS made_from
-          WHERE made_from.run = run.run AND NOT EXISTS (
+          WHERE made_from.run = run.run AND made_from.samples > 0 AND NOT EXISTS (
             SELECT 1 FROM run AS seen CROSS JOIN input AS known
-            WHERE seen.serial = unit.serial AND seen.run <= decision.run
+            WHERE seen.serial = unit.serial
+              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
               AND known.run = seen.run AND known.sha256 = made_from.sha256
           )
         )

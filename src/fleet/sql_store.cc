@@ -230,7 +230,9 @@ Result<std::vector<Cell>> SqlStore::Row(std::string_view sql, std::span<const Va
   return table.rows.empty() ? std::vector<Cell>() : std::move(table.rows[0]);
 }
 
-Result<bool> SqlStore::MakeLast(const std::string& table, std::string* id) {
+Result<bool> SqlStore::MakeLast(const std::string& table,
+                                const std::string& other,
+                                std::string* id) {
   const Value name[] = {std::string_view(*id)};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<Cell> same,
@@ -238,7 +240,8 @@ Result<bool> SqlStore::MakeLast(const std::string& table, std::string* id) {
   if (!same.empty()) return false;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> greatest,
                              Row("SELECT max(" + table + ") FROM " + table, {}));
-  if (greatest.at(0) && *greatest[0] > *id) *id = NewRunIdAfter(*greatest[0]);
+  const std::string last = std::max(greatest.at(0).value_or(""), other);
+  if (last > *id) *id = NewRunIdAfter(last);
   return true;
 }
 
@@ -254,7 +257,9 @@ Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
                        "`; `truetriad fleet query` lists those that it has");
     }
     added.run = standing[0].value_or("");
-    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("disposition", &added.id));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last, Row(kLastRunOfUnit, serial));
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
+                               MakeLast("disposition", last.at(0).value_or(""), &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     return {};
   });
@@ -266,7 +271,7 @@ Result<std::optional<StationCheck>> SqlStore::AddStationCheck(const StationCheck
   StationCheck added = check;
   std::optional<StationCheck> first;
   const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", &added.id));
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     first.reset();
     if (added.recording.empty()) return {};

@@ -49,8 +49,9 @@ class SqlStore : public Store {
   Result<std::optional<std::string>> Fact(std::string_view name);
   /// What was stated; unset: nothing. In a transaction.
   Result<std::optional<RetestPolicy>> PolicyThere();
-  /// Makes `id` greater than all of a table; false: it is there already. In a transaction.
-  Result<bool> MakeLast(const std::string& table, std::string* id);
+  /// Makes `id` greater than all of a table and `other`; false: it is there already. In a
+  /// transaction.
+  Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
   /// The first row of an answer.
   Result<std::vector<std::optional<std::string>>> Row(std::string_view sql,
                                                       std::span<const Value> values);

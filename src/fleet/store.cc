@@ -112,7 +112,9 @@ std::string PolicyText(const RetestPolicy& policy) {
 
 std::string RecordingOf(const std::vector<InputFile>& inputs) {
   std::vector<std::string> hashes;
-  for (const InputFile& input : inputs) hashes.push_back(input.sha256);
+  for (const InputFile& input : inputs) {
+    if (input.samples > 0) hashes.push_back(input.sha256);
+  }
   std::sort(hashes.begin(), hashes.end());
   std::string recording;
   for (const std::string& hash : hashes) recording += (recording.empty() ? "" : " ") + hash;

@@ -90,7 +90,8 @@ struct Decisions {
   std::vector<StationCheck> checks;       ///< Likewise.
 };
 
-/// By what a recording is known, wherever its files are: their SHA-256, sorted.
+/// By what a recording is known, wherever its files are and whichever of them is named: the SHA-256
+/// of those with samples, sorted.
 std::string RecordingOf(const std::vector<InputFile>& inputs);
 
 /// Which of a unit's runs counts.
@@ -123,7 +124,8 @@ class Store {
   virtual Status AddAll(std::span<const UnitRun> runs);
   /// Whether a run of this name is there.
   virtual Result<bool> Has(const std::string& run);
-  /// The greatest name of a run of the same unit or the same log; empty: there is none.
+  /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
+  /// empty: there is none.
   virtual Result<std::string> LatestRun(const UnitRun& /*run*/) { return std::string(); }
   /// Of each log the last run.
   virtual Result<std::vector<KnownRun>> LastRuns() = 0;
@@ -145,8 +147,8 @@ class Store {
     return std::optional<Standing>();
   }
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
-  /// run, and with a later name where the clock has gone back. Nothing is changed. Error (usage):
-  /// there is no such unit.
+  /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error
+  /// (usage): there is no such unit.
   virtual Result<Disposition> Dispose(const Disposition& disposition) = 0;
   /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
   /// check at a station: that one, where this is not it.

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/json_lines.h"
 #include "fleet/run_samples.h"
 #include "fleet/run_table.h"
 #include "fleet/store.h"
@@ -205,6 +206,50 @@ TEST_F(Collecting, AddsNothingOfARunThatIsThereWithAnotherContent) {
   ASSERT_TRUE(Collect({one}, target_));
   EXPECT_THAT(Collect({other}, target_).error().message, HasSubstr("with another content"));
   EXPECT_EQ(Lines(target_).size(), 2u);
+}
+
+TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
+  const std::string lines = TemporaryFolder::Read(Written("1.jsonl", {}, {"1"}));
+  const auto with = [&](const std::string& name, const std::string& why, bool agrees) {
+    return folder_.Write(name,
+                         lines +
+                             LineOf(Disposition{SampleId("d"),
+                                                "unit '1",
+                                                "2026-11-25T12:00:00Z",
+                                                "me",
+                                                why,
+                                                Verdict::kRefused,
+                                                SampleId("1")}) +
+                             LineOf(StationCheck{.id = SampleId("c"),
+                                                 .station = "S1",
+                                                 .serial = "G",
+                                                 .created = "2026-11-25T12:00:00Z",
+                                                 .agrees = agrees,
+                                                 .parameter = "",
+                                                 .log = ""}));
+  };
+  const std::string one = with("a.jsonl", "bent", true),
+                    decided = with("b.jsonl", "scratched", true),
+                    checked = with("c.jsonl", "bent", false);
+  const std::string decision = "decision " + SampleId("d"),
+                    check = "station check " + SampleId("c");
+  for (const auto& [other, what] : {std::pair(decided, decision), {checked, check}}) {
+    for (const auto& sources : {std::vector{one, other}, std::vector{other, one}}) {
+      const Result<Collected> both = Collect(sources, target_);
+      ASSERT_FALSE(both);
+      EXPECT_EQ(both.error().code, ErrorCode::kDoesNotMatch);
+      EXPECT_THAT(both.error().message,
+                  HasSubstr(sources[1] + ": " + what + " is there with another content"));
+      EXPECT_FALSE(std::filesystem::exists(target_));
+    }
+  }
+  ASSERT_TRUE(Collect({one, one}, target_));
+  for (const auto& [other, what] : {std::pair(decided, decision), {checked, check}}) {
+    const Result<Collected> late = Collect({other}, target_);
+    ASSERT_FALSE(late);
+    EXPECT_EQ(late.error().code, ErrorCode::kDoesNotMatch);
+    EXPECT_THAT(late.error().message, HasSubstr(what + " is there with another content"));
+  }
 }
 
 TEST_F(Collecting, OfAnExportGivesTheStoreAgain) {

@@ -53,7 +53,13 @@ class FailingStore : public Store {
     check = added;
     return std::optional<StationCheck>();
   }
-  Result<std::string> LatestRun(const UnitRun& /*run*/) override { return latest; }
+  Result<std::string> LatestRun(const UnitRun& /*run*/) override {
+    if (decided) latest = NewRunId();
+    return latest;
+  }
+  Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) override {
+    return decided ? std::optional(Standing{.run = "", .disposed_by = "R. Roe"}) : std::nullopt;
+  }
   Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override {
     return check && check->station == station ? check : std::nullopt;
   }
@@ -62,6 +68,7 @@ class FailingStore : public Store {
 
   int failures = 0;
   std::string latest;
+  bool decided = false;  ///< About every unit, while it was calibrated.
   std::vector<UnitRun> runs;
   std::optional<StationCheck> check;
 };
@@ -212,6 +219,15 @@ TEST_F(Engine, GivesALaterNameWhereTheClockHasGoneBack) {
     EXPECT_EQ(fs::path(run.folder).filename(), run.id);
     EXPECT_TRUE(fs::exists(run.folder + "/calibration.yaml"));
   }
+}
+
+TEST_F(Engine, NamesARunAfterWhatWasDecidedWithoutIt) {
+  store_.decided = true;
+  units_.resize(1);
+  ASSERT_TRUE(Run());
+  ASSERT_THAT(store_.runs, SizeIs(1));
+  EXPECT_GT(store_.runs[0].id, store_.latest);
+  EXPECT_EQ(fs::path(store_.runs[0].folder).filename(), store_.runs[0].id);
 }
 
 TEST_F(Engine, SaysWhichRunLiftsADecision) {

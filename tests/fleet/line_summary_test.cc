@@ -335,6 +335,7 @@ class StudyOfUnits : public LineOfUnits {
           UnitRun run = RunOf("part" + std::to_string(i), 0.05 * i + 0.001 * j + 0.004 * (k % 2));
           run.tags.operator_name = "op" + std::to_string(j);
           run.tags.note = "study";
+          run.parameters[2].value += 1e-6 * runs_;  // No two measurements are alike in all.
           Add(run);
         }
       }
@@ -407,6 +408,21 @@ TEST_F(StudyOfUnits, IsOfRecordingsEachOfWhichIsThereOnce) {
   ASSERT_FALSE(summary);
   EXPECT_THAT(summary.error().message, HasSubstr("the same recording twice"));
   EXPECT_THAT(summary.error().message, HasSubstr("(part1.csv of part1)"));
+}
+
+// Compressed, its file is another.
+TEST_F(StudyOfUnits, IsOfValuesThatDifferSomewhere) {
+  for (int i = 0; i < 4; ++i) {
+    UnitRun run = RunOf("part" + std::to_string(i % 2), i < 3 ? 0.05 * i : 0.05);
+    run.tags.note = "study";
+    run.inputs = {{"log.csv", std::to_string(i), 900}};
+    Add(run);
+  }
+  const Result<LineSummary> summary = Summarise(*store_, options_);
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kConflictingArguments);
+  EXPECT_THAT(summary.error().message, HasSubstr("the same recording twice"));
+  EXPECT_THAT(summary.error().message, HasSubstr("(of part1)"));
 }
 
 }  // namespace

@@ -107,6 +107,16 @@ TEST_F(SqliteStoreTest, SaysThatItsNumberOfShardsIsNone) {
   EXPECT_THAT(shards.error().message, HasSubstr("`shards` is `x`"));
 }
 
+TEST_F(SqliteStoreTest, SaysThatAVerdictIsNone) {
+  const Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kPass)));
+  Execute(path_, "UPDATE run SET verdict = 'PASS'");
+  const Status status = (*store)->ForEachRun({}, [](const UnitRun&) { return Status(); });
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error().message, HasSubstr("run 1: its verdict is `PASS`, which is none"));
+}
+
 TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);

@@ -215,7 +215,7 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   add("1", "a.csv", "aa");
   add("2", "b.csv", "bb");
   ASSERT_TRUE(
-      (*store)->Dispose({"d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
+      (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
   add("3", "b.csv", "bb");       // Again.
   add("4", "copy-b.csv", "bb");  // Under another name.
   add("5", "b.csv", "");         // Untouched, and not read to its end.
@@ -230,10 +230,58 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   add("8", "c.csv", "cc");
   EXPECT_EQ(final_verdict(), "pass");
   ASSERT_TRUE(
-      (*store)->Dispose({"e", "A1", "2026-11-26T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
+      (*store)->Dispose({"8d", "A1", "2026-11-26T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
   EXPECT_EQ(final_verdict(), "refused");
   add("9", "unreadable.csv", "");
   EXPECT_EQ(final_verdict(), "pass");
+}
+
+// Neither the log that is named nor what is written about it is what was measured.
+TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, std::nullopt}));
+  const auto add = [&](const std::string& id, Verdict verdict, std::vector<InputFile> inputs) {
+    UnitRun run = RunOf(id, verdict);
+    run.log = inputs[0].file;
+    run.log_bytes = std::stoi(id);
+    run.inputs = std::move(inputs);
+    ASSERT_TRUE((*store)->Add(run));
+  };
+  const auto final_verdict = [&] {
+    return *Ask(**store, "SELECT final_verdict FROM standing").at(0).at(0);
+  };
+  add("1", Verdict::kOutside, {{"recording.yaml", "aa", 0}, {"a.csv", "bb", 100}});
+  // That it was there, does not count and is later than the first is no matter.
+  add("2", Verdict::kRefused, {{"recording.yaml", "cc", 0}, {"b.csv", "dd", 100}});
+  ASSERT_TRUE(
+      (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
+  add("3", Verdict::kOutside, {{"a.csv", "bb", 100}});
+  EXPECT_EQ(final_verdict(), "refused");
+  add("4", Verdict::kUsable, {{"edited.yaml", "ee", 0}, {"b.csv", "dd", 100}});
+  EXPECT_EQ(final_verdict(), "refused");
+  add("5", Verdict::kPass, {{"recording.yaml", "cc", 0}, {"c.csv", "ff", 100}});
+  EXPECT_EQ(final_verdict(), "pass");
+}
+
+TEST_P(StoreTest, NamesADecisionAfterAllRunsOfItsUnit) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kFirst, std::nullopt}));
+  ASSERT_TRUE((*store)->Add(RunOf("20261125T120000.000000Z-00000001", Verdict::kPass)));
+  ASSERT_TRUE((*store)->Add(RunOf("20991231T235959.999999Z-ffffffff", Verdict::kPass)));
+  const Result<Disposition> added = (*store)->Dispose(
+      {NewRunId(), "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused});
+  ASSERT_TRUE(added);
+  EXPECT_EQ(added->run, "20261125T120000.000000Z-00000001");
+  EXPECT_EQ(added->id.substr(0, 23), "21000101T000000.000000Z");
+  EXPECT_EQ(*(*store)->LatestRun(RunOf("A1")), added->id);
+}
+
+TEST(RecordingOf, IsOfTheFilesWithSamples) {
+  EXPECT_EQ(RecordingOf({{"recording.yaml", "aa", 0}, {"b.csv", "cc", 9}, {"a.csv", "bb", 9}}),
+            "bb cc");
+  EXPECT_EQ(RecordingOf({{"a.csv", "bb", 9}, {"b.csv", "cc", 9}}), "bb cc");
 }
 
 TEST_P(StoreTest, CountsALaterDecisionThoughTheClockHasGoneBack) {

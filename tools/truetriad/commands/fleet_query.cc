@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gflags/gflags.h>
+#include <unistd.h>
 
+#include "base/utf8.h"
 #include "fleet/line_selection.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
@@ -46,6 +49,11 @@ std::string CsvOf(const fleet::Table& table) {
     add(row, [](const std::optional<std::string>& field) { return field ? CsvField(*field) : ""; });
   }
   return text;
+}
+
+/// On a terminal, control characters are none; a file or another program takes the bytes.
+std::string ForStdout(std::string text) {
+  return isatty(STDOUT_FILENO) == 1 ? Printable(text) : std::move(text);
 }
 
 /// One line of text, whatever is in it.
@@ -112,7 +120,7 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
     TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Table table, store->Query(Question()));
-  return VerbResult{.text = FLAGS_csv ? CsvOf(table) : TextOf(table),
+  return VerbResult{.text = FLAGS_csv ? ForStdout(CsvOf(table)) : TextOf(table),
                     .result = {{"columns", table.columns}, {"rows", JsonOf(table)}}};
 }
 
