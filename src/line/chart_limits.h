@@ -20,6 +20,30 @@ struct Known {
 ///   t_dof(1 - Φ(-width)) sqrt(variance + weight^2 / count)      (-, where the values are own)
 double PredictiveLimit(double width, double variance, double weight, const Known& known);
 
+/// Weights of the units in a moving average (or in a single value: λ = 1) since it began at 0.
+class MovingWeights {
+ public:
+  explicit MovingWeights(double lambda) : lambda_(lambda) {}
+
+  /// `own`: the unit that comes is one of those that the process' mean is estimated from.
+  void Add(bool own) {
+    all_ += lambda_ * (1.0 - all_);
+    own_ += lambda_ * ((own ? 1.0 : 0.0) - own_);
+    squares_ += lambda_ * lambda_ - lambda_ * (2.0 - lambda_) * squares_;
+  }
+  void Restart() { all_ = own_ = squares_ = 0.0; }
+
+  /// Of the average less `all` times a mean of `count` units, for units of variance 1; exact, so
+  /// never negative: what own units have in common with the mean is allowed for.
+  double Variance(double count) const { return squares_ + all_ * (all_ - 2.0 * own_) / count; }
+  /// Part of the weights that own units have.
+  double OwnShare() const { return own_ / all_; }
+
+ private:
+  double lambda_;
+  double all_ = 0.0, own_ = 0.0, squares_ = 0.0;  // sums of weights and of their squares
+};
+
 /// Limits of the standard deviation of `size` values, in estimated σ: each is exceeded with half of
 /// `probability`. Fisher's quantiles.
 struct SpreadLimits {

@@ -42,6 +42,14 @@ ChartPlan::ChartPlan(const ChartOptions& wanted, std::size_t charts) : options(w
   if (Has(ChartKind::kMovingRange)) range_width = WidthOf(RateOf(ChartKind::kMovingRange));
 }
 
+double ChartPlan::MewmaLimitOf(int dimension) {
+  const auto [at, is_new] = mewma_limits_.try_emplace(dimension);
+  if (is_new) {
+    at->second = MewmaLimit(dimension, options.mewma_lambda, 1.0 / RateOf(ChartKind::kMewma));
+  }
+  return at->second;
+}
+
 ChartWriter::ChartWriter(ChartKind kind, int parameter, std::size_t count, int most)
     : skipped_(count - std::min(count, static_cast<std::size_t>(std::max(most, 0)))) {
   chart.kind = kind;

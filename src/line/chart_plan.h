@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,11 +22,17 @@ struct ChartPlan {
   /// False alarms a unit of one chart of this kind.
   double RateOf(ChartKind kind) const { return rates[static_cast<std::size_t>(kind)]; }
 
+  /// The multivariate EWMA's limit of a known covariance; found once for each dimension.
+  double MewmaLimitOf(int dimension);
+
   ChartOptions options;
   std::array<double, kChartKindCount> rates{};
   // Both in σ of a known process; 0 without such charts.
   double ewma_width = 0.0;
   double single_width = 0.0, range_width = 0.0;
+
+ private:
+  std::map<int, double> mewma_limits_;  // by dimension
 };
 
 /// One parameter's values at one station.
@@ -76,7 +83,7 @@ void DrawSubgroups(const ParameterValues& values, const ChartPlan& plan, Station
 /// note.
 void DrawTogether(const LineData& data,
                   const std::vector<ParameterValues>& watched,
-                  const ChartPlan& plan,
+                  ChartPlan* plan,
                   StationCharts* station);
 
 }  // namespace truetriad::line

@@ -96,10 +96,12 @@ void SortUnique(std::vector<int>* numbers) {
   numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
 }
 
+// `plans`: of stations before, by their number of parameters.
 StationCharts ChartsOf(const LineData& data,
                        const std::string& name,
                        const std::vector<int>& units,
-                       const ChartOptions& options) {
+                       const ChartOptions& options,
+                       std::map<std::size_t, ChartPlan>* plans) {
   StationCharts station;
   station.station = name;
   std::vector<ParameterValues> watched;
@@ -125,7 +127,7 @@ StationCharts ChartsOf(const LineData& data,
                    " units with a value";
     return station;
   }
-  const ChartPlan plan(options, watched.size());
+  ChartPlan& plan = plans->try_emplace(watched.size(), options, watched.size()).first->second;
   for (ParameterValues& values : watched) {
     DrawSingles(values, plan, &station);
     if (plan.Has(ChartKind::kXBar) || plan.Has(ChartKind::kS)) {
@@ -134,7 +136,7 @@ StationCharts ChartsOf(const LineData& data,
     }
   }
   if (plan.Has(ChartKind::kHotelling) || plan.Has(ChartKind::kMewma)) {
-    DrawTogether(data, watched, plan, &station);
+    DrawTogether(data, watched, &plan, &station);
   }
   std::stable_sort(station.charts.begin(),
                    station.charts.end(),
@@ -165,8 +167,9 @@ ChartReport ControlCharts(const LineData& data, const ChartOptions& options) {
     units_of[TagOf(data.units[k], "station")].push_back(static_cast<int>(k));
   }
   ChartReport report;
+  std::map<std::size_t, ChartPlan> plans;
   for (const auto& [station, units] : units_of) {
-    report.stations.push_back(ChartsOf(data, station, units, options));
+    report.stations.push_back(ChartsOf(data, station, units, options, &plans));
   }
   return report;
 }

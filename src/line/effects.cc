@@ -25,6 +25,8 @@ using Eigen::VectorXd;
 constexpr double kSpoilt = 5.0;
 // Units of a parameter, at least, for each level of the factors.
 constexpr double kLeastErrorDof = 5.0;
+// Of a parameter's squares about its mean: what a model leaves below it is rounding.
+constexpr double kRounding = 1e-12;
 
 // One parameter's values over those units that have one, about 0 and of size 1.
 struct Column {
@@ -65,6 +67,13 @@ FactorSums SumsOf(const Factors& factors, const Column& column) {
   return sums;
 }
 
+// Whether of a quantity no more than rounding is `left`, so that nothing can be held against it.
+bool IsDetermined(double left, const FactorSums& sums, Index quantity) {
+  const double all =
+      sums.squares(quantity, quantity) - std::pow(sums.values(0, quantity), 2) / sums.units;
+  return !(left > kRounding * all);
+}
+
 // Units that no level explains.
 void LeaveOutSpoilt(const Factors& factors, const FactorModel& model, Column* column) {
   std::vector<double> rest(column->values.size());
@@ -72,7 +81,8 @@ void LeaveOutSpoilt(const Factors& factors, const FactorModel& model, Column* co
     rest[k] = column->values[k] - model.Predicted(factors, column->units[k])[0];
   }
   const double sigma = MadSigma(rest);
-  for (std::size_t k = 0; k < rest.size() && sigma > 0.0; ++k) {
+  if (sigma < std::sqrt(kRounding)) return;  // most are determined, about 0 and of size 1
+  for (std::size_t k = 0; k < rest.size(); ++k) {
     column->used[k] = std::abs(rest[k]) <= kSpoilt * sigma;
   }
 }
@@ -117,9 +127,11 @@ double VarianceBetween(const FactorModel::Levels& levels, double error_variance)
   return count > 1.0 ? std::max(squares / (count - 1.0), 0.0) : 0.0;
 }
 
+// `finest_variance`: of what the model of everything leaves.
 std::optional<ParameterEffect> EffectOf(const Factors& factors,
                                         const FactorSums& sums,
                                         const Column& column,
+                                        double finest_variance,
                                         std::size_t factor) {
   const std::vector<std::size_t> model = ModelFor(factors, factor);
   const FactorModel full(factors, sums, model);
@@ -127,10 +139,12 @@ std::optional<ParameterEffect> EffectOf(const Factors& factors,
   ParameterEffect effect;
   effect.factor = static_cast<int>(factor);
   effect.parameter = column.parameter;
+  const FactorError error = ErrorOf(factors, sums, factor, full);
   effect.dof = reduced.error_dof() - full.error_dof();
-  effect.error_dof = full.error_dof();
-  if (effect.dof < 1.0 || effect.error_dof < kLeastErrorDof) return std::nullopt;
-  const double variance = full.residual()(0, 0) / effect.error_dof;
+  effect.error_dof = error.dof;
+  if (effect.dof < 1.0 || full.error_dof() < kLeastErrorDof) return std::nullopt;
+  // Levels of finer factors that are alike by chance do not differ by less than what is left.
+  const double variance = std::max(error.squares(0, 0) / error.dof, finest_variance);
   const double explained = std::max(reduced.residual()(0, 0) - full.residual()(0, 0), 0.0);
   effect.f = explained / effect.dof / variance;
   effect.p = FisherUpper(effect.f, effect.dof, effect.error_dof);
@@ -205,17 +219,25 @@ std::optional<JointEffect> JointEffectOf(const Factors& factors,
   const FactorModel full(factors, sums, model);
   const FactorModel reduced(factors, sums, Without(model, factor));
   const double levels_dof = reduced.error_dof() - full.error_dof();
-  const std::vector<Index> kept = IndependentColumns(full.residual());
+  const FactorError error = ErrorOf(factors, sums, factor, full);
+  MatrixXd rest = error.squares;
+  for (Index row = 0; row < rest.rows(); ++row) {
+    if (!IsDetermined(rest(row, row), sums, row)) continue;
+    rest.row(row).setZero();
+    rest.col(row).setZero();
+  }
+  const std::vector<Index> kept = IndependentColumns(rest);
   const double parameters = static_cast<double>(kept.size());
-  if (levels_dof < 1.0 || kept.empty() || full.error_dof() < parameters + kLeastErrorDof) {
+  if (levels_dof < 1.0 || kept.empty() || error.dof < parameters + kLeastErrorDof) {
     return std::nullopt;
   }
+  const MatrixXd all = rest + reduced.residual() - full.residual();
   JointEffect effect;
   effect.factor = static_cast<int>(factor);
   effect.parameters = static_cast<int>(kept.size());
-  effect.wilks = std::exp(Cholesky(Selected(full.residual(), kept)).LogDeterminant() -
-                          Cholesky(Selected(reduced.residual(), kept)).LogDeterminant());
-  TestWilks(parameters, &effect, levels_dof, full.error_dof());
+  effect.wilks = std::exp(Cholesky(Selected(rest, kept)).LogDeterminant() -
+                          Cholesky(Selected(all, kept)).LogDeterminant());
+  TestWilks(parameters, &effect, levels_dof, error.dof);
   return effect;
 }
 
@@ -257,10 +279,17 @@ EffectReport Effects(const LineData& data, const EffectOptions& options) {
     LeaveOutSpoilt(factors, first, &*column);
     const FactorSums sums = SumsOf(factors, *column);
     const FactorModel model(factors, sums, FullModel(factors));
-    if (model.error_dof() < kLeastErrorDof || !(model.residual()(0, 0) > 0.0)) continue;
+    if (model.error_dof() < kLeastErrorDof) continue;
+    if (IsDetermined(model.residual()(0, 0), sums, 0)) {
+      report.notes.push_back(data.parameters[static_cast<std::size_t>(parameter)] +
+                             " is left out: the factors determine it, nothing of it is left to "
+                             "hold their effects against");
+      continue;
+    }
     report.spreads.push_back(SpreadOf(data, *column, model));
+    const double variance = model.residual()(0, 0) / model.error_dof();
     for (std::size_t factor = 0; factor < factors.count(); ++factor) {
-      if (auto effect = EffectOf(factors, sums, *column, factor)) {
+      if (auto effect = EffectOf(factors, sums, *column, variance, factor)) {
         report.effects.push_back(*std::move(effect));
       }
     }

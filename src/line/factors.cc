@@ -70,7 +70,8 @@ void Relate(Factors* factors) {
         const std::string& finer = a_says_b ? second : first;
         const std::string& coarser = a_says_b ? first : second;
         factors->notes.push_back("each " + finer + " goes with one " + coarser +
-                                 ": the effect of " + coarser + " includes that of " + finer);
+                                 ": the effect of " + coarser + " includes that of " + finer +
+                                 ", and is held against it");
       }
     }
   }

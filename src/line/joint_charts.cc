@@ -10,7 +10,6 @@
 #include "line/baseline.h"
 #include "line/chart_limits.h"
 #include "line/chart_plan.h"
-#include "line/run_length.h"
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"
 
@@ -24,10 +23,12 @@ using Eigen::VectorXd;
 constexpr double kNoLowerLimit = std::numeric_limits<double>::quiet_NaN();
 // Baseline units for each parameter, at least: with n = 2 p limits are twice those of a known
 // covariance already.
-constexpr int kLeastUnitsOfParameter = 2;
+constexpr std::size_t kLeastUnitsOfParameter = 2;
 // One of so many normal units is left out of the baseline though it belongs there.
 constexpr double kFarAwayProbability = 1e-4;
 constexpr int kMostScreens = 5;
+// A moving average is one of the estimate's own units if these have so much of its weight.
+constexpr double kOwnWeight = 0.99;
 // Of the units, that have a value of a parameter; of fewer the others would be lost with them.
 constexpr double kLeastShare = 0.9;
 
@@ -38,26 +39,34 @@ struct TogetherUnits {
   std::vector<VectorXd> values;
   std::size_t baseline = 0;
   std::vector<bool> good;  // of the baseline
+
+  bool AreEnough(double count) const {
+    return count >= static_cast<double>(kLeastUnitsOfParameter * parameters.size());
+  }
 };
 
 class Together {
  public:
-  Together(TogetherUnits units, bool own, const ChartPlan& plan)
+  Together(TogetherUnits units, bool own, ChartPlan* plan)
       : units_(std::move(units)),
         own_(own),
-        plan_(plan),
+        plan_(*plan),
         dimension_(static_cast<Index>(units_.parameters.size())),
         scatter_(dimension_),
         usable_(units_.values.size(), true),
+        weights_(plan->options.mewma_lambda),
         average_(VectorXd::Zero(dimension_)) {
     Screen();
-    if (plan.Has(ChartKind::kMewma)) {
-      mewma_limit_ = MewmaLimit(static_cast<int>(dimension_),
-                                plan.options.mewma_lambda,
-                                1.0 / plan.RateOf(ChartKind::kMewma));
+    if (!HasEnough()) return;
+    if (plan->Has(ChartKind::kMewma)) {
+      mewma_limit_ = plan->MewmaLimitOf(static_cast<int>(dimension_));
     }
     SetLimits();
   }
+
+  // Whether there are charts: units of the baseline that are left when it has been screened.
+  bool HasEnough() const { return units_.AreEnough(scatter_.count); }
+  double Count() const { return scatter_.count; }
 
   void DrawTo(StationCharts* station) {
     const std::size_t first = own_ ? 0 : units_.baseline;
@@ -85,11 +94,12 @@ class Together {
  private:
   // The baseline without units that are far from the others in all parameters together.
   void Screen() {
-    for (int round = 0; round < kMostScreens; ++round) {
+    for (int round = 0;; ++round) {
       scatter_ = RunningScatter(dimension_);
       for (std::size_t k = 0; k < units_.baseline; ++k) {
         if (units_.good[k]) scatter_.Add(units_.values[k]);
       }
+      if (round == kMostScreens || !HasEnough()) break;
       SetCentre();
       const double limit =
           (1.0 - 1.0 / scatter_.count) *
@@ -115,11 +125,13 @@ class Together {
     SetCentre();
     const int p = static_cast<int>(dimension_);
     const double rate = plan_.RateOf(ChartKind::kHotelling);
-    far_limit_ = HotellingLimit(p, kFarAwayProbability, count_, own_);
-    if (rate > 0.0) single_limit_ = HotellingLimit(p, rate, count_, own_);
-    if (mewma_limit_ > 0.0) {
-      const double exceeded = 1.0 - ChiSquareCdf(mewma_limit_, p);
-      average_limit_ = HotellingLimit(p, exceeded, count_, own_);
+    for (const bool own : {false, true}) {
+      Limits& limits = own ? own_limits_ : later_limits_;
+      limits.far = HotellingLimit(p, kFarAwayProbability, count_, own);
+      if (rate > 0.0) limits.single = HotellingLimit(p, rate, count_, own);
+      if (mewma_limit_ > 0.0) {
+        limits.average = HotellingLimit(p, 1.0 - ChiSquareCdf(mewma_limit_, p), count_, own);
+      }
     }
   }
 
@@ -131,7 +143,8 @@ class Together {
     if (scatter_.count >= kBaselineGrowth * count_) SetLimits();
   }
 
-  double SignedCount() const { return own_ ? -count_ : count_; }
+  // Whether the unit is one of those that centre and covariance are from.
+  bool IsOwn(std::size_t k) const { return own_ && units_.good[k]; }
 
   // Of units of a station, that parameter that the others let expect least.
   int MostOf(const VectorXd& deviation) const {
@@ -154,30 +167,43 @@ class Together {
   }
 
   bool AddSingle(std::size_t k, const VectorXd& deviation, ChartWriter* writer) const {
-    const double value =
-        root_.SolveLowerVector(deviation).squaredNorm() / (1.0 + 1.0 / SignedCount());
+    MovingWeights weights(1.0);
+    weights.Add(IsOwn(k));
+    const Limits& limits = IsOwn(k) ? own_limits_ : later_limits_;
+    const double value = root_.SolveLowerVector(deviation).squaredNorm() / weights.Variance(count_);
     if (writer != nullptr) {
-      Add(k, value, single_limit_, value > single_limit_, deviation, writer);
+      Add(k, value, limits.single, value > limits.single, deviation, writer);
     }
-    return value > far_limit_;
+    return value > limits.far;
   }
 
   bool AddAverage(std::size_t k, const VectorXd& deviation, ChartWriter* writer) {
     const double lambda = plan_.options.mewma_lambda;
     average_ += lambda * (deviation - average_);
-    // Of the EWMA in its final state, and what the centre adds.
-    const double variance = lambda / (2.0 - lambda) + 1.0 / SignedCount();
+    weights_.Add(IsOwn(k));
+    // Of later units that of the final state, and what the centre adds, as the run length has it.
+    const double variance =
+        own_ ? weights_.Variance(count_) : lambda / (2.0 - lambda) + 1.0 / count_;
+    const double limit =
+        weights_.OwnShare() >= kOwnWeight ? own_limits_.average : later_limits_.average;
     const double value = root_.SolveLowerVector(average_).squaredNorm() / variance;
     const bool before = writer->in_alarm();
     // An alarm ends where the chart is back at its average in control.
-    const bool alarm = value > (before ? static_cast<double>(dimension_) : average_limit_);
-    Add(k, value, average_limit_, alarm, average_, writer);
+    const bool alarm = value > (before ? static_cast<double>(dimension_) : limit);
+    Add(k, value, limit, alarm, average_, writer);
     if (alarm && !before) {
       for (std::size_t at = k - std::min(k, kBaselineLag); at < k; ++at) usable_[at] = false;
     }
-    if (before && !alarm) average_.setZero();
+    if (before && !alarm) {
+      average_.setZero();
+      weights_.Restart();
+    }
     return alarm;
   }
+
+  struct Limits {
+    double single = 0.0, far = 0.0, average = 0.0;
+  };
 
   TogetherUnits units_;
   bool own_;
@@ -189,9 +215,10 @@ class Together {
   VectorXd scatter_centre_;
   Cholesky root_;
   double count_ = 0.0;
-  double single_limit_ = 0.0, far_limit_ = 0.0, average_limit_ = 0.0;
+  Limits own_limits_, later_limits_;  // of the estimate's own units, and of others
 
   double mewma_limit_ = 0.0;  // of a known covariance
+  MovingWeights weights_;
   VectorXd average_;
 };
 
@@ -254,11 +281,17 @@ std::vector<const ParameterValues*> IndependentOf(
   return kept;
 }
 
+void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
+  station->note = "no charts of all parameters together: " + std::to_string(good) +
+                  " baseline units that are no outliers have all " + std::to_string(parameters) +
+                  " parameters, which takes " + std::to_string(kLeastUnitsOfParameter * parameters);
+}
+
 }  // namespace
 
 void DrawTogether(const LineData& data,
                   const std::vector<ParameterValues>& watched,
-                  const ChartPlan& plan,
+                  ChartPlan* plan,
                   StationCharts* station) {
   std::vector<const ParameterValues*> parameters;
   for (const ParameterValues& values : watched) {
@@ -267,20 +300,20 @@ void DrawTogether(const LineData& data,
   }
   if (parameters.size() < 2) return;
   TogetherUnits together = CompleteUnits(data, parameters);
-  const auto enough = [&](std::size_t count) {
-    return together.baseline >= kLeastUnitsOfParameter * count;
-  };
-  if (enough(parameters.size())) {
-    const std::vector<const ParameterValues*> kept = IndependentOf(together, parameters, station);
-    if (kept.size() < 2) return;
-    if (kept.size() < parameters.size()) together = CompleteUnits(data, kept);
-    Together(std::move(together), parameters.front()->own, plan).DrawTo(station);
+  const auto good = std::count(together.good.begin(), together.good.end(), true);
+  if (!together.AreEnough(static_cast<double>(good))) {
+    NoteTooFew(good, parameters.size(), station);
     return;
   }
-  station->note = "no charts of all parameters together: " + std::to_string(together.baseline) +
-                  " baseline units have all " + std::to_string(parameters.size()) +
-                  " parameters, which takes " +
-                  std::to_string(kLeastUnitsOfParameter * parameters.size());
+  const std::vector<const ParameterValues*> kept = IndependentOf(together, parameters, station);
+  if (kept.size() < 2) return;
+  if (kept.size() < parameters.size()) together = CompleteUnits(data, kept);
+  Together charts(std::move(together), parameters.front()->own, plan);
+  if (charts.HasEnough()) {
+    charts.DrawTo(station);
+  } else {
+    NoteTooFew(std::lround(charts.Count()), kept.size(), station);
+  }
 }
 
 }  // namespace truetriad::line

@@ -142,4 +142,19 @@ FactorModel::Levels FactorModel::LevelsOf(std::size_t factor) const {
   return result;
 }
 
+FactorError ErrorOf(const Factors& factors,
+                    const FactorSums& sums,
+                    std::size_t factor,
+                    const FactorModel& model) {
+  const std::vector<std::size_t> all = FullModel(factors);
+  const bool has_finer = std::find(all.begin(), all.end(), factor) == all.end();
+  if (has_finer) {
+    const FactorModel finest(factors, sums, all);
+    const double dof = model.error_dof() - finest.error_dof();
+    // 0 where the other factor has the same levels.
+    if (dof >= 1.0) return {model.residual() - finest.residual(), dof};
+  }
+  return {model.residual(), model.error_dof()};
+}
+
 }  // namespace truetriad::line

@@ -65,4 +65,18 @@ class FactorModel {
   double error_dof_ = 0.0;
 };
 
+/// What a factor's effects are held against.
+struct FactorError {
+  Eigen::MatrixXd squares;  // sums of squares and products of the quantities
+  double dof = 0.0;
+};
+
+/// Of `model`, in which `factor` is estimated: what it leaves of the units or, where each level of
+/// finer factors goes with one level of `factor`, what those add to it (levels of a finer factor
+/// differ, and units of the same one are no independent witnesses of the coarser).
+FactorError ErrorOf(const Factors& factors,
+                    const FactorSums& sums,
+                    std::size_t factor,
+                    const FactorModel& model);
+
 }  // namespace truetriad::line

@@ -279,14 +279,17 @@ OutlierReport Outliers(const LineData& data, const OutlierOptions& options) {
   OutlierReport report;
   ChooseParameters(data, &report);
   Cloud cloud = CloudOf(data, report);
+  const auto all = static_cast<Index>(report.parameters.size());
   if (cloud.values.cols() > 1) DropDependent(&report, &cloud);
   report.distances.assign(data.units.size(), std::numeric_limits<double>::quiet_NaN());
   report.units = static_cast<int>(cloud.units.size());
   const Index dimension = cloud.values.rows();
   if (dimension == 0 || cloud.values.cols() < kUnitsOfParameter * dimension) {
+    // Of so few units as there are parameters any seem to determine the others.
+    const Index needed = cloud.values.cols() > all ? dimension : all;
     report.note = "no outliers looked for: " + std::to_string(report.units) + " units have all " +
-                  std::to_string(dimension) + " parameters, which takes " +
-                  std::to_string(kUnitsOfParameter * std::max<Index>(dimension, 1));
+                  std::to_string(needed) + " parameters, which takes " +
+                  std::to_string(kUnitsOfParameter * std::max<Index>(needed, 1));
     return report;
   }
   const CentreAndRoot core = Core(Sampled(cloud.values));

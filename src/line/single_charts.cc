@@ -26,6 +26,7 @@ struct Normal {
   Known known;
   double centre = 0.0, sigma = 0.0;
   double single = 0.0, range = 0.0;  // limits, in σ
+  double left_out = 0.0;             // that of single units that are not in the estimate
   double ewma = 0.0;                 // limit over the EWMA's own σ
 };
 
@@ -36,6 +37,7 @@ class Singles {
         plan_(plan),
         first_(values.own ? 0 : values.baseline),
         usable_(values.values.size(), true),
+        weights_(plan.options.ewma_lambda),
         ewma_(WriterOf(ChartKind::kEwma)),
         single_(WriterOf(ChartKind::kIndividuals)),
         range_(WriterOf(ChartKind::kMovingRange)) {
@@ -87,6 +89,9 @@ class Singles {
     if (values_.own) SetSigmaOfNeighbours();
     if (plan_.single_width > 0.0) {
       normal_.single = PredictiveLimit(plan_.single_width, 1.0, 1.0, normal_.known);
+      Known later = normal_.known;
+      later.own = false;
+      normal_.left_out = PredictiveLimit(plan_.single_width, 1.0, 1.0, later);
     }
     if (plan_.range_width > 0.0) {
       normal_.range = PredictiveLimit(plan_.range_width, 2.0, 0.0, normal_.known);
@@ -115,13 +120,17 @@ class Singles {
     if (moments_.count >= kBaselineGrowth * normal_.known.count) SetLimits();
   }
 
+  // Whether the unit is one of those that mean and σ are from.
+  bool IsOwn(std::size_t k) const { return values_.own && values_.good[k]; }
+
   // Whether it is far from the others, too far to be one of the baseline.
   bool AddSingle(std::size_t k) {
     const double value = (values_.values[k] - normal_.centre) / normal_.sigma;
     const double size = std::abs(value);
     if (!single_) return size > kFarAway;
-    single_->Add({values_.units[k], value, -normal_.single, normal_.single}, size > normal_.single);
-    return size > std::min(normal_.single, kFarAway);
+    const double limit = IsOwn(k) ? normal_.single : normal_.left_out;
+    single_->Add({values_.units[k], value, -limit, limit}, size > limit);
+    return size > std::min(limit, kFarAway);
   }
 
   void AddRange(std::size_t k) {
@@ -133,20 +142,16 @@ class Singles {
   bool AddAverage(std::size_t k) {
     const double lambda = plan_.options.ewma_lambda;
     average_ += lambda * (values_.values[k] - normal_.centre - average_);
-    decay_ *= 1.0 - lambda;
+    weights_.Add(IsOwn(k));
     const double value = average_ / normal_.sigma;
-    const double variance = lambda / (2.0 - lambda) * (1.0 - decay_ * decay_);
-    const double of_centre = std::pow(1.0 - decay_, 2) / normal_.known.count;
-    const double limit =
-        normal_.ewma * std::sqrt(values_.own ? variance * (1.0 - 1.0 / normal_.known.count)
-                                             : variance + of_centre);
+    const double limit = normal_.ewma * std::sqrt(weights_.Variance(normal_.known.count));
     const bool before = ewma_->in_alarm();
     const bool alarm = std::abs(value) > (before ? kQuiet * limit : limit);
     ewma_->Add({values_.units[k], value, -limit, limit}, alarm);
     if (alarm && !before) LeaveOutPending(k);
     if (before && !alarm) {  // as after a repair: the chart begins anew
       average_ = 0.0;
-      decay_ = 1.0;
+      weights_.Restart();
     }
     return alarm;
   }
@@ -165,7 +170,7 @@ class Singles {
   RunningMoments moments_;
   Normal normal_;
   double average_ = 0.0;  // EWMA of deviations, in the parameter's unit
-  double decay_ = 1.0;    // (1 - λ)^age
+  MovingWeights weights_;
   std::optional<ChartWriter> ewma_, single_, range_;
 };
 

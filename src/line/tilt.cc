@@ -28,7 +28,9 @@ using Eigen::VectorXd;
 
 // Of robust σ of each sensor's rotation: units beyond are spoilt.
 constexpr double kReachOfRotations = 8.0;
+// Degrees of freedom of the rotations' covariance, at least, and for each of its rows.
 constexpr double kLeastTiltDof = 10.0;
+constexpr double kTiltDofOfRow = 2.0;
 
 // Places of a sensor's nine sensitivities.
 struct SensorAxes {
@@ -169,7 +171,9 @@ FactorSums SumsOfRotations(const Factors& factors, const Rotations& rotations) {
   return sums;
 }
 
-// The rotation that all sensors of a level share, weighed by the covariance of theirs.
+// The rotation that all sensors of a level share, weighed by the covariance of theirs, which is an
+// estimate with `dof`: what the sensors disagree by (`rest`) is Hotelling's T^2 of 3 (sensors - 1)
+// contrasts, and the rotation's own, given the rest, one of 3 (Rao 1959).
 void Share(const VectorXd& rotations, const MatrixXd& covariance, double dof, LevelTilt* level) {
   const Index sensors = rotations.size() / 3;
   MatrixXd design(rotations.size(), 3);
@@ -181,13 +185,16 @@ void Share(const VectorXd& rotations, const MatrixXd& covariance, double dof, Le
   const VectorXd white = root.SolveLowerVector(rotations);
   const Cholesky information(TransposeTimes(white_design, white_design));
   level->rotation_rad = information.SolveVector(TransposeTimesVector(white_design, white));
-  level->sigma_rad = information.Inverse().diagonal().cwiseSqrt();
   const double rest = (white - TimesVector(white_design, level->rotation_rad)).squaredNorm();
-  const double all = white.squaredNorm();
-  level->p = FisherUpper(std::max(all - rest, 0.0) / 3.0, 3.0, dof);
+  const double own = std::max(white.squaredNorm() - rest, 0.0);
+  const double others = static_cast<double>(3 * sensors - 3);
+  const double left_dof = dof - others - 2.0;
+  const double widening = (1.0 + rest / dof) * dof / left_dof;
+  level->sigma_rad = (widening * information.Inverse().diagonal()).cwiseSqrt();
+  level->p = FisherUpper(own / widening / 3.0, 3.0, left_dof);
   if (sensors > 1) {
-    const double others = static_cast<double>(3 * sensors - 3);
-    level->p_common = FisherUpper(rest / others, others, dof);
+    const double rest_dof = dof - others + 1.0;
+    level->p_common = FisherUpper(rest / others * rest_dof / dof, others, rest_dof);
   }
 }
 
@@ -199,9 +206,11 @@ FactorTilt TiltOf(const Factors& factors,
   tilt.factor = static_cast<int>(factor);
   for (const SensorAxes& sensor : sensors) tilt.sensors.push_back(sensor.sensor);
   const FactorModel model(factors, sums, ModelFor(factors, factor));
-  if (model.error_dof() < kLeastTiltDof) return tilt;
+  const FactorError error = ErrorOf(factors, sums, factor, model);
+  const double rows = static_cast<double>(3 * sensors.size());
+  if (error.dof < std::max(kLeastTiltDof, kTiltDofOfRow * rows)) return tilt;
   const FactorModel::Levels levels = model.LevelsOf(factor);
-  const MatrixXd covariance = model.residual() / model.error_dof();
+  const MatrixXd covariance = error.squares / error.dof;
   if (!Cholesky(covariance).is_positive()) return tilt;
   const Index place = FactorSums::Places(factors)[factor];
   for (std::size_t level = 0; level < levels.estimable.size(); ++level) {
@@ -210,10 +219,7 @@ FactorTilt TiltOf(const Factors& factors,
     LevelTilt own;
     own.level = factors.factors[factor].levels[level];
     own.units = static_cast<int>(sums.indicators(place + row, place + row));
-    Share(levels.effects.row(row).transpose(),
-          levels.variance[row] * covariance,
-          model.error_dof(),
-          &own);
+    Share(levels.effects.row(row).transpose(), levels.variance[row] * covariance, error.dof, &own);
     tilt.levels.push_back(own);
   }
   return tilt;

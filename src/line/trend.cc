@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 
@@ -82,14 +83,29 @@ Pairs PairsOf(const Series& series) {
   return pairs;
 }
 
-// Of S without trend, for independent values.
-double VarianceOfS(const std::vector<double>& values) {
-  std::vector<double> ties;
-  RanksOf(values, &ties);
-  const auto term = [](double n) { return n * (n - 1.0) * (2.0 * n + 5.0); };
-  double variance = term(static_cast<double>(values.size()));
-  for (const double tie : ties) variance -= term(tie);
-  return variance / 18.0;
+// Of S without trend, for independent values with ties in x and in y (Kendall 1970, eq. 4.4).
+double VarianceOfS(const Series& series) {
+  struct Terms {
+    double pairs = 0.0, triples = 0.0, all = 0.0;
+    void Add(double n) {
+      pairs += n * (n - 1.0);
+      triples += n * (n - 1.0) * (n - 2.0);
+      all += n * (n - 1.0) * (2.0 * n + 5.0);
+    }
+  };
+  const auto of_ties = [](const std::vector<double>& values) {
+    std::vector<double> ties;
+    RanksOf(values, &ties);
+    Terms terms;
+    for (const double tie : ties) terms.Add(tie);
+    return terms;
+  };
+  const Terms x = of_ties(series.x);
+  const Terms y = of_ties(series.y);
+  Terms whole;
+  whole.Add(static_cast<double>(series.x.size()));
+  return (whole.all - x.all - y.all) / 18.0 + x.triples * y.triples / (9.0 * whole.triples) +
+         x.pairs * y.pairs / (2.0 * whole.pairs);
 }
 
 // Hamed and Rao 1998, eq. 10, from autocorrelations of the ranks of what the trend leaves. Those
@@ -139,7 +155,7 @@ std::optional<Trend> TrendOf(const Series& all, int parameter) {
   if (all.x.size() < kLeastTrendUnits || all.x.front() == all.x.back()) return std::nullopt;
   const Series series = Grouped(all);
   Pairs pairs = PairsOf(series);
-  const double variance = VarianceOfS(series.y);
+  const double variance = VarianceOfS(series);
   if (pairs.slopes.empty() || !(variance > 0.0)) return std::nullopt;
   Trend trend;
   trend.parameter = parameter;
@@ -162,6 +178,18 @@ std::optional<Trend> TrendOf(const Series& all, int parameter) {
   return trend;
 }
 
+// What stations differ by is none of the trend, though their part in the units may change: each
+// station's median is moved to that of all. `stations`: of each value.
+void MoveTogether(const std::vector<std::string>& stations, std::vector<double>* values) {
+  std::map<std::string, std::vector<double>> values_of;
+  for (std::size_t k = 0; k < values->size(); ++k) values_of[stations[k]].push_back((*values)[k]);
+  if (values_of.size() < 2) return;
+  const double middle = Median(*values);
+  std::map<std::string, double> offset_of;
+  for (const auto& [station, own] : values_of) offset_of[station] = Median(own) - middle;
+  for (std::size_t k = 0; k < values->size(); ++k) (*values)[k] -= offset_of[stations[k]];
+}
+
 // Trends of all parameters against x of each unit; NaN: not known.
 std::vector<Trend> TrendsAgainst(const LineData& data, const std::vector<double>& x) {
   std::vector<std::size_t> order;
@@ -175,12 +203,15 @@ std::vector<Trend> TrendsAgainst(const LineData& data, const std::vector<double>
   for (std::size_t parameter = 0; parameter < data.parameters.size(); ++parameter) {
     const auto place = static_cast<Eigen::Index>(parameter);
     Series series;
+    std::vector<std::string> stations;
     for (const std::size_t unit : order) {
       const Eigen::VectorXd& values = data.units[unit].values;
       if (place >= values.size() || !std::isfinite(values[place])) continue;
       series.x.push_back(x[unit]);
       series.y.push_back(values[place]);
+      stations.push_back(TagOf(data.units[unit], "station"));
     }
+    MoveTogether(stations, &series.y);
     if (const auto trend = TrendOf(series, static_cast<int>(parameter))) {
       trends.push_back(*trend);
       p.push_back(trend->p);

@@ -37,7 +37,8 @@ struct TrendReport {
 
 /// Trends of each parameter over the units: slope by Theil and Sen, test by Mann and Kendall with
 /// the variance of Hamed and Rao (1998) for autocorrelated values. Many units are taken together
-/// to medians of at most 300 consecutive groups.
+/// to medians of at most 300 consecutive groups. Of several stations (tag "station") each one's
+/// median is moved to that of all first.
 TrendReport Trends(const LineData& data, const TrendOptions& options = {});
 
 }  // namespace truetriad::line

@@ -2,6 +2,7 @@
 #include "line/control_chart.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -287,6 +288,80 @@ TEST(ControlCharts, OfNothingAreNone) {
   ASSERT_EQ(report.stations.size(), 1U);
   EXPECT_EQ(report.stations[0].note,
             "no charts: no parameter that varies has 20 units with a value");
+}
+
+// Alarms of a set of n units that judge each other are n / 370 on average, or fewer: over so many
+// lines that `permitted` are, not more than that and 3.5 of their σ (Poisson's; alarms of one cause
+// on several charts, X-bar and EWMA, come together, hence twice the variance).
+void ExpectFewAlarmsAmong(int parameters, int units, const ChartOptions& options, int permitted) {
+  const int stations = static_cast<int>(std::lround(permitted * 370.0 / units));
+  SimulatedLine simulated(parameters, 10, 0);
+  LineData data = simulated.Units(stations * units);
+  for (std::size_t k = 0; k < data.units.size(); ++k) {
+    data.units[k].tags["station"] = std::to_string(k / static_cast<std::size_t>(units));
+  }
+  std::array<int, kChartKindCount> alarms{};
+  const ChartReport report = ControlCharts(data, options);
+  for (const StationCharts& station : report.stations) {
+    for (const ChartAlarm& alarm : station.alarms) ++alarms[static_cast<std::size_t>(alarm.kind)];
+  }
+  std::printf("@phase-1 | %d | %d | %d |", parameters, units, stations);
+  for (const int count : alarms) std::printf(" %d |", count);
+  std::printf("\n");
+  const int sum = std::accumulate(alarms.begin(), alarms.end(), 0);
+  EXPECT_LE(sum, permitted + 3.5 * std::sqrt(2.0 * permitted)) << parameters << " x " << units;
+}
+
+TEST(ControlCharts, OfUnitsThatJudgeEachOtherGiveFewFalseAlarms) {
+  for (const auto& [parameters, units] : {std::pair(2, 20), {5, 30}, {10, 30}, {33, 80}}) {
+    ExpectFewAlarmsAmong(parameters, units, AllCharts(), 50);
+  }
+}
+
+TEST(ControlCharts, OfFewUnitsThatJudgeEachOtherAreAsPlannedOfEachKind) {
+  for (const ChartKind kind : {ChartKind::kEwma, ChartKind::kHotelling, ChartKind::kMewma}) {
+    ChartOptions options = AllCharts();
+    options.shares = Only(kind);
+    ExpectFewAlarmsAmong(2, 30, options, 50);
+  }
+}
+
+// Screening by each parameter leaves too few for a covariance of all.
+TEST(ControlCharts, OfAllTogetherTakeEnoughUnitsThatAreNoOutliers) {
+  SimulatedLine simulated(10, 8);
+  LineData data = simulated.Units(24);
+  for (Eigen::Index k = 0; k < 10; ++k) {
+    data.units[static_cast<std::size_t>(k)].values[k] += 1e3 * SimulatedLine::ScaleOf(k);
+  }
+  const StationCharts station = ControlCharts(data).stations.front();
+  EXPECT_EQ(station.note,
+            "no charts of all parameters together: 14 baseline units that are no outliers have all "
+            "10 parameters, which takes 20");
+  EXPECT_EQ(station.charts.back().kind, ChartKind::kS);
+}
+
+// A unit that is left out is no longer within what the others' limit can be.
+TEST(ControlCharts, JudgeUnitsThatAreLeftOutAsLaterOnes) {
+  SimulatedLine simulated(1, 9);
+  LineData data = simulated.Units(30);
+  data.units[12].values[0] += 30.0;
+  ChartOptions options;
+  options.shares = Only(ChartKind::kIndividuals);
+  const StationCharts station = ControlCharts(data, options).stations.front();
+  EXPECT_EQ(station.baseline_outliers, std::vector<int>{12});
+  const auto& points = station.charts.front().points;
+  // 29 units in the mean: 1 + 1/29 and 1 - 1/29 as variances.
+  EXPECT_NEAR(points[12].upper / points[13].upper, std::sqrt(30.0 / 28.0), 1e-12);
+}
+
+// Weights 0.1, 0.09, 0.081 of which the second unit is not in the mean of 50.
+TEST(ChartLimits, AllowForUnitsThatAreInTheMeanThemselves) {
+  MovingWeights weights(0.1);
+  weights.Add(true);
+  weights.Add(false);
+  weights.Add(true);
+  const double squares = 0.1 * 0.1 + 0.09 * 0.09 + 0.081 * 0.081;
+  EXPECT_NEAR(weights.Variance(50.0), squares + 0.271 * (0.271 - 2.0 * 0.181) / 50.0, 1e-15);
 }
 
 }  // namespace

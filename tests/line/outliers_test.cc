@@ -77,6 +77,9 @@ TEST(Outliers, AreNotLookedForInTooFewUnits) {
   const OutlierReport report = Outliers(simulated.Units(100));
   EXPECT_EQ(report.note,
             "no outliers looked for: 100 units have all 33 parameters, which takes 132");
+  // 5 units determine no more than 4 parameters.
+  EXPECT_EQ(Outliers(simulated.Units(5)).note,
+            "no outliers looked for: 5 units have all 33 parameters, which takes 132");
   EXPECT_EQ(Outliers(LineData{}).units, 0);
 }
 

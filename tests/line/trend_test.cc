@@ -84,5 +84,27 @@ TEST(Trend, IsNotSeenInAutocorrelatedUnits) {
   EXPECT_LE(independent_found, 15 + 3.5 * 3.8);
 }
 
+// One station makes the first half of the units, another, whose units have 3 σ more, the second.
+TEST(Trend, IsNotOfTheStationsThatTakeOver) {
+  FastRandom random({23});
+  std::vector<double> values;
+  for (int unit = 0; unit < 200; ++unit) values.push_back(random.Normal() + (unit < 100 ? 0 : 3));
+  LineData data = LineOf(values);
+  EXPECT_LT(Trends(data).time[0].p, 1e-6);
+  for (std::size_t k = 0; k < 200; ++k) data.units[k].tags["station"] = k < 100 ? "S1" : "S2";
+  EXPECT_GT(Trends(data).time[0].p, 0.05);
+}
+
+// At 3 set-points, with 4 values. S is 33, its variance over all orders of y 159.61 (Kendall's
+// formula, which for 7 units agrees with all their orders; 212.7 without ties), p = 2 Φ(-32 / σ).
+TEST(Trend, AllowsForTiesInBoth) {
+  LineData data = LineOf({1, 2, 2, 1, 2, 3, 2, 2, 3, 3, 2, 4});
+  for (std::size_t k = 0; k < 12; ++k) {
+    data.units[k].tags["temperature"] = std::to_string(20 + 5 * (k / 4));
+  }
+  const Trend trend = Trends(data).temperature.at(0);
+  EXPECT_NEAR(trend.p, 0.0113125102671, 1e-9);
+}
+
 }  // namespace
 }  // namespace truetriad::line
