@@ -36,7 +36,8 @@ mkdir "$folder/line"
 for ((i = 0; i < units; ++i)); do
   ln "${logs[i % simulated]}" "$folder/line/$(printf 'u%06d.csv' "$i")"
 done
-ls "$folder"/line/*.csv | head -n $((units / 10)) | sed '1ilog' > "$folder/tenth.csv"
+ls "$folder"/line/*.csv | sed -n "1ilog
+1,$((units / 10))p" > "$folder/tenth.csv"
 
 # timed NAME COMMAND...: adds "CPU_S PEAK_MB" to NAME.times.
 timed() {
