@@ -9,6 +9,7 @@
 
 #include "fleet/line_selection.h"
 #include "fleet/line_study.h"
+#include "fleet/rows.h"
 #include "line/moment.h"
 #include "line/share.h"
 
@@ -154,16 +155,11 @@ line::LineData OncePerUnit(const line::LineData& measured) {
   return once;
 }
 
-/// A recording counts by its first check.
 Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::string& station) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
-      store.Query("SELECT station, serial, created, agrees, p, largest, "
-                  "parameter FROM station_check AS one WHERE recording = '' "
-                  "OR NOT EXISTS (SELECT 1 FROM station_check AS prior WHERE "
-                  "prior.station = one.station AND prior.recording = "
-                  "one.recording AND prior.station_check < "
-                  "one.station_check) ORDER BY station_check"));
+      store.Query("SELECT station, serial, created, agrees, p, largest, parameter FROM " +
+                  kChecksThatCount + " ORDER BY station_check"));
   std::vector<line::StationCheck> checks;
   for (const auto& row : table.rows) {
     const auto number = [&row](std::size_t column) {

@@ -70,13 +70,15 @@ inline constexpr std::string_view kDispositions =
 inline constexpr std::string_view kStationChecks =
     "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
     "recording, repeatability FROM station_check ORDER BY station_check";
-/// A recording that was checked again is left out.
-inline constexpr std::string_view kLastStationCheck =
+/// Of checks that are called `one`: those that count. A recording that was checked again does not.
+inline const std::string kChecksThatCount =
+    "station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM station_check AS "
+    "prior WHERE prior.station = one.station AND prior.recording = one.recording AND "
+    "prior.station_check < one.station_check))";
+inline const std::string kLastStationCheck =
     "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
-    "recording, repeatability FROM station_check AS one WHERE station = $1 AND (recording = '' OR "
-    "NOT EXISTS (SELECT 1 FROM station_check AS prior WHERE prior.station = one.station AND "
-    "prior.recording = one.recording AND prior.station_check < one.station_check)) "
-    "ORDER BY station_check DESC LIMIT 1";
+    "recording, repeatability FROM " +
+    kChecksThatCount + " AND station = $1 ORDER BY station_check DESC LIMIT 1";
 inline constexpr std::string_view kFirstCheckOfRecording =
     "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
     "recording, repeatability FROM station_check WHERE station = $1 AND recording = $2 "

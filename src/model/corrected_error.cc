@@ -6,13 +6,13 @@
 #include <cmath>
 #include <string>
 
+#include "model/directions.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
 constexpr int kDirections = 1000;
-constexpr double kGoldenAngle = 2.399963229728653;
 
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
@@ -51,10 +51,7 @@ template <typename SecondMoment>
 DirectionalError Over(double magnitude, const SecondMoment& second_moment) {
   DirectionalError error;
   for (int k = 0; k < kDirections; ++k) {
-    const double z = 1.0 - (2.0 * k + 1.0) / kDirections;
-    const double radius = std::sqrt(1.0 - z * z);
-    const Eigen::Vector3d u(
-        radius * std::cos(kGoldenAngle * k), radius * std::sin(kGoldenAngle * k), z);
+    const Eigen::Vector3d u = EvenDirection(k, kDirections);
     const Eigen::Matrix3d moment = second_moment(u);
     const double square = std::max(moment.trace(), 0.0);
     error.rms += square / kDirections;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "math/dense/eigenvalues.h"
+#include "model/directions.h"
 
 namespace truetriad {
 
@@ -17,14 +18,10 @@ Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& dire
   for (const Eigen::Vector3d& direction : directions) moment += direction * direction.transpose();
   moment /= static_cast<double>(directions.size());
   coverage.eigenvalues = EigenOfSymmetric3(moment).values;
-  // Fibonacci grid.
   constexpr int kGrid = 2000;
   double smallest_cosine = 1.0;
   for (int i = 0; i < kGrid; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kGrid;
-    const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double radius = std::sqrt(1.0 - z * z);
-    const Eigen::Vector3d point(radius * std::cos(azimuth), radius * std::sin(azimuth), z);
+    const Eigen::Vector3d point = EvenDirection(i, kGrid);
     double nearest = -1.0;
     for (const Eigen::Vector3d& direction : directions) {
       nearest = std::max(nearest, point.dot(direction));

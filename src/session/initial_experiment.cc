@@ -134,7 +134,7 @@ Result<Calibration> TryCalibration(const std::string& input,
     experiment.poses.moves = moves;
   }
   experiment.inputs = {input};
-  return CalibrateExperiment(std::move(experiment), progress);
+  return CalibrateExperiment(std::move(experiment), progress, loaded);
 }
 
 }  // namespace truetriad
