@@ -37,6 +37,7 @@ struct Survey {
   std::optional<RetestPolicy> policy;  ///< By which those with runs count; unset: there are none.
   std::string counted_by;              ///< The source that does.
   bool states_policy = false;          ///< One of them says it.
+  std::vector<std::string> unfinished;
   /// What every run, decision and check is, by its name: their hashes.
   std::unordered_map<std::size_t, std::size_t> contents;
 };
@@ -155,7 +156,7 @@ Result<int> IndexOf(const UnitRun& run, int count, const std::string& source) {
                    std::to_string(count) + "; it has been changed by another program");
 }
 
-Status Look(const std::string& source, Survey* survey) {
+Status Look(const std::string& source, bool takes_unfinished, Survey* survey) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
   TRUETRIAD_ASSIGN_OR_RETURN(const StatedShards shards, store->Shards());
   if (shards.count > 0) {
@@ -183,6 +184,10 @@ Status Look(const std::string& source, Survey* survey) {
     return TakeContent(source, "run " + run.id, ContentOf(run), survey);
   });
   if (!status) return Placed(status, source);
+  if (const Status ended = store->CheckEnd(); !ended) {
+    if (!takes_unfinished) return ended;
+    survey->unfinished.push_back(ShownStore(source));
+  }
   TRUETRIAD_RETURN_IF_ERROR(CheckDecisions(source, *store));
   TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(source, *store, survey));
   return TakePolicy(*store, source, survey->runs > before, survey);
@@ -255,15 +260,20 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
 
 }  // namespace
 
-Result<Collected> Collect(const std::vector<std::string>& sources, const std::string& target) {
+Result<Collected> Collect(const std::vector<std::string>& sources,
+                          const std::string& target,
+                          bool takes_unfinished) {
   for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(source));
   TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(target));
   TRUETRIAD_RETURN_IF_ERROR(CheckTarget(sources, target));
   Survey survey;
-  for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(Look(source, &survey));
+  for (const std::string& source : sources) {
+    TRUETRIAD_RETURN_IF_ERROR(Look(source, takes_unfinished, &survey));
+  }
   Collected collected;
   collected.runs = survey.runs;
   collected.shards = std::max(survey.shards, 1);
+  collected.unfinished = survey.unfinished;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
   TRUETRIAD_RETURN_IF_ERROR(TakePolicy(*store, target, before > 0, &survey));

@@ -15,15 +15,19 @@ struct Collected {
   std::size_t added = 0;  ///< Of them those that the store did not have.
   int shards = 1;
   std::vector<int> missing;  ///< Shards that neither a source nor the store is of, nor any run.
+  std::vector<std::string> unfinished;  ///< Sources that more may come of, or was cut off.
 };
 
 /// Adds all that is in `sources`, stores of any kind, to the store `target`: runs, decisions,
 /// checks of stations, and which run of a unit counts. What is there, by its name, is left as it
 /// is, so that it may be done again. All sources are read before the first run is added: where one
 /// is spoilt, the store stays as it was. Errors (bad input): a source that cannot be read, or has
-/// what no run can be, with file and line where it has such; a run of one name with another
-/// content. (Usage): sources or store are of different numbers of shards, or count runs by
-/// different policies; a source is the store; the store cannot tell which runs it has (JSON lines).
-Result<Collected> Collect(const std::vector<std::string>& sources, const std::string& target);
+/// what no run can be, with file and line where it has such; one that is not finished
+/// (Store::CheckEnd), unless `takes_unfinished`; a run of one name with another content. (Usage):
+/// sources or store are of different numbers of shards, or count runs by different policies; a
+/// source is the store; the store cannot tell which runs it has (JSON lines).
+Result<Collected> Collect(const std::vector<std::string>& sources,
+                          const std::string& target,
+                          bool takes_unfinished = false);
 
 }  // namespace truetriad::fleet

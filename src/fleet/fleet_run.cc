@@ -41,8 +41,11 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
   }
   progress.units = units.size();
   ListedUnits source(std::move(units));
-  return FleetEngine(options, config_sha256, &source, &store, listener)
-      .Run(std::move(progress), is_stopped);
+  TRUETRIAD_ASSIGN_OR_RETURN(progress,
+                             FleetEngine(options, config_sha256, &source, &store, listener)
+                                 .Run(std::move(progress), is_stopped));
+  if (!progress.is_stopped) TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
+  return progress;
 }
 
 }  // namespace truetriad::fleet

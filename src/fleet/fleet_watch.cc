@@ -22,7 +22,12 @@ Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                              }));
   FleetOptions patient = options;
   patient.is_patient = true;
-  return FleetEngine(patient, config_sha256, source.get(), &store, listener).Run({}, is_stopped);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      FleetProgress progress,
+      FleetEngine(patient, config_sha256, source.get(), &store, listener).Run({}, is_stopped));
+  // A watch ends when it is told to.
+  TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
+  return progress;
 }
 
 }  // namespace truetriad::fleet

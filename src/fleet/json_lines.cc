@@ -99,6 +99,15 @@ StationCheck StationCheckFrom(const Json& json) {
           .repeatability = json.at("repeatability")};
 }
 
+LineCounts CountsFrom(const Json& json) {
+  return {json.at("runs"), json.at("dispositions"), json.at("station_checks")};
+}
+
+std::string TextOf(const LineCounts& counts) {
+  return std::to_string(counts.runs) + " runs, " + std::to_string(counts.dispositions) +
+         " decisions and " + std::to_string(counts.station_checks) + " checks of stations";
+}
+
 std::string TextOfLine(const Json& json) {
   return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
 }
@@ -106,14 +115,14 @@ std::string TextOfLine(const Json& json) {
 /// Reads the lines of a file behind its first.
 class LinesReader {
  public:
-  LinesReader(const StatedShards& shards,
-              const std::function<Status(UnitRun)>& take,
-              Decisions* decisions)
-      : shards_(shards), take_(take), decisions_(decisions) {}
+  LinesReader(const StatedShards& shards, const std::function<Status(UnitRun)>& take)
+      : shards_(shards), take_(take) {}
 
   Status Take(const std::string& line) {
+    read_.is_ended = false;
     try {
       const Json json = Json::parse(line);
+      if (json.contains("end")) return End(CountsFrom(json["end"]));
       if (json.contains("disposition")) return Keep(DispositionFrom(json["disposition"]));
       if (json.contains("station_check")) return Keep(StationCheckFrom(json["station_check"]));
       run_ = UnitRunFrom(json);
@@ -125,30 +134,43 @@ class LinesReader {
     TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run_, shards_));
     runs_.insert(std::hash<std::string>()(run_.id));
     is_run_ = true;
+    ++read_.counts.runs;
     return {};
   }
   /// Gives a run that was read to who takes them.
   Status PassOn() { return std::exchange(is_run_, false) ? take_(std::move(run_)) : Status(); }
+  /// What a writer that was killed left of a line follows.
+  void PassOverRest() { read_.is_ended = false; }
+  LinesRead& read() { return read_; }
 
  private:
+  Status End(const LineCounts& stated) {
+    read_.is_ended = true;
+    if (stated == read_.counts) return {};
+    return Error(ErrorCode::kDamagedFile,
+                 "says that above it are " + TextOf(stated) + ", and there are " +
+                     TextOf(read_.counts) + "; take the file as it was written");
+  }
   Status Keep(Disposition disposition) {
     TRUETRIAD_RETURN_IF_ERROR(CheckStored(disposition));
     if (!runs_.contains(std::hash<std::string>()(disposition.run))) {
       return Error(ErrorCode::kDoesNotMatch,
                    "is a decision about run " + disposition.run + ", which is not above it");
     }
-    if (decisions_ != nullptr) decisions_->dispositions.push_back(std::move(disposition));
+    ++read_.counts.dispositions;
+    read_.decisions.dispositions.push_back(std::move(disposition));
     return {};
   }
   Status Keep(StationCheck check) {
     TRUETRIAD_RETURN_IF_ERROR(CheckStored(check));
-    if (decisions_ != nullptr) decisions_->checks.push_back(std::move(check));
+    ++read_.counts.station_checks;
+    read_.decisions.checks.push_back(std::move(check));
     return {};
   }
 
   const StatedShards& shards_;
   const std::function<Status(UnitRun)>& take_;
-  Decisions* decisions_;
+  LinesRead read_;
   UnitRun run_;
   bool is_run_ = false;
   std::unordered_set<std::size_t> runs_;  ///< Their names' hashes.
@@ -190,6 +212,13 @@ std::string LineOf(const StationCheck& check) {
                        {"log", check.log},
                        {"recording", check.recording},
                        {"repeatability", check.repeatability}}}});
+}
+
+std::string EndLine(const LineCounts& above) {
+  return TextOfLine({{"end",
+                      {{"runs", above.runs},
+                       {"dispositions", above.dispositions},
+                       {"station_checks", above.station_checks}}}});
 }
 
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
@@ -250,10 +279,10 @@ Result<LinesHeader> ReadJsonLinesHeader(const std::string& path) {
 
 Status ForEachLine(const std::string& path,
                    const std::function<Status(UnitRun)>& take,
-                   Decisions* decisions) {
+                   LinesRead* read) {
   TRUETRIAD_ASSIGN_OR_RETURN(const LinesHeader header, ReadJsonLinesHeader(path));
   TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
-  LinesReader reader(header.shards, take, decisions);
+  LinesReader reader(header.shards, take);
   std::string line;
   std::getline(file, line);
   // At the end of the file, a line has no end of its own.
@@ -263,6 +292,8 @@ Status ForEachLine(const std::string& path,
     }
     TRUETRIAD_RETURN_IF_ERROR(reader.PassOn());
   }
+  if (!line.empty() && file.eof()) reader.PassOverRest();
+  if (read != nullptr) *read = std::move(reader.read());
   return file.bad() ? Status(Unreadable(path)) : Status();
 }
 

@@ -250,10 +250,26 @@ class JsonLinesStore : public Store {
     return NoQuestions();
   }
   Result<Decisions> ReadDecisions() override {
-    if (!decisions_) {
-      TRUETRIAD_RETURN_IF_ERROR(ForEachRun({}, [](const UnitRun&) { return Status(); }));
-    }
-    return *decisions_;
+    TRUETRIAD_RETURN_IF_ERROR(ReadAll());
+    return read_->decisions;
+  }
+  Status MarkEnd() override {
+    if (header_.shards.count == 0) return {};
+    read_.reset();
+    TRUETRIAD_RETURN_IF_ERROR(ReadAll());
+    if (read_->is_ended) return {};
+    return file_.Append(EndLine(std::exchange(read_, std::nullopt)->counts));
+  }
+  Status CheckEnd() override {
+    TRUETRIAD_RETURN_IF_ERROR(ReadAll());
+    if (read_->is_ended) return {};
+    return Error(ErrorCode::kDamagedFile,
+                 {path_},
+                 "has " + std::to_string(read_->counts.runs) +
+                     " runs, and at its end no line that says these are all: `fleet run` is still "
+                     "writing it, was ended before it was done or is of an older truetriad, or "
+                     "lines have been cut off. Run the shard again with --resume, which does what "
+                     "is missing, or collect what is there with --unfinished");
   }
   Status AddDecisions(const Decisions&) override { return NoQuestions(); }
   Result<Table> Query(const std::string&) override { return NoQuestions(); }
@@ -261,9 +277,9 @@ class JsonLinesStore : public Store {
   Status ForEachRun(const RunSelection& which,
                     const std::function<Status(UnitRun)>& take) override {
     if (which.only_standing || !which.where.empty()) return NoQuestions();
-    Decisions decisions;
-    TRUETRIAD_RETURN_IF_ERROR(ForEachLine(path_, take, &decisions));
-    decisions_ = std::move(decisions);
+    LinesRead read;
+    TRUETRIAD_RETURN_IF_ERROR(ForEachLine(path_, take, &read));
+    read_ = std::move(read);
     return {};
   }
 
@@ -273,6 +289,10 @@ class JsonLinesStore : public Store {
                  {path_},
                  "is a file of runs, which only keeps them; `truetriad fleet collect " + path_ +
                      " --store=fleet.db` makes a store of it");
+  }
+
+  Status ReadAll() {
+    return read_ ? Status() : ForEachRun({}, [](const UnitRun&) { return Status(); });
   }
 
   /// By what a run's unit and its log are known.
@@ -291,7 +311,7 @@ class JsonLinesStore : public Store {
   LineFile file_;
   LinesHeader header_;
   std::optional<std::unordered_map<std::size_t, std::string>> latest_;  ///< Runs, by KeysOf.
-  std::optional<Decisions> decisions_;  ///< Of the file, once it was read.
+  std::optional<LinesRead> read_;  ///< Of the file, once it was.
 };
 
 }  // namespace

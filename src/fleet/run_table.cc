@@ -184,12 +184,13 @@ RunSelection WithStanding(RunSelection which) {
   return which;
 }
 
-/// A file of `head` and the line of each run.
+/// A file of `head`, the lines of each run, and what `tail` says of their number.
 Result<std::size_t> WriteRuns(Store& store,
                               const RunSelection& which,
                               const std::string& path,
                               const std::string& head,
-                              const std::function<std::string(const UnitRun&)>& line_of) {
+                              const std::function<std::string(const UnitRun&)>& line_of,
+                              const std::function<std::string(std::size_t runs)>& tail = {}) {
   WholeFile file(path);
   TRUETRIAD_RETURN_IF_ERROR(file.status());
   file.Write(head);
@@ -199,6 +200,7 @@ Result<std::size_t> WriteRuns(Store& store,
     ++runs;
     return file.status();
   }));
+  if (tail) file.Write(tail(runs));
   TRUETRIAD_RETURN_IF_ERROR(file.Commit());
   return runs;
 }
@@ -234,7 +236,8 @@ Result<std::size_t> ExportJsonLines(Store& store,
   for (const Disposition& one : decisions.dispositions) by_serial[one.serial].push_back(one);
   std::string head = HeaderLine(header);
   for (const StationCheck& check : decisions.checks) head += LineOf(check);
-  return WriteRuns(store, WithStanding(which), path, head, [&](const UnitRun& run) {
+  LineCounts counts{.station_checks = decisions.checks.size()};
+  const auto lines_of = [&](const UnitRun& run) {
     std::string lines = LineOf(run);
     const auto decided = by_serial.find(run.serial);
     if (decided == by_serial.end()) return lines;
@@ -242,9 +245,15 @@ Result<std::size_t> ExportJsonLines(Store& store,
     const bool holds = which.only_standing && run.standing && !run.standing->disposed_by.empty();
     for (Disposition one : decided->second) {
       if (holds) one.run = run.id;
-      if (one.run == run.id) lines += LineOf(one);
+      if (one.run != run.id) continue;
+      lines += LineOf(one);
+      ++counts.dispositions;
     }
     return lines;
+  };
+  return WriteRuns(store, WithStanding(which), path, head, lines_of, [&](std::size_t runs) {
+    counts.runs = runs;
+    return EndLine(counts);
   });
 }
 

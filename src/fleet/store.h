@@ -158,6 +158,10 @@ class Store {
   virtual Result<Decisions> ReadDecisions() { return Decisions(); }
   /// Those of another store, of which all runs are here; what is there already is not added again.
   virtual Status AddDecisions(const Decisions& decisions) = 0;
+  /// Says that all that was to be added has been, until more is.
+  virtual Status MarkEnd() { return {}; }
+  /// Error (bad input): nobody has said so since something was added, or it was cut off.
+  virtual Status CheckEnd() { return {}; }
   /// Answers a statement that only reads. Error (usage): it is none.
   virtual Result<Table> Query(const std::string& sql) = 0;
   /// Error (usage): statements or conditions that somebody has typed must not be part of a

@@ -35,6 +35,7 @@ class Collecting : public ::testing::Test {
       run.shard = ShardText(shard);
       EXPECT_TRUE((*store)->Add(run));
     }
+    EXPECT_TRUE((*store)->MarkEnd());
     return folder_.Path(name);
   }
   /// All that is in a store, as lines.
@@ -106,13 +107,40 @@ TEST_F(Collecting, AddsNothingWhereASourceIsSpoilt) {
   const Result<Collected> collected = Collect({good, bad}, target_);
   ASSERT_FALSE(collected);
   EXPECT_EQ(collected.error().place.file, bad);
-  EXPECT_EQ(collected.error().place.line, 3);
+  EXPECT_EQ(collected.error().place.line, 4);
   EXPECT_FALSE(std::filesystem::exists(target_));
-  // What a writer that was killed left is not.
-  folder_.Write("1.jsonl", TemporaryFolder::Read(bad) + "{");
-  folder_.Write("1.jsonl",
-                TemporaryFolder::Read(bad).substr(0, TemporaryFolder::Read(bad).size() - 3));
-  EXPECT_TRUE(Collect({good, bad}, target_));
+}
+
+TEST_F(Collecting, TakesWhatIsNotFinishedOnlyWhenTold) {
+  const std::string good = Written("0.jsonl", {0, 2}, {"1"}),
+                    cut = Written("1.jsonl", {1, 2}, {"2", "3"});
+  const std::string whole = TemporaryFolder::Read(cut);
+  // At the end of any line, and within one.
+  for (std::size_t size = whole.size() - 1; size > 0;
+       size = whole.rfind('\n', size - 1) == std::string::npos ? 0 : whole.rfind('\n', size - 1)) {
+    for (const std::size_t bytes : {size - 1, size + 1}) {
+      if (bytes == whole.size()) continue;
+      folder_.Write("1.jsonl", whole.substr(0, bytes));
+      const Result<Collected> refused = Collect({good, cut}, target_);
+      ASSERT_FALSE(refused) << bytes;
+      EXPECT_EQ(refused.error().code, ErrorCode::kDamagedFile);
+      EXPECT_THAT(refused.error().message, HasSubstr(cut + ": has "));
+      EXPECT_FALSE(std::filesystem::exists(target_));
+    }
+  }
+  const Result<Collected> told = Collect({good, cut}, target_, /*takes_unfinished=*/true);
+  ASSERT_TRUE(told) << told.error().message;
+  EXPECT_THAT(told->unfinished, ElementsAre(cut));
+  folder_.Write("1.jsonl", whole);
+  const Result<Collected> finished = Collect({good, cut}, target_);
+  ASSERT_TRUE(finished) << finished.error().message;
+  EXPECT_EQ(finished->added, 2u);
+  // A line less in the middle.
+  const std::size_t second = whole.find('\n') + 1, third = whole.find('\n', second) + 1;
+  folder_.Write("1.jsonl", whole.substr(0, second) + whole.substr(third));
+  EXPECT_THAT(Collect({good, cut}, target_).error().message,
+              HasSubstr("says that above it are 2 runs, 0 decisions and 0 checks of stations, and "
+                        "there are 1 runs"));
 }
 
 TEST_F(Collecting, IsIntoAnotherStore) {
@@ -226,7 +254,8 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
                                                  .created = "2026-11-25T12:00:00Z",
                                                  .agrees = agrees,
                                                  .parameter = "",
-                                                 .log = ""}));
+                                                 .log = ""}) +
+                             EndLine({1, 1, 1}));
   };
   const std::string one = with("a.jsonl", "bent", true),
                     decided = with("b.jsonl", "scratched", true),

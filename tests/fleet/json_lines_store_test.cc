@@ -59,7 +59,7 @@ TEST_F(JsonLines, KeepALineARunToTheLastBit) {
   Write({"1", "2"}, {2, 8});
   EXPECT_THAT(Text(),
               ::testing::StartsWith(
-                  "{\"format\":\"truetriad/runs/2\",\"shards\":8,\"shard\":2,\"store\":\"2"));
+                  "{\"format\":\"truetriad/runs/3\",\"shards\":8,\"shard\":2,\"store\":\"2"));
   UnitRun expected = SampleRun("2", "unit 2");
   expected.shard = "2/8";
   std::string found;
@@ -115,6 +115,30 @@ TEST_F(JsonLines, AreOfOneShard) {
   }
 }
 
+TEST_F(JsonLines, EndWithAMarkHoweverOftenTheyAreGoneOnWith) {
+  const auto is_ended = [&] { return (*OpenStoreToRead(path_))->CheckEnd().has_value(); };
+  Write({"1"});
+  EXPECT_FALSE(is_ended());
+  ASSERT_TRUE(Opened()->MarkEnd());
+  ASSERT_TRUE(Opened()->MarkEnd());
+  EXPECT_TRUE(is_ended());
+  const std::string mark = "{\"end\":{\"runs\":1,\"dispositions\":0,\"station_checks\":0}}\n";
+  EXPECT_TRUE(Text().ends_with("}\n" + mark));
+  Write({"2"});
+  EXPECT_FALSE(is_ended());
+  ASSERT_TRUE(Opened()->MarkEnd());
+  EXPECT_TRUE(is_ended());
+  EXPECT_THAT(Read(), ElementsAre(SampleId("1"), SampleId("2")));
+  folder_.Write("new/shard.jsonl", Text() + "{");
+  EXPECT_FALSE(is_ended());
+  // Without a run, too: a shard may have no unit.
+  folder_.Write("new/shard.jsonl", "");
+  EXPECT_FALSE(is_ended());
+  Write({});
+  ASSERT_TRUE(Opened()->MarkEnd());
+  EXPECT_TRUE(is_ended());
+}
+
 TEST_F(JsonLines, HaveOneWriter) {
   const std::unique_ptr<Store> store = Opened();
   const auto second = OpenStore(path_);
@@ -139,7 +163,7 @@ TEST_F(JsonLines, KnowTheLastRunOfEachLog) {
 }
 
 TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
-  const std::string header = "{\"format\":\"truetriad/runs/3\",\"shards\":1}\n";
+  const std::string header = "{\"format\":\"truetriad/runs/4\",\"shards\":1}\n";
   struct Case {
     std::string text, message;
   };

@@ -10,6 +10,10 @@
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
 
+DEFINE_bool(unfinished,
+            false,
+            "take files of shards, too, that are still being written or were cut off");
+
 namespace truetriad {
 namespace {
 
@@ -32,10 +36,13 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
                  "nothing to collect; name the shards' files, as in day/*.jsonl, or stores");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Collected collected,
-                             fleet::Collect(sources, FLAGS_store));
+                             fleet::Collect(sources, FLAGS_store, FLAGS_unfinished));
   if (!collected.missing.empty()) {
     Note("note: no file and no run of shard " + ShardList(collected.missing) + " of " +
          std::to_string(collected.shards) + " (counted from 0)");
+  }
+  for (const std::string& source : collected.unfinished) {
+    Note("note: " + source + " is not finished: units of its shard may be missing");
   }
   const std::string store = fleet::ShownStore(FLAGS_store);
   Json shown = Json::array();
@@ -49,6 +56,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
                                {"added", collected.added},
                                {"shards", collected.shards},
                                {"missing", collected.missing},
+                               {"unfinished", collected.unfinished},
                                {"store", store}}};
 }
 
@@ -68,8 +76,8 @@ Command FleetCollectCommand() {
           .details =
               "Files of runs and stores, all of the same number of shards. Runs that are in the "
               "store stay as they are:\ncollecting again adds what has come since. Nothing is "
-              "added where a source is spoilt.\n",
-          .flags = {{"store", "FILE", true}},
+              "added where a source is spoilt, or a shard's file not finished.\n",
+          .flags = {{"store", "FILE", true}, {"unfinished", "true|false"}},
           .more_words = "file",
           .run = RunFleetCollect};
 }
