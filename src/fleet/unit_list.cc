@@ -102,6 +102,18 @@ Status CheckHeader(const std::vector<std::string>& header, const FilePlace& plac
   return {};
 }
 
+/// Where a log is in a folder, or else that it is elsewhere.
+std::string PlaceIn(const fs::path& folder, const fs::path& log) {
+  const fs::path place = fs::path(WholePath(log)).lexically_relative(WholePath(folder / "."));
+  return place.empty() || *place.begin() == ".." ? WholePath(log) : place.generic_string();
+}
+
+/// Of a log that is named by itself: its name and its folder's.
+std::string PlaceOfLog(const fs::path& log) {
+  const fs::path whole = WholePath(log);
+  return (whole.parent_path().filename() / whole.filename()).generic_string();
+}
+
 /// The unit of a line of a list.
 Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
                              const std::vector<std::string>& fields,
@@ -115,7 +127,9 @@ Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
   UnitOrder unit;
   for (std::size_t i = 0; i < fields.size(); ++i) {
     if (header[i] == "log" && !fields[i].empty()) {
-      unit.log = (fs::path(place.file).parent_path() / fields[i]).lexically_normal().string();
+      const fs::path folder = fs::path(place.file).parent_path();
+      unit.log = (folder / fields[i]).lexically_normal().string();
+      unit.place = PlaceIn(folder, unit.log);
     } else if (header[i] == "serial" && !fields[i].empty()) {
       unit.serial = fields[i];
       unit.serial_from = place.Text();
@@ -127,11 +141,22 @@ Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
   return Error(ErrorCode::kInvalidValue, place, "names no log; fill in the column `log`");
 }
 
+Error MissingLogs(const FilePlace& place, const std::string& first, std::size_t count) {
+  return Error(ErrorCode::kUnreadableFile,
+               place,
+               "names the log " + first + ", which is no file that is there" +
+                   (count == 1 ? "" : ", as " + std::to_string(count - 1) + " further lines do") +
+                   "; correct the column `log`, or leave such lines out");
+}
+
 Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
   std::ifstream file(path, std::ios::binary);
   std::vector<std::string> header;
   const std::size_t before = units->size();
   FilePlace place{path.string()};
+  std::string missing;  // The first, and where it is named.
+  FilePlace missing_place;
+  std::size_t missing_count = 0;
   for (std::string line; NextLine(&file, &line);) {
     ++place.line;
     if (line.empty() || line.starts_with('#')) continue;
@@ -150,8 +175,15 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
       continue;
     }
     TRUETRIAD_ASSIGN_OR_RETURN(UnitOrder unit, UnitOfLine(header, fields.texts, place));
+    std::error_code failure;
+    if (!fs::is_regular_file(unit.log, failure) && ++missing_count == 1) {
+      missing = unit.log;
+      missing_place = place;
+    }
     units->push_back(std::move(unit));
   }
+  // What has no recording was not measured, so is no unit's run.
+  if (missing_count > 0) return MissingLogs(missing_place, missing, missing_count);
   if (units->size() > before) return {};
   return Error(ErrorCode::kNoReadings, {path.string()}, "is a list without a line for a log");
 }
@@ -173,7 +205,10 @@ Status AddFolder(const fs::path& folder, std::vector<UnitOrder>* units) {
   }
   std::erase_if(logs, [&](const std::string& log) { return tables.contains(WholePath(log)); });
   std::sort(logs.begin(), logs.end());
-  for (std::string& log : logs) units->push_back({.log = std::move(log)});
+  for (std::string& log : logs) {
+    std::string place = PlaceIn(folder, log);
+    units->push_back({.log = std::move(log), .place = std::move(place)});
+  }
   if (!logs.empty()) return {};
   return Error(ErrorCode::kNoReadings,
                {folder.string()},
@@ -189,7 +224,7 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
       return Error(ErrorCode::kUnreadableFile, {word}, "is neither a file nor a folder");
     }
     if (IsList(word)) return AddList(word, units);
-    units->push_back({.log = word});
+    units->push_back({.log = word, .place = PlaceOfLog(word)});
     return {};
   }
   glob_t found{};
@@ -322,7 +357,7 @@ Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
 
 std::vector<UnitOrder> ShardOf(std::vector<UnitOrder> units, int index, int count) {
   std::erase_if(units, [&](const UnitOrder& unit) {
-    const std::string digest = Sha256Hex(unit.log);
+    const std::string digest = Sha256Hex(unit.place);
     return static_cast<int>(std::stoull(digest.substr(0, 15), nullptr, 16) %
                             static_cast<std::uint64_t>(count)) != index;
   });

@@ -17,8 +17,8 @@ namespace truetriad::fleet {
 /// `serial_pattern`: how a file is named, with {serial} for that and * for anything else; empty:
 /// nothing is taken from names.
 /// Errors (bad input): a name that is none, a folder without a log or that cannot be read, a list
-/// that is malformed or names no log, a log that is there twice, a name that does not match the
-/// pattern or is no UTF-8. Error (usage): no words, a pattern without {serial}.
+/// that is malformed, names no log or one that is not there, a log that is there twice, a name that
+/// does not match the pattern or is no UTF-8. Error (usage): no words, a pattern without {serial}.
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern);
 
@@ -35,8 +35,8 @@ Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_patter
 /// Errors (bad input): the name does not match, or is no UTF-8.
 Status TakeSerial(const std::string& pattern, UnitOrder* unit);
 
-/// The part of `units` that shard `index` of `count` does: by a hash of their logs' names, so that
-/// each belongs to one shard whatever else is in the list.
+/// The part of `units` that shard `index` of `count` does: by a hash of their places, so that each
+/// belongs to one shard whatever else is in the list.
 std::vector<UnitOrder> ShardOf(std::vector<UnitOrder> units, int index, int count);
 
 }  // namespace truetriad::fleet

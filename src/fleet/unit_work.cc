@@ -16,6 +16,7 @@
 
 #include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
+#include "io/recording_layout.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
@@ -239,8 +240,13 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   run.id = NewRunId();
   run.log = order.log;
   run.serial = order.serial;
-  if (run.serial.empty()) run.serial = order.shares_name ? order.log : SerialOfName(order.log);
   run.tags = OrElse(order.tags, plan.tags);
+  if (IsManifest(order.log)) {
+    const RecordingInfo stated = IdentityInManifest(order.log);
+    if (run.serial.empty()) run.serial = stated.serial;
+    run.tags = OrElse(run.tags, stated.tags);
+  }
+  if (run.serial.empty()) run.serial = order.shares_name ? order.log : SerialOfName(order.log);
   run.shard = plan.shard;
   run.created = TimestampUtc();
   run.software_version = Version();

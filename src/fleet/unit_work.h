@@ -37,6 +37,9 @@ struct UnitOrder {
   std::string serial_from = {};  ///< "day.csv:3", "--serial=…": what states it.
   Tags tags = {};                ///< Stated for this unit alone.
   bool shares_name = false;  ///< Another log's file has the same name: that is no serial number.
+  /// By which shards tell units apart: where the log is in the folder or list that was named, so
+  /// however that is spelled and wherever it is mounted. Not for workers.
+  std::string place = {};
 };
 
 /// The serial number that the name of a log's file stands for: its folder's, of a recording.yaml.
@@ -55,8 +58,8 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 /// calibrations.
 Result<std::string> ConfigSha256(const WorkPlan& plan);
 
-/// What is known of a run before the unit is looked at: log, its size and time, serial, tags,
-/// identity.
+/// What is known of a run before the unit is looked at: log, its size and time, serial and tags (of
+/// a recording.yaml those that it states, though it be wrong), identity.
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
 
 /// Calibrates one unit and writes its files; whatever becomes of it is in the run. `before` is

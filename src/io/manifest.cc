@@ -216,6 +216,15 @@ Status ReadPoses(YamlReader poses, Manifest* manifest) {
   return {};
 }
 
+void ReadIdentity(YamlReader* yaml, std::string* serial, Tags* tags) {
+  yaml->Child("serial").ReadName(serial);
+  if (YamlReader device = yaml->Child("device")) {
+    ReadDeviceTags(&device, tags);
+    device.RejectUnknown();
+  }
+  ReadRunTags(yaml->Child("run"), tags);
+}
+
 Result<Manifest> ReadManifest(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(path));
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, path));
@@ -234,12 +243,7 @@ Result<Manifest> ReadManifest(const std::string& path) {
   if (yaml.Require("recording", &version) && version != 1) {
     yaml.Child("recording").Fail("this program reads version 1 of recording manifests");
   }
-  yaml.Child("serial").ReadName(&manifest.serial);
-  if (YamlReader device = yaml.Child("device")) {
-    ReadDeviceTags(&device, &manifest.tags);
-    device.RejectUnknown();
-  }
-  ReadRunTags(yaml.Child("run"), &manifest.tags);
+  ReadIdentity(&yaml, &manifest.serial, &manifest.tags);
   yaml.Child("source");  // For people; nothing depends on them.
   yaml.Child("frame");
   YamlReader applied = yaml.Child("applied");
@@ -365,6 +369,16 @@ Result<std::vector<std::string>> FilesOfManifest(const std::string& path) {
   }
   if (!manifest.pose_file.empty()) files.push_back(manifest.pose_file);
   return files;
+}
+
+RecordingInfo IdentityInManifest(const std::string& path) {
+  RecordingInfo info;
+  info.path = path;
+  const Result<std::string> text = ReadSmallFile(path);
+  if (!text) return info;
+  Result<YamlReader> yaml = YamlReader::FromText(*text, path);
+  if (yaml && yaml->IsMap()) ReadIdentity(&*yaml, &info.serial, &info.tags);
+  return info;
 }
 
 Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column) {

@@ -70,6 +70,9 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
 /// (bad input): as OpenManifest, but for those of the tables.
 Result<std::vector<std::string>> FilesOfManifest(const std::string& path);
 
+/// Serial number and tags that a manifest states, whatever else in it is wrong.
+RecordingInfo IdentityInManifest(const std::string& path);
+
 /// True for a face of the six-face block: +x, -x, +y, -y, +z, -z.
 bool IsFace(std::string_view text);
 

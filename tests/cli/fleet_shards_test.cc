@@ -82,6 +82,43 @@ TEST_F(FleetShards, TogetherAreWhatASingleRunIs) {
   EXPECT_EQ(Content("copy.db"), Content("single/fleet.db"));
 }
 
+// However each of them spells the folder.
+TEST_F(FleetShards, TakeEachUnitOnce) {
+  const std::string whole = fs::canonical(folder_.Path("line")).string();
+  for (const auto& [shard, line] :
+       {std::pair("0", std::string("./line/")),
+        {"1", whole},
+        {"2", "../" + fs::canonical(folder_.Path("")).filename().string() + "/line"}}) {
+    ASSERT_EQ(Fleet("run " + line + " -o out --report=false --shard=" + shard + "/3 --store=out/" +
+                    shard + ".jsonl")
+                  .exit_code,
+              0);
+  }
+  ASSERT_EQ(Fleet("collect out/0.jsonl out/1.jsonl out/2.jsonl --store=all.db").exit_code, 0);
+  EXPECT_EQ(
+      Fleet("query --csv --store=all.db \"SELECT count(*), count(DISTINCT serial) FROM run\"").out,
+      "count(*),count(DISTINCT serial)\n6,6\n");
+}
+
+TEST_F(FleetShards, ThatAreNotFinishedAreNotCollected) {
+  RunShards(2);
+  const std::string file = folder_.Path("out/0.jsonl"), text = TemporaryFolder::Read(file);
+  folder_.Write("out/0.jsonl", text.substr(0, text.find('\n') + 1));
+  const Finished refused = Fleet("collect out/0.jsonl out/1.jsonl --store=all.db");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("out/0.jsonl: has 0 runs"), HasSubstr("--resume")));
+  EXPECT_FALSE(fs::exists(folder_.Path("all.db")));
+  const Finished told =
+      Fleet("collect out/0.jsonl out/1.jsonl --store=some.db --unfinished --json");
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_THAT(json::parse(told.out)["result"]["unfinished"], ElementsAre("out/0.jsonl"));
+  ASSERT_EQ(
+      Fleet("run line -o out --report=false --shard=0/2 --store=out/0.jsonl --resume").exit_code,
+      0);
+  EXPECT_THAT(Fleet("collect out/0.jsonl out/1.jsonl --store=all.db").out,
+              StartsWith("6 runs in 2 sources"));
+}
+
 TEST_F(FleetShards, ThatAreMissingAreNamed) {
   RunShards(2);
   const Finished collected = Fleet("collect out/1.jsonl --store=all.db --json");

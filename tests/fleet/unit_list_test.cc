@@ -218,9 +218,45 @@ TEST_F(UnitList, TakesSerialsFromNames) {
   EXPECT_THAT(serial("*.csv"), HasSubstr("{serial}"));
 }
 
+// Shards that name one folder differently would leave units out.
+TEST_F(UnitList, HasPlacesWhateverItsFolderIsCalled) {
+  const auto places = [&](const std::string& word) {
+    std::vector<std::string> found;
+    const Result<std::vector<UnitOrder>> units = ListUnits({word}, "");
+    EXPECT_TRUE(units) << word;
+    for (const UnitOrder& unit : *units) found.push_back(unit.place);
+    return found;
+  };
+  const std::string folder = folder_.Path("a"), list = folder_.Write("list.csv", "log\na/u1.csv\n");
+  const std::vector<std::string> expected = places(folder);
+  EXPECT_EQ(expected[0], "u1.csv");
+  fs::create_directories(folder_.Path("mounted"));
+  fs::copy(folder, folder_.Path("mounted/elsewhere"), fs::copy_options::recursive);
+  for (const std::string& other : {folder + "/",
+                                   folder + "/../a/.",
+                                   fs::proximate(folder).string(),
+                                   folder_.Path("mounted/elsewhere")}) {
+    EXPECT_EQ(places(other), expected) << other;
+  }
+  EXPECT_THAT(places(list), ElementsAre("a/u1.csv"));
+  EXPECT_EQ(places(fs::proximate(list).string()), places(list));
+  EXPECT_EQ(places(fs::proximate(folder + "/u1.csv").string()), places(folder + "/./u1.csv"));
+}
+
+TEST_F(UnitList, NamesLogsThatAreThere) {
+  const std::string list =
+      folder_.Write("list.csv", "log,serial\na/u1.csv,A\na/u9.csv,B\nnone/x.csv,C\n");
+  const Error error = ErrorOf({list});
+  EXPECT_EQ(error.code, ErrorCode::kUnreadableFile);
+  EXPECT_EQ(error.place.line, 3);
+  EXPECT_THAT(error.message, HasSubstr("a/u9.csv, which is no file that is there, as 1 further"));
+}
+
 TEST(Shard, TakesEachUnitOnce) {
   std::vector<UnitOrder> units;
-  for (int i = 0; i < 400; ++i) units.push_back({.log = std::to_string(i) + ".csv"});
+  for (int i = 0; i < 400; ++i) {
+    units.push_back({.log = "", .place = std::to_string(i) + ".csv"});
+  }
   std::size_t all = 0;
   for (int shard = 0; shard < 4; ++shard) {
     const std::vector<UnitOrder> part = ShardOf(units, shard, 4);

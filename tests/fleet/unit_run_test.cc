@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/unit_run.h"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "fleet/unit_work.h"
+#include "io/temporary_folder.h"
 #include "report/sample_calibration.h"
 
 namespace truetriad::fleet {
@@ -135,6 +137,23 @@ TEST(FolderName, IsThatOfOneSerialAlone) {
   const std::string b = FolderNameOf(std::string(400, 'a') + "2");
   EXPECT_THAT(a.size(), Lt(150u));
   EXPECT_NE(a, b);
+}
+
+// Whatever is wrong with the rest of it.
+TEST(RunOf, IsOfTheUnitThatARecordingStates) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.Path("X"));
+  const std::string log = folder.Write("X/recording.yaml",
+                                       "recording: 1\nserial: A17\ndevice: { part: P }\n"
+                                       "run: { lot: L1, station: S1 }\nstreams: { nonsense: 1 }\n");
+  UnitOrder order{.log = log};
+  order.tags.station = "S2";
+  const UnitRun run = RunOf(WorkPlan(), order);
+  EXPECT_EQ(run.serial, "A17");
+  EXPECT_EQ(run.tags.part + run.tags.lot + run.tags.station, "PL1S2");
+  EXPECT_EQ(RunOf(WorkPlan(), {.log = log, .serial = "B"}).serial, "B");
+  folder.Write("X/recording.yaml", "recording: [\n");
+  EXPECT_EQ(RunOf(WorkPlan(), {.log = log}).serial, "X");
 }
 
 TEST(WorkPlan, ComesBackFromALine) {
