@@ -54,7 +54,8 @@ inline constexpr std::string_view kLastRuns =
     "later.log = one.log AND later.run > one.run) ORDER BY log LIMIT 10000) AS last "
     "LEFT JOIN tag ON tag.run = last.run ORDER BY log";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
-inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
+inline constexpr std::string_view kStandingRun =
+    "SELECT run, verdict FROM standing WHERE serial = $1";
 inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =
     "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "

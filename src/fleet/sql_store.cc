@@ -60,6 +60,19 @@ Disposition DispositionOf(const std::vector<Cell>& row) {
           .run = row[6].value_or("")};
 }
 
+/// Error (usage): good is only what has a calibration.
+Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
+  const auto has_calibration = [](Verdict verdict) {
+    return !IsRed(verdict) || verdict == Verdict::kOutside;
+  };
+  if (has_calibration(of_run) || !has_calibration(disposition.verdict)) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               "unit `" + disposition.serial + "` has no calibration (run " + disposition.run +
+                   ", which counts, is `" + std::string(VerdictName(of_run)) +
+                   "`), so cannot be `" + std::string(VerdictName(disposition.verdict)) +
+                   "`; measure it again, or decide `refused`");
+}
+
 Standing StandingFrom(const std::vector<Cell>& row) {
   Standing standing{.run = row[0].value_or(""),
                     .first_verdict = VerdictIn(row[1]),
@@ -257,6 +270,7 @@ Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
                        "`; `truetriad fleet query` lists those that it has");
     }
     added.run = standing[0].value_or("");
+    TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(added, VerdictIn(standing[1])));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last, Row(kLastRunOfUnit, serial));
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
                                MakeLast("disposition", last.at(0).value_or(""), &added.id));

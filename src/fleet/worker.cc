@@ -24,6 +24,7 @@
 #include <unistd.h>
 
 #include "fleet/log_files.h"
+#include "fleet/rows.h"
 #include "io/input_guard.h"
 
 namespace truetriad::fleet {
@@ -311,8 +312,7 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
                limits_.seconds) {
       runs.push_back(RunWithout(*worker,
                                 Verdict::kTimeLimit,
-                                "takes longer than " +
-                                    std::to_string(static_cast<int>(limits_.seconds)) +
+                                "takes longer than " + ShortestText(limits_.seconds) +
                                     " s, which is what a unit may take"));
       End(worker);
     }

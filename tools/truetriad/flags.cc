@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 #include <sstream>
 #include <system_error>
 #include <utility>
@@ -131,6 +132,7 @@ std::vector<std::string> Overrides() {
 Result<std::vector<std::string>> OverridesAndTags() {
   std::vector<std::string> items = Overrides();
   std::istringstream lines(FLAGS_tag);
+  std::set<std::string> keys;
   for (std::string tag; std::getline(lines, tag);) {
     const std::size_t equals = tag.find('=');
     const std::string key = tag.substr(0, equals);
@@ -148,6 +150,10 @@ Result<std::vector<std::string>> OverridesAndTags() {
       return Error(ErrorCode::kInvalidArgument,
                    "--tag=" + tag + ": give the flag again for the next, --tag=" + next +
                        "; a comma belongs to the value");
+    }
+    if (!keys.insert(key).second) {
+      return Error(ErrorCode::kConflictingArguments,
+                   "--tag=" + tag + ": `" + key + "` is stated twice; leave one out");
     }
     YamlText item;
     item << (is_of_device ? "device." : "run.") << key << "=" << Quoted{value};
