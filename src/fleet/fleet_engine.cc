@@ -172,8 +172,9 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   const Result<std::optional<Standing>> standing = store_->StandingOf(run.serial);
   if (!standing || !*standing) return;  // It cannot say.
   const Standing& unit = **standing;
-  if (unit.most && unit.attempts > *unit.most + 1) {
-    Tell(run.serial + ": run " + std::to_string(unit.attempts) +
+  const bool is_new_recording = unit.attempts > (before ? before->attempts : 0);
+  if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
+    Tell(run.serial + ": recording " + std::to_string(unit.attempts) +
          " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
   }
   if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {

@@ -111,8 +111,9 @@ class PageReader {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
         store_.Query("SELECT serial, run, created, final_verdict, " + std::string(kReason) +
-                     ", first_verdict, attempts" + FromWhere("standing", {.where = where}) +
-                     " ORDER BY serial"));
+                     ", first_verdict, (SELECT count(*) FROM run AS one WHERE one.serial = "
+                     "tagged.serial), disposed_by" +
+                     FromWhere("standing", {.where = where}) + " ORDER BY serial"));
     for (const TableRow& row : table.rows) {
       units_.serials.push_back(row[0].value_or(""));
       units_.runs.push_back(row[1].value_or(""));
@@ -121,6 +122,7 @@ class PageReader {
       units_.code.of.push_back(units_.code.NumberOf(row[4].value_or("")));
       units_.first_verdict.of.push_back(units_.first_verdict.NumberOf(row[5].value_or("")));
       units_.run_count.push_back(static_cast<std::uint32_t>(FieldNumber(row[6])));
+      is_decided_.push_back(row[7].has_value());
     }
     const auto add = [&](const TagKey& tag) {
       if (tag.key != "note") units_.tags.emplace_back(std::string(tag.key));
@@ -299,15 +301,36 @@ class PageReader {
                    });
   }
 
+  /// Each with what has become of it: nothing, "later" (another decision), or the run by which it
+  /// is lifted.
   Status ReadDispositions() {
-    return ForRows("disposition.created, who, disposition.verdict, why",
-                   "disposition",
-                   "run, disposition",
-                   [&](const std::string& run, const TableRow& row) {
-                     AppendItem('[' + ScriptText(row[1]) + ',' + ScriptText(row[2]) + ',' +
-                                    ScriptText(row[3]) + ',' + ScriptText(row[4]) + ']',
-                                &runs_[run].dispositions);
-                   });
+    struct Decided {
+      std::string run, item;
+      std::size_t unit;
+    };
+    std::vector<Decided> decided;                       // In their order.
+    std::unordered_map<std::size_t, std::size_t> last;  // Of a unit, its place there.
+    TRUETRIAD_RETURN_IF_ERROR(ForRows("disposition.created, who, disposition.verdict, why, serial",
+                                      "disposition",
+                                      "disposition",
+                                      [&](const std::string& run, const TableRow& row) {
+                                        const auto unit = unit_of_.find(row[5].value_or(""));
+                                        if (unit == unit_of_.end()) return;
+                                        last[unit->second] = decided.size();
+                                        decided.push_back(
+                                            {run,
+                                             ScriptText(row[1]) + ',' + ScriptText(row[2]) + ',' +
+                                                 ScriptText(row[3]) + ',' + ScriptText(row[4]),
+                                             unit->second});
+                                      }));
+    for (std::size_t i = 0; i < decided.size(); ++i) {
+      const auto& [run, item, unit] = decided[i];
+      const std::string end = last[unit] != i     ? "later"
+                              : is_decided_[unit] ? ""
+                                                  : units_.runs[unit];
+      AppendItem('[' + item + ',' + ScriptText(end) + ']', &runs_[run].dispositions);
+    }
+    return {};
   }
 
   Store& store_;
@@ -315,6 +338,7 @@ class PageReader {
   PageUnits units_;
   std::map<std::pair<bool, std::string>, std::size_t> column_of_;
   std::set<std::size_t> has_limits_;
+  std::vector<bool> is_decided_;  ///< By unit: a decision holds.
   // Of the part in hand.
   std::string range_;
   std::unordered_map<std::string, RunScript> runs_;

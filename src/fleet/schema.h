@@ -7,7 +7,7 @@
 namespace truetriad::fleet {
 
 /// Version of the tables below; a store of a later one is not written to.
-inline constexpr int kSchemaVersion = 3;
+inline constexpr int kSchemaVersion = 4;
 
 /// What takes a store from version i to i + 1, by place. For SQLite and PostgreSQL alike, but for
 /// {text}, {real} and {bytes}, the types of text that is compared byte by byte, of double-precision
@@ -17,12 +17,17 @@ inline constexpr int kSchemaVersion = 3;
 /// covariance: of the run's parameters in their order, lower triangle row by row, doubles, least
 /// significant byte first.
 ///
-/// `standing` has of each unit the run that counts. Its subqueries are answered by the index
-/// run_of_unit alone, so that it costs some microseconds a unit however many runs there are; what
-/// people decided costs more only where they did. A decision holds unless the run that counts is a
-/// later one and of another recording: none of the unit's runs before the decision, whether they
-/// counted or not, was of the same log, untouched, or of all the files that its samples are from.
-/// (What was exported of the runs that count alone may name a run that is later than the decision.)
+/// `measured` has of each run the first of the unit that is of the same recording: of the same log,
+/// untouched, or of all the files that its samples are from. An attempt is a recording, however
+/// often it is calibrated.
+///
+/// `standing` has of each unit the run that counts. Of a unit with one run its
+/// subqueries are answered by the index run_of_unit alone; one with several costs more, as does
+/// what people decided. It is some ten microseconds a unit, however many there are. A decision
+/// holds unless the run that counts is a later one and of another recording: none of the unit's
+/// runs before the decision, whether they counted or not, was of the same log, untouched, or of all
+/// the files that its samples are from. (What was exported of the runs that count alone may name a
+/// run that is later than the decision.)
 inline constexpr std::array<std::string_view, kSchemaVersion> kMigrations = {R"sql(
 CREATE TABLE unit (
   serial {text} PRIMARY KEY
@@ -188,6 +193,100 @@ CREATE VIEW standing AS
       LIMIT 1 + COALESCE(
         (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), 1000000000)
     ) AS counted
+    ORDER BY
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
+        CASE counted.verdict
+          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+        END
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.run
+      END,
+      counted.run DESC
+    LIMIT 1
+  )
+  LEFT JOIN disposition AS decision ON decision.disposition = (
+      SELECT max(one.disposition)
+      FROM run AS its CROSS JOIN disposition AS one
+      WHERE its.serial = unit.serial AND one.run = its.run
+    )
+    AND (
+      EXISTS (
+        SELECT 1 FROM run AS seen
+        WHERE seen.serial = unit.serial
+          AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+          AND seen.log = run.log AND seen.log_bytes = run.log_bytes
+          AND seen.log_modified_ns = run.log_modified_ns
+      )
+      OR (
+        EXISTS (
+          SELECT 1 FROM input AS made_from WHERE made_from.run = run.run AND made_from.samples > 0
+        )
+        AND NOT EXISTS (
+          SELECT 1 FROM input AS made_from
+          WHERE made_from.run = run.run AND made_from.samples > 0 AND NOT EXISTS (
+            SELECT 1 FROM run AS seen CROSS JOIN input AS known
+            WHERE seen.serial = unit.serial
+              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+              AND known.run = seen.run AND known.sha256 = made_from.sha256
+          )
+        )
+      )
+    );
+)sql",
+                                                                             R"sql(
+DROP VIEW standing;
+CREATE VIEW measured AS
+  SELECT
+    one.run,
+    one.serial,
+    one.verdict,
+    (
+      SELECT min(seen.run) FROM run AS seen
+      WHERE seen.serial = one.serial AND seen.run <= one.run AND (
+        seen.run = one.run
+        OR (
+          seen.log = one.log AND seen.log_bytes = one.log_bytes
+          AND seen.log_modified_ns = one.log_modified_ns
+        )
+        OR (
+          EXISTS (
+            SELECT 1 FROM input AS made_from WHERE made_from.run = one.run AND made_from.samples > 0
+          )
+          AND NOT EXISTS (
+            SELECT 1 FROM input AS made_from
+            WHERE made_from.run = one.run AND made_from.samples > 0 AND NOT EXISTS (
+              SELECT 1 FROM input AS known
+              WHERE known.run = seen.run AND known.sha256 = made_from.sha256
+            )
+          )
+        )
+      )
+    ) AS first_run
+  FROM run AS one;
+CREATE INDEX input_of_content ON input (sha256);
+CREATE VIEW standing AS
+  SELECT
+    run.*,
+    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run LIMIT 1)
+      AS first_verdict,
+    (SELECT count(*) FROM measured AS one
+      WHERE one.serial = unit.serial AND one.first_run = one.run) AS attempts,
+    COALESCE(decision.verdict, run.verdict) AS final_verdict,
+    decision.who AS disposed_by,
+    decision.why AS disposed_why
+  FROM unit
+  JOIN run ON run.serial = unit.serial AND run.run = (
+    SELECT counted.run
+    FROM measured AS counted
+    WHERE counted.serial = unit.serial AND (
+      NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
+      OR (
+        SELECT count(*) FROM measured AS prior
+        WHERE prior.serial = counted.serial AND prior.first_run = prior.run
+          AND prior.run < counted.first_run
+      ) <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
+    )
     ORDER BY
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
         CASE counted.verdict

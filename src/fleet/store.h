@@ -103,7 +103,7 @@ struct RetestPolicy {
   /// Of those that may count; the best is the last of those with the best verdict: pass, usable,
   /// outside-limits, any other.
   RetestCounts counts = RetestCounts::kLast;
-  /// How many runs after the first may count, 0 to a million; unset: all.
+  /// Of how many recordings after the first runs may count, 0 to a million; unset: of all.
   std::optional<std::int64_t> most;
 
   bool operator==(const RetestPolicy&) const = default;

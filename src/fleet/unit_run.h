@@ -48,8 +48,8 @@ struct Standing {
   std::string run;  ///< That counts.
   Verdict first_verdict = Verdict::kBadInput;
   Verdict final_verdict = Verdict::kBadInput;  ///< Of that run, or of people.
-  std::int64_t attempts = 0;
-  std::optional<std::int64_t> most = {};  ///< RetestPolicy::most.
+  std::int64_t attempts = 0;                   ///< Recordings, however often each was calibrated.
+  std::optional<std::int64_t> most = {};       ///< RetestPolicy::most.
   /// Who decided the final verdict, and why; empty: nobody.
   std::string disposed_by = {}, disposed_why = {};
 };

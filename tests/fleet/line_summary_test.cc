@@ -45,6 +45,7 @@ class LineOfUnits : public ::testing::Test {
     run.id = text.data();
     run.serial = serial;
     run.log = serial + ".csv";
+    run.log_bytes = minute;  // Of another recording than those before.
     run.wall_s = 0.5, run.cpu_s = 0.25;
     run.parameters = {{"accelerometer.bias.x", bias, kCalibrationSigma},
                       {"reference.dip_rad", 1.1, 0.001},

@@ -174,7 +174,7 @@ TEST_F(PostgreSQLStore, IsMadeOnceByManyAtOnce) {
   }
   for (std::thread& writer : writers) writer.join();
   for (const std::string& failure : failures) EXPECT_EQ(failure, "");
-  EXPECT_EQ(server()->Psql(url_, "SELECT value FROM fact WHERE name = 'schema_version'"), "3");
+  EXPECT_EQ(server()->Psql(url_, "SELECT value FROM fact WHERE name = 'schema_version'"), "4");
   EXPECT_EQ(server()->Psql(url_, "SELECT count(*) FROM fact WHERE name = 'store'"), "1");
 }
 
@@ -185,7 +185,8 @@ TEST_F(PostgreSQLStore, BringsAnOlderStoreUpToDate) {
       std::string(kMigrations[0].substr(kMigrations[0].find("CREATE VIEW latest"))) +
       std::string(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
   EXPECT_EQ(server()->Psql(url_,
-                           "DROP VIEW standing; DROP VIEW latest;"
+                           "DROP VIEW standing; DROP VIEW latest; DROP VIEW measured;"
+                           "DROP INDEX input_of_content;"
                            "ALTER TABLE finding DROP COLUMN treatment;"
                            "ALTER TABLE run DROP COLUMN temperature_degc;"
                            "ALTER TABLE station_check DROP COLUMN recording;"

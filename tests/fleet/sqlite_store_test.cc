@@ -76,7 +76,8 @@ TEST_F(SqliteStoreTest, KeepsTheDecisionsOfAnOlderStore) {
         std::string(kMigrations[0].substr(kMigrations[0].find("CREATE VIEW latest"))) +
         std::string(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
     Execute(path_,
-            "DROP VIEW standing; DROP VIEW latest; ALTER TABLE finding DROP COLUMN treatment;"
+            "DROP VIEW standing; DROP VIEW latest; DROP VIEW measured; DROP INDEX input_of_content;"
+            "ALTER TABLE finding DROP COLUMN treatment;"
             "ALTER TABLE run DROP COLUMN temperature_degc;"
             "ALTER TABLE station_check DROP COLUMN recording;"
             "ALTER TABLE station_check DROP COLUMN repeatability;"

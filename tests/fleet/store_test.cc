@@ -154,14 +154,54 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
     ASSERT_TRUE(store);
     ASSERT_TRUE((*store)->StateRetestPolicy(cases[i].policy));
     // Not in their order.
-    ASSERT_TRUE((*store)->Add(RunOf("5", Verdict::kPass)));
-    ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kCrashed)));
-    ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kRefused)));
-    ASSERT_TRUE((*store)->Add(RunOf("3", Verdict::kOutside)));
-    ASSERT_TRUE((*store)->Add(RunOf("4", Verdict::kPass)));
+    const auto add = [&](const std::string& id, Verdict verdict) {
+      UnitRun run = RunOf(id, verdict);
+      run.log = id + ".csv";
+      run.inputs = {{run.log, id, 100}};
+      ASSERT_TRUE((*store)->Add(run));
+    };
+    add("5", Verdict::kPass);
+    add("1", Verdict::kCrashed);
+    add("2", Verdict::kRefused);
+    add("3", Verdict::kOutside);
+    add("4", Verdict::kPass);
     EXPECT_THAT(Ask(**store, "SELECT run, first_verdict, attempts, disposed_by FROM standing"),
                 ElementsAre(ElementsAre(cases[i].run, "crashed", "5", std::nullopt)))
         << i;
+  }
+}
+
+// A recording that is calibrated again was not measured again.
+TEST_P(StoreTest, TakesARecordingForOneAttempt) {
+  for (const auto& [most, run] : {std::pair<int, std::string>{0, "4"}, {1, "5"}, {2, "7"}}) {
+    const Result<std::unique_ptr<Store>> store = OpenStore(NewUrl());
+    ASSERT_TRUE(store);
+    ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kLast, most}));
+    const auto add = [&](const std::string& id, const std::string& log, const std::string& sha) {
+      UnitRun one = RunOf(id, id == "1" ? Verdict::kTimeLimit : Verdict::kPass);
+      one.log = log;
+      one.log_bytes = static_cast<std::int64_t>(log.size());
+      one.inputs.clear();
+      if (!sha.empty()) one.inputs = {{"recording.yaml", id, 0}, {log, sha, 100}};
+      ASSERT_TRUE((*store)->Add(one));
+    };
+    add("1", "a.csv", "");    // Took too long.
+    add("2", "a.csv", "aa");  // The same log, untouched.
+    add("3", "bb.csv", "bb");
+    add("4", "a.csv", "aa");
+    add("5", "copy-bb.csv", "bb");
+    add("6", "ccc.csv", "cc");
+    add("7", "ccc.csv", "cc");
+    EXPECT_THAT(Ask(**store, "SELECT run, first_verdict, attempts FROM standing"),
+                ElementsAre(ElementsAre(run, "time-limit", "3")));
+    EXPECT_THAT(Ask(**store, "SELECT first_run FROM measured ORDER BY run"),
+                ElementsAre(ElementsAre("1"),
+                            ElementsAre("1"),
+                            ElementsAre("3"),
+                            ElementsAre("1"),
+                            ElementsAre("3"),
+                            ElementsAre("6"),
+                            ElementsAre("6")));
   }
 }
 
@@ -343,6 +383,11 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
   refused([](Disposition* bad) { bad->why = "a\nb"; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->why = "a\xFF"; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->verdict = Verdict::kCrashed; }, ErrorCode::kInvalidArgument);
+  // Without a calibration, nothing is good.
+  UnitRun other = RunOf("B2");
+  other.verdict = Verdict::kBadInput;
+  ASSERT_TRUE((*store)->Add(other));
+  refused([](Disposition* bad) { bad->serial = "B2"; }, ErrorCode::kConflictingArguments);
   EXPECT_THAT(Ask(**store, "SELECT count(*) FROM disposition"), ElementsAre(ElementsAre("0")));
 }
 

@@ -10,6 +10,7 @@
 
 #include "fleet/golden_hold.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/format_flags.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
@@ -35,9 +36,10 @@ DEFINE_string(retest_counts,
               "",
               "which run of a unit that is measured again counts: last (default), first or best; "
               "said once, the store keeps it");
-DEFINE_string(retest_most,
-              "",
-              "how many runs of a unit count after its first (default: all); said once likewise");
+DEFINE_string(
+    retest_most,
+    "",
+    "how many recordings of a unit count after its first (default: all); said once likewise");
 DEFINE_string(require_golden,
               "",
               "how old the station's last check-station may be, as in 8h, 30m or 1d; no unit is "
@@ -102,7 +104,18 @@ Status StateRetestPolicy(fleet::Store& store) {
       return Error(ErrorCode::kInvalidArgument, "--retest-most: expected 0 or more");
     }
   }
-  return store.StateRetestPolicy(policy);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::RetestPolicy> before,
+                             store.StatedRetestPolicy());
+  TRUETRIAD_RETURN_IF_ERROR(store.StateRetestPolicy(policy));
+  if (before || policy == fleet::RetestPolicy()) return {};
+  // JSON lines take none once they have begun.
+  const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
+  if (runs && !runs->rows.empty()) {
+    FleetTalk().Listener().on_note(
+        "of the runs that are in the store, too, counts from now on the one by `" +
+        PolicyText(policy) + "`; until now it was `" + PolicyText(fleet::RetestPolicy()) + "`");
+  }
+  return {};
 }
 
 }  // namespace

@@ -26,9 +26,10 @@
   };
 
   const dispositionsOf = (runs) => {
-    const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why]) =>
-      element('tr', {}, element('th', { scope: 'row' }, created.replace('T', ' ')), cell(who), cell(verdict), cell(why, 'words'))));
-    return rows.length === 0 ? [] : [section('What people decided', scroll('Dispositions', tableOf(['when', 'who', 'verdict', 'why'].map((name) => heading(name)), rows)))];
+    const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why, end]) =>
+      element('tr', {}, element('th', { scope: 'row' }, created.replace('T', ' ')), cell(who), cell(verdict), cell(why, 'words'),
+        cell(end === '' ? 'holds' : end === 'later' ? 'a later decision took its place' : `lifted: run ${end}, of another recording, counts`, 'words'))));
+    return rows.length === 0 ? [] : [section('What people decided', scroll('Dispositions', tableOf(['when', 'who', 'verdict', 'why', 'now'].map((name) => heading(name)), rows)))];
   };
 
   const allowed = (lower, upper) => {
