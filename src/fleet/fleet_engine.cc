@@ -2,8 +2,10 @@
 #include "fleet/fleet_engine.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "fleet/unit_folders.h"
@@ -141,6 +143,7 @@ Status FleetEngine::Keep() {
 }
 
 Result<std::optional<Standing>> FleetEngine::Add(UnitRun* run) {
+  TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
   TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
   // Of two at the same time the one that was begun first may well end last. What was decided
@@ -153,6 +156,32 @@ Result<std::optional<Standing>> FleetEngine::Add(UnitRun* run) {
   }
   TRUETRIAD_RETURN_IF_ERROR(store_->Add(*run));
   return before;
+}
+
+Status FleetEngine::RefuseCopy(UnitRun* run) const {
+  if (IsRed(run->verdict) && run->verdict != Verdict::kOutside) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunName> others, store_->RunsOfSameReadings(*run));
+  std::error_code ignored;
+  // A log that was renamed since was given the right serial number by that.
+  const auto other = std::find_if(others.begin(), others.end(), [&](const RunName& one) {
+    return std::filesystem::exists(one.log, ignored);
+  });
+  if (other == others.end()) return {};
+  if (!run->folder.empty()) std::filesystem::remove_all(run->folder, ignored);
+  run->folder.clear();
+  run->parameters.clear();
+  run->covariance.clear();
+  run->judgements.clear();
+  run->effective_dof = 0.0;
+  run->mode.clear();
+  Fill(Error(ErrorCode::kOtherDevice,
+             {run->log},
+             "has the readings of " + other->log + ", which is unit `" + other->serial + "` (run " +
+                 other->run + "), and not of `" + run->serial +
+                 "`: a copy of it, or one serial number is wrong; measure this unit, or take the "
+                 "wrong log away"),
+       run);
+  return {};
 }
 
 void FleetEngine::Count(const UnitRun& run, const std::optional<Standing>& before) {

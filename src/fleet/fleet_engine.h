@@ -137,6 +137,8 @@ class FleetEngine {
   /// Adds a run to the store, with a later name where the clock has gone back since the last one of
   /// its unit or log. What its unit amounted to before.
   Result<std::optional<Standing>> Add(UnitRun* run);
+  /// Makes a run of a log that is another unit's over again one that is refused, without files.
+  Status RefuseCopy(UnitRun* run) const;
   /// Of the run's unit, as the store has it now; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before);
   /// Notes a failure, to be tried again later; or returns it.

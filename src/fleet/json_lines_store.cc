@@ -171,21 +171,24 @@ class JsonLinesStore : public Store {
 
   // The file is read for it once.
   Result<std::string> LatestRun(const UnitRun& run) override {
-    if (!latest_) {
-      latest_.emplace();
-      const Status status = ForEachLine(path_, [&](const UnitRun& one) -> Status {
-        NoteLatest(one);
-        return {};
-      });
-      if (!status) latest_.reset();
-      TRUETRIAD_RETURN_IF_ERROR(status);
-    }
+    TRUETRIAD_RETURN_IF_ERROR(NoteAll());
     std::string latest;
     for (const std::size_t key : KeysOf(run)) {
       const auto found = latest_->find(key);
       if (found != latest_->end()) latest = std::max(latest, found->second);
     }
     return latest;
+  }
+
+  Result<std::vector<RunName>> RunsOfSameReadings(const UnitRun& run) override {
+    TRUETRIAD_RETURN_IF_ERROR(NoteAll());
+    std::vector<RunName> runs;
+    const auto [begin, end] = by_readings_.equal_range(RecordingOf(run.inputs));
+    for (auto at = begin; at != end && !at->first.empty(); ++at) {
+      const RunName& other = at->second;
+      if (other.serial != run.serial && other.log != run.log) runs.push_back(other);
+    }
+    return runs;
   }
 
   Result<std::vector<KnownRun>> LastRuns() override {
@@ -295,6 +298,18 @@ class JsonLinesStore : public Store {
     return read_ ? Status() : ForEachRun({}, [](const UnitRun&) { return Status(); });
   }
 
+  Status NoteAll() {
+    if (latest_) return {};
+    latest_.emplace();
+    by_readings_.clear();
+    const Status status = ForEachLine(path_, [&](const UnitRun& one) -> Status {
+      NoteLatest(one);
+      return {};
+    });
+    if (!status) latest_.reset();
+    return status;
+  }
+
   /// By what a run's unit and its log are known.
   static std::array<std::size_t, 2> KeysOf(const UnitRun& run) {
     const std::hash<std::string> hash;
@@ -305,13 +320,16 @@ class JsonLinesStore : public Store {
       std::string& latest = (*latest_)[key];
       latest = std::max(latest, run.id);
     }
+    if (run.verdict == Verdict::kBadInput) return;
+    by_readings_.emplace(RecordingOf(run.inputs), RunName{run.id, run.serial, run.log});
   }
 
   std::string path_;
   LineFile file_;
   LinesHeader header_;
   std::optional<std::unordered_map<std::size_t, std::string>> latest_;  ///< Runs, by KeysOf.
-  std::optional<LinesRead> read_;  ///< Of the file, once it was.
+  std::unordered_multimap<std::string, RunName> by_readings_;  ///< Likewise, by RecordingOf.
+  std::optional<LinesRead> read_;                              ///< Of the file, once it was.
 };
 
 }  // namespace

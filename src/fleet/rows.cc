@@ -174,6 +174,17 @@ std::string InsertStatement(std::string_view table, std::size_t columns, std::si
   return sql + ") ON CONFLICT DO NOTHING";
 }
 
+std::string RunsOfSameReadings(std::size_t files) {
+  std::string runs;
+  for (std::size_t i = 0; i < files; ++i) {
+    runs += (i > 0 ? " INTERSECT " : "") +
+            ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
+  }
+  return "SELECT run, serial, log FROM run WHERE serial <> $1 AND log <> $2 AND "
+         "verdict <> 'bad-input' AND run IN (" +
+         runs + ") ORDER BY run LIMIT 100";
+}
+
 std::string MigrationsFrom(std::int64_t version, const TypeNames& types) {
   std::string sql;
   for (; version < kSchemaVersion; ++version) {

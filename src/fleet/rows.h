@@ -65,6 +65,8 @@ inline constexpr std::string_view kLatestRun =
     "SELECT max(run) FROM run WHERE log = $2 UNION ALL "
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
+/// Runs not of the unit $1 nor of the log $2 that were made from all `files` with samples: $3, ….
+std::string RunsOfSameReadings(std::size_t files);
 inline constexpr std::string_view kDispositions =
     "SELECT disposition, serial, disposition.created, who, why, disposition.verdict, "
     "disposition.run FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";

@@ -226,6 +226,25 @@ Result<std::string> SqlStore::LatestRun(const UnitRun& run) {
   return latest;
 }
 
+Result<std::vector<RunName>> SqlStore::RunsOfSameReadings(const UnitRun& run) {
+  std::vector<Value> values = {std::string_view(run.serial), std::string_view(run.log)};
+  for (const InputFile& input : run.inputs) {
+    if (input.samples > 0) values.emplace_back(std::string_view(input.sha256));
+  }
+  std::vector<RunName> runs;
+  if (values.size() == 2) return runs;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table table, database_->Ask(fleet::RunsOfSameReadings(values.size() - 2), values));
+    runs.clear();
+    for (const auto& row : table.rows) {
+      runs.push_back({row[0].value_or(""), row[1].value_or(""), row[2].value_or("")});
+    }
+    return {};
+  }));
+  return runs;
+}
+
 Result<std::optional<Standing>> SqlStore::StandingOf(const std::string& serial) {
   std::optional<Standing> standing;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {

@@ -23,6 +23,7 @@ class SqlStore : public Store {
   Status AddAll(std::span<const UnitRun> runs) override;
   Result<bool> Has(const std::string& run) override;
   Result<std::string> LatestRun(const UnitRun& run) override;
+  Result<std::vector<RunName>> RunsOfSameReadings(const UnitRun& run) override;
   Result<std::vector<KnownRun>> LastRuns() override;
   Status StateShard(const Shard& shard) override;
   Status StateRetestPolicy(const RetestPolicy& policy) override;

@@ -28,6 +28,11 @@ struct KnownRun {
   Tags tags;
 };
 
+/// By which people find a run.
+struct RunName {
+  std::string run, serial, log;
+};
+
 /// Rows of a question, as text; NULL is an unset value.
 struct Table {
   std::vector<std::string> columns;
@@ -127,6 +132,11 @@ class Store {
   /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
   /// empty: there is none.
   virtual Result<std::string> LatestRun(const UnitRun& /*run*/) { return std::string(); }
+  /// Runs of other units, of other logs, that were made from the same files with samples (by their
+  /// SHA-256), and not refused for it: some of them.
+  virtual Result<std::vector<RunName>> RunsOfSameReadings(const UnitRun& /*run*/) {
+    return std::vector<RunName>();
+  }
   /// Of each log the last run.
   virtual Result<std::vector<KnownRun>> LastRuns() = 0;
   /// Of which shard further runs are; the first who says how many there are, states it. Error

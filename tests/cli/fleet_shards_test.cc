@@ -82,6 +82,24 @@ TEST_F(FleetShards, TogetherAreWhatASingleRunIs) {
   EXPECT_EQ(Content("copy.db"), Content("single/fleet.db"));
 }
 
+// In both kinds of store.
+TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
+  fs::copy(folder_.Path("line/u1.csv"), folder_.Path("line/v1.csv"));
+  for (const std::string store : {"out/0.jsonl", "out/fleet.db"}) {
+    // Again, too, the first one is what it was.
+    for (int i = 0; i < 2; ++i) {
+      const Finished run = Fleet("run line -o out --jobs=1 --store=" + store);
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      EXPECT_THAT(run.err, HasSubstr("line/v1.csv: has the readings of line/u1.csv"));
+      EXPECT_THAT(run.err, ::testing::Not(HasSubstr("line/u1.csv: has")));
+    }
+  }
+  EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT DISTINCT serial, verdict, code, "
+                    "folder = '' FROM run WHERE serial LIKE '%1'\"")
+                  .out,
+              HasSubstr("\nu1,usable,,0\nv1,bad-input,other-device,1\n"));
+}
+
 // However each of them spells the folder.
 TEST_F(FleetShards, TakeEachUnitOnce) {
   const std::string whole = fs::canonical(folder_.Path("line")).string();

@@ -171,6 +171,37 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
   }
 }
 
+TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
+  const Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto run = [](const std::string& id, const std::string& serial, Verdict verdict) {
+    UnitRun one = RunOf(serial);
+    one.id = id;
+    one.verdict = verdict;
+    one.inputs = {{"recording.yaml", id, 0}, {"a.csv", "aa", 9}, {"b.csv", "bb", 9}};
+    return one;
+  };
+  const auto found = [&](const UnitRun& one) {
+    std::string runs;
+    const Result<std::vector<RunName>> others = (*store)->RunsOfSameReadings(one);
+    EXPECT_TRUE(others) << others.error().message;
+    for (const RunName& other : *others) runs += other.run;
+    return runs;
+  };
+  ASSERT_TRUE((*store)->Add(run("1", "A1", Verdict::kUsable)));
+  ASSERT_TRUE((*store)->Add(run("2", "A2", Verdict::kBadInput)));
+  EXPECT_EQ(found(run("3", "A3", Verdict::kPass)), "1");
+  EXPECT_EQ(found(run("3", "A1", Verdict::kPass)), "");  // The unit itself.
+  UnitRun other = run("3", "A3", Verdict::kPass);
+  other.log = "A1.csv";  // Under a serial number that was corrected.
+  EXPECT_EQ(found(other), "");
+  other = run("3", "A3", Verdict::kPass);
+  other.inputs[2].sha256 = "cc";
+  EXPECT_EQ(found(other), "");
+  other.inputs.clear();
+  EXPECT_EQ(found(other), "");
+}
+
 // A recording that is calibrated again was not measured again.
 TEST_P(StoreTest, TakesARecordingForOneAttempt) {
   for (const auto& [most, run] : {std::pair<int, std::string>{0, "4"}, {1, "5"}, {2, "7"}}) {
