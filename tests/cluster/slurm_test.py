@@ -27,9 +27,9 @@ exec {program} "$@"
 """
 
 
-def shard_of(log):
-    """As docs/fleet.md says it: by a hash of its name."""
-    return int(hashlib.sha256(log.encode()).hexdigest()[:15], 16) % SHARDS
+def shard_of(place):
+    """As docs/fleet.md says it: by a hash of where the log is in the folder that was named."""
+    return int(hashlib.sha256(place.encode()).hexdigest()[:15], 16) % SHARDS
 
 
 class Slurm(unittest.TestCase):
@@ -78,7 +78,7 @@ class Slurm(unittest.TestCase):
     def hanging_program(self):
         """How many units the victim's task does before it hangs, and the program that does so."""
         logs = sorted(str(log) for log in self.line.glob("*/recording.yaml"))
-        logs = [log for log in logs if shard_of(log) == VICTIM]
+        logs = [log for log in logs if shard_of(str(Path(log).relative_to(self.line))) == VICTIM]
         done = len(logs) // 2
         program = self.folder / "hanging"
         program.write_text(HANGING.format(shard=f"{VICTIM}/{SHARDS}", log=logs[done], program=TRUETRIAD))
