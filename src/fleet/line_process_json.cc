@@ -24,6 +24,7 @@ class ProcessJsonWriter {
                           {"baseline_units", station.baseline_units},
                           {"baseline_outliers", outliers},
                           {"constant", Names(station.constant)},
+                          {"sparse", Names(station.sparse)},
                           {"dependent", Names(station.dependent)},
                           {"note", station.note},
                           {"alarms", alarms},

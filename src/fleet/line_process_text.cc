@@ -30,6 +30,7 @@ class ProcessTextWriter {
         quiet += Wrapped(name + ": in control, " + std::to_string(station.units) + " units, " +
                          std::to_string(station.charts.size()) + " charts");
       }
+      quiet += AboutCharts(name, station);
       for (const line::ChartAlarm& alarm : station.alarms) {
         const bool is_joint = alarm.parameter < 0;
         rows.emplace_back(
@@ -128,6 +129,40 @@ class ProcessTextWriter {
       names += (names.empty() ? "" : ", ") + factor.name;
     }
     return names;
+  }
+  /// "a, b, c, d and 3 more (--json)".
+  static std::string ListOf(const std::vector<std::string>& items) {
+    constexpr std::size_t kMostItems = 4;
+    std::string list;
+    for (std::size_t k = 0; k < std::min(items.size(), kMostItems); ++k) {
+      list += (k == 0 ? "" : ", ") + items[k];
+    }
+    if (items.size() <= kMostItems) return list;
+    return list + " and " + std::to_string(items.size() - kMostItems) + " more (--json)";
+  }
+  /// What a station's charts do not show, and what they are held against.
+  std::string AboutCharts(const std::string& name, const line::StationCharts& station) const {
+    std::string text;
+    std::vector<std::string> shifts, sparse;
+    for (const line::ChartAlarm& alarm : station.alarms) {
+      if (alarm.kind != line::ChartKind::kBaseline) continue;
+      shifts.push_back((alarm.parameter < 0 ? "all together" : Name(alarm.parameter)) + " by " +
+                       Significant(alarm.value, 2) + " σ at unit " + Serial(alarm.unit));
+    }
+    if (!shifts.empty()) {
+      text += Wrapped(name + ": the first " + std::to_string(station.baseline_units) +
+                      " units, which should say what is normal, are not in control themselves (" +
+                      ListOf(shifts) +
+                      "), so the units judge each other there; begin after the shift (--since), or "
+                      "end the baseline before it (--baseline)");
+    }
+    if (station.charts.empty()) return text;
+    for (const int parameter : station.sparse) sparse.push_back(Name(parameter));
+    if (!sparse.empty()) {
+      text += Wrapped(name + ": no charts of " + ListOf(sparse) + ": fewer than " +
+                      std::to_string(line::kLeastBaselineUnits) + " units have a value");
+    }
+    return station.note.empty() ? text : text + Wrapped(name + ": " + station.note);
   }
   /// In place of a table.
   static std::string Sentence(const std::string& text) { return '\n' + text + '\n'; }
