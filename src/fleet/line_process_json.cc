@@ -56,6 +56,7 @@ class ProcessJsonWriter {
       spreads.push_back({{"parameter", Name(spread.parameter)},
                          {"units", spread.units},
                          {"outliers", spread.outliers},
+                         {"without_sigma", spread.without_sigma},
                          {"sigma", spread.sigma},
                          {"calibration_sigma", spread.calibration_sigma},
                          {"process_sigma", spread.process_sigma}});
