@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Robust centre and covariance in three steps: correlations of clipped values as a start; the three
-// quarters of the units with the smallest distances, found again and again (Rousseeuw and Van
-// Driessen 1999, from one start as Hubert, Rousseeuw and Verdonck 2012 do); then all units that are
-// no outliers, until they stay.
+// Robust centre and covariance: from some starts that chance has no part in (as
+// Hubert, Rousseeuw and Verdonck 2012 do) the three quarters of the units with
+// the smallest distances, found again and again (Rousseeuw and Van Driessen
+// 1999); of these cores the one of the least determinant; then all units that
+// are no outliers, until they stay.
 #include "line/outliers.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "line/baseline.h"
 #include "line/chart_limits.h"
 #include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
 
@@ -24,7 +26,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Units for each parameter, at least: three quarters of them then have a covariance to speak of.
+// Units for each parameter, at least: three quarters of them then have a
+// covariance to speak of.
 constexpr Index kUnitsOfParameter = 4;
 // Of the units: those that have a value of a parameter that is used.
 constexpr double kLeastShareOfUnits = 0.9;
@@ -34,7 +37,8 @@ constexpr double kClip = 2.0;
 constexpr int kMostSteps = 10;
 // The start is found with so many units; more would not make it better.
 constexpr Index kMostStartUnits = 5000;
-// Of the units in the start's reach that are kept, before the number of units is allowed for.
+// Of the units in the start's reach that are kept, before the number of units
+// is allowed for.
 constexpr double kKept = 0.975;
 
 // Units of the robust estimate, a column each, in robust σ about the median.
@@ -93,19 +97,71 @@ MatrixXd Sampled(const MatrixXd& values) {
   return sampled;
 }
 
-// Centre and covariance of the core, its covariance scaled so that the median distance is that of
-// normal values.
-CentreAndRoot Core(const MatrixXd& values) {
+// What units are far from by a scatter that spoilt units may have drawn towards
+// them: along its own axes their spread is found anew, from medians, which they
+// hold against.
+VectorXd DistancesAlongAxes(const MatrixXd& values, const MatrixXd& scatter) {
+  const MatrixXd along = TransposeTimes(EigenOfSymmetric(scatter).vectors, values);
+  VectorXd distances = VectorXd::Zero(values.cols());
+  for (Index axis = 0; axis < along.rows(); ++axis) {
+    const VectorXd own = along.row(axis).transpose();
+    const RobustMoments robust = RobustMomentsOf({own.begin(), own.end()});
+    // Half of the units are the same along it.
+    if (!(robust.sigma > 0.0)) continue;
+    distances += ((own.array() - robust.centre) / robust.sigma).square().matrix();
+  }
+  return distances;
+}
+
+// Distances to start from, of which one at least is not misled: by correlations
+// of clipped values; along the axes of these, of the units' directions alone,
+// and of the half nearest to the median.
+std::vector<VectorXd> Starts(const MatrixXd& values) {
+  const Index count = values.cols();
+  const MatrixXd clipped = values.cwiseMax(-kClip).cwiseMin(kClip);
+  const CentreAndRoot of_clipped = MomentsOf(clipped, All(count));
+  const MatrixXd directions = values.colwise().normalized();
+  const CentreAndRoot of_half =
+      MomentsOf(values, Nearest(values.colwise().squaredNorm().transpose(), (count + 1) / 2));
+  const auto along_axes_of = [&values](const CentreAndRoot& moments) {
+    const MatrixXd root = moments.root.Root();
+    return DistancesAlongAxes(values, TimesTranspose(root, root));
+  };
+  std::vector<VectorXd> starts = {
+      SquaredDistances(values, of_clipped),
+      along_axes_of(of_clipped),
+      DistancesAlongAxes(values, TimesTranspose(directions, directions))};
+  if (of_half.root.is_positive()) starts.push_back(along_axes_of(of_half));
+  return starts;
+}
+
+// The core that a start leads to.
+CentreAndRoot CoreFrom(const MatrixXd& values, const VectorXd& start) {
   const Index count = values.cols();
   const Index core = static_cast<Index>(std::ceil(kCore * static_cast<double>(count)));
-  CentreAndRoot about = MomentsOf(values.cwiseMax(-kClip).cwiseMin(kClip), All(count));
-  std::vector<Index> nearest = Nearest(SquaredDistances(values, about), core);
-  for (int round = 0; round < kMostSteps; ++round) {
-    about = MomentsOf(values, nearest);
-    if (!about.root.is_positive()) return about;
+  CentreAndRoot about = MomentsOf(values, Nearest(start, (count + 1) / 2));
+  std::vector<Index> nearest;
+  for (int round = 0; round < kMostSteps && about.root.is_positive(); ++round) {
     std::vector<Index> next = Nearest(SquaredDistances(values, about), core);
     if (next == nearest) break;
     nearest = std::move(next);
+    about = MomentsOf(values, nearest);
+  }
+  return about;
+}
+
+// Centre and covariance of the core, that of the least determinant, its
+// covariance scaled so that the median distance is that of normal values.
+CentreAndRoot Core(const MatrixXd& values) {
+  CentreAndRoot about;
+  double least = std::numeric_limits<double>::infinity();
+  for (const VectorXd& start : Starts(values)) {
+    CentreAndRoot core = CoreFrom(values, start);
+    if (!core.root.is_positive()) return core;
+    const double determinant = core.root.LogDeterminant();
+    if (!(determinant < least)) continue;
+    least = determinant;
+    about = std::move(core);
   }
   const VectorXd distances = SquaredDistances(values, about);
   const double scale = Median({distances.begin(), distances.end()}) /
@@ -163,7 +219,8 @@ bool HasValue(const UnitRecord& unit, int parameter) {
   return parameter < unit.values.size() && std::isfinite(unit.values[parameter]);
 }
 
-// Parameters that most units have and that vary; their robust centre and σ go into `report`.
+// Parameters that most units have and that vary; their robust centre and σ go
+// into `report`.
 void ChooseParameters(const LineData& data, OutlierReport* report) {
   std::vector<std::vector<double>> columns(data.parameters.size());
   std::size_t most = 0;

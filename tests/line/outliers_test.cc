@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include <gtest/gtest.h>
 
@@ -11,16 +12,19 @@
 namespace truetriad::line {
 namespace {
 
-// 300 lines of 200 units and 10 parameters: with a level of 5 % 15 ± 3.8 of them have one.
+// 300 lines: with a level of 5 % 15 ± 3.8 of them have one. Also of as few units as are taken.
 TEST(Outliers, OfNormalUnitsAreAsRareAsStated) {
-  int found = 0;
-  for (int line = 0; line < 300; ++line) {
-    SimulatedLine simulated(10, static_cast<std::uint64_t>(line));
-    OutlierOptions options;
-    options.level = 0.05;
-    found += Outliers(simulated.Units(200), options).outliers.empty() ? 0 : 1;
+  for (const auto& [parameters, units] : {std::pair(10, 200), {20, 80}}) {
+    int found = 0;
+    for (int line = 0; line < 300; ++line) {
+      SimulatedLine simulated(parameters, static_cast<std::uint64_t>(line));
+      OutlierOptions options;
+      options.level = 0.05;
+      found += Outliers(simulated.Units(units), options).outliers.empty() ? 0 : 1;
+    }
+    std::printf("@outliers | %d | %d | %d |\n", parameters, units, found);
+    EXPECT_NEAR(found, 15, 3.5 * 3.8);
   }
-  EXPECT_NEAR(found, 15, 3.5 * 3.8);
 }
 
 // A fifth of the units is elsewhere, all at the same place, which inflates an ordinary covariance
@@ -36,6 +40,26 @@ TEST(Outliers, DoNotHideEachOther) {
   for (const Outlier& outlier : report.outliers) {
     EXPECT_EQ(outlier.unit % 5, 0);
     EXPECT_EQ(outlier.shares.front().parameter, 3);
+  }
+}
+
+// A bad lot, a quarter of the units: by 4 σ in every parameter, up or down. Correlations of it hide
+// it from a start that follows them.
+TEST(Outliers, OfALotThatIsOffInAllParametersDoNotHideEachOther) {
+  for (const int common : {0, 5}) {
+    SimulatedLine simulated(33, 6, common);
+    LineData data = simulated.Units(400);
+    for (std::size_t unit = 0; unit < 400; unit += 4) {
+      for (Eigen::Index k = 0; k < 33; ++k) {
+        data.units[unit].values[k] += (k % 3 == 0 ? -4.0 : 4.0) * SimulatedLine::ScaleOf(k);
+      }
+    }
+    const OutlierReport report = Outliers(data);
+    EXPECT_GE(report.outliers.size(), 100U) << common;
+    EXPECT_LE(report.outliers.size(), 101U) << common;
+    for (std::size_t k = 0; k < std::min<std::size_t>(report.outliers.size(), 100); ++k) {
+      EXPECT_EQ(report.outliers[k].unit % 4, 0) << common;
+    }
   }
 }
 
