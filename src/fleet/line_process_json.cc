@@ -95,11 +95,14 @@ class ProcessJsonWriter {
                           {"p_adjusted", outlier.p_adjusted},
                           {"shares", shares}});
     }
-    return {{"units", report.units},
-            {"limit", report.limit},
-            {"note", report.note},
-            {"parameters", Names(report.parameters)},
-            {"outliers", outliers}};
+    Json sets = Json::array();
+    for (const line::OutlierSet& set : report.sets) {
+      sets.push_back({{"stations", set.stations},
+                      {"units", set.units},
+                      {"limit", set.limit},
+                      {"parameters", Names(set.parameters)}});
+    }
+    return {{"sets", sets}, {"notes", report.notes}, {"outliers", outliers}};
   }
 
  private:

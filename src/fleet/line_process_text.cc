@@ -103,13 +103,15 @@ class ProcessTextWriter {
            is_known ? Significant(outlier.shares.front().conditional, 3) + " σ" : "",
            Probability(outlier.p_adjusted)});
     }
-    if (!table.rows.empty()) {
-      return Section("Units unlike the others, over all parameters", std::move(table));
+    int units = 0;
+    for (const line::OutlierSet& set : summary_.outliers.sets) units += set.units;
+    std::string text = Section("Units unlike the others, over all parameters", std::move(table));
+    if (text.empty() && units > 0) {
+      text = Sentence("Outliers: none of " + std::to_string(units) + " units is unlike the others");
     }
-    return Sentence(summary_.outliers.note.empty()
-                        ? "Outliers: none of " + std::to_string(summary_.outliers.units) +
-                              " units is unlike the others"
-                        : "Outliers: " + summary_.outliers.note);
+    if (text.empty()) text = Sentence("Outliers: no unit is held against others");
+    for (const std::string& note : summary_.outliers.notes) text += Wrapped(note);
+    return text;
   }
 
  private:

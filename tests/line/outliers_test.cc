@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -91,20 +94,45 @@ TEST(Outliers, NeedNoParameterThatIsFixedOrTied) {
   }
   data.units[7].values[0] = std::nan("");
   const OutlierReport report = Outliers(data);
-  EXPECT_EQ(report.parameters, (std::vector<int>{0, 1, 2}));
-  EXPECT_EQ(report.units, 99);
+  ASSERT_EQ(report.sets.size(), 1U);
+  EXPECT_EQ(report.sets[0].parameters, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(report.sets[0].units, 99);
   EXPECT_TRUE(std::isnan(report.distances[7]));
 }
 
 TEST(Outliers, AreNotLookedForInTooFewUnits) {
   SimulatedLine simulated(33, 4);
-  const OutlierReport report = Outliers(simulated.Units(100));
-  EXPECT_EQ(report.note,
-            "no outliers looked for: 100 units have all 33 parameters, which takes 132");
+  const std::string few =
+      "no outliers looked for: 100 units have all 33 parameters, which takes 132";
+  EXPECT_EQ(Outliers(simulated.Units(100)).notes, std::vector{few});
   // 5 units determine no more than 4 parameters.
-  EXPECT_EQ(Outliers(simulated.Units(5)).note,
-            "no outliers looked for: 5 units have all 33 parameters, which takes 132");
-  EXPECT_EQ(Outliers(LineData{}).units, 0);
+  const std::string five =
+      "no outliers looked for: 5 units have all 33 parameters, which takes 132";
+  EXPECT_EQ(Outliers(simulated.Units(5)).notes, std::vector{five});
+  EXPECT_TRUE(Outliers(LineData{}).sets.empty());
+}
+
+// S2 has not the last three of six parameters, S3 not the first one, and few units.
+TEST(Outliers, AreJudgedByTheParametersOfTheirStation) {
+  SimulatedLine simulated(6, 7);
+  LineData data = simulated.Units(310);
+  for (std::size_t unit = 0; unit < 310; ++unit) {
+    UnitRecord& record = data.units[unit];
+    record.tags["station"] = unit >= 300 ? "S3" : unit % 3 == 0 ? "S2" : "S1";
+    if (record.tags["station"] == "S2") record.values.tail(3).setConstant(std::nan(""));
+    if (record.tags["station"] == "S3") record.values[0] = std::nan("");
+  }
+  for (const std::size_t unit : {30, 31}) {  // of S2 and of S1
+    data.units[unit].values[1] += 12.0 * SimulatedLine::ScaleOf(1);
+  }
+  const OutlierReport report = Outliers(data);
+  EXPECT_EQ(report.sets.size(), 2U);
+  ASSERT_EQ(report.outliers.size(), 2U);
+  EXPECT_EQ(report.outliers[0].unit + report.outliers[1].unit, 30 + 31);
+  EXPECT_EQ(report.notes,
+            std::vector<std::string>{
+                "no outliers looked for among 10 units at S3 that have other parameters: 10 units "
+                "have all 5 parameters, which takes 20"});
 }
 
 }  // namespace
