@@ -380,6 +380,7 @@ TEST_F(StudyOfUnits, IsMadeOfAllRunsThatAreSelected) {
   EXPECT_NEAR(bias.gauge->repeatability.variance, 8e-6 * 8 / 11, 1e-15);
   EXPECT_THAT(SummaryText(summary),
               HasSubstr("Gauge study, crossed: 4 parts, 2 operators, 2 runs each"));
+  EXPECT_THAT(SummaryText(summary), HasSubstr("operator p"));
   EXPECT_THAT(ToJson(summary)["study"]["quantities"], SizeIs(3));
 }
 
@@ -394,6 +395,9 @@ TEST_F(StudyOfUnits, OfOneUnitIsOfType1) {
   EXPECT_FALSE(std::isnan(study.cgk));
   EXPECT_TRUE(std::isnan(summary.study->quantities[1].type1->cg));  // A parameter has no limits.
   EXPECT_THAT(SummaryText(summary), HasSubstr("Type-1 study: 10 runs of one unit"));
+  // The reference is of the limit, in m/s^2; the parameter of that name is in the log's unit.
+  EXPECT_TRUE(std::isnan(summary.study->quantities[1].type1->reference));
+  EXPECT_THAT(SummaryText(summary), HasSubstr("m/s²"));
   options.references = {{"accelerometer.bias.w", 0.0}};
   const Result<LineSummary> unknown = Summarise(*store_, options);
   ASSERT_FALSE(unknown);

@@ -26,7 +26,11 @@ DEFINE_string(
     "tag whose values make subgroups for Cp and Cpk, as in lot; default: successive units");
 DEFINE_string(study, "", "which runs are a gauge study, as in \"note = 'study'\"");
 DEFINE_string(by, "operator", "tag that says who or what measured, in a study");
-DEFINE_string(reference, "", "what the one unit of a type-1 study is known to be; a flag for each");
+DEFINE_string(
+    reference,
+    "",
+    "what the one unit of a type-1 study is known to be, in the unit of the limit (without "
+    "one: of the log); a flag for each");
 DEFINE_string(golden_due, "24h", "age at which a station's check of its golden unit is overdue");
 DEFINE_int32(baseline,
              200,
