@@ -75,7 +75,8 @@ class ProcessJsonWriter {
             {"first", report.first},
             {"last", report.last},
             {"time", OfTrends(report.time)},
-            {"temperature", OfTrends(report.temperature)}};
+            {"temperature", OfTrends(report.temperature)},
+            {"temperature_with_time", report.temperature_with_time}};
   }
 
   Json Outliers() const {

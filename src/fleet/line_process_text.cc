@@ -11,6 +11,9 @@
 namespace truetriad::fleet {
 namespace {
 
+/// Rank correlation of temperature and time from which on a trend of one shows as one of the other.
+constexpr double kConfounded = 0.3;
+
 /// Indices of the reports become names and serial numbers.
 class ProcessTextWriter {
  public:
@@ -88,8 +91,16 @@ class ProcessTextWriter {
   std::string Trends() const {
     const line::TrendReport& report = summary_.trends;
     if (report.time.empty()) return Sentence("Trends: none looked for; it takes more units");
-    return Trends(report.by_time ? "over time, a day" : "along the line, a unit", report.time) +
-           (report.temperature.empty() ? "" : Trends("with temperature, a °C", report.temperature));
+    const std::string text =
+        Trends(report.by_time ? "over time, a day" : "along the line, a unit", report.time);
+    if (report.temperature.empty()) return text;
+    const double together = report.temperature_with_time;
+    return text + Trends("with temperature, a °C", report.temperature) +
+           (std::abs(together) < kConfounded
+                ? ""
+                : Wrapped(std::string("Temperatures ") + (together > 0.0 ? "rose" : "fell") +
+                          " with time (rank correlation " + Significant(together, 2) +
+                          "): what is a trend with one of them may be one with the other"));
   }
 
   std::string Outliers() const {
