@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//
-// Robust centre and covariance: from some starts that chance has no part in (as
-// Hubert, Rousseeuw and Verdonck 2012 do) the three quarters of the units with
-// the smallest distances, found again and again (Rousseeuw and Van Driessen
-// 1999); of these cores the one of the least determinant; then all units that
-// are no outliers, until they stay.
 #include "line/outliers.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "line/baseline.h"
 #include "line/chart_limits.h"
-#include "math/dense/cholesky.h"
-#include "math/dense/eigenvalues.h"
+#include "line/robust_core.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
 
@@ -30,19 +22,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Units for each parameter, at least: three quarters of them then have a
-// covariance to speak of.
+// Units for each parameter, at least: three quarters of them then have a covariance to speak of.
 constexpr Index kUnitsOfParameter = 4;
 // Of the units: those that have a value of a parameter that is used.
 constexpr double kLeastShareOfUnits = 0.9;
-constexpr double kCore = 0.75;
-// Robust σ at which values are clipped for the start.
-constexpr double kClip = 2.0;
 constexpr int kMostSteps = 10;
-// The start is found with so many units; more would not make it better.
-constexpr Index kMostStartUnits = 5000;
-// Of the units in the start's reach that are kept, before the number of units
-// is allowed for.
+// Of the units in the start's reach that are kept, before the number of units is allowed for.
 constexpr double kKept = 0.975;
 
 // Units of the robust estimate, a column each, in robust σ about the median.
@@ -50,130 +35,6 @@ struct Cloud {
   std::vector<int> units;
   MatrixXd values;
 };
-
-struct CentreAndRoot {
-  VectorXd centre;
-  Cholesky root;
-  double count = 0.0;
-};
-
-VectorXd SquaredDistances(const MatrixXd& values, const CentreAndRoot& about) {
-  return about.root.SolveLower(values.colwise() - about.centre).colwise().squaredNorm().transpose();
-}
-
-CentreAndRoot MomentsOf(const MatrixXd& values, const std::vector<Index>& some) {
-  MatrixXd selected(values.rows(), static_cast<Index>(some.size()));
-  for (std::size_t k = 0; k < some.size(); ++k) {
-    selected.col(static_cast<Index>(k)) = values.col(some[k]);
-  }
-  CentreAndRoot moments;
-  moments.count = static_cast<double>(some.size());
-  moments.centre = selected.rowwise().mean();
-  selected.colwise() -= moments.centre;
-  moments.root = Cholesky(TimesTranspose(selected, selected) / (moments.count - 1.0));
-  return moments;
-}
-
-std::vector<Index> All(Index count) {
-  std::vector<Index> all(static_cast<std::size_t>(count));
-  std::iota(all.begin(), all.end(), Index{0});
-  return all;
-}
-
-// The `count` units with the smallest distances, in their order.
-std::vector<Index> Nearest(const VectorXd& distances, Index count) {
-  std::vector<Index> order = All(distances.size());
-  std::nth_element(order.begin(), order.begin() + count - 1, order.end(), [&](Index a, Index b) {
-    return distances[a] < distances[b];
-  });
-  order.resize(static_cast<std::size_t>(count));
-  std::sort(order.begin(), order.end());
-  return order;
-}
-
-// Some units spread evenly over all.
-MatrixXd Sampled(const MatrixXd& values) {
-  const Index count = values.cols();
-  if (count <= kMostStartUnits) return values;
-  MatrixXd sampled(values.rows(), kMostStartUnits);
-  for (Index k = 0; k < kMostStartUnits; ++k)
-    sampled.col(k) = values.col(k * count / kMostStartUnits);
-  return sampled;
-}
-
-// What units are far from by a scatter that spoilt units may have drawn towards
-// them: along its own axes their spread is found anew, from medians, which they
-// hold against.
-VectorXd DistancesAlongAxes(const MatrixXd& values, const MatrixXd& scatter) {
-  const MatrixXd along = TransposeTimes(EigenOfSymmetric(scatter).vectors, values);
-  VectorXd distances = VectorXd::Zero(values.cols());
-  for (Index axis = 0; axis < along.rows(); ++axis) {
-    const VectorXd own = along.row(axis).transpose();
-    const RobustMoments robust = RobustMomentsOf({own.begin(), own.end()});
-    // Half of the units are the same along it.
-    if (!(robust.sigma > 0.0)) continue;
-    distances += ((own.array() - robust.centre) / robust.sigma).square().matrix();
-  }
-  return distances;
-}
-
-// Distances to start from, of which one at least is not misled: by correlations
-// of clipped values; along the axes of these, of the units' directions alone,
-// and of the half nearest to the median.
-std::vector<VectorXd> Starts(const MatrixXd& values) {
-  const Index count = values.cols();
-  const MatrixXd clipped = values.cwiseMax(-kClip).cwiseMin(kClip);
-  const CentreAndRoot of_clipped = MomentsOf(clipped, All(count));
-  const MatrixXd directions = values.colwise().normalized();
-  const CentreAndRoot of_half =
-      MomentsOf(values, Nearest(values.colwise().squaredNorm().transpose(), (count + 1) / 2));
-  const auto along_axes_of = [&values](const CentreAndRoot& moments) {
-    const MatrixXd root = moments.root.Root();
-    return DistancesAlongAxes(values, TimesTranspose(root, root));
-  };
-  std::vector<VectorXd> starts = {
-      SquaredDistances(values, of_clipped),
-      along_axes_of(of_clipped),
-      DistancesAlongAxes(values, TimesTranspose(directions, directions))};
-  if (of_half.root.is_positive()) starts.push_back(along_axes_of(of_half));
-  return starts;
-}
-
-// The core that a start leads to.
-CentreAndRoot CoreFrom(const MatrixXd& values, const VectorXd& start) {
-  const Index count = values.cols();
-  const Index core = static_cast<Index>(std::ceil(kCore * static_cast<double>(count)));
-  CentreAndRoot about = MomentsOf(values, Nearest(start, (count + 1) / 2));
-  std::vector<Index> nearest;
-  for (int round = 0; round < kMostSteps && about.root.is_positive(); ++round) {
-    std::vector<Index> next = Nearest(SquaredDistances(values, about), core);
-    if (next == nearest) break;
-    nearest = std::move(next);
-    about = MomentsOf(values, nearest);
-  }
-  return about;
-}
-
-// Centre and covariance of the core, that of the least determinant, its
-// covariance scaled so that the median distance is that of normal values.
-CentreAndRoot Core(const MatrixXd& values) {
-  CentreAndRoot about;
-  double least = std::numeric_limits<double>::infinity();
-  for (const VectorXd& start : Starts(values)) {
-    CentreAndRoot core = CoreFrom(values, start);
-    if (!core.root.is_positive()) return core;
-    const double determinant = core.root.LogDeterminant();
-    if (!(determinant < least)) continue;
-    least = determinant;
-    about = std::move(core);
-  }
-  const VectorXd distances = SquaredDistances(values, about);
-  const double scale = Median({distances.begin(), distances.end()}) /
-                       ChiSquareQuantile(0.5, static_cast<double>(values.rows()));
-  const MatrixXd root = std::sqrt(scale) * about.root.Root();
-  about.root = Cholesky(TimesTranspose(root, root));
-  return about;
-}
 
 struct Judged {
   CentreAndRoot about;
@@ -310,7 +171,7 @@ Cloud CloudOf(const LineData& data, const std::vector<int>& units, const Outlier
 
 // Without parameters that others determine.
 void DropDependent(OutlierSet* set, Cloud* cloud) {
-  const MatrixXd clipped = Sampled(cloud->values).cwiseMax(-kClip).cwiseMin(kClip);
+  const MatrixXd clipped = ClippedSample(cloud->values);
   const MatrixXd about_mean = clipped.colwise() - VectorXd(clipped.rowwise().mean());
   const std::vector<Index> kept = IndependentColumns(TimesTranspose(about_mean, about_mean));
   OutlierSet left;
@@ -393,7 +254,7 @@ std::string JudgeGroup(const LineData& data,
            " parameters, which takes " +
            std::to_string(kUnitsOfParameter * std::max<Index>(needed, 1));
   }
-  const CentreAndRoot core = Core(Sampled(cloud.values));
+  const CentreAndRoot core = RobustCore(cloud.values);
   if (!core.root.is_positive()) return "most units are the same";
   const Judged judged = Judge(cloud.values, core, options.level, all);
   const double n = judged.about.count;

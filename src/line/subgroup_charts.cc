@@ -65,8 +65,8 @@ class Subgroups {
   // Why there are no charts; empty: there are.
   std::string Lack() const {
     if (in_baseline_ >= kLeastSubgroups && within_.dof >= kLeastDof && sigma_ > 0.0) return "";
-    return std::to_string(in_baseline_) + " subgroups in the baseline with " +
-           std::to_string(std::lround(within_.dof)) + " degrees of freedom within them; it takes " +
+    return "too few subgroups, " + std::to_string(in_baseline_) + " in the baseline with " +
+           std::to_string(std::lround(within_.dof)) + " degrees of freedom within; it takes " +
            std::to_string(kLeastSubgroups) + " with " + std::to_string(kLeastDof);
   }
 

@@ -451,8 +451,8 @@ TEST(ControlCharts, OfFewSubgroupsCanAlarm) {
   EXPECT_EQ(station.alarms[0].unit, 14);
   options.subgroup_units = 15;
   EXPECT_EQ(ControlCharts(data, options).stations.front().note,
-            "no X-bar and S charts of 1 parameter: 1 subgroups in the baseline with 14 degrees of "
-            "freedom within them; it takes 2 with 10");
+            "no X-bar and S charts of 1 parameter: too few subgroups, 1 in the baseline with 14 "
+            "degrees of freedom within; it takes 2 with 10");
 }
 
 // √(16/4 x) where 1 - (1-x)^7 - 7 x (1-x)^6, the beta(2, 6), is .0027/2 and 1 - .0027/2.

@@ -100,6 +100,16 @@ TEST(Outliers, NeedNoParameterThatIsFixedOrTied) {
   EXPECT_TRUE(std::isnan(report.distances[7]));
 }
 
+// The median of an odd number of units is one of them.
+TEST(Outliers, OfASingleParameterAreFound) {
+  SimulatedLine simulated(1, 8);
+  LineData data = simulated.Units(41);
+  data.units[17].values[0] += 12.0;
+  const OutlierReport report = Outliers(data);
+  ASSERT_EQ(report.outliers.size(), 1U);
+  EXPECT_EQ(report.outliers[0].unit, 17);
+}
+
 TEST(Outliers, AreNotLookedForInTooFewUnits) {
   SimulatedLine simulated(33, 4);
   const std::string few =
