@@ -5,21 +5,14 @@
 #include <cstdio>
 #include <ctime>
 
+#include "line/golden_history.h"
+#include "line/moment.h"
 #include "truetriad/config/experiment.h"
 
 namespace truetriad::fleet {
 namespace {
 
 constexpr double kHourS = 3600.0;
-constexpr double kClocksS = 60.0;  // By which those of two machines may differ.
-
-/// Seconds since 1970 of "2026-01-31T12:00:00Z"; unset: it is none.
-std::optional<std::time_t> SecondsOf(const std::string& created) {
-  std::tm utc{};
-  const char* const end = strptime(created.c_str(), "%Y-%m-%dT%H:%M:%S", &utc);
-  if (end == nullptr) return std::nullopt;
-  return timegm(&utc);
-}
 
 std::string HoursText(double seconds) {
   std::array<char, 32> text{};
@@ -43,9 +36,9 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
     return std::optional("station " + station + " did not agree with its golden unit at " +
                          check->created + remedy);
   }
-  const std::optional<std::time_t> created = SecondsOf(check->created);
-  const double old_s = created ? std::difftime(std::time(nullptr), *created) : age_s + 1.0;
-  if (old_s < -kClocksS) {
+  // NaN: what cannot be dated is no check of today.
+  const double old_s = static_cast<double>(std::time(nullptr)) - line::SecondsOf(check->created);
+  if (old_s < -line::kClocksDifferS) {
     return std::optional("station " + station + " has a check of its golden unit at " +
                          check->created + ", which is " + HoursText(-old_s) +
                          " from now: a clock is or was wrong" + remedy);

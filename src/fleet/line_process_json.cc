@@ -24,6 +24,7 @@ class ProcessJsonWriter {
                           {"baseline_units", station.baseline_units},
                           {"baseline_outliers", outliers},
                           {"constant", Names(station.constant)},
+                          {"sparse", Names(station.sparse)},
                           {"dependent", Names(station.dependent)},
                           {"note", station.note},
                           {"alarms", alarms},
@@ -55,6 +56,7 @@ class ProcessJsonWriter {
       spreads.push_back({{"parameter", Name(spread.parameter)},
                          {"units", spread.units},
                          {"outliers", spread.outliers},
+                         {"without_sigma", spread.without_sigma},
                          {"sigma", spread.sigma},
                          {"calibration_sigma", spread.calibration_sigma},
                          {"process_sigma", spread.process_sigma}});
@@ -73,7 +75,8 @@ class ProcessJsonWriter {
             {"first", report.first},
             {"last", report.last},
             {"time", OfTrends(report.time)},
-            {"temperature", OfTrends(report.temperature)}};
+            {"temperature", OfTrends(report.temperature)},
+            {"temperature_with_time", report.temperature_with_time}};
   }
 
   Json Outliers() const {
@@ -93,11 +96,14 @@ class ProcessJsonWriter {
                           {"p_adjusted", outlier.p_adjusted},
                           {"shares", shares}});
     }
-    return {{"units", report.units},
-            {"limit", report.limit},
-            {"note", report.note},
-            {"parameters", Names(report.parameters)},
-            {"outliers", outliers}};
+    Json sets = Json::array();
+    for (const line::OutlierSet& set : report.sets) {
+      sets.push_back({{"stations", set.stations},
+                      {"units", set.units},
+                      {"limit", set.limit},
+                      {"parameters", Names(set.parameters)}});
+    }
+    return {{"sets", sets}, {"notes", report.notes}, {"outliers", outliers}};
   }
 
  private:

@@ -11,6 +11,9 @@
 namespace truetriad::fleet {
 namespace {
 
+/// Rank correlation of temperature and time from which on a trend of one shows as one of the other.
+constexpr double kConfounded = 0.3;
+
 /// Indices of the reports become names and serial numbers.
 class ProcessTextWriter {
  public:
@@ -30,6 +33,7 @@ class ProcessTextWriter {
         quiet += Wrapped(name + ": in control, " + std::to_string(station.units) + " units, " +
                          std::to_string(station.charts.size()) + " charts");
       }
+      quiet += AboutCharts(name, station);
       for (const line::ChartAlarm& alarm : station.alarms) {
         const bool is_joint = alarm.parameter < 0;
         rows.emplace_back(
@@ -87,8 +91,16 @@ class ProcessTextWriter {
   std::string Trends() const {
     const line::TrendReport& report = summary_.trends;
     if (report.time.empty()) return Sentence("Trends: none looked for; it takes more units");
-    return Trends(report.by_time ? "over time, a day" : "along the line, a unit", report.time) +
-           (report.temperature.empty() ? "" : Trends("with temperature, a °C", report.temperature));
+    const std::string text =
+        Trends(report.by_time ? "over time, a day" : "along the line, a unit", report.time);
+    if (report.temperature.empty()) return text;
+    const double together = report.temperature_with_time;
+    return text + Trends("with temperature, a °C", report.temperature) +
+           (std::abs(together) < kConfounded
+                ? ""
+                : Wrapped(std::string("Temperatures ") + (together > 0.0 ? "rose" : "fell") +
+                          " with time (rank correlation " + Significant(together, 2) +
+                          "): what is a trend with one of them may be one with the other"));
   }
 
   std::string Outliers() const {
@@ -102,13 +114,15 @@ class ProcessTextWriter {
            is_known ? Significant(outlier.shares.front().conditional, 3) + " σ" : "",
            Probability(outlier.p_adjusted)});
     }
-    if (!table.rows.empty()) {
-      return Section("Units unlike the others, over all parameters", std::move(table));
+    int units = 0;
+    for (const line::OutlierSet& set : summary_.outliers.sets) units += set.units;
+    std::string text = Section("Units unlike the others, over all parameters", std::move(table));
+    if (text.empty() && units > 0) {
+      text = Sentence("Outliers: none of " + std::to_string(units) + " units is unlike the others");
     }
-    return Sentence(summary_.outliers.note.empty()
-                        ? "Outliers: none of " + std::to_string(summary_.outliers.units) +
-                              " units is unlike the others"
-                        : "Outliers: " + summary_.outliers.note);
+    if (text.empty()) text = Sentence("Outliers: no unit is held against others");
+    for (const std::string& note : summary_.outliers.notes) text += Wrapped(note);
+    return text;
   }
 
  private:
@@ -128,6 +142,40 @@ class ProcessTextWriter {
       names += (names.empty() ? "" : ", ") + factor.name;
     }
     return names;
+  }
+  /// "a, b, c, d and 3 more (--json)".
+  static std::string ListOf(const std::vector<std::string>& items) {
+    constexpr std::size_t kMostItems = 4;
+    std::string list;
+    for (std::size_t k = 0; k < std::min(items.size(), kMostItems); ++k) {
+      list += (k == 0 ? "" : ", ") + items[k];
+    }
+    if (items.size() <= kMostItems) return list;
+    return list + " and " + std::to_string(items.size() - kMostItems) + " more (--json)";
+  }
+  /// What a station's charts do not show, and what they are held against.
+  std::string AboutCharts(const std::string& name, const line::StationCharts& station) const {
+    std::string text;
+    std::vector<std::string> shifts, sparse;
+    for (const line::ChartAlarm& alarm : station.alarms) {
+      if (alarm.kind != line::ChartKind::kBaseline) continue;
+      shifts.push_back((alarm.parameter < 0 ? "all together" : Name(alarm.parameter)) + " by " +
+                       Significant(alarm.value, 2) + " σ at unit " + Serial(alarm.unit));
+    }
+    if (!shifts.empty()) {
+      text += Wrapped(name + ": the first " + std::to_string(station.baseline_units) +
+                      " units, which should say what is normal, are not in control themselves (" +
+                      ListOf(shifts) +
+                      "), so the units judge each other there; begin after the shift (--since), or "
+                      "end the baseline before it (--baseline)");
+    }
+    if (station.charts.empty()) return text;
+    for (const int parameter : station.sparse) sparse.push_back(Name(parameter));
+    if (!sparse.empty()) {
+      text += Wrapped(name + ": no charts of " + ListOf(sparse) + ": fewer than " +
+                      std::to_string(line::kLeastBaselineUnits) + " units have a value");
+    }
+    return station.note.empty() ? text : text + Wrapped(name + ": " + station.note);
   }
   /// In place of a table.
   static std::string Sentence(const std::string& text) { return '\n' + text + '\n'; }

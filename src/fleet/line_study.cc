@@ -32,12 +32,8 @@ class StudyOfRuns {
       return study;
     }
     if (is_of_one_part_) {
-      const auto reference = options_.references.find(study.name);
-      study.type1 = line::FindType1Study(
-          values,
-          reference == options_.references.end() ? line::kNotKnown : reference->second,
-          study.tolerance,
-          options_.confidence);
+      study.type1 =
+          line::FindType1Study(values, ReferenceOf(study), study.tolerance, options_.confidence);
       return study;
     }
     std::vector<line::GaugeReading> readings;
@@ -86,6 +82,19 @@ class StudyOfRuns {
   }
 
  private:
+  /// In the unit of the study's values. Of a name that a limit and a parameter have it is the
+  /// limit's, which is in true units.
+  double ReferenceOf(const QuantityStudy& study) const {
+    const auto reference = options_.references.find(study.name);
+    const bool is_of_limit =
+        !study.has_limits &&
+        std::any_of(runs_.judged.begin(),
+                    runs_.judged.end(),
+                    [&study](const JudgedQuantity& judged) { return judged.name == study.name; });
+    return reference == options_.references.end() || is_of_limit ? line::kNotKnown
+                                                                 : reference->second;
+  }
+
   const LineReading& runs_;
   const SummaryOptions& options_;
   bool is_of_one_part_ = false;

@@ -204,6 +204,7 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   }
   line::ChartOptions chart_options;
   chart_options.most_points = options.chart_points;
+  chart_options.baseline_units = options.baseline_units;
   summary.charts = line::ControlCharts(line.measured, chart_options);
   const line::LineData once = OncePerUnit(line.measured);
   summary.effects = line::Effects(once);

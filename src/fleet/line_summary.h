@@ -34,7 +34,8 @@ struct SummaryOptions {
   double golden_due_h = 24.0;  ///< Age at which a station's golden check is overdue.
   std::string now = {};        ///< ISO 8601, UTC.
   double confidence = 0.95;
-  int chart_points = 0;  ///< The last points of each control chart that are kept.
+  int baseline_units = 200;  ///< Of control charts, as ChartOptions.
+  int chart_points = 0;      ///< The last points of each control chart that are kept.
 };
 
 struct YieldCount {

@@ -173,10 +173,16 @@ std::vector<const QuantityStudy*> ShownOf(const StudySummary& study) {
 }
 
 std::string GaugeText(const StudySummary& study) {
-  truetriad::Table table{
-      {"quantity", "of study", "of tolerance", "repeat", "reproduce", "categories", "parts p"},
-      "lrrrrrr",
-      {}};
+  truetriad::Table table{{"quantity",
+                          "of study",
+                          "of tolerance",
+                          "repeat",
+                          "reproduce",
+                          "categories",
+                          "parts p",
+                          study.by + " p"},
+                         "lrrrrrrr",
+                         {}};
   const QuantityStudy* first = nullptr;
   for (const QuantityStudy* quantity : ShownOf(study)) {
     if (!quantity->gauge) continue;
@@ -191,7 +197,8 @@ std::string GaugeText(const StudySummary& study) {
                           share(gauge.repeatability.study_share),
                           share(gauge.reproducibility.study_share),
                           std::to_string(gauge.distinct_categories),
-                          Probability(gauge.part.p)});
+                          Probability(gauge.part.p),
+                          std::isnan(gauge.appraiser.p) ? "" : Probability(gauge.appraiser.p)});
   }
   if (first == nullptr) return "";
   const line::GaugeStudy& gauge = *first->gauge;
@@ -204,17 +211,20 @@ std::string GaugeText(const StudySummary& study) {
 }
 
 std::string Type1Text(const StudySummary& study) {
-  truetriad::Table table{{"quantity", "mean", "σ", "bias", "p", "Cg", "Cgk"}, "lrrrrrr", {}};
+  truetriad::Table table{
+      {"quantity", "mean", "σ", "reference", "bias", "p", "Cg", "Cgk", "unit"}, "lrrrrrrrl", {}};
   for (const QuantityStudy* quantity : ShownOf(study)) {
     if (!quantity->type1) continue;
     const line::Type1Study& type1 = *quantity->type1;
     table.rows.push_back({quantity->name,
                           Significant(type1.mean, 5),
                           Significant(type1.sigma.value, 3),
+                          std::isnan(type1.reference) ? "" : Significant(type1.reference, 5),
                           std::isnan(type1.bias.value) ? "" : Significant(type1.bias.value, 3),
                           std::isnan(type1.bias_p) ? "" : Probability(type1.bias_p),
                           IndexText(type1.cg),
-                          IndexText(type1.cgk)});
+                          IndexText(type1.cgk),
+                          quantity->has_limits ? DisplayUnit(quantity->unit) : "of the log"});
   }
   return Section("Type-1 study: " + Counted(study.runs, "run") + " of one unit", std::move(table));
 }

@@ -19,6 +19,16 @@ double PredictiveLimit(double width, double variance, double weight, const Known
 
 SpreadLimits LimitsOfSpread(int size, double probability, const Known& known) {
   const double dof = size - 1.0;
+  if (known.own) {
+    // Its share of all squares is a beta(dof / 2, rest / 2), a function of Fisher's F.
+    const double rest = known.dof - dof;
+    const auto spread_of = [&](double f) {
+      const double share = dof * f / (rest + dof * f);
+      return std::sqrt(share * known.dof / dof);
+    };
+    return {spread_of(1.0 / FisherUpperQuantile(0.5 * probability, rest, dof)),
+            spread_of(FisherUpperQuantile(0.5 * probability, dof, rest))};
+  }
   // The quantile from below is one over that from above with the degrees of freedom exchanged.
   return {std::sqrt(1.0 / FisherUpperQuantile(0.5 * probability, known.dof, dof)),
           std::sqrt(FisherUpperQuantile(0.5 * probability, dof, known.dof))};

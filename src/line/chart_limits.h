@@ -45,7 +45,8 @@ class MovingWeights {
 };
 
 /// Limits of the standard deviation of `size` values, in estimated σ: each is exceeded with half of
-/// `probability`. Fisher's quantiles.
+/// `probability`. Fisher's quantiles; of own values, which are in that σ, the beta's. `known.dof`
+/// then exceeds size - 1.
 struct SpreadLimits {
   double lower = 0.0, upper = 0.0;
 };

@@ -81,4 +81,8 @@ void ChartWriter::MoveTo(StationCharts* station) {
   station->alarms.insert(station->alarms.end(), alarms_.begin(), alarms_.end());
 }
 
+void AddNote(const std::string& sentence, StationCharts* station) {
+  station->note += (station->note.empty() ? "" : "; ") + sentence;
+}
+
 }  // namespace truetriad::line

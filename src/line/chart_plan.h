@@ -42,7 +42,7 @@ struct ParameterValues {
   std::vector<double> values;  // of these
   std::vector<int> subgroups;  // consecutive values of the same number; -1: of none
   std::size_t baseline = 0;    // the first so many are the baseline
-  bool own = false;            // they are all there are: phase I
+  bool own = false;            // that is all of them: phase I
   std::vector<bool> good;      // of the baseline: no outlier
 };
 
@@ -73,16 +73,21 @@ class ChartWriter {
   std::vector<ChartAlarm> alarms_;
 };
 
+/// Another sentence of station->note.
+void AddNote(const std::string& sentence, StationCharts* station);
+
 /// EWMA, individuals and moving range.
 void DrawSingles(const ParameterValues& values, const ChartPlan& plan, StationCharts* station);
 
-/// X-bar and S.
-void DrawSubgroups(const ParameterValues& values, const ChartPlan& plan, StationCharts* station);
+/// X-bar and S. Why there are none; empty: there are.
+std::string DrawSubgroups(const ParameterValues& values,
+                          const ChartPlan& plan,
+                          StationCharts* station);
 
-/// T^2 and MEWMA over those parameters that nine of ten units have; adds to station->dependent and
-/// note.
+/// T^2 and MEWMA over those parameters, which all have a baseline or none; adds to
+/// station->dependent and note.
 void DrawTogether(const LineData& data,
-                  const std::vector<ParameterValues>& watched,
+                  const std::vector<ParameterValues>& shared,
                   ChartPlan* plan,
                   StationCharts* station);
 

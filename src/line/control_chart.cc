@@ -8,13 +8,16 @@
 #include <map>
 
 #include "line/baseline.h"
+#include "line/baseline_shift.h"
 #include "line/chart_plan.h"
 
 namespace truetriad::line {
 namespace {
 
-// Fewer values have no charts.
-constexpr std::size_t kLeastUnits = 20;
+constexpr std::size_t kLeastUnits{kLeastBaselineUnits};
+// Probability that a baseline in control is said to shift within itself.
+constexpr double kShiftLevel = 0.01;
+constexpr double kSharedBy = 0.9;
 
 std::vector<int> WatchedOf(const LineData& data, const ChartOptions& options) {
   std::vector<int> watched;
@@ -66,15 +69,46 @@ ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, in
   return values;
 }
 
-// False: there are too few.
-bool SetBaseline(const ChartOptions& options, bool own, ParameterValues* values) {
+// The first `units` values; all of them (0, or no more are there): they judge each other.
+void SetBaseline(int units, ParameterValues* values) {
   const std::size_t count = values->values.size();
-  values->own = own;
-  values->baseline = own ? count : static_cast<std::size_t>(options.baseline_units);
-  if (count < kLeastUnits || (!own && count <= values->baseline)) return false;
+  const auto wanted = static_cast<std::size_t>(std::max(units, 0));
+  values->own = wanted == 0 || wanted >= count;
+  values->baseline = values->own ? count : wanted;
   const auto end = values->values.begin() + static_cast<std::ptrdiff_t>(values->baseline);
   values->good = WithoutOutliers({values->values.begin(), end});
-  return true;
+}
+
+// Those that nine of ten units have: of fewer the other units would be lost for charts of all.
+std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watched, int units) {
+  std::vector<ParameterValues> shared;
+  for (const ParameterValues& values : watched) {
+    if (static_cast<double>(values.values.size()) >= kSharedBy * units) shared.push_back(values);
+  }
+  return shared;
+}
+
+// What shifts within its baseline has none: its units judge each other, as before it was full. All
+// together do where one of them does.
+void DropShiftedBaselines(const LineData& data,
+                          std::vector<ParameterValues>* watched,
+                          std::vector<ParameterValues>* shared,
+                          StationCharts* station) {
+  station->alarms = BaselineShifts(data, *watched, 0.5 * kShiftLevel);
+  if (station->alarms.empty()) {
+    const auto shift = JointBaselineShift(data, *shared, 0.5 * kShiftLevel);
+    if (shift) station->alarms.push_back(*shift);
+  }
+  for (ChartAlarm& alarm : station->alarms) {
+    for (ParameterValues& values : *watched) {
+      if (alarm.parameter == values.parameter) SetBaseline(0, &values);
+      alarm.last_unit = std::max(alarm.last_unit, values.units.back());
+    }
+  }
+  const auto judge_each_other = [](const ParameterValues& values) { return values.own; };
+  if (!station->alarms.empty() || std::any_of(shared->begin(), shared->end(), judge_each_other)) {
+    for (ParameterValues& values : *shared) SetBaseline(0, &values);
+  }
 }
 
 bool VariesInBaseline(const ParameterValues& values) {
@@ -96,6 +130,24 @@ void SortUnique(std::vector<int>* numbers) {
   numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
 }
 
+void DrawAllSubgroups(const LineData& data,
+                      const ChartOptions& options,
+                      const ChartPlan& plan,
+                      std::vector<ParameterValues>* watched,
+                      StationCharts* station) {
+  std::map<std::string, int> lacks;  // how many parameters have each
+  for (ParameterValues& values : *watched) {
+    NumberSubgroups(data, options, &values);
+    const std::string lack = DrawSubgroups(values, plan, station);
+    if (!lack.empty()) ++lacks[lack];
+  }
+  for (const auto& [lack, parameters] : lacks) {
+    AddNote("no X-bar and S charts of " + std::to_string(parameters) +
+                (parameters == 1 ? " parameter: " : " parameters: ") + lack,
+            station);
+  }
+}
+
 // `plans`: of stations before, by their number of parameters.
 StationCharts ChartsOf(const LineData& data,
                        const std::string& name,
@@ -112,15 +164,20 @@ StationCharts ChartsOf(const LineData& data,
   const bool own = options.baseline_units <= 0 || options.baseline_units >= station.units;
   station.baseline_units = own ? station.units : options.baseline_units;
   std::erase_if(watched, [&](ParameterValues& values) {
-    if (!SetBaseline(options, own, &values)) {
-      station.sparse.push_back(values.parameter);
-      return true;
-    }
-    AddBaselineOutliers(values, &station.baseline_outliers);
+    const bool is_sparse = values.values.size() < kLeastUnits;
+    if (is_sparse) station.sparse.push_back(values.parameter);
+    if (is_sparse) return true;
+    SetBaseline(options.baseline_units, &values);
     if (VariesInBaseline(values)) return false;
+    AddBaselineOutliers(values, &station.baseline_outliers);
     station.constant.push_back(values.parameter);
     return true;
   });
+  std::vector<ParameterValues> shared = SharedOf(watched, station.units);
+  DropShiftedBaselines(data, &watched, &shared, &station);
+  for (const ParameterValues& values : watched) {
+    AddBaselineOutliers(values, &station.baseline_outliers);
+  }
   SortUnique(&station.baseline_outliers);
   if (watched.empty()) {
     station.note = "no charts: no parameter that varies has " + std::to_string(kLeastUnits) +
@@ -128,15 +185,12 @@ StationCharts ChartsOf(const LineData& data,
     return station;
   }
   ChartPlan& plan = plans->try_emplace(watched.size(), options, watched.size()).first->second;
-  for (ParameterValues& values : watched) {
-    DrawSingles(values, plan, &station);
-    if (plan.Has(ChartKind::kXBar) || plan.Has(ChartKind::kS)) {
-      NumberSubgroups(data, options, &values);
-      DrawSubgroups(values, plan, &station);
-    }
+  for (const ParameterValues& values : watched) DrawSingles(values, plan, &station);
+  if (plan.Has(ChartKind::kXBar) || plan.Has(ChartKind::kS)) {
+    DrawAllSubgroups(data, options, plan, &watched, &station);
   }
   if (plan.Has(ChartKind::kHotelling) || plan.Has(ChartKind::kMewma)) {
-    DrawTogether(data, watched, &plan, &station);
+    DrawTogether(data, shared, &plan, &station);
   }
   std::stable_sort(station.charts.begin(),
                    station.charts.end(),
@@ -150,8 +204,8 @@ StationCharts ChartsOf(const LineData& data,
 }  // namespace
 
 const char* NameOf(ChartKind kind) {
-  static constexpr std::array<const char*, kChartKindCount> kNames = {
-      "ewma", "individuals", "moving-range", "x-bar", "s", "t2", "mewma"};
+  static constexpr std::array<const char*, kChartKindCount + 1> kNames = {
+      "ewma", "individuals", "moving-range", "x-bar", "s", "t2", "mewma", "baseline"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -12,7 +12,7 @@
 
 namespace truetriad::line {
 
-/// What a control chart plots. All but the last two have one chart a parameter.
+/// What a control chart plots. T^2 and MEWMA have one chart of all parameters, the others one each.
 enum class ChartKind {
   kEwma,         // exponentially weighted moving average of single units
   kIndividuals,  // single units
@@ -21,6 +21,7 @@ enum class ChartKind {
   kS,            // standard deviations within subgroups
   kHotelling,    // T^2 of single units over all parameters
   kMewma,        // multivariate EWMA over all parameters
+  kBaseline,     // no chart, but an alarm: the baseline is not in control itself
 };
 inline constexpr std::array kChartKinds = {ChartKind::kEwma,
                                            ChartKind::kIndividuals,
@@ -31,7 +32,8 @@ inline constexpr std::array kChartKinds = {ChartKind::kEwma,
                                            ChartKind::kMewma};
 inline constexpr std::size_t kChartKindCount = kChartKinds.size();
 
-/// As files and pages call it: "ewma", "individuals", "moving-range", "x-bar", "s", "t2", "mewma".
+/// As files and pages call it: "ewma", "individuals", "moving-range", "x-bar", "s", "t2", "mewma",
+/// "baseline".
 const char* NameOf(ChartKind kind);
 
 /// Parts of the permitted false alarms, by kind; a kind with 0 is not drawn. The sum is 1.
@@ -44,11 +46,15 @@ inline constexpr ChartShares kDefaultShares = {0.65, 0.10, 0.05, 0.05, 0.05, 0.0
 /// One kind alone.
 ChartShares Only(ChartKind kind);
 
+/// A parameter with fewer values has no charts.
+inline constexpr int kLeastBaselineUnits = 20;
+
 struct ChartOptions {
   /// Units between two false alarms, on average, over all charts of a station together.
   double run_length_units = 370.0;
   /// The units that say what is normal: the first so many of a station, followed by each later one
-  /// that is in control (phase II). 0: all units judge each other (phase I).
+  /// that is in control (phase II). 0: all units judge each other (phase I), as do those of a
+  /// parameter that shifts within its baseline.
   int baseline_units = 200;
   double ewma_lambda = 0.08;
   double mewma_lambda = 0.1;
@@ -97,13 +103,13 @@ struct Chart {
 struct StationCharts {
   std::string station;                 // the tag's value; empty: units without it
   int units = 0;                       // with a value of at least one parameter
-  int baseline_units = 0;              // of them
+  int baseline_units = 0;              // of them; all: they judge each other
   std::vector<int> baseline_outliers;  // units of the baseline that do not count
   std::vector<int> constant;           // parameters that never vary there: no chart
   std::vector<int> sparse;             // parameters with too few values for charts
   std::vector<int> dependent;          // that others determine: not in T^2 and MEWMA
   std::vector<Chart> charts;           // by kind, then by parameter
-  std::vector<ChartAlarm> alarms;      // in the order of units
+  std::vector<ChartAlarm> alarms;      // in the order of units; kBaseline: see baseline_shift.h
   std::string note;                    // why there are fewer charts than asked for; empty: none
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "line/baseline.h"
@@ -56,11 +57,14 @@ std::optional<Column> ColumnOf(const LineData& data, int parameter) {
   return column;
 }
 
-FactorSums SumsOf(const Factors& factors, const Column& column) {
+// `of`: that factor's units only, which carry its tag.
+FactorSums SumsOf(const Factors& factors,
+                  const Column& column,
+                  std::optional<std::size_t> of = std::nullopt) {
   FactorSums sums(factors, 1);
   VectorXd value(1);
   for (std::size_t k = 0; k < column.units.size(); ++k) {
-    if (!column.used[k]) continue;
+    if (!column.used[k] || (of && !factors.IsNamed(*of, column.units[k]))) continue;
     value[0] = column.values[k];
     sums.Add(factors, column.units[k], value);
   }
@@ -90,7 +94,7 @@ void LeaveOutSpoilt(const Factors& factors, const FactorModel& model, Column* co
 ResidualSpread SpreadOf(const LineData& data, const Column& column, const FactorModel& model) {
   ResidualSpread spread;
   spread.parameter = column.parameter;
-  double stated = 0.0;
+  RunningMoments variances;  // of those calibrations that state one
   for (std::size_t k = 0; k < column.units.size(); ++k) {
     if (!column.used[k]) {
       ++spread.outliers;
@@ -99,13 +103,14 @@ ResidualSpread SpreadOf(const LineData& data, const Column& column, const Factor
     ++spread.units;
     const VectorXd& sigma = data.units[column.units[k]].sigma;
     if (column.parameter < sigma.size() && std::isfinite(sigma[column.parameter])) {
-      stated += std::pow(sigma[column.parameter], 2);
+      variances.Add(std::pow(sigma[column.parameter], 2));
     }
   }
   spread.sigma = column.scale * std::sqrt(model.residual()(0, 0) / model.error_dof());
-  spread.calibration_sigma = std::sqrt(stated / spread.units);
-  spread.process_sigma =
-      std::sqrt(std::max(std::pow(spread.sigma, 2) - std::pow(spread.calibration_sigma, 2), 0.0));
+  spread.without_sigma = spread.units - static_cast<int>(variances.count);
+  if (variances.count == 0.0) return spread;
+  spread.calibration_sigma = std::sqrt(variances.mean);
+  spread.process_sigma = std::sqrt(std::max(std::pow(spread.sigma, 2) - variances.mean, 0.0));
   return spread;
 }
 
@@ -129,10 +134,10 @@ double VarianceBetween(const FactorModel::Levels& levels, double error_variance)
 
 // `finest_variance`: of what the model of everything leaves.
 std::optional<ParameterEffect> EffectOf(const Factors& factors,
-                                        const FactorSums& sums,
                                         const Column& column,
                                         double finest_variance,
                                         std::size_t factor) {
+  const FactorSums sums = SumsOf(factors, column, factor);
   const std::vector<std::size_t> model = ModelFor(factors, factor);
   const FactorModel full(factors, sums, model);
   const FactorModel reduced(factors, sums, Without(model, factor));
@@ -153,6 +158,7 @@ std::optional<ParameterEffect> EffectOf(const Factors& factors,
   const Index place = FactorSums::Places(factors)[factor];
   for (std::size_t level = 0; level < levels.estimable.size(); ++level) {
     const auto row = static_cast<Index>(level);
+    if (factors.factors[factor].levels[level].empty()) continue;
     LevelEffect own{factors.factors[factor].levels[level],
                     static_cast<int>(sums.indicators(place + row, place + row)),
                     std::numeric_limits<double>::quiet_NaN(),
@@ -166,10 +172,12 @@ std::optional<ParameterEffect> EffectOf(const Factors& factors,
   return effect;
 }
 
-// Sums of all parameters at once, over the units that have them all and are spoilt in none.
+// Sums of all parameters at once, over the units that have them all, are spoilt in none and carry
+// the factor's tag.
 FactorSums JointSums(const Factors& factors,
                      const std::vector<Column>& columns,
-                     std::size_t units) {
+                     std::size_t units,
+                     std::size_t factor) {
   MatrixXd values = MatrixXd::Constant(static_cast<Index>(columns.size()),
                                        static_cast<Index>(units),
                                        std::numeric_limits<double>::quiet_NaN());
@@ -182,7 +190,7 @@ FactorSums JointSums(const Factors& factors,
   FactorSums sums(factors, values.rows());
   for (std::size_t unit = 0; unit < units; ++unit) {
     const VectorXd row = values.col(static_cast<Index>(unit));
-    if (row.allFinite()) sums.Add(factors, unit, row);
+    if (row.allFinite() && factors.IsNamed(factor, unit)) sums.Add(factors, unit, row);
   }
   return sums;
 }
@@ -249,6 +257,22 @@ void AdjustAll(std::vector<Test>* tests) {
   for (std::size_t k = 0; k < tests->size(); ++k) (*tests)[k].p_adjusted = adjusted[k];
 }
 
+// One sentence for those with the same number of them.
+void NoteWithoutSigma(const LineData& data, EffectReport* report) {
+  std::map<int, std::string> names;
+  for (const ResidualSpread& spread : report->spreads) {
+    if (spread.without_sigma == 0) continue;
+    std::string& list = names[spread.without_sigma];
+    list +=
+        (list.empty() ? "" : ", ") + data.parameters[static_cast<std::size_t>(spread.parameter)];
+  }
+  for (const auto& [units, list] : names) {
+    report->notes.push_back("the σ of calibration is without " + std::to_string(units) +
+                            (units == 1 ? " unit that states" : " units that state") + " none of " +
+                            list);
+  }
+}
+
 void NoteUnestimable(const EffectReport& report, std::vector<std::string>* notes) {
   std::vector<bool> noted(report.factors.size(), false);
   for (const ParameterEffect& effect : report.effects) {
@@ -289,19 +313,20 @@ EffectReport Effects(const LineData& data, const EffectOptions& options) {
     report.spreads.push_back(SpreadOf(data, *column, model));
     const double variance = model.residual()(0, 0) / model.error_dof();
     for (std::size_t factor = 0; factor < factors.count(); ++factor) {
-      if (auto effect = EffectOf(factors, sums, *column, variance, factor)) {
+      if (auto effect = EffectOf(factors, *column, variance, factor)) {
         report.effects.push_back(*std::move(effect));
       }
     }
     columns.push_back(*std::move(column));
   }
-  const FactorSums joint = JointSums(factors, columns, data.units.size());
   for (std::size_t factor = 0; factor < factors.count(); ++factor) {
+    const FactorSums joint = JointSums(factors, columns, data.units.size(), factor);
     if (auto effect = JointEffectOf(factors, joint, factor)) report.joint.push_back(*effect);
   }
   AdjustAll(&report.effects);
   AdjustAll(&report.joint);
   NoteUnestimable(report, &report.notes);
+  NoteWithoutSigma(data, &report);
   report.tilts = TiltsOf(data, factors, &report.notes);
   return report;
 }

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "line/interval.h"
 #include "line/line_data.h"
 
 namespace truetriad::line {
 
 struct EffectOptions {
   /// Tags that are looked at where units carry at least two values of them.
-  std::vector<std::string> factors = {
-      "station", "slot", "fixture", "operator", "lot"};
+  std::vector<std::string> factors = {"station", "slot", "fixture", "operator", "lot"};
 };
 
 /// What one level of a factor (one fixture, say) adds to a parameter, against the mean of the
@@ -38,11 +38,13 @@ struct ParameterEffect {
 /// The spread of one parameter that no factor explains.
 struct ResidualSpread {
   int parameter = 0;
-  int units = 0;                   // used
-  int outliers = 0;                // beyond 5 σ of the model, left out
-  double sigma = 0.0;              // of units within all levels
-  double calibration_sigma = 0.0;  // root mean square of what calibrations state
-  double process_sigma = 0.0;      // what is left: sqrt(sigma^2 - calibration_sigma^2), at least 0
+  int units = 0;                         // used
+  int outliers = 0;                      // beyond 5 σ of the model, left out
+  double sigma = 0.0;                    // of units within all levels
+  int without_sigma = 0;                 // of them: whose calibration states no (finite) σ
+  double calibration_sigma = kNotKnown;  // root mean square of what the others state; NaN: none do
+  double process_sigma =
+      kNotKnown;  // what is left: sqrt(sigma^2 - calibration_sigma^2), at least 0
 };
 
 /// One factor's effect upon all parameters together: Wilks' Λ by Rao's F.
@@ -74,7 +76,7 @@ struct FactorTilt {
 
 struct FactorLevels {
   std::string name;
-  std::vector<std::string> levels;  // empty text: units without the tag
+  std::vector<std::string> levels;  // empty text: units without the tag, of which nothing is said
 };
 
 struct EffectReport {

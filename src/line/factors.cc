@@ -40,15 +40,17 @@ Coded CodedTag(const LineData& data, const std::string& tag) {
   return coded;
 }
 
-// Whether units of one level of `finer` all have the same level of `coarser`.
-bool Determines(const std::vector<int>& finer, const std::vector<int>& coarser) {
+// Whether units of one level of `finer` all have the same level of `coarser`. Those without one of
+// the tags say nothing of that.
+bool Determines(const Factors& factors, std::size_t finer, std::size_t coarser) {
   std::map<int, int> goes_with;
-  for (std::size_t unit = 0; unit < finer.size(); ++unit) {
-    if (finer[unit] == kNoLevel) continue;
-    const auto at = goes_with.emplace(finer[unit], coarser[unit]).first;
-    if (at->second != coarser[unit]) return false;
+  for (std::size_t unit = 0; unit < factors.level_of[finer].size(); ++unit) {
+    if (!factors.IsNamed(finer, unit) || !factors.IsNamed(coarser, unit)) continue;
+    const int level = factors.level_of[coarser][unit];
+    const auto at = goes_with.emplace(factors.level_of[finer][unit], level).first;
+    if (at->second != level) return false;
   }
-  return true;
+  return !goes_with.empty();
 }
 
 void Relate(Factors* factors) {
@@ -57,15 +59,15 @@ void Relate(Factors* factors) {
   for (std::size_t a = 0; a < count; ++a) {
     factors->related[a][a] = true;
     for (std::size_t b = 0; b < a; ++b) {
-      const bool a_says_b = Determines(factors->level_of[a], factors->level_of[b]);
-      const bool b_says_a = Determines(factors->level_of[b], factors->level_of[a]);
+      const bool a_says_b = Determines(*factors, a, b);
+      const bool b_says_a = Determines(*factors, b, a);
       factors->related[a][b] = factors->related[b][a] = a_says_b || b_says_a;
       const std::string& first = factors->factors[b].name;
       const std::string& second = factors->factors[a].name;
       if (a_says_b && b_says_a) {
-        factors->notes.push_back(
-            first + " and " + second +
-            " cannot be told apart: each of one goes with the same of the other");
+        factors->notes.push_back(first + " and " + second +
+                                 " cannot be told apart: all units of a " + first +
+                                 " have the same " + second + ", and the other way round");
       } else if (a_says_b || b_says_a) {
         const std::string& finer = a_says_b ? second : first;
         const std::string& coarser = a_says_b ? first : second;
@@ -102,7 +104,10 @@ Factors FactorsOf(const LineData& data, const std::vector<std::string>& wanted) 
   for (const std::string& tag : wanted) {
     Coded coded = CodedTag(data, tag);
     const std::size_t own = coded.levels.levels.size();
-    if (own < 2) continue;
+    const auto unnamed = std::count_if(data.units.begin(), data.units.end(), [&](const auto& unit) {
+      return HasValues(unit) && TagOf(unit, tag).empty();
+    });
+    if (own < (unnamed > 0 ? 3 : 2)) continue;
     if (units < kUnitsOfLevel * own) {
       factors.notes.push_back(tag + " is left out: " + std::to_string(own) + " levels for " +
                               std::to_string(units) + " units");
@@ -112,6 +117,10 @@ Factors FactorsOf(const LineData& data, const std::vector<std::string>& wanted) 
       factors.notes.push_back(tag + " is left out: with its " + std::to_string(own) +
                               " levels there would be more than " + std::to_string(kMostLevels));
       continue;
+    }
+    if (unnamed > 0) {
+      factors.notes.push_back(std::to_string(unnamed) + " of " + std::to_string(units) +
+                              " units have no " + tag + " and are not in its estimate");
     }
     levels += own;
     factors.factors.push_back(std::move(coded.levels));

@@ -18,6 +18,12 @@ struct Factors {
   std::vector<std::string> notes;  // what cannot be told apart or was left out
 
   std::size_t count() const { return factors.size(); }
+  /// Whether the unit carries the factor's tag. Those that do not are a level without a name in the
+  /// models of other factors, and no part of this one's.
+  bool IsNamed(std::size_t factor, std::size_t unit) const {
+    const int level = level_of[factor][unit];
+    return level >= 0 && !factors[factor].levels[static_cast<std::size_t>(level)].empty();
+  }
 };
 
 /// Those of the wanted tags that distinguish units: at least two levels, and at least three times

@@ -16,7 +16,7 @@ namespace truetriad::line {
 namespace {
 
 constexpr double kSecondsADay = 86'400.0;
-constexpr double kClocksH = 1.0 / 60.0;  // By which those of two machines may differ.
+constexpr double kSecondsAnHour = 3600.0;
 
 /// The slope of a straight line through the sizes of the largest differences, and its p.
 void FillDrift(double confidence, GoldenHistory* history) {
@@ -51,7 +51,7 @@ void FillDrift(double confidence, GoldenHistory* history) {
 GoldenState StateOf(const GoldenHistory& history, double due_h) {
   if (!history.checks.back().agrees) return GoldenState::kDisagrees;
   // What cannot be dated, or is of a time to come, is no check of today.
-  const bool is_due = history.age_h <= due_h && history.age_h >= -kClocksH;
+  const bool is_due = history.age_h <= due_h && history.age_h >= -kClocksDifferS / kSecondsAnHour;
   return is_due ? GoldenState::kGood : GoldenState::kOverdue;
 }
 
@@ -78,7 +78,7 @@ std::vector<GoldenHistory> FindGoldenHistories(const std::vector<StationCheck>& 
   std::vector<GoldenHistory> histories;
   for (auto& [station, history] : by_station) {
     history.station = station;
-    history.age_h = (SecondsOf(now) - SecondsOf(history.checks.back().created)) / 3600.0;
+    history.age_h = (SecondsOf(now) - SecondsOf(history.checks.back().created)) / kSecondsAnHour;
     history.disagreed = static_cast<int>(
         std::count_if(history.checks.begin(), history.checks.end(), [](const StationCheck& check) {
           return !check.agrees;

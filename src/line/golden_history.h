@@ -9,6 +9,10 @@
 
 namespace truetriad::line {
 
+/// By how many seconds the clocks of two machines may differ: a check that is later than now by
+/// more is of a time to come.
+inline constexpr double kClocksDifferS = 60.0;
+
 /// A station measured its golden unit (`check-station`).
 struct StationCheck {
   std::string station = {}, serial = {};  ///< serial: of the golden unit.

@@ -29,8 +29,6 @@ constexpr double kFarAwayProbability = 1e-4;
 constexpr int kMostScreens = 5;
 // A moving average is one of the estimate's own units if these have so much of its weight.
 constexpr double kOwnWeight = 0.99;
-// Of the units, that have a value of a parameter; of fewer the others would be lost with them.
-constexpr double kLeastShare = 0.9;
 
 // Units with values of all parameters, as columns scaled by their spread in the baseline.
 struct TogetherUnits {
@@ -282,22 +280,20 @@ std::vector<const ParameterValues*> IndependentOf(
 }
 
 void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
-  station->note = "no charts of all parameters together: " + std::to_string(good) +
-                  " baseline units that are no outliers have all " + std::to_string(parameters) +
-                  " parameters, which takes " + std::to_string(kLeastUnitsOfParameter * parameters);
+  AddNote("no charts of all parameters together: " + std::to_string(good) +
+              " baseline units that are no outliers have all " + std::to_string(parameters) +
+              " parameters, which takes " + std::to_string(kLeastUnitsOfParameter * parameters),
+          station);
 }
 
 }  // namespace
 
 void DrawTogether(const LineData& data,
-                  const std::vector<ParameterValues>& watched,
+                  const std::vector<ParameterValues>& shared,
                   ChartPlan* plan,
                   StationCharts* station) {
   std::vector<const ParameterValues*> parameters;
-  for (const ParameterValues& values : watched) {
-    const double count = static_cast<double>(values.values.size());
-    if (count >= kLeastShare * station->units) parameters.push_back(&values);
-  }
+  for (const ParameterValues& values : shared) parameters.push_back(&values);
   if (parameters.size() < 2) return;
   TogetherUnits together = CompleteUnits(data, parameters);
   const auto good = std::count(together.good.begin(), together.good.end(), true);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "line/baseline.h"
@@ -16,11 +18,14 @@ namespace truetriad::line {
 namespace {
 
 // With fewer, limits are so wide that they say nothing.
-constexpr double kLeastDof = 10.0;
+constexpr int kLeastDof = 10;
+// A single one has nothing to be held against.
+constexpr std::size_t kLeastSubgroups = 2;
 
 struct Subgroup {
   std::size_t last = 0;  // place of its last value
   RunningMoments moments;
+  bool own = false;  // all of it is in the estimate that it is held against
 };
 
 // σ within subgroups and the mean of their values.
@@ -45,15 +50,27 @@ class Subgroups {
     for (const Subgroup& group : groups_) {
       if (group.last < values.baseline) ++first_;
     }
-    for (std::size_t g = 0; g < first_; ++g) within_.Add(GoodOf(g));
+    for (std::size_t g = 0; g < first_; ++g) {
+      const Subgroup good = GoodOf(g);
+      groups_[g].own = values.own && good.moments.count == groups_[g].moments.count;
+      within_.Add(good);
+    }
+    in_baseline_ = first_;
     joined_ = first_;
     if (values.own) first_ = 0;
     usable_.assign(groups_.size(), true);
     SetNormal();
   }
 
+  // Why there are no charts; empty: there are.
+  std::string Lack() const {
+    if (in_baseline_ >= kLeastSubgroups && within_.dof >= kLeastDof && sigma_ > 0.0) return "";
+    return "too few subgroups, " + std::to_string(in_baseline_) + " in the baseline with " +
+           std::to_string(std::lround(within_.dof)) + " degrees of freedom within; it takes " +
+           std::to_string(kLeastSubgroups) + " with " + std::to_string(kLeastDof);
+  }
+
   void DrawTo(StationCharts* station) {
-    if (within_.dof < kLeastDof || !(sigma_ > 0.0)) return;
     std::optional<ChartWriter> mean = WriterOf(ChartKind::kXBar);
     std::optional<ChartWriter> spread = WriterOf(ChartKind::kS);
     for (std::size_t g = first_; g < groups_.size(); ++g) {
@@ -115,20 +132,28 @@ class Subgroups {
   // Quantiles take long, and most subgroups have the same size.
   const Limits& LimitsOf(const Subgroup& group) {
     const int size = static_cast<int>(group.moments.count);
-    const auto [at, is_new] = limits_.try_emplace(size);
+    const auto [at, is_new] = limits_.try_emplace({size, group.own});
     if (is_new) {
+      Known known = known_;
+      known.own = group.own;
       // As many false alarms a unit as the plan has: a subgroup has that of each of its units.
       const double mean_alarms = std::min(plan_.RateOf(ChartKind::kXBar) * size, 0.5);
       const double spread_alarms = std::min(plan_.RateOf(ChartKind::kS) * size, 0.5);
       if (mean_alarms > 0.0) {
         at->second.mean =
-            PredictiveLimit(-NormalQuantile(0.5 * mean_alarms), 1.0 / size, 1.0, known_);
+            PredictiveLimit(-NormalQuantile(0.5 * mean_alarms), 1.0 / size, 1.0, known);
       }
-      if (spread_alarms > 0.0 && size > 1) {
-        at->second.spread = LimitsOfSpread(size, spread_alarms, known_);
+      if (spread_alarms > 0.0 && HasSpread(group)) {
+        at->second.spread = LimitsOfSpread(size, spread_alarms, known);
       }
     }
     return at->second;
+  }
+
+  // Whether there is a spread within, and another that it can be held against.
+  bool HasSpread(const Subgroup& group) const {
+    const double dof = group.moments.count - 1.0;
+    return dof > 0.0 && (!group.own || known_.dof > dof);
   }
 
   bool AddMean(const Subgroup& group, ChartWriter* writer) {
@@ -140,7 +165,7 @@ class Subgroups {
   }
 
   bool AddSpread(const Subgroup& group, ChartWriter* writer) {
-    if (group.moments.count < 2.0) return false;
+    if (!HasSpread(group)) return false;
     const SpreadLimits& limits = LimitsOf(group).spread;
     const double value = std::sqrt(group.moments.Variance()) / sigma_;
     const bool outside = value < limits.lower || value > limits.upper;
@@ -150,31 +175,44 @@ class Subgroups {
 
   void Finish(ChartWriter* writer, StationCharts* station) const {
     Chart& chart = writer->chart;
-    const double size = static_cast<double>(values_.values.size()) /
-                        static_cast<double>(std::max<std::size_t>(groups_.size(), 1));
-    chart.line = chart.kind == ChartKind::kS ? C4(std::max(size, 2.0)) : 0.0;
+    chart.line = chart.kind == ChartKind::kS ? MeanSpread() : 0.0;
     chart.run_length = 1.0 / plan_.RateOf(chart.kind);
     chart.centre = centre_;
     chart.sigma = sigma_ / C4(known_.dof + 1.0);
     writer->MoveTo(station);
   }
 
+  // Of the subgroups drawn, in control and in σ.
+  double MeanSpread() const {
+    RunningMoments spreads;
+    for (std::size_t g = first_; g < groups_.size(); ++g) {
+      if (HasSpread(groups_[g])) spreads.Add(C4(groups_[g].moments.count));
+    }
+    return spreads.mean;
+  }
+
   const ParameterValues& values_;
   const ChartPlan& plan_;
   std::vector<Subgroup> groups_;
+  std::size_t in_baseline_ = 0;
   std::size_t first_ = 0;   // that is drawn
   std::size_t joined_ = 0;  // those before are in the baseline, or left out for good
   std::vector<bool> usable_;
   WithinSubgroups within_;
   Known known_;
   double centre_ = 0.0, sigma_ = 0.0;
-  std::map<int, Limits> limits_;  // by size
+  std::map<std::pair<int, bool>, Limits> limits_;  // by size and whether it is own
 };
 
 }  // namespace
 
-void DrawSubgroups(const ParameterValues& values, const ChartPlan& plan, StationCharts* station) {
-  Subgroups(values, plan).DrawTo(station);
+std::string DrawSubgroups(const ParameterValues& values,
+                          const ChartPlan& plan,
+                          StationCharts* station) {
+  Subgroups subgroups(values, plan);
+  std::string lack = subgroups.Lack();
+  if (lack.empty()) subgroups.DrawTo(station);
+  return lack;
 }
 
 }  // namespace truetriad::line

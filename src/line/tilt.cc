@@ -154,7 +154,8 @@ Rotations RotationsOf(const LineData& data, const std::vector<SensorAxes>& senso
   return rotations;
 }
 
-FactorSums SumsOfRotations(const Factors& factors, const Rotations& rotations) {
+// Of the units that carry the factor's tag.
+FactorSums SumsOfRotations(const Factors& factors, const Rotations& rotations, std::size_t factor) {
   std::vector<bool> good(rotations.units.size(), true);
   for (Index row = 0; row < rotations.values.rows(); ++row) {
     const VectorXd values = rotations.values.row(row).transpose();
@@ -166,7 +167,8 @@ FactorSums SumsOfRotations(const Factors& factors, const Rotations& rotations) {
   }
   FactorSums sums(factors, rotations.values.rows());
   for (std::size_t k = 0; k < good.size(); ++k) {
-    if (good[k]) sums.Add(factors, rotations.units[k], rotations.values.col(static_cast<Index>(k)));
+    if (!good[k] || !factors.IsNamed(factor, rotations.units[k])) continue;
+    sums.Add(factors, rotations.units[k], rotations.values.col(static_cast<Index>(k)));
   }
   return sums;
 }
@@ -214,7 +216,7 @@ FactorTilt TiltOf(const Factors& factors,
   if (!Cholesky(covariance).is_positive()) return tilt;
   const Index place = FactorSums::Places(factors)[factor];
   for (std::size_t level = 0; level < levels.estimable.size(); ++level) {
-    if (!levels.estimable[level]) continue;
+    if (!levels.estimable[level] || factors.factors[factor].levels[level].empty()) continue;
     const auto row = static_cast<Index>(level);
     LevelTilt own;
     own.level = factors.factors[factor].levels[level];
@@ -257,9 +259,10 @@ std::vector<FactorTilt> TiltsOf(const LineData& data,
                      "attitudes and gauge: fixture");
     return tilts;
   }
-  const FactorSums sums = SumsOfRotations(factors, RotationsOf(data, sensors));
+  const Rotations rotations = RotationsOf(data, sensors);
   for (std::size_t factor = 0; factor < factors.count(); ++factor) {
     if (!HoldsUnits(factors.factors[factor].name)) continue;
+    const FactorSums sums = SumsOfRotations(factors, rotations, factor);
     tilts.push_back(TiltOf(factors, sums, sensors, factor));
   }
   AdjustTilts(&tilts);

@@ -222,6 +222,26 @@ std::vector<Trend> TrendsAgainst(const LineData& data, const std::vector<double>
   return trends;
 }
 
+// Spearman's correlation of what is known of both; NaN: none.
+double RankCorrelation(const std::vector<double>& x, const std::vector<double>& y) {
+  Series known;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (!std::isfinite(x[k]) || !std::isfinite(y[k])) continue;
+    known.x.push_back(x[k]);
+    known.y.push_back(y[k]);
+  }
+  std::vector<double> ties;
+  const std::vector<double> first = RanksOf(known.x, &ties), second = RanksOf(known.y, &ties);
+  const double mean = 0.5 * (static_cast<double>(first.size()) + 1.0);
+  double products = 0.0, first_squares = 0.0, second_squares = 0.0;
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    products += (first[k] - mean) * (second[k] - mean);
+    first_squares += std::pow(first[k] - mean, 2);
+    second_squares += std::pow(second[k] - mean, 2);
+  }
+  return products / std::sqrt(first_squares * second_squares);
+}
+
 double NumberOf(const std::string& text) {
   double number = 0.0;
   const char* end = text.data() + text.size();
@@ -247,7 +267,9 @@ TrendReport Trends(const LineData& data, const TrendOptions& options) {
   report.by_time =
       std::all_of(days.begin(), days.end(), [](double day) { return std::isfinite(day); }) &&
       *most > *least;
-  report.time = TrendsAgainst(data, report.by_time ? days : places);
+  const std::vector<double>& times = report.by_time ? days : places;
+  report.time = TrendsAgainst(data, times);
+  report.temperature_with_time = RankCorrelation(temperatures, times);
   report.temperature = TrendsAgainst(data, temperatures);
   return report;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "line/interval.h"
 #include "line/line_data.h"
 
 namespace truetriad::line {
@@ -33,6 +34,9 @@ struct TrendReport {
   std::string first, last;  // moments of the units looked at
   std::vector<Trend> time;
   std::vector<Trend> temperature;  // empty: no unit's temperature is known
+  /// Of the units' temperatures with time, by ranks (Spearman); NaN: one of them does not change.
+  /// Far from 0 the two kinds of trends cannot be told apart.
+  double temperature_with_time = kNotKnown;
 };
 
 /// Trends of each parameter over the units: slope by Theil and Sen, test by Mann and Kendall with

@@ -129,6 +129,7 @@ TEST_F(FleetSummary, SaysWhatIsWrongWithTheCall) {
       {"--reference=accelerometer.bias.x=1", "--study"},
       {"--golden-due=0h", "--golden-due"},
       {"--points=-1", "--points"},
+      {"--baseline=19", "expected 20 units or more"},
       {"--study=\"run IN (SELECT run FROM tag WHERE value IN ('Ann', 'Bo')) AND log <> "
        "'line/1.csv'\"",
        "1 run of part u1 by Ann, elsewhere 2"},

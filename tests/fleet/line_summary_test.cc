@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/line_summary.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -256,6 +257,23 @@ TEST_F(LineOfUnits, SaysThatNothingWasFound) {
   EXPECT_THAT(text, HasSubstr("Outliers: "));
 }
 
+// The 150th of the first 200 units begins a new level, which the units after them have, too.
+TEST_F(LineOfUnits, SaysThatABaselineIsNotInControl) {
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> process(0.0, 0.05);
+  for (int i = 0; i < 210; ++i)
+    Add(RunOf("u" + std::to_string(i), process(random) + (i < 150 ? 0.0 : 0.1)));
+  SummaryOptions options{.now = "2026-11-24T12:00:00Z"};
+  const std::string text = SummaryText(Summary(options));
+  EXPECT_THAT(text, HasSubstr("the first 200 units, which should say what is normal, are not"));
+  const Json alarms = ToJson(Summary(options))["charts"][0]["alarms"];
+  EXPECT_TRUE(std::any_of(alarms.begin(), alarms.end(), [](const Json& alarm) {
+    return alarm["kind"] == "baseline" && alarm["last_serial"] == "u209";
+  }));
+  options.baseline_units = 140;
+  EXPECT_THAT(SummaryText(Summary(options)), Not(HasSubstr("are not in control")));
+}
+
 // 300 units of a process of 0.06 σ in limits of -+ 0.3, measured with 0.03 σ: Pp 1.67 of the
 // process, 1.49 as observed; 4 σ of either are 16 %.
 TEST_F(LineOfUnits, HoldsTheProcessAgainstItsLimits) {
@@ -363,6 +381,7 @@ TEST_F(StudyOfUnits, IsMadeOfAllRunsThatAreSelected) {
   EXPECT_NEAR(bias.gauge->repeatability.variance, 8e-6 * 8 / 11, 1e-15);
   EXPECT_THAT(SummaryText(summary),
               HasSubstr("Gauge study, crossed: 4 parts, 2 operators, 2 runs each"));
+  EXPECT_THAT(SummaryText(summary), HasSubstr("operator p"));
   EXPECT_THAT(ToJson(summary)["study"]["quantities"], SizeIs(3));
 }
 
@@ -377,6 +396,9 @@ TEST_F(StudyOfUnits, OfOneUnitIsOfType1) {
   EXPECT_FALSE(std::isnan(study.cgk));
   EXPECT_TRUE(std::isnan(summary.study->quantities[1].type1->cg));  // A parameter has no limits.
   EXPECT_THAT(SummaryText(summary), HasSubstr("Type-1 study: 10 runs of one unit"));
+  // The reference is of the limit, in m/s^2; the parameter of that name is in the log's unit.
+  EXPECT_TRUE(std::isnan(summary.study->quantities[1].type1->reference));
+  EXPECT_THAT(SummaryText(summary), HasSubstr("m/s²"));
   options.references = {{"accelerometer.bias.w", 0.0}};
   const Result<LineSummary> unknown = Summarise(*store_, options);
   ASSERT_FALSE(unknown);

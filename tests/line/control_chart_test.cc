@@ -250,7 +250,7 @@ TEST(ControlCharts, LeaveOutWhatIsFixedTiedOrUnknown) {
     unit.values.conservativeResize(6);
     unit.values[3] = 1.0;
     unit.values[4] = 3.0 * unit.values[0] - unit.values[1];
-    unit.values[5] = k < 30 ? static_cast<double>(k) : std::nan("");
+    unit.values[5] = k < 15 ? static_cast<double>(k) : std::nan("");
   }
   for (std::size_t k = 5; k < 300; k += 50) data.units[k].values.setConstant(std::nan(""));
   data.units[6].values.resize(0);  // refused
@@ -352,6 +352,114 @@ TEST(ControlCharts, JudgeUnitsThatAreLeftOutAsLaterOnes) {
   const auto& points = station.charts.front().points;
   // 29 units in the mean: 1 + 1/29 and 1 - 1/29 as variances.
   EXPECT_NEAR(points[12].upper / points[13].upper, std::sqrt(30.0 / 28.0), 1e-12);
+}
+
+std::vector<ChartAlarm> BaselineAlarmsOf(const LineData& data, const ChartOptions& options) {
+  std::vector<ChartAlarm> alarms;
+  for (const StationCharts& station : ControlCharts(data, options).stations) {
+    for (const ChartAlarm& alarm : station.alarms) {
+      if (alarm.kind == ChartKind::kBaseline) alarms.push_back(alarm);
+    }
+  }
+  return alarms;
+}
+
+// Later units agree with the level that the baseline ends with.
+TEST(ControlCharts, OfABaselineThatShiftsStayInAlarm) {
+  SimulatedLine simulated(5, 11);
+  const LineData data = simulated.Units(300, 2.0, 120);
+  const std::vector<ChartAlarm> alarms = BaselineAlarmsOf(data, AllCharts());
+  ASSERT_EQ(alarms.size(), 1U);
+  EXPECT_EQ(alarms[0].parameter, 0);
+  EXPECT_NEAR(alarms[0].unit, 120, 5);
+  EXPECT_EQ(alarms[0].last_unit, 299);
+  // Means of 120 and 80 units.
+  EXPECT_NEAR(alarms[0].value, 2.0, 3.5 * std::sqrt(1.0 / 120 + 1.0 / 80));
+  EXPECT_LT(alarms[0].limit, 1.0);
+  const StationCharts station = ControlCharts(data, AllCharts()).stations.front();
+  const bool judges_itself =
+      std::any_of(station.alarms.begin(), station.alarms.end(), [](const ChartAlarm& alarm) {
+        return alarm.kind == ChartKind::kEwma && alarm.parameter == 0;
+      });
+  EXPECT_TRUE(judges_itself);
+  ChartOptions before = AllCharts();
+  before.baseline_units = 100;
+  EXPECT_TRUE(BaselineAlarmsOf(data, before).empty());
+}
+
+// Each parameter moves by a third of a σ.
+TEST(ControlCharts, SeeABaselineThatShiftsInAllParametersTogether) {
+  SimulatedLine simulated(20, 12, 0);
+  LineData data = simulated.Units(300);
+  for (std::size_t unit = 60; unit < 130; ++unit) {
+    for (Eigen::Index k = 0; k < 20; ++k) {
+      data.units[unit].values[k] += 0.35 * SimulatedLine::ScaleOf(k);
+    }
+  }
+  const std::vector<ChartAlarm> alarms = BaselineAlarmsOf(data, AllCharts());
+  ASSERT_EQ(alarms.size(), 1U);
+  EXPECT_EQ(alarms[0].parameter, -1);
+  EXPECT_NEAR(alarms[0].unit, 60, 10);
+}
+
+// Of 400 baselines in control at most 4 are said to shift; 3.5 σ of that.
+TEST(ControlCharts, OfABaselineInControlSayNothingOfIt) {
+  SimulatedLine simulated(5, 13);
+  LineData data = simulated.Units(400 * 101);
+  for (std::size_t k = 0; k < data.units.size(); ++k) {
+    data.units[k].tags["station"] = std::to_string(k / 101);
+  }
+  ChartOptions options = AllCharts();
+  options.baseline_units = 100;
+  const std::size_t found = BaselineAlarmsOf(data, options).size();
+  std::printf("@baseline-shifts | 400 | %zu |\n", found);
+  EXPECT_LE(found, 4 + 3.5 * 2.0);
+}
+
+// A parameter that half of the units have is judged by its own units.
+TEST(ControlCharts, OfAParameterThatFewUnitsHaveAreItsOwn) {
+  SimulatedLine simulated(3, 14);
+  LineData data = simulated.Units(300);
+  for (std::size_t k = 0; k < 300; k += 2) data.units[k].values[1] = std::nan("");
+  data.units[151].values[1] += 12.0 * SimulatedLine::ScaleOf(1);
+  const StationCharts station = ControlCharts(data).stations.front();
+  EXPECT_TRUE(station.sparse.empty());
+  const bool found =
+      std::any_of(station.alarms.begin(), station.alarms.end(), [](const ChartAlarm& alarm) {
+        return alarm.kind == ChartKind::kIndividuals && alarm.parameter == 1 && alarm.unit == 151;
+      });
+  EXPECT_TRUE(found);
+  EXPECT_EQ(ChartOf(station, ChartKind::kHotelling, -1).line, 2.0);
+}
+
+// σ within includes the subgroup itself: of four of five units no S exceeds 2 σ, and the limit of
+// later ones would be 2.3. The third is three times as wide as the others: S is √(9/3) σ.
+TEST(ControlCharts, OfFewSubgroupsCanAlarm) {
+  SimulatedLine simulated(1, 15);
+  LineData data = simulated.Units(22);
+  for (std::size_t k = 0; k < 22; ++k) {
+    data.units[k].values[0] = (static_cast<double>(k % 5) - 2.0) * (k / 5 == 2 ? 3.0 : 1.0);
+  }
+  ChartOptions options;
+  options.shares = Only(ChartKind::kS);
+  const StationCharts station = ControlCharts(data, options).stations.front();
+  const Chart& chart = ChartOf(station, ChartKind::kS, 0);
+  ASSERT_EQ(chart.points.size(), 4U);
+  EXPECT_NEAR(chart.points[2].value, std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(chart.line, C4(5), 1e-12);  // two units wait for others of their subgroup
+  ASSERT_EQ(station.alarms.size(), 1U);
+  EXPECT_EQ(station.alarms[0].unit, 14);
+  options.subgroup_units = 15;
+  EXPECT_EQ(ControlCharts(data, options).stations.front().note,
+            "no X-bar and S charts of 1 parameter: too few subgroups, 1 in the baseline with 14 "
+            "degrees of freedom within; it takes 2 with 10");
+}
+
+// √(16/4 x) where 1 - (1-x)^7 - 7 x (1-x)^6, the beta(2, 6), is .0027/2 and 1 - .0027/2.
+TEST(ChartLimits, OfSpreadThatIsInTheEstimateAreTheBetas) {
+  const SpreadLimits spread = LimitsOfSpread(5, 0.0027, {20.0, 16.0, true});
+  EXPECT_NEAR(spread.upper, 1.73178011627, 1e-9);
+  EXPECT_NEAR(spread.lower, 0.180303417475, 1e-9);
 }
 
 // Weights 0.1, 0.09, 0.081 of which the second unit is not in the mean of 50.

@@ -101,7 +101,8 @@ TEST(Effects, SayWhatCannotBeToldApart) {
   EXPECT_THAT(
       report.notes,
       testing::UnorderedElementsAre(
-          "slot and fixture cannot be told apart: each of one goes with the same of the other",
+          "slot and fixture cannot be told apart: all units of a slot have the same fixture, and "
+          "the other way round",
           "each slot goes with one station: the effect of station includes that of slot, and is "
           "held against it",
           "each fixture goes with one station: the effect of station includes that of fixture, and "
@@ -109,6 +110,30 @@ TEST(Effects, SayWhatCannotBeToldApart) {
   for (const ParameterEffect& effect : report.effects) {
     for (const LevelEffect& level : effect.levels) EXPECT_TRUE(std::isfinite(level.effect));
   }
+}
+
+// Those without the tag are neither a level nor in the other levels' mean.
+TEST(Effects, OfATagAreThoseOfTheUnitsThatCarryIt) {
+  LineData data = Unbalanced();
+  for (UnitRecord& unit : data.units) unit.tags.erase("operator");
+  const ParameterEffect alone = Effects(data).effects[0];
+  for (int k = 0; k < 9; ++k) {
+    data.units.push_back(UnitOf({}, Eigen::Vector2d(20.0 + 0.1 * k, 1.0 + 0.2 * k)));
+  }
+  data.units[3].sigma.setConstant(std::nan(""));
+  const EffectReport report = Effects(data);
+  ASSERT_FALSE(report.effects.empty());
+  const ParameterEffect& effect = report.effects[0];
+  ASSERT_EQ(effect.levels.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(effect.levels[k].effect, alone.levels[k].effect, 1e-12);
+  }
+  EXPECT_EQ(effect.dof, 2.0);
+  EXPECT_THAT(
+      report.notes,
+      testing::ElementsAre("9 of 26 units have no fixture and are not in its estimate",
+                           "the σ of calibration is without 1 unit that states none of a, b"));
+  EXPECT_EQ(report.spreads[0].without_sigma, 1);
 }
 
 // Two operators who share no slot: neither differences between them nor between their slots show.

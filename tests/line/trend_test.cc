@@ -106,5 +106,20 @@ TEST(Trend, AllowsForTiesInBoth) {
   EXPECT_NEAR(trend.p, 0.0113125102671, 1e-9);
 }
 
+// A chamber that warms through the day, and one that does not. Ranks 1 2 3 4.5 4.5 6 7 8 9 10.
+TEST(Trend, SaysWhetherTemperatureGoesWithTime) {
+  LineData data = LineOf({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
+  EXPECT_TRUE(std::isnan(Trends(data).temperature_with_time));
+  for (std::size_t k = 0; k < 10; ++k) {
+    data.units[k].tags["temperature"] = std::to_string(20 + (k < 4 ? k : k - 1));
+  }
+  // Squares about the mean: 82.5 of places, 82 of ranks with a tie, 82 of both together.
+  EXPECT_NEAR(Trends(data).temperature_with_time, 82.0 / std::sqrt(82.5 * 82.0), 1e-12);
+  for (std::size_t k = 0; k < 10; ++k) {
+    data.units[k].tags["temperature"] = std::to_string(k % 2 == 0 ? 20 : 30);
+  }
+  EXPECT_LT(std::abs(Trends(data).temperature_with_time), 0.3);
+}
+
 }  // namespace
 }  // namespace truetriad::line

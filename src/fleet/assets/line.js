@@ -16,6 +16,7 @@
     s: 'spread within subgroups',
     t2: 'all parameters together (Hotelling T²)',
     mewma: 'all parameters together (multivariate EWMA)',
+    baseline: 'shift within the baseline',
   };
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
   const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);

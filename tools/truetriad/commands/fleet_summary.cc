@@ -26,8 +26,15 @@ DEFINE_string(
     "tag whose values make subgroups for Cp and Cpk, as in lot; default: successive units");
 DEFINE_string(study, "", "which runs are a gauge study, as in \"note = 'study'\"");
 DEFINE_string(by, "operator", "tag that says who or what measured, in a study");
-DEFINE_string(reference, "", "what the one unit of a type-1 study is known to be; a flag for each");
+DEFINE_string(
+    reference,
+    "",
+    "what the one unit of a type-1 study is known to be, in the unit of the limit (without "
+    "one: of the log); a flag for each");
 DEFINE_string(golden_due, "24h", "age at which a station's check of its golden unit is overdue");
+DEFINE_int32(baseline,
+             200,
+             "units of each station that say what is normal; 0: all judge each other");
 DEFINE_int32(points, 0, "last points of each control chart that --json holds");
 
 namespace truetriad {
@@ -64,6 +71,12 @@ Result<fleet::SummaryOptions> Options() {
   if (FLAGS_points < 0) {
     return Error(ErrorCode::kInvalidArgument, "--points: expected a number of 0 or more");
   }
+  if (FLAGS_baseline != 0 && FLAGS_baseline < line::kLeastBaselineUnits) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--baseline=" + std::to_string(FLAGS_baseline) + ": expected " +
+                     std::to_string(line::kLeastBaselineUnits) +
+                     " units or more, or 0 for all that judge each other");
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(NamedNumbers references, References());
   if (!references.empty() && FLAGS_study.empty()) {
     return Error(ErrorCode::kConflictingArguments, "--reference is for a --study");
@@ -79,6 +92,7 @@ Result<fleet::SummaryOptions> Options() {
                                .references = std::move(references),
                                .golden_due_h = golden_due_s / 3600.0,
                                .now = TimestampUtc(),
+                               .baseline_units = FLAGS_baseline,
                                .chart_points = FLAGS_points};
 }
 
@@ -119,6 +133,7 @@ Command FleetSummaryCommand() {
                 {"by", "TAG"},
                 {"reference", "QUANTITY=VALUE", false, {}, true},
                 {"golden-due", "DURATION"},
+                {"baseline", "UNITS"},
                 {"points", "COUNT"},
                 {"csv", "true|false"}},
       .run = RunFleetSummary};
