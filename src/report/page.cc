@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "report/chart_frame.h"
+#include "report/pose_picture.h"
 #include "report/svg.h"
 
 namespace truetriad {
@@ -35,6 +36,8 @@ svg text{fill:var(--soft)}svg .start{text-anchor:start}svg .middle{text-anchor:m
 svg .title{font-weight:600;fill:var(--ink)}svg .small{font-size:10px}
 svg .frame,svg .disc{fill:none;stroke:#aeb7c2}svg .disc{fill:#fafbfc}svg .ring,svg .grid{fill:none;stroke:#e3e7ec}svg .zero{stroke:#8b95a3}
 svg .band{fill:#e3edfb}svg .after{fill:var(--blue);fill-opacity:.8}svg .before{fill:#8b95a3}svg .rejected{stroke:var(--bad);stroke-width:2}
+svg .dots{fill:none;stroke:var(--blue);stroke-width:3.6;stroke-linecap:round;stroke-opacity:.75}svg .raw{stroke:#d9730d}svg .warming{stroke:#d9730d;stroke-width:2.4}svg .cooling{stroke-width:2.4}
+svg .hole{fill:#f7dcb9}svg .next{fill:none;stroke:#d9730d;stroke-width:2.5}svg .line{fill:none;stroke:#d9730d;stroke-width:1.6}
 svg .track{fill:#eef1f4}svg .pass{fill:#7fbf90}svg .fail{fill:#e08585}svg .whisker{stroke:var(--ink);stroke-width:2}svg .limit{stroke:var(--ink);stroke-dasharray:3 2}
 .drawings{display:grid;gap:0 1.5rem}
 @media(max-width:40rem){main{margin:0;padding:1rem;border:0}td.r,th.r{white-space:normal;padding-left:.2rem}th,td{padding-right:.2rem}table{font-size:.72rem}td:first-child{white-space:normal}}
@@ -115,7 +118,8 @@ std::string PageFoot(std::string_view title) {
 }  // namespace
 
 std::string ReportStyleSheet() {
-  return std::string(kStyle.substr(1)) + std::string(kFitStyle) + '\n';
+  return std::string(kStyle.substr(1)) + std::string(kFitStyle) + std::string(PosePictureStyle()) +
+         '\n';
 }
 
 std::string SectionText(const std::string& title, const std::vector<Block>& blocks) {

@@ -33,8 +33,8 @@ std::string Figure(const std::string& svg, std::string_view caption);
 /// Hidden until it is opened.
 std::string Details(std::string_view summary, const std::string& html);
 
-/// The page: style sheet, title, verdict, then `body`. `style`: rules of its own. `style_sheet`: where
-/// all rules are, as seen from the page; empty: in it.
+/// The page: style sheet, title, verdict, then `body`. `style`: rules of its own. `style_sheet`:
+/// where all rules are, as seen from the page; empty: in it.
 std::string HtmlPage(std::string_view title,
                      const Verdict& verdict,
                      const std::string& body,

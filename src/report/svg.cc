@@ -110,6 +110,25 @@ void Svg::Circle(double x, double y, double radius, std::string_view style) {
   body_ += "/>\n";
 }
 
+void Svg::Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip) {
+  Begin("circle", style, &body_);
+  AppendAttribute("cx", x, &body_);
+  AppendAttribute("cy", y, &body_);
+  body_ += " r=\"2.8\"";
+  AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
+  body_ += "><title>";
+  AppendMarkup(tooltip, &body_);
+  body_ += "</title></circle>\n";
+}
+
+void Svg::Dots(const std::vector<std::pair<double, double>>& points, std::string_view style) {
+  std::string path;
+  for (const auto& [x, y] : points) path += 'M' + Fixed(x, 1) + ' ' + Fixed(y, 1) + "h0";
+  Begin("path", style, &body_);
+  AppendAttribute("d", std::string_view(path), &body_);
+  body_ += "/>\n";
+}
+
 void Svg::Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style) {
   std::string list;
   for (const auto& [x, y] : points) {
