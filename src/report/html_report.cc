@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "report/chart_frame.h"
 #include "report/charts.h"
 #include "report/content.h"
 #include "report/page.h"
@@ -97,7 +96,7 @@ std::string PoseDetails(const Quality& quality) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet) {
+std::string CalibrationHtml(const Calibration& calibration, const std::string& assets) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
@@ -112,11 +111,7 @@ std::string CalibrationHtml(const Calibration& calibration, const std::string& s
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  const std::string_view style = calibration.quality.sweep.axes.empty() &&
-                                         calibration.quality.rests.temperature_settings.empty()
-                                     ? std::string_view()
-                                     : kFitStyle;
-  return HtmlPage(title, verdict, html + "</section>\n", style, style_sheet);
+  return HtmlPage(title, verdict, html + "</section>\n", {.assets = assets, .has_script = true});
 }
 
 }  // namespace truetriad

@@ -77,7 +77,7 @@ Svg::Svg(double width, double height, std::string_view label)
     : head_("<svg role=\"img\"" + Attribute("aria-label", label) +
             Attribute("viewBox",
                       std::string_view("0 0 " + Fixed(width, 0) + ' ' + Fixed(height, 0))) +
-            Attribute("style", std::string_view("max-width:" + Fixed(width, 0) + "px"))) {}
+            Attribute("style", std::string_view("--width:" + Fixed(width, 0) + "px"))) {}
 
 std::string Svg::FinishAlone(std::string_view style_sheet) const {
   return head_ + " xmlns=\"http://www.w3.org/2000/svg\">\n<style>" + std::string(style_sheet) +

@@ -230,16 +230,32 @@ TEST(CalibrationHtml, EscapesHostileStrings) {
   c.covariance.parameters.front() = hostile;
   c.sensors[Triad::kAccelerometer]->input_unit = hostile;
   const std::string html = CalibrationHtml(c);
-  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
   EXPECT_THAT(html, Not(HasSubstr("\"x\"")));
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(&quot;x&quot;)"));
 }
 
 TEST(CalibrationHtml, NeedsNothingFromOutside) {
   const std::string html = CalibrationHtml(SampleCalibration());
-  for (const char* outside : {"http:", "https:", "src=", "href=", "url(", "@import", "<script"}) {
+  for (const char* outside : {"http:", "https:", "src=", "href=", "url(", "@import"}) {
     EXPECT_THAT(html, Not(HasSubstr(outside)));
   }
+}
+
+TEST(CalibrationHtml, HasItsScriptWhereItsLooksAre) {
+  const std::string alone = CalibrationHtml(SampleCalibration());
+  EXPECT_THAT(alone, HasSubstr("script-src 'sha256-"));
+  EXPECT_THAT(alone, HasSubstr("<script>" + ReportScript() + "</script>"));
+  const std::string shared = CalibrationHtml(SampleCalibration(), "../../assets");
+  EXPECT_THAT(shared, HasSubstr("script-src 'self'"));
+  EXPECT_THAT(shared, HasSubstr("<script src=\"../../assets/report.js\"></script>"));
+  EXPECT_THAT(shared, Not(HasSubstr(ReportScript())));
+}
+
+TEST(CalibrationHtml, OffersCAndBForProgramsToRead) {
+  const std::string html = CalibrationHtml(SampleCalibration());
+  EXPECT_THAT(html, HasSubstr("data-copy=\"accelerometer: corrected = C (raw - b), C in "));
+  EXPECT_THAT(html, HasSubstr("\nC = [["));
 }
 
 TEST(CalibrationHtml, HasTheSameBytesTwice) {

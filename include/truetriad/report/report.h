@@ -22,12 +22,13 @@ Grade GradeOf(const Comparison& comparison);
 /// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
 std::string CalibrationText(const Calibration& calibration);
 
-/// One self-contained HTML page (inline CSS and SVG, no network, no script): the same order.
-/// Same input, same bytes. `style_sheet`: where ReportStyleSheet is, as seen from the page, instead
-/// of in it.
-std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet = "");
-/// The looks of such pages, for a file that many share.
+/// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):
+/// the same order. Same input, same bytes. `assets`: the folder in which report.css and report.js
+/// are, as seen from the page; empty: they are in it.
+std::string CalibrationHtml(const Calibration& calibration, const std::string& assets = "");
+/// report.css and report.js, for files that many pages share.
 std::string ReportStyleSheet();
+std::string ReportScript();
 
 /// What other verbs say, on the terminal and as a page. `inspect`: rates, gaps, poses found,
 /// coverage, noise, temperature range. `tried`: what a calibration with defaults makes of it, or
