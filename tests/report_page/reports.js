@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Makes reports of seven kinds from shipped scenarios.
+'use strict';
+const { spawnSync } = require('node:child_process');
+const path = require('node:path');
+
+const run = (words, allowed = [0]) => {
+  const { status, stderr } = spawnSync(process.env.TRUETRIAD, words, { encoding: 'utf8' });
+  if (!allowed.includes(status)) throw new Error(`${words.join(' ')}: ${status} ${stderr}`);
+};
+
+const kKinds = [
+  { name: 'accelerometer', experiment: 'accelerometer-only' },
+  { name: 'joint', experiment: 'joint' },
+  { name: 'nine-axis', experiment: 'nine-axis', mostPages: 4 },
+  { name: 'tumble', experiment: 'tumble', scenario: 'tumble-by-hand' },
+  { name: 'soak', experiment: 'thermal-soak', scenario: 'thermal-soak', mostPages: 6 },
+  { name: 'sweep', experiment: 'thermal-sweep', scenario: 'thermal-sweep', mostBytes: 1e6 },
+  { name: 'refused', experiment: 'accelerometer-only', scenario: 'at-rest', isRefused: true },
+];
+
+// Each kind with the folder of its report.html and calibration.json.
+const makeReports = (folder) =>
+  kKinds.map((kind) => {
+    const configs = path.join(process.env.SOURCE, 'configs');
+    const output = path.join(folder, kind.name);
+    const words = ['calibrate', `--config=${configs}/experiments/${kind.experiment}.yaml`, `--output=${output}`];
+    if (kind.scenario) {
+      const recording = `${output}-recording`;
+      run(['simulate', `--config=${configs}/scenarios/${kind.scenario}.yaml`, `--output=${recording}`]);
+      words.push(`--input=${recording}/recording.yaml`);
+    }
+    run(words, kind.isRefused ? [3] : [0]);
+    return { ...kind, folder: output };
+  });
+
+module.exports = { makeReports };
