@@ -19,9 +19,9 @@ const kKinds = [
   { name: 'refused', experiment: 'accelerometer-only', scenario: 'at-rest', isRefused: true },
 ];
 
-// Each kind with the folder of its report.html and calibration.json.
-const makeReports = (folder) =>
-  kKinds.map((kind) => {
+// Each kind, or each that is named, with the folder of its report.html and calibration.json.
+const makeReports = (folder, names = []) =>
+  kKinds.filter(({ name }) => names.length === 0 || names.includes(name)).map((kind) => {
     const configs = path.join(process.env.SOURCE, 'configs');
     const output = path.join(folder, kind.name);
     const words = ['calibrate', `--config=${configs}/experiments/${kind.experiment}.yaml`, `--output=${output}`];
