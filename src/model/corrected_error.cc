@@ -76,6 +76,14 @@ std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad t
   return unit->truth_per_raw;
 }
 
+std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad) {
+  const std::optional<double> gain = NominalTruthPerRaw(sensor, triad);
+  if (!gain) return std::nullopt;
+  // A chip that reports gravity reads the other way on all axes.
+  const double sign = (sensor.Scale().array() < 0.0).all() ? -1.0 : 1.0;
+  return sign * *gain * sensor.mounting.transpose();
+}
+
 CorrectedError CorrectedErrorOf(const Calibration& calibration,
                                 Triad triad,
                                 double magnitude,
@@ -96,14 +104,11 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     for (int j = 0; j < 3; ++j) jacobian.middleCols<3>(3 * (j + 1)) = magnitude * u[j] * correction;
     return jacobian * covariance * jacobian.transpose();
   });
-  const std::optional<double> nominal = NominalTruthPerRaw(sensor, triad);
+  const std::optional<Eigen::Matrix3d> nominal = NominalCorrection(sensor, triad);
   if (!nominal) return error;
-  // A chip that reports gravity reads the other way on all axes.
-  const double sign = (sensor.Scale().array() < 0.0).all() ? -1.0 : 1.0;
-  const Eigen::Matrix3d as_read = sign * *nominal * sensor.mounting.transpose();
   error.before = Over(magnitude, [&](const Eigen::Vector3d& u) -> Eigen::Matrix3d {
     const Eigen::Vector3d off =
-        as_read * (magnitude * sensor.model.sensitivity * u + bias) - magnitude * u;
+        *nominal * (magnitude * sensor.model.sensitivity * u + bias) - magnitude * u;
     return off * off.transpose();
   });
   return error;

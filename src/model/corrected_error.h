@@ -29,6 +29,10 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
                                 double magnitude,
                                 bool has_bias = true);
 
+/// What a unit without a calibration takes for its correction: the nominal gain along the nominal
+/// axes, body <- raw, true unit per raw; nullopt for counts of unknown size.
+std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad);
+
 /// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
 std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad);
 
