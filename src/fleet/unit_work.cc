@@ -129,7 +129,7 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
     const std::string assets =
         plan.shares_assets ? "../../" + std::string(kSharedAssets) : std::string();
     TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, assets)));
+        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, {.assets = assets})));
   }
   const std::string yaml = CalibrationToYaml(calibration);
   TRUETRIAD_RETURN_IF_ERROR(

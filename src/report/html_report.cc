@@ -12,6 +12,7 @@
 #include "report/content.h"
 #include "report/page.h"
 #include "report/soak_content.h"
+#include "report/sphere_scene.h"
 #include "report/svg.h"
 #include "report/sweep_charts.h"
 #include "report/table.h"
@@ -33,10 +34,16 @@ double NormErrorSigma(const std::optional<TriadCalibration>& sensor) {
   return std::isfinite(variance) ? std::sqrt(variance) : 0.0;
 }
 
-std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
+/// `turns`: what is seen better from all sides has data for that.
+std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool turns) {
   const Quality& quality = calibration.quality;
   std::string html;
   switch (kind) {
+    case SectionKind::kCorrectedError:
+      for (const Triad triad : kTriads) {
+        if (turns) html += SphereScene(calibration, triad, "");
+      }
+      return html;
     case SectionKind::kLimits:
       return Figure(LimitChart(calibration.IsUsable() ? quality.limits : std::vector<LimitCheck>()),
                     "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
@@ -96,7 +103,7 @@ std::string PoseDetails(const Quality& quality) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Calibration& calibration, const std::string& assets) {
+std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
@@ -104,14 +111,22 @@ std::string CalibrationHtml(const Calibration& calibration, const std::string& a
   std::string html = HtmlOf(IdentityTable(calibration), "identity");
   for (const Section& section : SectionsOf(calibration)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
-            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind) +
+            "<div class=\"drawings\">\n" +
+            FiguresOf(calibration, section.kind, !looks.plots.text.empty()) +
             "</div>\n</section>\n";
   }
   html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  return HtmlPage(title, verdict, html + "</section>\n", {.assets = assets, .has_script = true});
+  // What draws is worth its bytes only where there is something to draw.
+  const bool has_scene = html.find("<div class=\"sphere\">") != std::string::npos;
+  return HtmlPage(title,
+                  verdict,
+                  html + "</section>\n",
+                  {.assets = looks.assets,
+                   .has_script = true,
+                   .plots = has_scene ? looks.plots : PlotScript()});
 }
 
 }  // namespace truetriad

@@ -217,10 +217,17 @@ std::string HtmlPage(std::string_view title,
   // Drawings say how wide they are in an attribute.
   std::string policy = "default-src 'none'; style-src " + own + "'unsafe-inline'; img-src data:";
   std::string script;
+  const auto embedded = [](std::string_view text) {
+    return "<script>" + std::string(text) + "</script>\n";
+  };
   if (looks.has_script) {
     policy += "; script-src " + (is_alone ? '\'' + std::string(PageScriptHash()) + '\'' : "'self'");
-    script = is_alone ? "<script>" + std::string(PageScript()) + "</script>\n"
-                      : "<script src=" + file("report.js") + "></script>\n";
+    script =
+        is_alone ? embedded(PageScript()) : "<script src=" + file("report.js") + "></script>\n";
+  }
+  if (is_alone && !looks.plots.text.empty()) {
+    policy += " '" + std::string(looks.plots.hash) + '\'';
+    script = embedded(looks.plots.text) + script;
   }
   std::string head = "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
   if (!is_alone) {

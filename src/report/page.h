@@ -36,8 +36,9 @@ std::string Details(std::string_view summary, const std::string& html);
 /// Where a page has its looks from.
 struct PageLooks {
   std::string_view style = {};   ///< Rules of its own.
-  std::string_view assets = {};  ///< As CalibrationHtml has it; then `style` is not in the page.
+  std::string_view assets = {};  ///< Of ReportLooks; then `style` is not in the page.
   bool has_script = false;       ///< ReportScript.
+  PlotScript plots = {};         ///< Of ReportLooks.
 };
 
 /// The page: title, verdict, then `body`.

@@ -122,8 +122,9 @@ Status WriteReport(const std::string& units, UnitRun* run) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(run->folder));
   Calibration calibration = SampleCalibration();
   calibration.serial = run->serial;
-  return WriteFileAtomically((fs::path(run->folder) / "report.html").string(),
-                             CalibrationHtml(calibration, "../../" + std::string(kSharedAssets)));
+  return WriteFileAtomically(
+      (fs::path(run->folder) / "report.html").string(),
+      CalibrationHtml(calibration, {.assets = "../../" + std::string(kSharedAssets)}));
 }
 
 Status Make(const std::string& path, int units) {

@@ -246,10 +246,21 @@ TEST(CalibrationHtml, HasItsScriptWhereItsLooksAre) {
   const std::string alone = CalibrationHtml(SampleCalibration());
   EXPECT_THAT(alone, HasSubstr("script-src 'sha256-"));
   EXPECT_THAT(alone, HasSubstr("<script>" + ReportScript() + "</script>"));
-  const std::string shared = CalibrationHtml(SampleCalibration(), "../../assets");
+  const std::string shared = CalibrationHtml(SampleCalibration(), {.assets = "../../assets"});
   EXPECT_THAT(shared, HasSubstr("script-src 'self'"));
   EXPECT_THAT(shared, HasSubstr("<script src=\"../../assets/report.js\"></script>"));
   EXPECT_THAT(shared, Not(HasSubstr(ReportScript())));
+}
+
+TEST(CalibrationHtml, HasScenesThatTurnWhereSomethingDrawsThem) {
+  const PlotScript plots{"drawSpheres()", "sha256-ofIt"};
+  const std::string turning = CalibrationHtml(SampleCalibration(), {.plots = plots});
+  EXPECT_THAT(turning, HasSubstr(" 'sha256-ofIt'"));
+  EXPECT_THAT(turning, HasSubstr("<script>drawSpheres()</script>"));
+  EXPECT_EQ(Count(turning, "<script type=\"application/json\">{\"sensor\":"), 2U);
+  EXPECT_THAT(CalibrationHtml(SampleCalibration()), Not(HasSubstr("application/json")));
+  // Nothing is to be turned of what was refused.
+  EXPECT_THAT(CalibrationHtml({}, {.plots = plots}), Not(HasSubstr("drawSpheres()")));
 }
 
 TEST(CalibrationHtml, OffersCAndBForProgramsToRead) {

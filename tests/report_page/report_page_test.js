@@ -8,6 +8,7 @@ const path = require('node:path');
 const { pathToFileURL } = require('node:url');
 const { axeFindings, close, open, skip, withBrowser } = require('../browser/browser.js');
 const { makeReports } = require('./reports.js');
+const { spheresTurn } = require('./spheres.js');
 
 const kMostBytes = 300e3;
 const kLeastTextPx = 9;
@@ -20,17 +21,15 @@ const openReport = (browser, report, options = {}) => {
 const openAll = (page) => page.evaluate(() => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
 
 const fitsAndIsAccessible = async (browser, report, axe) => {
-  for (const colorScheme of ['light', 'dark']) {
-    for (const width of [390, 1280]) {
-      const page = await openReport(browser, report, { colorScheme, viewport: { width, height: 900 }, bypassCSP: true });
-      const where = `${report.name}, ${colorScheme}, ${width} px`;
-      if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `${report.name}-${colorScheme}-${width}.png`), fullPage: true });
-      await openAll(page);
-      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0, `${where}: scrolls sideways`);
-      await page.addScriptTag({ path: axe });
-      assert.equal(await axeFindings(page), '', where);
-      await close(page);
-    }
+  for (const [colorScheme, width] of [['light', 390], ['dark', 1280]]) {
+    const page = await openReport(browser, report, { colorScheme, viewport: { width, height: 900 }, bypassCSP: true });
+    const where = `${report.name}, ${colorScheme}, ${width} px`;
+    if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `${report.name}-${colorScheme}.png`), fullPage: true });
+    await openAll(page);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0, `${where}: scrolls sideways`);
+    await page.addScriptTag({ path: axe });
+    assert.equal(await axeFindings(page), '', where);
+    await close(page);
   }
 };
 
@@ -149,6 +148,7 @@ withBrowser(async (browser, axe, folder) => {
     for (const test of [fitsAndIsAccessible, drawingsAreReadable, holdsItsNumbers, worksWithoutScripts, goesToAPose]) {
       await test(browser, report, axe);
     }
+    if (report.spheres) await spheresTurn(browser, report, axe);
     if (hasPdfText) await printsWhole(browser, report);
     console.log(`ok ${report.name}`);
   }

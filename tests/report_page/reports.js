@@ -12,7 +12,7 @@ const run = (words, allowed = [0]) => {
 const kKinds = [
   { name: 'accelerometer', experiment: 'accelerometer-only' },
   { name: 'joint', experiment: 'joint' },
-  { name: 'nine-axis', experiment: 'nine-axis', mostPages: 4 },
+  { name: 'nine-axis', experiment: 'nine-axis', mostPages: 4, spheres: 2 },
   { name: 'tumble', experiment: 'tumble', scenario: 'tumble-by-hand' },
   { name: 'soak', experiment: 'thermal-soak', scenario: 'thermal-soak', mostPages: 6 },
   { name: 'sweep', experiment: 'thermal-sweep', scenario: 'thermal-sweep', mostBytes: 1e6 },
@@ -24,13 +24,14 @@ const makeReports = (folder, names = []) =>
   kKinds.filter(({ name }) => names.length === 0 || names.includes(name)).map((kind) => {
     const configs = path.join(process.env.SOURCE, 'configs');
     const output = path.join(folder, kind.name);
-    const words = ['calibrate', `--config=${configs}/experiments/${kind.experiment}.yaml`, `--output=${output}`];
+    const words = ['calibrate', `--config=${configs}/experiments/${kind.experiment}.yaml`, `--output=${output}`, '--interactive=false'];
     if (kind.scenario) {
       const recording = `${output}-recording`;
       run(['simulate', `--config=${configs}/scenarios/${kind.scenario}.yaml`, `--output=${recording}`]);
       words.push(`--input=${recording}/recording.yaml`);
     }
     run(words, kind.isRefused ? [3] : [0]);
+    if (kind.spheres) run(['report', `--calibration=${output}/calibration.yaml`, `--output=${output}/turning.html`]);
     return { ...kind, folder: output };
   });
 

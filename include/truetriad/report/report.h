@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "truetriad/base/result.h"
@@ -22,10 +23,25 @@ Grade GradeOf(const Comparison& comparison);
 /// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
 std::string CalibrationText(const Calibration& calibration);
 
+/// What draws in three dimensions: Plotly with traces `scatter3d`, and what a page's policy allows
+/// it by
+/// ("sha256-…").
+struct PlotScript {
+  std::string_view text;
+  std::string_view hash;
+};
+
+struct ReportLooks {
+  /// The folder in which report.css and report.js are, as seen from the page; empty: they are in
+  /// it.
+  std::string assets = {};
+  /// Empty: drawings that do not turn. Only for a page that has all in it.
+  PlotScript plots = {};
+};
+
 /// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):
-/// the same order. Same input, same bytes. `assets`: the folder in which report.css and report.js
-/// are, as seen from the page; empty: they are in it.
-std::string CalibrationHtml(const Calibration& calibration, const std::string& assets = "");
+/// the same order. Same input, same bytes.
+std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks = {});
 /// report.css and report.js, for files that many pages share.
 std::string ReportStyleSheet();
 std::string ReportScript();
