@@ -5,12 +5,14 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "report/charts.h"
 #include "report/content.h"
 #include "report/page.h"
+#include "report/page_assets.h"
 #include "report/soak_content.h"
 #include "report/sphere_scene.h"
 #include "report/svg.h"
@@ -109,24 +111,25 @@ std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& l
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
   const std::string title = "Calibration of " + device;
   std::string html = HtmlOf(IdentityTable(calibration), "identity");
+  const bool turns = looks.assets.empty() && !looks.plots.text.empty();
   for (const Section& section : SectionsOf(calibration)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
-            "<div class=\"drawings\">\n" +
-            FiguresOf(calibration, section.kind, !looks.plots.text.empty()) +
+            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
   }
   html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  // What draws is worth its bytes only where there is something to draw.
-  const bool has_scene = html.find("<div class=\"sphere\">") != std::string::npos;
+  std::vector<EmbeddedScript> scripts = {PageScript()};
+  // 1.7 MB are worth it only where there is something to turn.
+  if (html.find("<div class=\"sphere\">") != std::string::npos) {
+    scripts = {PageScript(), looks.plots, SphereScript()};
+  }
   return HtmlPage(title,
                   verdict,
                   html + "</section>\n",
-                  {.assets = looks.assets,
-                   .has_script = true,
-                   .plots = has_scene ? looks.plots : PlotScript()});
+                  {.assets = looks.assets, .scripts = std::move(scripts)});
 }
 
 }  // namespace truetriad

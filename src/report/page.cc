@@ -137,7 +137,7 @@ void AppendRow(const Table& table, std::size_t row, std::string* html) {
 }  // namespace
 
 std::string ReportStyleSheet() { return std::string(PageStyle()); }
-std::string ReportScript() { return std::string(PageScript()); }
+std::string ReportScript() { return std::string(PageScript().text); }
 
 std::string SectionText(const std::string& title, const std::vector<Block>& blocks) {
   std::string text = Underlined(title);
@@ -216,18 +216,12 @@ std::string HtmlPage(std::string_view title,
   const std::string own = is_alone ? "" : "'self' ";
   // Drawings say how wide they are in an attribute.
   std::string policy = "default-src 'none'; style-src " + own + "'unsafe-inline'; img-src data:";
-  std::string script;
-  const auto embedded = [](std::string_view text) {
-    return "<script>" + std::string(text) + "</script>\n";
-  };
-  if (looks.has_script) {
-    policy += "; script-src " + (is_alone ? '\'' + std::string(PageScriptHash()) + '\'' : "'self'");
-    script =
-        is_alone ? embedded(PageScript()) : "<script src=" + file("report.js") + "></script>\n";
-  }
-  if (is_alone && !looks.plots.text.empty()) {
-    policy += " '" + std::string(looks.plots.hash) + '\'';
-    script = embedded(looks.plots.text) + script;
+  std::string scripts;
+  if (!looks.scripts.empty()) policy += "; script-src";
+  for (const EmbeddedScript& script : looks.scripts) {
+    policy += is_alone ? " '" + std::string(script.hash) + '\'' : " 'self'";
+    scripts += is_alone ? "<script>" + std::string(script.text) + "</script>\n"
+                        : "<script src=" + file("report.js") + "></script>\n";
   }
   std::string head = "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
   if (!is_alone) {
@@ -243,7 +237,7 @@ std::string HtmlPage(std::string_view title,
          Element("title", std::string(title) + ": " + verdict.headline) + head +
          "</head>\n<body>\n<main>\n" + Element("h1", title) + "<div class=\"verdict " +
          std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) +
-         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n" + script +
+         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n" + scripts +
          "</body>\n</html>\n";
 }
 

@@ -37,8 +37,8 @@ std::string Details(std::string_view summary, const std::string& html);
 struct PageLooks {
   std::string_view style = {};   ///< Rules of its own.
   std::string_view assets = {};  ///< Of ReportLooks; then `style` is not in the page.
-  bool has_script = false;       ///< ReportScript.
-  PlotScript plots = {};         ///< Of ReportLooks.
+  /// In order; with `assets` ReportScript alone, from there.
+  std::vector<EmbeddedScript> scripts = {};
 };
 
 /// The page: title, verdict, then `body`.

@@ -3,6 +3,8 @@
 
 #include <string_view>
 
+#include "truetriad/report/report.h"
+
 namespace truetriad {
 
 // What is in src/report/assets.
@@ -10,8 +12,8 @@ namespace truetriad {
 /// report.css.
 std::string_view PageStyle();
 /// report.js.
-std::string_view PageScript();
-/// "sha256-…": by which a page's policy allows the script that is in it.
-std::string_view PageScriptHash();
+EmbeddedScript PageScript();
+/// sphere.js, which needs Plotly before it.
+EmbeddedScript SphereScript();
 
 }  // namespace truetriad

@@ -162,6 +162,7 @@ const reportsAreLinked = async (browser, url, base) => {
   await page.waitForSelector('h1');
   assert.match(await page.textContent('h1'), /^Calibration of <script>/);
   assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector('main')).borderRadius), '6px');
+  assert.ok((await page.locator('button', { hasText: 'Copy C and b' }).count()) > 0);
   await close(page);
 };
 

@@ -253,7 +253,7 @@ TEST(CalibrationHtml, HasItsScriptWhereItsLooksAre) {
 }
 
 TEST(CalibrationHtml, HasScenesThatTurnWhereSomethingDrawsThem) {
-  const PlotScript plots{"drawSpheres()", "sha256-ofIt"};
+  const EmbeddedScript plots{"drawSpheres()", "sha256-ofIt"};
   const std::string turning = CalibrationHtml(SampleCalibration(), {.plots = plots});
   EXPECT_THAT(turning, HasSubstr(" 'sha256-ofIt'"));
   EXPECT_THAT(turning, HasSubstr("<script>drawSpheres()</script>"));

@@ -7,7 +7,7 @@ const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
 const { axeFindings, close, open, skip, withBrowser } = require('../browser/browser.js');
-const { makeReports } = require('./reports.js');
+const { makePages, makeReports } = require('./reports.js');
 const { spheresTurn } = require('./spheres.js');
 
 const kMostBytes = 300e3;
@@ -15,7 +15,7 @@ const kLeastTextPx = 9;
 const hasPdfText = spawnSync('pdftotext', ['-v']).error === undefined;
 
 const openReport = (browser, report, options = {}) => {
-  const url = pathToFileURL(path.join(report.folder, 'report.html')).href;
+  const url = pathToFileURL(path.join(report.folder, report.file ?? 'report.html')).href;
   return open(browser, url, url, options);
 };
 const openAll = (page) => page.evaluate(() => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
@@ -152,6 +152,8 @@ withBrowser(async (browser, axe, folder) => {
     if (hasPdfText) await printsWhole(browser, report);
     console.log(`ok ${report.name}`);
   }
+  for (const page of makePages(folder)) await fitsAndIsAccessible(browser, page, axe);
+  console.log('ok pages of other verbs');
   const copied = reports.find(({ isRefused }) => !isRefused);
   if (copied) await copies(browser, copied);
   console.log('ok copies');

@@ -35,4 +35,19 @@ const makeReports = (folder, names = []) =>
     return { ...kind, folder: output };
   });
 
-module.exports = { makeReports };
+// Pages of other verbs, made of the demo and its calibration.
+const makePages = (folder) => {
+  const root = process.env.SOURCE;
+  const recording = `--input=${root}/datasets/demo/recording.csv`;
+  const at = (name) => path.join(folder, name);
+  const calibration = at('demo/calibration.yaml');
+  run(['calibrate', `--config=${root}/configs/experiments/joint.yaml`, `--output=${at('demo')}`]);
+  run(['inspect', recording, `--report=${at('inspect.html')}`]);
+  run(['evaluate', `--calibration=${calibration}`, recording, `--report=${at('evaluate.html')}`]);
+  run(['compare', `--a=${root}/datasets/demo/truth.yaml`, `--b=${calibration}`, `--report=${at('compare.html')}`]);
+  run(['plan', `--config=${root}/configs/plans/joint-12.yaml`, `--output=${folder}`]);
+  run(['export', `--calibration=${calibration}`, '--to=record', `--output=${at('record.html')}`]);
+  return ['inspect', 'evaluate', 'compare', 'program', 'record'].map((name) => ({ name, folder, file: `${name}.html` }));
+};
+
+module.exports = { makePages, makeReports };

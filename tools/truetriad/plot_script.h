@@ -6,7 +6,7 @@
 namespace truetriad {
 
 /// Plotly's bundle gl3d with its licence; empty where it was not there at build time.
-PlotScript EmbeddedPlotScript();
+EmbeddedScript EmbeddedPlotScript();
 
 /// By --interactive.
 ReportLooks StatedLooks();

@@ -23,10 +23,9 @@ Grade GradeOf(const Comparison& comparison);
 /// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
 std::string CalibrationText(const Calibration& calibration);
 
-/// What draws in three dimensions: Plotly with traces `scatter3d`, and what a page's policy allows
-/// it by
-/// ("sha256-…").
-struct PlotScript {
+/// A script that stands in a page, and what the page's policy allows it by: "sha256-…" of its
+/// bytes.
+struct EmbeddedScript {
   std::string_view text;
   std::string_view hash;
 };
@@ -35,8 +34,8 @@ struct ReportLooks {
   /// The folder in which report.css and report.js are, as seen from the page; empty: they are in
   /// it.
   std::string assets = {};
-  /// Empty: drawings that do not turn. Only for a page that has all in it.
-  PlotScript plots = {};
+  /// Plotly with traces `scatter3d`, for what turns; empty: nothing does. Only without `assets`.
+  EmbeddedScript plots = {};
 };
 
 /// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):
