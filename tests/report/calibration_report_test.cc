@@ -263,6 +263,15 @@ TEST(CalibrationHtml, HasScenesThatTurnWhereSomethingDrawsThem) {
   EXPECT_THAT(CalibrationHtml({}, {.plots = plots}), Not(HasSubstr("drawSpheres()")));
 }
 
+TEST(CalibrationHtml, NeverThinsTheWorstPoseOutOfAScene) {
+  constexpr int kWorst = 13579;
+  Calibration c = SampleCalibration(20000);
+  c.quality.rests.pose_residuals[kWorst - 1].residual = {0.0, 0.5, 0.0};
+  const std::string html = CalibrationHtml(c, {.plots = {"drawSpheres()", "sha256-ofIt"}});
+  EXPECT_THAT(html, HasSubstr("\n[" + std::to_string(kWorst) + ",0,"));
+  EXPECT_LT(html.size(), 500000U);
+}
+
 TEST(CalibrationHtml, OffersCAndBForProgramsToRead) {
   const std::string html = CalibrationHtml(SampleCalibration());
   EXPECT_THAT(html, HasSubstr("data-copy=\"accelerometer: corrected = C (raw - b), C in "));
