@@ -98,6 +98,12 @@ std::string NameOf(const Table& table) {
   return name;
 }
 
+/// On paper there is room for two halves side by side.
+bool IsLong(const Table& table) {
+  constexpr std::size_t kMostColumns = 5, kLeastRows = 12;
+  return table.alignment.size() <= kMostColumns && table.rows.size() >= kLeastRows;
+}
+
 std::string ClassAttribute(std::string_view name) {
   return name.empty() ? "" : " class=\"" + std::string(name) + '"';
 }
@@ -169,8 +175,8 @@ std::string Element(std::string_view tag, std::string_view content) {
 
 std::string HtmlOf(const Table& table, std::string_view css_class) {
   if (table.rows.empty()) return "";
-  std::string html =
-      Scrolling("Table: " + NameOf(table)) + "<table class=\"" + std::string(css_class) + "\">\n";
+  std::string html = Scrolling("Table: " + NameOf(table)) + "<table class=\"" +
+                     std::string(css_class) + (IsLong(table) ? " long" : "") + "\">\n";
   if (!table.header.empty()) {
     html += "<thead><tr>";
     for (std::size_t c = 0; c < table.header.size(); ++c) AppendHeader(table, c, &html);
