@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// `figure`, a static drawing of SpherePoints, with the data from which report.js draws a sphere in
+/// `figure`, a static drawing of SpherePoints, with the data from which sphere.js draws a sphere in
 /// its place that turns, where Plotly is in the page and the browser has WebGL. `figure` alone
 /// where there are no points.
 std::string SphereScene(const Calibration& calibration, Triad triad, const std::string& figure);
