@@ -146,6 +146,23 @@ void Svg::Cell(double x, double y, double size, std::string_view colour, std::st
   body_ += "</title></rect>\n";
 }
 
+void Svg::Cells(const std::vector<std::pair<double, double>>& corners,
+                double size,
+                std::string_view colour,
+                std::string_view tooltip) {
+  const std::string side = Fixed(size, 0);
+  std::string path;
+  for (const auto& [x, y] : corners) {
+    path += 'M' + Fixed(x, 0) + ' ' + Fixed(y, 0) + 'h' + side + 'v' + side + "h-" + side + 'z';
+  }
+  body_ += "<path";
+  AppendAttribute("fill", colour, &body_);
+  AppendAttribute("d", std::string_view(path), &body_);
+  body_ += "><title>";
+  AppendMarkup(tooltip, &body_);
+  body_ += "</title></path>\n";
+}
+
 void Svg::RotatedText(
     double x, double y, double degrees, std::string_view text, std::string_view style) {
   body_ += "<text" + Attribute("class", style) +
