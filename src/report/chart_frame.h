@@ -12,11 +12,6 @@
 
 namespace truetriad {
 
-/// Rules that figures of data against a fit need beside those of the page.
-inline constexpr std::string_view kFitStyle =
-    "svg .fit{fill:none;stroke:#c62828;stroke-width:1.3}svg .dot{fill:#1f5fbf;fill-opacity:.6}"
-    "svg .bar{stroke:#1f5fbf;stroke-width:1}";
-
 /// The range of what is drawn along an axis.
 struct Range {
   double low = std::numeric_limits<double>::infinity();

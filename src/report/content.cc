@@ -537,6 +537,8 @@ Table PoseTable(const Quality& quality) {
               "rlrrrrrlrrr",
               {}};
   for (const PoseResidual& pose : quality.rests.pose_residuals) {
+    table.ids.push_back("pose-" + std::to_string(pose.pose) + '-' +
+                        std::string(TriadName(pose.triad)));
     table.rows.push_back({std::to_string(pose.pose),
                           std::string(TriadName(pose.triad)),
                           Significant(pose.norm_error_before, 3),

@@ -4,19 +4,21 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "report/chart_frame.h"
 #include "report/charts.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/heading_chart.h"
 #include "report/page.h"
+#include "report/page_assets.h"
 #include "report/pose_picture.h"
 #include "report/residual_charts.h"
 #include "report/soak_content.h"
 #include "report/sphere_charts.h"
+#include "report/sphere_scene.h"
 #include "report/svg.h"
 #include "report/sweep_charts.h"
 #include "report/table.h"
@@ -36,9 +38,15 @@ std::string FigureOfEach(const Draw& draw, const Caption& caption) {
   return html;
 }
 
-std::string CorrectedErrorFigures(const Calibration& calibration) {
-  return FigureOfEach([&](Triad triad) { return SphereChart(calibration, triad); },
-                      [&](Triad triad) { return SphereCaption(calibration, triad); }) +
+/// `turns`: the spheres have data from which scripts draw them to be turned.
+std::string CorrectedErrorFigures(const Calibration& calibration, bool turns) {
+  std::string html;
+  for (const Triad triad : kTriads) {
+    const std::string figure =
+        Figure(SphereChart(calibration, triad), SphereCaption(calibration, triad));
+    html += turns ? SphereScene(calibration, triad, figure) : figure;
+  }
+  return html +
          Figure(HeadingChart(calibration),
                 "Heading of the unit held level, round the compass, its tilt by the accelerometer: "
                 "error of raw readings, and what the parameters' σ leave.");
@@ -80,12 +88,13 @@ std::string CoverageFigures(const Calibration& calibration) {
   return html;
 }
 
-std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
+/// `turns`: what is seen better from all sides has data for that.
+std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool turns) {
   const Quality& quality = calibration.quality;
   std::string html;
   switch (kind) {
     case SectionKind::kCorrectedError:
-      return CorrectedErrorFigures(calibration);
+      return CorrectedErrorFigures(calibration, turns);
     case SectionKind::kLimits:
       return Figure(LimitChart(calibration.IsUsable() ? quality.limits : std::vector<LimitCheck>()),
                     "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
@@ -133,23 +142,31 @@ std::string PoseDetails(const Quality& quality) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet) {
+std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
   const std::string title = "Calibration of " + device;
   std::string html = HtmlOf(IdentityTable(calibration), "identity");
+  const bool turns = looks.assets.empty() && !looks.plots.text.empty();
   for (const Section& section : SectionsOf(calibration)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
-            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind) +
+            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
   }
   html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  const std::string style = std::string(kFitStyle) + std::string(PosePictureStyle());
-  return HtmlPage(title, verdict, html + "</section>\n", style, style_sheet);
+  std::vector<EmbeddedScript> scripts = {PageScript()};
+  // 1.7 MB are worth it only where there is something to turn.
+  if (html.find("<div class=\"sphere\">") != std::string::npos) {
+    scripts = {PageScript(), looks.plots, SphereScript()};
+  }
+  return HtmlPage(title,
+                  verdict,
+                  html + "</section>\n",
+                  {.assets = looks.assets, .scripts = std::move(scripts)});
 }
 
 }  // namespace truetriad

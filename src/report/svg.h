@@ -32,6 +32,11 @@ class Svg {
   void Text(double x, double y, std::string_view text, std::string_view style);
   /// A filled cell of the given colour ("#rrggbb") with a tooltip.
   void Cell(double x, double y, double size, std::string_view colour, std::string_view tooltip);
+  /// Many cells of one colour, given by their upper left corners, some twenty bytes each.
+  void Cells(const std::vector<std::pair<double, double>>& corners,
+             double size,
+             std::string_view colour,
+             std::string_view tooltip);
   void RotatedText(
       double x, double y, double degrees, std::string_view text, std::string_view style);
 

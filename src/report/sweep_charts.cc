@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -162,20 +163,24 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
                ", white " + Significant(middle, 3) + ", red " + Significant(values.high, 3) + " " +
                unit,
            "start title");
+  svg.Rectangle(kLeft, kTop, kColumns * kSize, kRows * kSize, "track");
+  // All cells of a shade at once: a page has thousands.
+  constexpr int kShades = 20;  // on each side of the middle
+  std::map<int, std::vector<std::pair<double, double>>> cells;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      if (!is_reached(column, row)) {
-        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not covered");
-        continue;
-      }
-      const auto [degc, rate, value] = value_at(column, row);
-      svg.Cell(kLeft + column * kSize,
-               kTop + row * kSize,
-               kSize,
-               Colour(2.0 * (value - middle) / values.span()),
-               Fixed(degc, 1) + " °C, " + Significant(rate, 2) + " °C/s: " + Significant(value, 4) +
-                   " " + unit);
+      if (!is_reached(column, row)) continue;
+      const double share = 2.0 * (value_at(column, row)[2] - middle) / values.span();
+      cells[static_cast<int>(std::lround(kShades * share))].emplace_back(kLeft + column * kSize,
+                                                                         kTop + row * kSize);
     }
+  }
+  for (const auto& [shade, corners] : cells) {
+    const double share = static_cast<double>(shade) / kShades;
+    svg.Cells(corners,
+              kSize,
+              Colour(share),
+              "about " + Significant(middle + 0.5 * share * values.span(), 4) + " " + unit);
   }
   for (const int row : {0, kRows / 2, kRows - 1}) {
     svg.Text(
