@@ -127,10 +127,10 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
   }
   if (plan.has_report) {
     // From SERIAL/RUN in the folder.
-    const std::string style =
-        plan.shares_assets ? "../../" + std::string(kSharedStyleSheet) : std::string();
+    const std::string assets =
+        plan.shares_assets ? "../../" + std::string(kSharedAssets) : std::string();
     TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, style)));
+        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, {.assets = assets})));
   }
   const std::string yaml = CalibrationToYaml(calibration);
   TRUETRIAD_RETURN_IF_ERROR(
@@ -209,6 +209,14 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan) {
     if (IsOfTag(item) || KeyOf(item) == "device.serial") overrides.push_back(item);
   }
   return ReadExperimentText("experiment: 1\nsensors: { accelerometer: {} }\n", "", overrides);
+}
+
+Status WriteSharedAssets(const std::string& folder) {
+  const fs::path assets = fs::path(folder) / kSharedAssets;
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(assets.string()));
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically((assets / "report.css").string(), ReportStyleSheet()));
+  return WriteFileAtomically((assets / "report.js").string(), ReportScript());
 }
 
 Result<std::string> ConfigSha256(const WorkPlan& plan) {

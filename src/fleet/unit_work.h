@@ -14,7 +14,7 @@
 namespace truetriad::fleet {
 
 /// What the reports of a fleet share, in WorkPlan::folder.
-inline constexpr std::string_view kSharedStyleSheet = "assets/report.css";
+inline constexpr std::string_view kSharedAssets = "assets";
 
 /// What is wanted of every unit.
 struct WorkPlan {
@@ -24,11 +24,14 @@ struct WorkPlan {
   Tags tags;                           ///< What experiment and overrides say of every unit.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
   bool has_report = true;
-  bool shares_assets = false;  ///< Reports link to kSharedStyleSheet, which is in `folder`.
+  bool shares_assets = false;  ///< Reports link to kSharedAssets, which are in `folder`.
   std::string folder;          ///< Units' folders are made in it; empty: no files are written.
   std::string store;           ///< By which the store is known that the runs go into.
   std::string shard;           ///< UnitRun::shard.
 };
+
+/// Writes kSharedAssets into the folder of units.
+Status WriteSharedAssets(const std::string& folder);
 
 /// One unit to be calibrated.
 struct UnitOrder {

@@ -407,7 +407,8 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   }
   body += std::string(kEmbedded) + "\n" + json + "</script>\n";
   Verdict verdict = VerdictOf(calibration);
-  return HtmlPage("Calibration record " + calibration.serial, verdict, body, kPrintStyle);
+  return HtmlPage(
+      "Calibration record " + calibration.serial, verdict, body, {.style = kPrintStyle});
 }
 
 bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }

@@ -16,8 +16,8 @@ constexpr int kDirections = 1000;
 
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-/// Covariance of the bias and the columns of the sensitivity.
-Matrix12d CovarianceOf(const NamedCovariance& covariance, Triad triad) {
+/// Places of the bias and of the columns of the sensitivity; -1 of what is fixed.
+std::array<Eigen::Index, 12> PlacesOf(const NamedCovariance& covariance, Triad triad) {
   std::array<Eigen::Index, 12> places{};
   places.fill(-1);
   const std::string sensor(TriadName(triad));
@@ -35,15 +35,7 @@ Matrix12d CovarianceOf(const NamedCovariance& covariance, Triad triad) {
       }
     }
   }
-  Matrix12d found = Matrix12d::Zero();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    for (std::size_t j = 0; j < places.size(); ++j) {
-      if (places[i] < 0 || places[j] < 0) continue;
-      found(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-          covariance.matrix(places[i], places[j]);
-    }
-  }
-  return found;
+  return places;
 }
 
 /// Means and greatest of squared errors over even directions; `second_moment` of the error in one.
@@ -69,11 +61,38 @@ DirectionalError Over(double magnitude, const SecondMoment& second_moment) {
 
 }  // namespace
 
+Eigen::MatrixXd BiasAndSensitivityCovariance(const NamedCovariance& covariance,
+                                             const std::vector<Triad>& triads) {
+  std::vector<Eigen::Index> places;
+  for (const Triad triad : triads) {
+    const std::array<Eigen::Index, 12> of_triad = PlacesOf(covariance, triad);
+    places.insert(places.end(), of_triad.begin(), of_triad.end());
+  }
+  const auto size = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd found = Eigen::MatrixXd::Zero(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) {
+      const Eigen::Index row = places[static_cast<std::size_t>(i)];
+      const Eigen::Index column = places[static_cast<std::size_t>(j)];
+      if (row >= 0 && column >= 0) found(i, j) = covariance.matrix(row, column);
+    }
+  }
+  return found;
+}
+
 std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad) {
   if (sensor.si_per_count) return sensor.si_per_count;
   const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
   if (!unit || unit->is_counts) return std::nullopt;
   return unit->truth_per_raw;
+}
+
+std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad) {
+  const std::optional<double> gain = NominalTruthPerRaw(sensor, triad);
+  if (!gain) return std::nullopt;
+  // A chip that reports gravity reads the other way on all axes.
+  const double sign = (sensor.Scale().array() < 0.0).all() ? -1.0 : 1.0;
+  return sign * *gain * sensor.mounting.transpose();
 }
 
 CorrectedError CorrectedErrorOf(const Calibration& calibration,
@@ -82,7 +101,7 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
                                 bool has_bias) {
   const TriadCalibration& sensor = *calibration.sensors[triad];
   CorrectedError error;
-  Matrix12d covariance = CovarianceOf(calibration.covariance, triad);
+  Matrix12d covariance = BiasAndSensitivityCovariance(calibration.covariance, {triad});
   Eigen::Vector3d bias = sensor.model.bias;
   if (!has_bias) {
     bias.setZero();
@@ -96,14 +115,11 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     for (int j = 0; j < 3; ++j) jacobian.middleCols<3>(3 * (j + 1)) = magnitude * u[j] * correction;
     return jacobian * covariance * jacobian.transpose();
   });
-  const std::optional<double> nominal = NominalTruthPerRaw(sensor, triad);
+  const std::optional<Eigen::Matrix3d> nominal = NominalCorrection(sensor, triad);
   if (!nominal) return error;
-  // A chip that reports gravity reads the other way on all axes.
-  const double sign = (sensor.Scale().array() < 0.0).all() ? -1.0 : 1.0;
-  const Eigen::Matrix3d as_read = sign * *nominal * sensor.mounting.transpose();
   error.before = Over(magnitude, [&](const Eigen::Vector3d& u) -> Eigen::Matrix3d {
     const Eigen::Vector3d off =
-        as_read * (magnitude * sensor.model.sensitivity * u + bias) - magnitude * u;
+        *nominal * (magnitude * sensor.model.sensitivity * u + bias) - magnitude * u;
     return off * off.transpose();
   });
   return error;

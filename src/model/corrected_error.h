@@ -2,6 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
@@ -28,6 +31,15 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
                                 Triad triad,
                                 double magnitude,
                                 bool has_bias = true);
+
+/// 12 n x 12 n: of each triad the bias (raw) and the columns of the sensitivity (raw per true
+/// unit); zero where an entry is fixed.
+Eigen::MatrixXd BiasAndSensitivityCovariance(const NamedCovariance& covariance,
+                                             const std::vector<Triad>& triads);
+
+/// What a unit without a calibration takes for its correction: the nominal gain along the nominal
+/// axes, body <- raw, true unit per raw; nullopt for counts of unknown size.
+std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad);
 
 /// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
 std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad);

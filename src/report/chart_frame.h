@@ -2,21 +2,15 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "report/format.h"
 #include "report/svg.h"
 
 namespace truetriad {
-
-/// Rules that figures of data against a fit need beside those of the page.
-inline constexpr std::string_view kFitStyle =
-    "svg .fit{fill:none;stroke:#c62828;stroke-width:1.3}svg .dot{fill:#1f5fbf;fill-opacity:.6}"
-    "svg .bar{stroke:#1f5fbf;stroke-width:1}";
 
 /// The range of what is drawn along an axis.
 struct Range {
@@ -27,49 +21,41 @@ struct Range {
     high = std::max(high, value);
   }
   double span() const { return std::max(high - low, 1e-300); }
+  /// With room for marks at its ends.
+  Range Padded() const;
 };
 
-/// A frame with its scales.
+/// Round numbers within the range, five to twelve.
+std::vector<double> Ticks(const Range& range);
+
+/// A frame with its scales. What is drawn beyond it sits on its edge.
 class Frame {
  public:
-  Frame(Svg& svg, double left, double width, const Range& x, const Range& y)
-      : svg_(svg), left_(left), width_(width), x_(x), y_(y) {}
-  static constexpr double kTop = 28.0, kHeight = 190.0;
+  struct Box {
+    double left = 66.0, top = 28.0, width = 290.0, height = 190.0;
+  };
+  /// The ranges are padded, so that no mark of theirs is cut off.
+  Frame(Svg& svg, const Box& box, const Range& x, const Range& y);
 
-  double X(double value) const { return left_ + (value - x_.low) / x_.span() * width_; }
-  double Y(double value) const { return kTop + (y_.high - value) / y_.span() * kHeight; }
+  double X(double value) const;
+  double Y(double value) const;
 
-  void Draw(const std::string& title, const std::string& x_title) {
-    svg_.Rectangle(left_, kTop, width_, kHeight, "frame");
-    for (const double y : Ticks(y_)) {
-      svg_.Line(left_, Y(y), left_ + width_, Y(y), "grid");
-      svg_.Text(left_ - 5.0, Y(y) + 4.0, Significant(y, 3), "end");
-    }
-    for (const double x : Ticks(x_)) {
-      svg_.Text(X(x), kTop + kHeight + 15.0, Significant(x, 3), "middle");
-    }
-    svg_.Text(left_, kTop - 8.0, title, "start title");
-    svg_.Text(left_ + width_, kTop + kHeight + 30.0, x_title, "end");
-  }
+  /// Frame, grid, numbers and titles; without `x_title` nothing stands below.
+  void Draw(const std::string& title, const std::string& x_title);
+
+  /// A band about y = 0 over the whole width.
+  void DrawBand(double half_width);
+  void DrawLine(const std::vector<std::pair<double, double>>& points, std::string_view style);
+  /// Between two lines over the same x.
+  void DrawBetween(const std::vector<std::pair<double, double>>& upper,
+                   const std::vector<std::pair<double, double>>& lower);
+  /// Many points that need no names.
+  void DrawDots(const std::vector<std::pair<double, double>>& points, std::string_view style);
+  void DrawErrorBar(double x, double y, double half_length);
 
  private:
-  // Round numbers, four or so.
-  static std::vector<double> Ticks(const Range& range) {
-    const double wanted = range.span() / 4.0;
-    const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
-    double step = 10.0 * decade;
-    for (const double factor : {5.0, 2.0, 1.0}) {
-      if (factor * decade >= wanted) step = factor * decade;
-    }
-    std::vector<double> ticks;
-    for (double i = std::ceil(range.low / step); i * step <= range.high; i += 1.0) {
-      ticks.push_back(i * step);
-    }
-    return ticks;
-  }
-
   Svg& svg_;
-  double left_, width_;
+  Box box_;
   Range x_, y_;
 };
 

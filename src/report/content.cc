@@ -13,6 +13,7 @@
 #include "base/messages.h"
 #include "math/distributions.h"
 #include "model/corrected_error.h"
+#include "model/heading_error.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
 #include "report/rests_content.h"
@@ -259,6 +260,33 @@ std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
   return rows;
 }
 
+/// A compass of the unit held level: RMS and worst over the headings, raw and corrected, degrees.
+/// Empty without one.
+std::vector<std::string> HeadingRow(const Calibration& calibration) {
+  constexpr int kHeadings = 72;
+  const std::vector<HeadingError> errors = HeadingErrors(calibration, kHeadings);
+  if (errors.empty()) return {};
+  double raw_square = 0.0, raw_worst = 0.0, square = 0.0, worst = 0.0;
+  for (const HeadingError& error : errors) {
+    const double raw = error.raw_rad.value_or(0.0);
+    raw_square += raw * raw / kHeadings;
+    raw_worst = std::max(raw_worst, std::abs(raw));
+    square += error.sigma_rad * error.sigma_rad / kHeadings;
+    worst = std::max(worst, error.sigma_rad);
+  }
+  const auto degrees = [](double rad) { return Significant(kDegPerRad * rad, 3); };
+  const bool has_raw = errors.front().raw_rad.has_value();
+  return {"heading of a level unit",
+          has_raw ? degrees(std::sqrt(raw_square)) : "",
+          has_raw ? degrees(raw_worst) : "",
+          degrees(std::sqrt(square)),
+          degrees(worst),
+          "°",
+          "",
+          "",
+          ""};
+}
+
 /// What somebody who only uses the readings wants to know.
 Section CorrectedErrorSection(const Calibration& calibration) {
   Section section{SectionKind::kCorrectedError, "What readings are off by", {}};
@@ -281,6 +309,9 @@ Section CorrectedErrorSection(const Calibration& calibration) {
                           error.before ? angle(error.before->angle_rms) : "",
                           angle(error.after.angle_rms),
                           has_angle ? "°" : ""});
+  }
+  if (std::vector<std::string> row = HeadingRow(calibration); !row.empty()) {
+    table.rows.push_back(std::move(row));
   }
   if (table.rows.empty()) return section;
   section.blocks.emplace_back(std::move(table));
@@ -506,6 +537,8 @@ Table PoseTable(const Quality& quality) {
               "rlrrrrrlrrr",
               {}};
   for (const PoseResidual& pose : quality.rests.pose_residuals) {
+    table.ids.push_back("pose-" + std::to_string(pose.pose) + '-' +
+                        std::string(TriadName(pose.triad)));
     table.rows.push_back({std::to_string(pose.pose),
                           std::string(TriadName(pose.triad)),
                           Significant(pose.norm_error_before, 3),

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "report/chart_frame.h"
 #include "report/charts.h"
 #include "report/content.h"
+#include "report/format.h"
+#include "report/heading_chart.h"
 #include "report/page.h"
+#include "report/page_assets.h"
+#include "report/pose_picture.h"
+#include "report/residual_charts.h"
 #include "report/soak_content.h"
+#include "report/sphere_charts.h"
+#include "report/sphere_scene.h"
 #include "report/svg.h"
 #include "report/sweep_charts.h"
 #include "report/table.h"
@@ -24,20 +30,71 @@ namespace {
 /// Beyond this the pose table is of no use to a reader and makes the page slow.
 constexpr std::size_t kMostPoseRows = 500;
 
-/// σ of a pose's norm error from the noise that weighted it, averaged over the directions:
-/// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit.
-double NormErrorSigma(const std::optional<TriadCalibration>& sensor) {
-  if (!sensor) return 0.0;
-  const Eigen::Matrix3d sigma = sensor->model.Correction() * sensor->noise.sigma.asDiagonal();
-  const double variance =
-      sigma.squaredNorm() / 3.0 + sensor->noise.excess_sigma * sensor->noise.excess_sigma;
-  return std::isfinite(variance) ? std::sqrt(variance) : 0.0;
+/// A figure of each sensor that has one.
+template <typename Draw, typename Caption>
+std::string FigureOfEach(const Draw& draw, const Caption& caption) {
+  std::string html;
+  for (const Triad triad : kTriads) html += Figure(draw(triad), caption(triad));
+  return html;
 }
 
-std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
+/// `turns`: the spheres have data from which scripts draw them to be turned.
+std::string CorrectedErrorFigures(const Calibration& calibration, bool turns) {
+  std::string html;
+  for (const Triad triad : kTriads) {
+    const std::string figure =
+        Figure(SphereChart(calibration, triad), SphereCaption(calibration, triad));
+    html += turns ? SphereScene(calibration, triad, figure) : figure;
+  }
+  return html +
+         Figure(HeadingChart(calibration),
+                "Heading of the unit held level, round the compass, its tilt by the accelerometer: "
+                "error of raw readings, and what the parameters' σ leave.");
+}
+
+std::string ResidualFigures(const Calibration& calibration) {
+  return FigureOfEach(
+             [&](Triad triad) { return ResidualChart(calibration, triad); },
+             [](Triad triad) {
+               return TriadTitle(triad) +
+                      ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of "
+                      "the noise used for the weights. Crosses: rejected poses, on the edge if "
+                      "beyond the scale. Right: " +
+                      (triad == Triad::kGyroscope ? "axes" : "lengths") +
+                      " in σ against the normal distribution, dashed if both agree.";
+             }) +
+         Figure(TurnChart(calibration.quality.rests),
+                "Turns: found less stated, ±2σ; and the error of gravity's direction after each "
+                "turn that a calibration had not seen.");
+}
+
+std::string CoverageFigures(const Calibration& calibration) {
+  std::string html = FigureOfEach(
+      [&](Triad triad) { return CoverageChart(calibration.quality, triad); },
+      [](Triad triad) {
+        return TriadTitle(triad) +
+               ": directions of the poses in the body frame, equal-area discs; rings at 30 and "
+               "60° above the equator. Shaded: further than " +
+               Significant(kHoleDeg, 2) + "° from every pose.";
+      });
+  if (const std::optional<NextPose> next = NextPoseFor(calibration)) {
+    const Eigen::Vector3d& u = next->direction;
+    html += Figure(
+        PosePicture(next->world_from_body, "the next pose"),
+        "The pose that would close the largest gap of the " + std::string(TriadName(next->triad)) +
+            ": " + (next->triad == Triad::kAccelerometer ? "up" : "the field") + " along (" +
+            Fixed(u.x(), 2) + ", " + Fixed(u.y(), 2) + ", " + Fixed(u.z(), 2) + ") of the body.");
+  }
+  return html;
+}
+
+/// `turns`: what is seen better from all sides has data for that.
+std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool turns) {
   const Quality& quality = calibration.quality;
   std::string html;
   switch (kind) {
+    case SectionKind::kCorrectedError:
+      return CorrectedErrorFigures(calibration, turns);
     case SectionKind::kLimits:
       return Figure(LimitChart(calibration.IsUsable() ? quality.limits : std::vector<LimitCheck>()),
                     "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
@@ -45,14 +102,7 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
       return Figure(CorrelationChart(calibration.covariance),
                     "Correlation of the estimated parameters: blue +1, white 0, red -1.");
     case SectionKind::kResiduals:
-      for (const Triad triad : kTriads) {
-        html += Figure(
-            ResidualChart(quality, triad, NormErrorSigma(calibration.sensors[triad])),
-            TriadTitle(triad) +
-                ": |C(y - b)| - reference for each pose. Shaded: ±2σ of the noise used for the "
-                "weights. Crosses: rejected poses, drawn at the edge if beyond the scale.");
-      }
-      return html;
+      return ResidualFigures(calibration);
     case SectionKind::kSoak:
       for (const Triad triad : kTriads) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -64,22 +114,17 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
       return html;
     case SectionKind::kSweep:
       for (const SweepAxis& axis : quality.sweep.axes) {
-        html += Figure(SweepFitChart(calibration, axis.triad, axis.axis),
-                       "Left: windows (dots) and the fit (line) with ±2σ (shaded) against the "
-                       "thermometer. Right: residual over time.");
+        html +=
+            Figure(SweepFitChart(calibration, axis.triad, axis.axis),
+                   "Left: windows (dots; orange: warming, blue: cooling) and the fit (line) with "
+                   "±2σ (shaded) against the thermometer. Right: residual over time.");
         html += Figure(
             SweepSurfaceChart(calibration, axis.triad, axis.axis),
             "Bias from the thermal terms at the temperatures and rates that the sweep covered.");
       }
       return html;
     case SectionKind::kCoverage:
-      for (const Triad triad : kTriads) {
-        html += Figure(CoverageChart(quality, triad),
-                       TriadTitle(triad) +
-                           ": directions of the poses in the body frame, equal-area discs; rings "
-                           "at 30 and 60 deg above the equator.");
-      }
-      return html;
+      return CoverageFigures(calibration);
     default:
       return "";
   }
@@ -97,26 +142,31 @@ std::string PoseDetails(const Quality& quality) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet) {
+std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
   const std::string title = "Calibration of " + device;
   std::string html = HtmlOf(IdentityTable(calibration), "identity");
+  const bool turns = looks.assets.empty() && !looks.plots.text.empty();
   for (const Section& section : SectionsOf(calibration)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
-            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind) +
+            "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
   }
   html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  const std::string_view style = calibration.quality.sweep.axes.empty() &&
-                                         calibration.quality.rests.temperature_settings.empty()
-                                     ? std::string_view()
-                                     : kFitStyle;
-  return HtmlPage(title, verdict, html + "</section>\n", style, style_sheet);
+  std::vector<EmbeddedScript> scripts = {PageScript()};
+  // 1.7 MB are worth it only where there is something to turn.
+  if (html.find("<div class=\"sphere\">") != std::string::npos) {
+    scripts = {PageScript(), looks.plots, SphereScript()};
+  }
+  return HtmlPage(title,
+                  verdict,
+                  html + "</section>\n",
+                  {.assets = looks.assets, .scripts = std::move(scripts)});
 }
 
 }  // namespace truetriad

@@ -6,44 +6,11 @@
 #include <type_traits>
 #include <variant>
 
-#include "report/chart_frame.h"
+#include "report/page_assets.h"
 #include "report/svg.h"
 
 namespace truetriad {
 namespace {
-
-constexpr std::string_view kStyle = R"css(
-:root{--ink:#1c2430;--soft:#5b6675;--line:#dde2e8;--good:#1a7f37;--caution:#9a6700;--bad:#c62828;--blue:#1f5fbf}
-*{box-sizing:border-box}
-body{margin:0;background:#f4f6f8;color:var(--ink);font:15px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif}
-main{max-width:60rem;margin:1.5rem auto;padding:2rem 2.5rem;background:#fff;border:1px solid var(--line);border-radius:6px}
-h1{font-size:1.5rem;margin:0 0 .2rem}h2{font-size:1.1rem;margin:2.2rem 0 .6rem;padding-bottom:.3rem;border-bottom:1px solid var(--line)}
-h3{font-size:1rem;margin:1.4rem 0 .4rem}p{margin:.5rem 0;max-width:48rem}
-.verdict{margin:1rem 0;padding:.8rem 1.1rem;border-left:6px solid;border-radius:4px}
-.verdict b{display:block;font-size:1.25rem;letter-spacing:.01em}.verdict span{color:var(--ink)}
-.good{color:var(--good);background:#eaf6ed}.neutral{color:var(--blue);background:#eaf1fb}.caution{color:var(--caution);background:#fdf5e0}.bad{color:var(--bad);background:#fdecec}
-.scroll{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0;font-size:.9rem;font-variant-numeric:tabular-nums}
-th,td{padding:.25rem .8rem .25rem 0;text-align:left;vertical-align:top;border-bottom:1px solid #edf0f3}
-th{font-weight:600;color:var(--soft);border-bottom-color:var(--line)}td.r,th.r{text-align:right;white-space:nowrap;padding-left:.6rem}
-td:first-child{white-space:nowrap}td.fail{color:var(--bad);font-weight:600}td.pass{color:var(--good)}
-.identity{color:var(--soft)}.identity td{border:0;padding-top:.05rem;padding-bottom:.05rem}.identity td+td{color:var(--ink);overflow-wrap:anywhere}
-ul{padding-left:1.2rem;margin:.5rem 0}li{margin:.2rem 0}li small{color:var(--soft);white-space:nowrap}
-figure{margin:1rem 0}figcaption{color:var(--soft);font-size:.85rem;max-width:48rem}
-details{margin:1rem 0}summary{cursor:pointer;color:var(--blue)}pre{overflow-x:auto;padding:.8rem;background:#f4f6f8;border-radius:4px;font-size:.8rem}
-svg{display:block;width:100%;height:auto;font:11px system-ui,"Segoe UI",Roboto,Arial,sans-serif}
-svg text{fill:var(--soft)}svg .start{text-anchor:start}svg .middle{text-anchor:middle}svg .end{text-anchor:end}
-svg .title{font-weight:600;fill:var(--ink)}svg .small{font-size:10px}
-svg .frame,svg .disc{fill:none;stroke:#aeb7c2}svg .disc{fill:#fafbfc}svg .ring,svg .grid{fill:none;stroke:#e3e7ec}svg .zero{stroke:#8b95a3}
-svg .band{fill:#e3edfb}svg .after{fill:var(--blue);fill-opacity:.8}svg .before{fill:#8b95a3}svg .rejected{stroke:var(--bad);stroke-width:2}
-svg .track{fill:#eef1f4}svg .pass{fill:#7fbf90}svg .fail{fill:#e08585}svg .whisker{stroke:var(--ink);stroke-width:2}svg .limit{stroke:var(--ink);stroke-dasharray:3 2}
-.drawings{display:grid;gap:0 1.5rem}
-@media(max-width:40rem){main{margin:0;padding:1rem;border:0}td.r,th.r{white-space:normal;padding-left:.2rem}th,td{padding-right:.2rem}table{font-size:.72rem}td:first-child{white-space:normal}}
-@media print{@page{margin:12mm 11mm 14mm}:root{font-size:10.5px}body{background:#fff;font-size:1rem;line-height:1.3}main{margin:0;padding:0;border:0;max-width:none}
-h2{margin:1rem 0 .3rem}h3{margin:.7rem 0 .2rem}h2,h3{break-after:avoid}figure,tr{break-inside:avoid}figure{margin:.4rem 0}p{max-width:none;margin:.25rem 0}
-.verdict{padding:.4rem .8rem;margin:.5rem 0}.scroll{overflow:visible}table{margin:.2rem 0}td,th{padding:.1rem .5rem .1rem 0}td.r,th.r{padding-left:.3rem;white-space:normal}
-.drawings{grid-template-columns:1fr 1fr}.screen{display:none}
-*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
-)css";
 
 std::string Underlined(const std::string& title) {
   return '\n' + title + '\n' + std::string(DisplayWidth(title), '-') + '\n';
@@ -112,11 +79,71 @@ std::string PageFoot(std::string_view title) {
          "font:9px sans-serif}}\n";
 }
 
+/// What is wider than the page: it scrolls by itself, by keys, too. Ends with its element.
+std::string Scrolling(std::string_view label) {
+  return "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"" + EscapeMarkup(label) +
+         "\">";
+}
+
+/// Of a table for who does not see it: its header, else what its rows begin with.
+std::string NameOf(const Table& table) {
+  std::string name;
+  const auto add = [&name](const std::string& words) {
+    if (words.empty()) return;
+    name += (name.empty() ? "" : ", ") + words;
+  };
+  for (const std::string& words : table.header) add(words);
+  if (!name.empty()) return name;
+  for (const auto& row : table.rows) add(row.front());
+  return name;
+}
+
+/// On paper there is room for two halves side by side.
+bool IsLong(const Table& table) {
+  constexpr std::size_t kMostColumns = 5, kLeastRows = 12;
+  return table.alignment.size() <= kMostColumns && table.rows.size() >= kLeastRows;
+}
+
+std::string ClassAttribute(std::string_view name) {
+  return name.empty() ? "" : " class=\"" + std::string(name) + '"';
+}
+
+std::string_view AlignmentClass(const Table& table, std::size_t column) {
+  return table.alignment[column] == 'r' ? "r" : "";
+}
+
+/// Above what names the rows stands nothing at times: that is no header.
+void AppendHeader(const Table& table, std::size_t column, std::string* html) {
+  const std::string& words = table.header[column];
+  if (words.empty()) {
+    *html += "<td></td>";
+    return;
+  }
+  *html += "<th scope=\"col\"" + ClassAttribute(AlignmentClass(table, column)) + '>' +
+           EscapeMarkup(words) + "</th>";
+}
+
+void AppendRow(const Table& table, std::size_t row, std::string* html) {
+  *html += "<tr";
+  if (!table.ids.empty()) *html += " id=\"" + EscapeMarkup(table.ids[row]) + '"';
+  *html += '>';
+  const std::vector<std::string>& cells = table.rows[row];
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    std::string_view style = AlignmentClass(table, c);
+    if (cells[c] == "FAIL") style = "fail";
+    if (cells[c] == "pass") style = "pass";
+    // The first of a row says what the row is.
+    const bool is_name = c == 0 && !cells[c].empty();
+    *html += (is_name ? "<th scope=\"row\"" : "<td") + ClassAttribute(style) + '>' +
+             EscapeMarkup(cells[c]) + (is_name ? "</th>" : "</td>");
+  }
+  *html += "</tr>\n";
+}
+
 }  // namespace
 
-std::string ReportStyleSheet() {
-  return std::string(kStyle.substr(1)) + std::string(kFitStyle) + '\n';
-}
+std::string ReportStyleSheet() { return std::string(PageStyle()); }
+std::string ReportScript() { return std::string(PageScript().text); }
 
 std::string SectionText(const std::string& title, const std::vector<Block>& blocks) {
   std::string text = Underlined(title);
@@ -148,29 +175,18 @@ std::string Element(std::string_view tag, std::string_view content) {
 
 std::string HtmlOf(const Table& table, std::string_view css_class) {
   if (table.rows.empty()) return "";
-  const auto append_row =
-      [&](const std::vector<std::string>& cells, std::string_view tag, std::string* html) {
-        *html += "<tr>";
-        for (std::size_t c = 0; c < cells.size(); ++c) {
-          std::string_view style = table.alignment[c] == 'r' ? "r" : "";
-          if (tag == "td" && cells[c] == "FAIL") style = "fail";
-          if (tag == "td" && cells[c] == "pass") style = "pass";
-          html->append("<").append(tag);
-          if (!style.empty()) html->append(" class=\"").append(style).append("\"");
-          html->append(">").append(EscapeMarkup(cells[c]));
-          html->append("</").append(tag).append(">");
-        }
-        *html += "</tr>\n";
-      };
-  std::string html = "<div class=\"scroll\"><table class=\"" + std::string(css_class) + "\">\n";
+  std::string html = Scrolling("Table: " + NameOf(table)) + "<table class=\"" +
+                     std::string(css_class) + (IsLong(table) ? " long" : "") + "\">\n";
   if (!table.header.empty()) {
-    html += "<thead>";
-    append_row(table.header, "th", &html);
-    html += "</thead>\n";
+    html += "<thead><tr>";
+    for (std::size_t c = 0; c < table.header.size(); ++c) AppendHeader(table, c, &html);
+    html += "</tr>\n</thead>\n";
   }
   html += "<tbody>\n";
-  for (const auto& row : table.rows) append_row(row, "td", &html);
-  return html + "</tbody></table></div>\n";
+  for (std::size_t r = 0; r < table.rows.size(); ++r) AppendRow(table, r, &html);
+  html += "</tbody></table></div>\n";
+  if (table.copy.empty()) return html;
+  return "<div data-copy=\"" + EscapeMarkup(table.copy) + "\">" + html + "</div>\n";
 }
 
 std::string HtmlOf(const std::vector<Block>& blocks) {
@@ -187,7 +203,8 @@ std::string HtmlOf(const std::vector<Block>& blocks) {
 
 std::string Figure(const std::string& svg, std::string_view caption) {
   if (svg.empty()) return "";
-  return "<figure>\n" + svg + Element("figcaption", caption) + "</figure>\n";
+  return "<figure>\n" + Scrolling(caption) + '\n' + svg + "</div>\n" +
+         Element("figcaption", caption) + "</figure>\n";
 }
 
 std::string Details(std::string_view summary, const std::string& html) {
@@ -197,25 +214,37 @@ std::string Details(std::string_view summary, const std::string& html) {
 std::string HtmlPage(std::string_view title,
                      const Verdict& verdict,
                      const std::string& body,
-                     std::string_view style,
-                     std::string_view style_sheet) {
-  const bool is_alone = style_sheet.empty();
+                     const PageLooks& looks) {
+  const bool is_alone = looks.assets.empty();
+  const auto file = [&](std::string_view name) {
+    return '"' + EscapeMarkup(looks.assets) + '/' + std::string(name) + '"';
+  };
+  const std::string own = is_alone ? "" : "'self' ";
   // Drawings say how wide they are in an attribute.
-  std::string looks =
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src " +
-      std::string(is_alone ? "" : "'self' ") + "'unsafe-inline'; img-src data:\">\n";
-  if (!is_alone) {
-    looks += "<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=\"" +
-             EscapeMarkup(style_sheet) + "\">\n";
+  std::string policy = "default-src 'none'; style-src " + own + "'unsafe-inline'; img-src data:";
+  std::string scripts;
+  if (!looks.scripts.empty()) policy += "; script-src";
+  for (const EmbeddedScript& script : looks.scripts) {
+    policy += is_alone ? " '" + std::string(script.hash) + '\'' : " 'self'";
+    scripts += is_alone ? "<script>" + std::string(script.text) + "</script>\n"
+                        : "<script src=" + file("report.js") + "></script>\n";
   }
-  looks += "<style>" + (is_alone ? std::string(kStyle) + std::string(style) : std::string()) +
-           PageFoot(title) + "</style>\n";
+  std::string head = "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
+  if (!is_alone) {
+    head +=
+        "<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=" + file("report.css") +
+        ">\n";
+  }
+  head += "<style>\n" + (is_alone ? std::string(PageStyle()) + std::string(looks.style) : "") +
+          PageFoot(title) + "</style>\n";
   return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
-         Element("title", std::string(title) + ": " + verdict.headline) + looks +
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<meta name=\"color-scheme\" content=\"light dark\">\n" +
+         Element("title", std::string(title) + ": " + verdict.headline) + head +
          "</head>\n<body>\n<main>\n" + Element("h1", title) + "<div class=\"verdict " +
          std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) +
-         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n</body>\n</html>\n";
+         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n" + scripts +
+         "</body>\n</html>\n";
 }
 
 }  // namespace truetriad

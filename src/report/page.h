@@ -27,18 +27,24 @@ std::string HtmlOf(const Table& table, std::string_view css_class = "");
 /// Blocks in order, neighbouring list points in one list.
 std::string HtmlOf(const std::vector<Block>& blocks);
 
-/// Nothing when there is no drawing.
+/// Nothing when there is no drawing. On a narrow screen the drawing scrolls.
 std::string Figure(const std::string& svg, std::string_view caption);
 
 /// Hidden until it is opened.
 std::string Details(std::string_view summary, const std::string& html);
 
-/// The page: style sheet, title, verdict, then `body`. `style`: rules of its own. `style_sheet`: where
-/// all rules are, as seen from the page; empty: in it.
+/// Where a page has its looks from.
+struct PageLooks {
+  std::string_view style = {};   ///< Rules of its own.
+  std::string_view assets = {};  ///< Of ReportLooks; then `style` is not in the page.
+  /// In order; with `assets` ReportScript alone, from there.
+  std::vector<EmbeddedScript> scripts = {};
+};
+
+/// The page: title, verdict, then `body`.
 std::string HtmlPage(std::string_view title,
                      const Verdict& verdict,
                      const std::string& body,
-                     std::string_view style = "",
-                     std::string_view style_sheet = "");
+                     const PageLooks& looks = {});
 
 }  // namespace truetriad

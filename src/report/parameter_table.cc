@@ -280,6 +280,20 @@ class ParameterRows {
   Table table_;
 };
 
+/// C and b as a list of rows and a list, which programs of many kinds read.
+std::string CopyOfCorrection(const Table& table, Triad triad) {
+  const auto& rows = table.rows;
+  const auto listed = [](const std::string& a, const std::string& b, const std::string& c) {
+    return '[' + a + ", " + b + ", " + c + ']';
+  };
+  const auto row_of_c = [&](const auto& row) { return listed(row[1], row[2], row[3]); };
+  const auto unit = [](const std::string& words) { return words.empty() ? "1" : words; };
+  return std::string(TriadName(triad)) + ": corrected = C (raw - b), C in " + unit(rows[0][4]) +
+         ", b in " + unit(rows[0][6]) +
+         "\nC = " + listed(row_of_c(rows[0]), row_of_c(rows[1]), row_of_c(rows[2])) +
+         "\nb = " + listed(rows[0][5], rows[1][5], rows[2][5]) + '\n';
+}
+
 }  // namespace
 
 Propagation::Propagation(const NamedCovariance& covariance) : covariance_(covariance) {
@@ -329,6 +343,7 @@ Table CorrectionTable(const TriadCalibration& sensor, Triad triad) {
                           Significant(sensor.model.bias(i), kDigits),
                           raw_unit});
   }
+  table.copy = CopyOfCorrection(table, triad);
   return table;
 }
 

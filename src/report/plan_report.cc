@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kCardStyle = R"css(
 ol.poses{display:grid;grid-template-columns:repeat(auto-fill,minmax(12rem,1fr));gap:1rem;padding:0;list-style:none}
 ol.poses li{margin:0;padding:.7rem;border:1px solid var(--line);border-radius:6px;break-inside:avoid}
-ol.poses b{font-size:1.4rem}ol.poses .done{float:right;width:1.2rem;height:1.2rem;border:1.5px solid #8b95a3;border-radius:3px}
+ol.poses b{font-size:1.4rem}.poses svg{min-width:0}ol.poses .done{float:right;width:1.2rem;height:1.2rem;border:1.5px solid var(--zero);border-radius:3px}
 ol.poses .heat{float:right;margin-right:.6rem;font-weight:600;color:var(--bad)}ol.poses small{display:block;white-space:normal;color:var(--soft);overflow-wrap:anywhere}
 )css";
 
@@ -71,10 +71,7 @@ std::string PlanHtml(const Plan& plan) {
   for (const PageSection& section : SectionsOf(plan)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) + "</section>\n";
   }
-  return HtmlPage("Pose program",
-                  VerdictOf(plan),
-                  html,
-                  std::string(kCardStyle) + std::string(PosePictureStyle()));
+  return HtmlPage("Pose program", VerdictOf(plan), html, {.style = kCardStyle});
 }
 
 }  // namespace truetriad

@@ -142,13 +142,4 @@ std::string PosePicture(const Eigen::Quaterniond& world_from_body, std::string_v
   return Picture(world_from_body.toRotationMatrix(), label).Draw();
 }
 
-std::string_view PosePictureStyle() {
-  return R"css(
-svg .face{stroke:#5b6675;stroke-linejoin:round}svg .shade0{fill:#c3cbd5}svg .shade1{fill:#dfe4ea}svg .shade2{fill:#f6f8fa}
-svg .axis{stroke-width:3}svg line.x,svg .head.x{stroke:#d1242f;fill:#d1242f}svg line.y,svg .head.y{stroke:#1a7f37;fill:#1a7f37}svg line.z,svg .head.z{stroke:#1f5fbf;fill:#1f5fbf}
-svg text.axis{stroke:none;font-size:16px;font-weight:700}svg text.x{fill:#d1242f}svg text.y{fill:#1a7f37}svg text.z{fill:#1f5fbf}svg text.back{font-size:12px}
-svg line.world,svg .head.world{stroke:#8b95a3;fill:#8b95a3;stroke-width:1.5}svg text.world{font-size:11px}
-)css";
-}
-
 }  // namespace truetriad

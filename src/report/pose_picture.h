@@ -12,7 +12,4 @@ namespace truetriad {
 /// right: the body's axes x, y, z as coloured arrows out of its faces, north and up beside it.
 std::string PosePicture(const Eigen::Quaterniond& world_from_body, std::string_view label);
 
-/// Style rules that the picture needs in its page.
-std::string_view PosePictureStyle();
-
 }  // namespace truetriad

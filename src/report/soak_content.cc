@@ -125,9 +125,9 @@ std::string SoakChart(const Calibration& calibration, Triad triad, int axis) {
     rest.Add(difference + 2.0 * sigma), rest.Add(difference - 2.0 * sigma);
   }
   Svg svg(760.0, 260.0, name + ": bias over temperature");
-  Frame left(svg, 66.0, 290.0, degc, bias);
+  Frame left(svg, {}, degc, bias);
   left.Draw(name + ", bias, " + unit, "°C");
-  Frame right(svg, 446.0, 290.0, degc, rest);
+  Frame right(svg, {446.0}, degc, rest);
   right.Draw("residual", "°C");
   // A band of ±2σ about `centre` of each point of the fit, and the line.
   const auto draw_fit = [&](const Frame& frame, const auto& centre) {

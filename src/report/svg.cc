@@ -77,7 +77,7 @@ Svg::Svg(double width, double height, std::string_view label)
     : head_("<svg role=\"img\"" + Attribute("aria-label", label) +
             Attribute("viewBox",
                       std::string_view("0 0 " + Fixed(width, 0) + ' ' + Fixed(height, 0))) +
-            Attribute("style", std::string_view("max-width:" + Fixed(width, 0) + "px"))) {}
+            Attribute("style", std::string_view("--width:" + Fixed(width, 0) + "px"))) {}
 
 std::string Svg::FinishAlone(std::string_view style_sheet) const {
   return head_ + " xmlns=\"http://www.w3.org/2000/svg\">\n<style>" + std::string(style_sheet) +
@@ -107,6 +107,25 @@ void Svg::Circle(double x, double y, double radius, std::string_view style) {
   AppendAttribute("cx", x, &body_);
   AppendAttribute("cy", y, &body_);
   AppendAttribute("r", radius, &body_);
+  body_ += "/>\n";
+}
+
+void Svg::Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip) {
+  Begin("circle", style, &body_);
+  AppendAttribute("cx", x, &body_);
+  AppendAttribute("cy", y, &body_);
+  body_ += " r=\"2.8\"";
+  AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
+  body_ += "><title>";
+  AppendMarkup(tooltip, &body_);
+  body_ += "</title></circle>\n";
+}
+
+void Svg::Dots(const std::vector<std::pair<double, double>>& points, std::string_view style) {
+  std::string path;
+  for (const auto& [x, y] : points) path += 'M' + Fixed(x, 1) + ' ' + Fixed(y, 1) + "h0";
+  Begin("path", style, &body_);
+  AppendAttribute("d", std::string_view(path), &body_);
   body_ += "/>\n";
 }
 
@@ -144,6 +163,23 @@ void Svg::Cell(double x, double y, double size, std::string_view colour, std::st
   body_ += "><title>";
   AppendMarkup(tooltip, &body_);
   body_ += "</title></rect>\n";
+}
+
+void Svg::Cells(const std::vector<std::pair<double, double>>& corners,
+                double size,
+                std::string_view colour,
+                std::string_view tooltip) {
+  const std::string side = Fixed(size, 0);
+  std::string path;
+  for (const auto& [x, y] : corners) {
+    path += 'M' + Fixed(x, 0) + ' ' + Fixed(y, 0) + 'h' + side + 'v' + side + "h-" + side + 'z';
+  }
+  body_ += "<path";
+  AppendAttribute("fill", colour, &body_);
+  AppendAttribute("d", std::string_view(path), &body_);
+  body_ += "><title>";
+  AppendMarkup(tooltip, &body_);
+  body_ += "</title></path>\n";
 }
 
 void Svg::RotatedText(

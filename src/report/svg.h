@@ -20,6 +20,10 @@ class Svg {
   void Line(double x1, double y1, double x2, double y2, std::string_view style);
   void Rectangle(double x, double y, double width, double height, std::string_view style);
   void Circle(double x, double y, double radius, std::string_view style);
+  /// A mark of one pose, which says `tooltip` and leads to the pose's row.
+  void Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip);
+  /// Points without names, some ten bytes each; `style`: a class whose line is as wide as a dot.
+  void Dots(const std::vector<std::pair<double, double>>& points, std::string_view style);
   /// Straight lines from point to point; filled when the style says so.
   void Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style);
   /// A diagonal cross of half width `size`.
@@ -28,6 +32,11 @@ class Svg {
   void Text(double x, double y, std::string_view text, std::string_view style);
   /// A filled cell of the given colour ("#rrggbb") with a tooltip.
   void Cell(double x, double y, double size, std::string_view colour, std::string_view tooltip);
+  /// Many cells of one colour, given by their upper left corners, some twenty bytes each.
+  void Cells(const std::vector<std::pair<double, double>>& corners,
+             double size,
+             std::string_view colour,
+             std::string_view tooltip);
   void RotatedText(
       double x, double y, double degrees, std::string_view text, std::string_view style);
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -27,7 +28,27 @@ std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) 
   return windows;
 }
 
-// White at 0, blue above, red below.
+// ±2σ about the fit, stretch by stretch over which the temperature rises or falls.
+void DrawFitBand(const std::vector<SweepWindow>& windows, int axis, Frame* frame) {
+  std::vector<std::pair<double, double>> upper, lower;
+  double direction = 0.0;
+  for (const SweepWindow& window : windows) {
+    const double fit = window.fit_raw[axis], sigma = window.fit_sigma_raw[axis];
+    if (!upper.empty()) {
+      const double step = window.degc - upper.back().first;
+      if (step * direction < 0.0) {
+        frame->DrawBetween(upper, lower);
+        upper = {upper.back()}, lower = {lower.back()};
+      }
+      if (step != 0.0) direction = step;
+    }
+    upper.emplace_back(window.degc, fit + 2.0 * sigma);
+    lower.emplace_back(window.degc, fit - 2.0 * sigma);
+  }
+  frame->DrawBetween(upper, lower);
+}
+
+// White at 0, red above, blue below.
 std::string Colour(double share) {
   const double size = std::min(std::abs(share), 1.0);
   const std::array<int, 3> full =
@@ -49,37 +70,31 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
   const std::string name = TriadTitle(triad) + " " + AxisLetter(axis);
   Range degc, bias, time, residual;
-  for (const SweepWindow& window : windows) {
-    degc.Add(window.degc), time.Add(window.time_s / 60.0);
-    bias.Add(window.bias_raw[axis]), bias.Add(window.fit_raw[axis]);
-    residual.Add(window.bias_raw[axis] - window.fit_raw[axis]);
-  }
-  Svg svg(760.0, 260.0, name + ": bias and fit");
-  Frame left(svg, 66.0, 290.0, degc, bias);
-  left.Draw(name + ", bias, " + unit, "°C");
-  // The fit in the order of time, in stretches between which no window is missing.
-  std::vector<std::pair<double, double>> line, upper, lower;
+  // What warms and what cools, apart.
+  std::array<std::vector<std::pair<double, double>>, 2> dots, rest;
+  std::vector<std::pair<double, double>> line;
   for (const SweepWindow& window : windows) {
     const double fit = window.fit_raw[axis], sigma = window.fit_sigma_raw[axis];
-    line.emplace_back(left.X(window.degc), left.Y(fit));
-    upper.emplace_back(left.X(window.degc), left.Y(fit + 2.0 * sigma));
-    lower.emplace_back(left.X(window.degc), left.Y(fit - 2.0 * sigma));
+    const double read = window.bias_raw[axis], minutes = window.time_s / 60.0;
+    degc.Add(window.degc), time.Add(minutes), residual.Add(read - fit);
+    for (const double value : {read, fit + 2.0 * sigma, fit - 2.0 * sigma}) bias.Add(value);
+    const std::size_t branch = window.rate_degcps < 0.0 ? 1 : 0;
+    dots[branch].emplace_back(window.degc, read);
+    rest[branch].emplace_back(minutes, read - fit);
+    line.emplace_back(window.degc, fit);
   }
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    svg.Polyline({upper[i - 1], upper[i], lower[i], lower[i - 1]}, "band");
+  Svg svg(760.0, 260.0, name + ": bias and fit");
+  Frame left(svg, {}, degc, bias);
+  left.Draw(name + ", bias, " + unit, "°C");
+  DrawFitBand(windows, axis, &left);
+  Frame right(svg, {446.0}, time, residual);
+  right.Draw("residual, " + unit, "min");
+  for (const std::size_t branch : {0U, 1U}) {
+    const std::string_view style = branch == 0 ? "dots warming" : "dots cooling";
+    if (!dots[branch].empty()) left.DrawDots(dots[branch], style);
+    if (!rest[branch].empty()) right.DrawDots(rest[branch], style);
   }
-  for (const SweepWindow& window : windows) {
-    svg.Circle(left.X(window.degc), left.Y(window.bias_raw[axis]), 1.6, "dot");
-  }
-  svg.Polyline(line, "fit");
-  Frame right(svg, 446.0, 290.0, time, residual);
-  right.Draw("residual", "min");
-  for (const SweepWindow& window : windows) {
-    svg.Circle(right.X(window.time_s / 60.0),
-               right.Y(window.bias_raw[axis] - window.fit_raw[axis]),
-               1.4,
-               "after");
-  }
+  left.DrawLine(line, "fit");
   return svg.Finish();
 }
 
@@ -148,20 +163,24 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
                ", white " + Significant(middle, 3) + ", red " + Significant(values.high, 3) + " " +
                unit,
            "start title");
+  svg.Rectangle(kLeft, kTop, kColumns * kSize, kRows * kSize, "track");
+  // All cells of a shade at once: a page has thousands.
+  constexpr int kShades = 20;  // on each side of the middle
+  std::map<int, std::vector<std::pair<double, double>>> cells;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      if (!is_reached(column, row)) {
-        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not covered");
-        continue;
-      }
-      const auto [degc, rate, value] = value_at(column, row);
-      svg.Cell(kLeft + column * kSize,
-               kTop + row * kSize,
-               kSize,
-               Colour(2.0 * (value - middle) / values.span()),
-               Fixed(degc, 1) + " °C, " + Significant(rate, 2) + " °C/s: " + Significant(value, 4) +
-                   " " + unit);
+      if (!is_reached(column, row)) continue;
+      const double share = 2.0 * (value_at(column, row)[2] - middle) / values.span();
+      cells[static_cast<int>(std::lround(kShades * share))].emplace_back(kLeft + column * kSize,
+                                                                         kTop + row * kSize);
     }
+  }
+  for (const auto& [shade, corners] : cells) {
+    const double share = static_cast<double>(shade) / kShades;
+    svg.Cells(corners,
+              kSize,
+              Colour(share),
+              "about " + Significant(middle + 0.5 * share * values.span(), 4) + " " + unit);
   }
   for (const int row : {0, kRows / 2, kRows - 1}) {
     svg.Text(

@@ -16,6 +16,8 @@ struct Table {
   std::vector<std::string> header;  ///< Empty: none.
   std::string alignment;            ///< 'l' or 'r' for each column.
   std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> ids = {};  ///< Of the rows in a page; empty: none.
+  std::string copy = {};              ///< What the table is copied as from a page; empty: nothing.
 };
 
 /// Columns that `utf8` takes in a terminal.

@@ -5,39 +5,11 @@ const assert = require('node:assert/strict');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { withBrowser, serve, makePage } = require('./browser.js');
+const { axeFindings, close, open, serve, withBrowser } = require('../browser/browser.js');
+const { makePage } = require('./make_page.js');
 
 const kUnits = 600;
 const kStrange = '<script>alert(1)</script>';
-
-// A page that notes what must not happen: messages of errors, dialogs, requests elsewhere.
-const open = async (browser, url, base, options = {}) => {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, reducedMotion: 'reduce', ...options });
-  const page = await context.newPage();
-  page.wrong = [];
-  page.on('console', (message) => {
-    if (message.type() === 'error' || message.type() === 'warning') page.wrong.push(message.text());
-  });
-  page.on('pageerror', (error) => page.wrong.push(String(error)));
-  page.on('dialog', (dialog) => {
-    page.wrong.push('a dialog of the browser');
-    dialog.dismiss();
-  });
-  page.on('request', (request) => {
-    if (!request.url().startsWith(base)) page.wrong.push(`requests ${request.url()}`);
-  });
-  page.on('requestfailed', (request) => {
-    const { errorText } = request.failure();
-    // What a reload no longer waits for.
-    if (errorText !== 'net::ERR_ABORTED') page.wrong.push(`${request.url()}: ${errorText}`);
-  });
-  await page.goto(url);
-  return page;
-};
-const close = async (page) => {
-  assert.equal(page.wrong.join('\n'), '');
-  await page.context().close();
-};
 
 const hits = async (page) => Number((await page.textContent('#hits')).replace(/ of .*/, '').replace(/\D/g, ''));
 const rows = (page) => page.locator('#units tbody:not(.space) tr');
@@ -152,9 +124,7 @@ const looksRight = async (browser, url, base, axe) => {
         }
         const over = await page.evaluate(() => [document.documentElement, document.querySelector('dialog')].map((of) => of.scrollWidth - of.clientWidth));
         assert.deepEqual(over.map((pixels) => pixels > 0), [false, false], `${width} px: scrolls sideways by ${over}`);
-        const { violations } = await page.evaluate(() => window.axe.run());
-        const serious = violations.filter((violation) => ['serious', 'critical'].includes(violation.impact));
-        assert.equal(serious.map((violation) => `${violation.id}: ${violation.nodes[0].html} ${violation.nodes[0].failureSummary}`).join('\n'), '', `${colorScheme}, ${width} px`);
+        assert.equal(await axeFindings(page), '', `${colorScheme}, ${width} px`);
       }
       if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `unit-${colorScheme}-${width}.png`) });
       await page.keyboard.press('Escape');
@@ -192,6 +162,7 @@ const reportsAreLinked = async (browser, url, base) => {
   await page.waitForSelector('h1');
   assert.match(await page.textContent('h1'), /^Calibration of <script>/);
   assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector('main')).borderRadius), '6px');
+  assert.ok((await page.locator('button', { hasText: 'Copy C and b' }).count()) > 0);
   await close(page);
 };
 

@@ -124,15 +124,13 @@ Status WriteReport(const std::string& units, UnitRun* run) {
   calibration.serial = run->serial;
   return WriteFileAtomically(
       (fs::path(run->folder) / "report.html").string(),
-      CalibrationHtml(calibration, "../../" + std::string(kSharedStyleSheet)));
+      CalibrationHtml(calibration, {.assets = "../../" + std::string(kSharedAssets)}));
 }
 
 Status Make(const std::string& path, int units) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(path));
   const std::string folder = (fs::path(path).parent_path() / "units").string();
-  const fs::path style = fs::path(folder) / kSharedStyleSheet;
-  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(style.parent_path().string()));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(style.string(), ReportStyleSheet()));
+  TRUETRIAD_RETURN_IF_ERROR(WriteSharedAssets(folder));
   Line line(units);
   for (int i = 0; i < units; ++i) {
     for (int attempt = 0; attempt < 3; ++attempt) {

@@ -6,7 +6,8 @@ const { execFileSync } = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { withBrowser, makePage } = require('./browser.js');
+const { withBrowser } = require('../browser/browser.js');
+const { makePage } = require('./make_page.js');
 
 const kUnits = Number(process.argv[2] ?? 100000);
 const kRounds = 7;

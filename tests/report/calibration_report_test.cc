@@ -230,16 +230,52 @@ TEST(CalibrationHtml, EscapesHostileStrings) {
   c.covariance.parameters.front() = hostile;
   c.sensors[Triad::kAccelerometer]->input_unit = hostile;
   const std::string html = CalibrationHtml(c);
-  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
   EXPECT_THAT(html, Not(HasSubstr("\"x\"")));
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(&quot;x&quot;)"));
 }
 
 TEST(CalibrationHtml, NeedsNothingFromOutside) {
   const std::string html = CalibrationHtml(SampleCalibration());
-  for (const char* outside : {"http:", "https:", "src=", "href=", "url(", "@import", "<script"}) {
+  for (const char* outside : {"http:", "https:", "src=", "href=", "url(", "@import"}) {
     EXPECT_THAT(html, Not(HasSubstr(outside)));
   }
+}
+
+TEST(CalibrationHtml, HasItsScriptWhereItsLooksAre) {
+  const std::string alone = CalibrationHtml(SampleCalibration());
+  EXPECT_THAT(alone, HasSubstr("script-src 'sha256-"));
+  EXPECT_THAT(alone, HasSubstr("<script>" + ReportScript() + "</script>"));
+  const std::string shared = CalibrationHtml(SampleCalibration(), {.assets = "../../assets"});
+  EXPECT_THAT(shared, HasSubstr("script-src 'self'"));
+  EXPECT_THAT(shared, HasSubstr("<script src=\"../../assets/report.js\"></script>"));
+  EXPECT_THAT(shared, Not(HasSubstr(ReportScript())));
+}
+
+TEST(CalibrationHtml, HasScenesThatTurnWhereSomethingDrawsThem) {
+  const EmbeddedScript plots{"drawSpheres()", "sha256-ofIt"};
+  const std::string turning = CalibrationHtml(SampleCalibration(), {.plots = plots});
+  EXPECT_THAT(turning, HasSubstr(" 'sha256-ofIt'"));
+  EXPECT_THAT(turning, HasSubstr("<script>drawSpheres()</script>"));
+  EXPECT_EQ(Count(turning, "<script type=\"application/json\">{\"sensor\":"), 2U);
+  EXPECT_THAT(CalibrationHtml(SampleCalibration()), Not(HasSubstr("application/json")));
+  // Nothing is to be turned of what was refused.
+  EXPECT_THAT(CalibrationHtml({}, {.plots = plots}), Not(HasSubstr("drawSpheres()")));
+}
+
+TEST(CalibrationHtml, NeverThinsTheWorstPoseOutOfAScene) {
+  constexpr int kWorst = 13579;
+  Calibration c = SampleCalibration(20000);
+  c.quality.rests.pose_residuals[kWorst - 1].residual = {0.0, 0.5, 0.0};
+  const std::string html = CalibrationHtml(c, {.plots = {"drawSpheres()", "sha256-ofIt"}});
+  EXPECT_THAT(html, HasSubstr("\n[" + std::to_string(kWorst) + ",0,"));
+  EXPECT_LT(html.size(), 500000U);
+}
+
+TEST(CalibrationHtml, OffersCAndBForProgramsToRead) {
+  const std::string html = CalibrationHtml(SampleCalibration());
+  EXPECT_THAT(html, HasSubstr("data-copy=\"accelerometer: corrected = C (raw - b), C in "));
+  EXPECT_THAT(html, HasSubstr("\nC = [["));
 }
 
 TEST(CalibrationHtml, HasTheSameBytesTwice) {

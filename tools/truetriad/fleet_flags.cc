@@ -23,9 +23,10 @@ DEFINE_string(
     "where the runs are kept: a file for SQLite, or postgresql://HOST/DATABASE, or NAME.jsonl for "
     "a "
     "shard's own, which `fleet collect` merges; what calibrates has fleet.db in its output folder");
-DEFINE_string(assets,
-              "inline",
-              "where the looks of reports are: inline, in each page, or shared, once for all");
+DEFINE_string(
+    assets,
+    "inline",
+    "where the looks and the script of reports are: inline, in each page, or shared, once for all");
 DEFINE_string(serial,
               "",
               "how logs are named, to take serial numbers from there: {serial} and * for anything "
@@ -144,10 +145,7 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& s
 
 Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(plan.folder));
-  if (!plan.shares_assets) return {};
-  const fs::path file = fs::path(plan.folder) / fleet::kSharedStyleSheet;
-  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(file.parent_path().string()));
-  return WriteFileAtomically(file.string(), ReportStyleSheet());
+  return plan.shares_assets ? fleet::WriteSharedAssets(plan.folder) : Status();
 }
 
 std::string StatedStore() {

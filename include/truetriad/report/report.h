@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "truetriad/base/result.h"
@@ -22,12 +23,27 @@ Grade GradeOf(const Comparison& comparison);
 /// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
 std::string CalibrationText(const Calibration& calibration);
 
-/// One self-contained HTML page (inline CSS and SVG, no network, no script): the same order.
-/// Same input, same bytes. `style_sheet`: where ReportStyleSheet is, as seen from the page, instead
-/// of in it.
-std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet = "");
-/// The looks of such pages, for a file that many share.
+/// A script that stands in a page, and what the page's policy allows it by: "sha256-…" of its
+/// bytes.
+struct EmbeddedScript {
+  std::string_view text;
+  std::string_view hash;
+};
+
+struct ReportLooks {
+  /// The folder in which report.css and report.js are, as seen from the page; empty: they are in
+  /// it.
+  std::string assets = {};
+  /// Plotly with traces `scatter3d`, for what turns; empty: nothing does. Only without `assets`.
+  EmbeddedScript plots = {};
+};
+
+/// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):
+/// the same order. Same input, same bytes.
+std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks = {});
+/// report.css and report.js, for files that many pages share.
 std::string ReportStyleSheet();
+std::string ReportScript();
 
 /// What other verbs say, on the terminal and as a page. `inspect`: rates, gaps, poses found,
 /// coverage, noise, temperature range. `tried`: what a calibration with defaults makes of it, or

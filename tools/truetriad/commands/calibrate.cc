@@ -13,6 +13,7 @@
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
+#include "tools/truetriad/plot_script.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
@@ -91,7 +92,8 @@ Result<std::string> WriteResult(const Task& task,
   std::string report;
   if (task.has_report) {
     const std::string page = (directory / "report.html").string();
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
+    TRUETRIAD_RETURN_IF_ERROR(
+        WriteFileAtomically(page, CalibrationHtml(calibration, StatedLooks())));
     report = "Report:      " + page + '\n';
   } else {
     TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
@@ -234,6 +236,7 @@ Command CalibrateCommand() {
                 {"set", "KEY=VALUE,...", false, {}, true},
                 {"tag", "KEY=VALUE", false, {}, true},
                 {"report", "true|false", false, {"true", "false"}},
+                {"interactive", "true|false", false, {"true", "false"}},
                 {"overwrite", "true|false"},
                 {"solver", "eliminated|ceres"}},
       .more_words = "input",

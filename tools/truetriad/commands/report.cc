@@ -9,6 +9,7 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/plot_script.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -54,7 +55,8 @@ Result<VerbResult> RunReport(const std::vector<std::string>& words) {
     const std::string page =
         is_page ? FLAGS_output
                 : (std::filesystem::path(FLAGS_output) / PageName(calibration, &taken)).string();
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
+    TRUETRIAD_RETURN_IF_ERROR(
+        WriteFileAtomically(page, CalibrationHtml(calibration, StatedLooks())));
     result.text += page + '\n';
     result.result["pages"].push_back(page);
   }
@@ -74,7 +76,9 @@ Command ReportCommand() {
       .details =
           "Writes the HTML report again. For several calibrations, separated by commas or "
           "blanks,\nwrites one page each into a folder, named after the serial number.\n",
-      .flags = {{"calibration", "FILE[,FILE]", true}, {"output", "PAGE.html|DIR", true}},
+      .flags = {{"calibration", "FILE[,FILE]", true},
+                {"output", "PAGE.html|DIR", true},
+                {"interactive", "true|false", false, {"true", "false"}}},
       .more_words = "calibration",
       .run = RunReport};
 }

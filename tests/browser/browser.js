@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the test and the measurement of the page share: packages, Chromium, a server on loopback.
+// What tests of pages share: packages, Chromium, a page that notes what must not happen, a server on loopback.
 'use strict';
-const { execFileSync, spawnSync } = require('node:child_process');
+const assert = require('node:assert/strict');
+const { spawnSync } = require('node:child_process');
 const fs = require('node:fs');
 const http = require('node:http');
 const os = require('node:os');
@@ -44,10 +45,10 @@ const chromiumPath = () => {
 const withBrowser = async (use) => {
   const executablePath = chromiumPath();
   const { chromium, axe } = packages();
-  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'fleet-page-'));
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'page-'));
   const browser = await chromium.launch({
     executablePath,
-    args: ['--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+    args: ['--headless', '--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
   });
   try {
     return await use(browser, axe, folder);
@@ -72,10 +73,41 @@ const serve = (folder) =>
     server.listen(0, '127.0.0.1', () => take({ url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() }));
   });
 
-const makePage = (folder, units) => {
-  const store = path.join(folder, 'fleet.db');
-  execFileSync(process.env.MAKE_FLEET, [store, String(units)]);
-  execFileSync(process.env.TRUETRIAD, ['fleet', 'report', `--store=${store}`, '-o', path.join(folder, 'page')]);
+// A page that notes what must not happen: messages of errors, dialogs, requests outside `base`.
+const open = async (browser, url, base, options = {}) => {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, reducedMotion: 'reduce', ...options });
+  const page = await context.newPage();
+  page.wrong = [];
+  page.on('console', (message) => {
+    // How fast a canvas is read is advice.
+    if (/^(error|warning)$/.test(message.type()) && !/willReadFrequently|GL Driver Message/.test(message.text())) page.wrong.push(message.text());
+  });
+  page.on('pageerror', (error) => page.wrong.push(String(error)));
+  page.on('dialog', (dialog) => {
+    page.wrong.push('a dialog of the browser');
+    dialog.dismiss();
+  });
+  page.on('request', (request) => {
+    if (!request.url().startsWith(base)) page.wrong.push(`requests ${request.url()}`);
+  });
+  page.on('requestfailed', (request) => {
+    const { errorText } = request.failure();
+    // What a reload no longer waits for.
+    if (errorText !== 'net::ERR_ABORTED') page.wrong.push(`${request.url()}: ${errorText}`);
+  });
+  await page.goto(url);
+  return page;
+};
+const close = async (page) => {
+  assert.equal(page.wrong.join('\n'), '');
+  await page.context().close();
 };
 
-module.exports = { withBrowser, serve, makePage };
+// Findings of axe that are serious; it must be in the page.
+const axeFindings = async (page) => {
+  const { violations } = await page.evaluate(() => window.axe.run());
+  const serious = violations.filter((violation) => ['serious', 'critical'].includes(violation.impact));
+  return serious.map((violation) => `${violation.id}: ${violation.nodes[0].html} ${violation.nodes[0].failureSummary}`).join('\n');
+};
+
+module.exports = { axeFindings, close, open, serve, skip, withBrowser };

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// What a compass of accelerometer and magnetometer is off by at one heading of a level unit, its
+/// tilt by the accelerometer. rad.
+struct HeadingError {
+  double heading_rad = 0.0;       ///< Of body x, clockwise from magnetic north.
+  std::optional<double> raw_rad;  ///< Read less true, in nominal units; unset for counts.
+  double sigma_rad = 0.0;         ///< Of a corrected one, by the parameters' covariance.
+};
+
+/// At `count` even headings, at the reference temperature. Empty without both sensors, without a
+/// covariance, and where the field's strength or dip is unknown.
+std::vector<HeadingError> HeadingErrors(const Calibration& calibration, int count);
+
+}  // namespace truetriad

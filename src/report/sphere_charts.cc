@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/sphere_charts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <set>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "model/corrected_error.h"
+#include "model/directions.h"
+#include "report/content.h"
+#include "report/format.h"
+#include "report/sphere_points.h"
+#include "report/svg.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::size_t kMostDirections = 600;
+constexpr double kRadius = 120.0;
+constexpr double kCentreY = 150.0;
+constexpr std::array<double, 2> kCentres = {150.0, 450.0};
+
+/// Unit vectors of one sensor's poses, and which count.
+struct PoseDirection {
+  Eigen::Vector3d unit;
+  bool counts;
+  int pose;
+};
+
+std::vector<PoseDirection> DirectionsOf(const Quality& quality, Triad triad) {
+  std::vector<PoseDirection> directions;
+  for (const PoseResidual& pose : quality.rests.pose_residuals) {
+    if (pose.triad == triad && pose.direction.allFinite() && pose.direction.norm() > 0.5) {
+      directions.push_back({pose.direction.normalized(), pose.weight > 0.0, pose.pose});
+    }
+  }
+  return directions;
+}
+
+/// Of very many, one in each small patch of the sphere, about 3 degrees wide.
+std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& directions) {
+  constexpr std::size_t kMany = 1000;
+  constexpr double kPatch = 0.05;
+  if (directions.size() <= kMany) return directions;
+  std::set<std::array<int, 3>> seen;
+  std::vector<PoseDirection> kept;
+  for (const PoseDirection& direction : directions) {
+    std::array<int, 3> patch;
+    for (int i = 0; i < 3; ++i) {
+      patch[static_cast<std::size_t>(i)] =
+          static_cast<int>(std::lround(direction.unit[i] / kPatch));
+    }
+    if (direction.counts && seen.insert(patch).second) kept.push_back(direction);
+  }
+  return kept;
+}
+
+/// Cosine of the angle to the nearest pose that counts.
+double NearestCosine(const std::vector<PoseDirection>& directions, const Eigen::Vector3d& to) {
+  double nearest = -1.0;
+  for (const PoseDirection& direction : directions) {
+    if (direction.counts) nearest = std::max(nearest, direction.unit.dot(to));
+  }
+  return nearest;
+}
+
+/// The middle of the largest gap, and how wide it is.
+std::pair<Eigen::Vector3d, double> LargestGap(const std::vector<PoseDirection>& directions) {
+  constexpr int kGrid = 2000;
+  Eigen::Vector3d middle = Eigen::Vector3d::UnitZ();
+  double smallest = 1.0;
+  for (int i = 0; i < kGrid; ++i) {
+    const Eigen::Vector3d point = EvenDirection(i, kGrid);
+    const double nearest = NearestCosine(directions, point);
+    if (nearest < smallest) smallest = nearest, middle = point;
+  }
+  return {middle, kDegPerRad * std::acos(std::clamp(smallest, -1.0, 1.0))};
+}
+
+/// Lambert: equal areas of the sphere are equal areas of the disc, so crowding is real.
+double DiscRadius(double height) { return kRadius * std::sqrt(1.0 - height); }
+
+std::pair<double, double> OnDisc(const Eigen::Vector3d& unit) {
+  const double across = std::hypot(unit.x(), unit.y());
+  const double scale = across > 0.0 ? DiscRadius(std::abs(unit.z())) / across : 0.0;
+  return {kCentres[unit.z() >= 0.0 ? 0 : 1] + scale * unit.x(), kCentreY - scale * unit.y()};
+}
+
+/// Rows of small cells whose middles are further than kHoleDeg from every pose.
+void ShadeHoles(const std::vector<PoseDirection>& directions, Svg* svg) {
+  constexpr double kCell = 6.0;
+  const double limit = std::cos(kHoleDeg / kDegPerRad);
+  for (std::size_t disc = 0; disc < 2; ++disc) {
+    for (double y = -kRadius; y < kRadius; y += kCell) {
+      double begin = 0.0, end = 0.0;
+      const auto flush = [&] {
+        if (end > begin) {
+          svg->Rectangle(kCentres[disc] + begin, kCentreY + y, end - begin, kCell, "hole");
+        }
+        begin = end = 0.0;
+      };
+      for (double x = -kRadius; x < kRadius; x += kCell) {
+        const double u = (x + 0.5 * kCell) / kRadius, v = -(y + 0.5 * kCell) / kRadius;
+        const double square = u * u + v * v;
+        // r^2 = 1 - |z| on the disc.
+        const double height = 1.0 - square;
+        const double stretch =
+            square > 0.0 ? std::sqrt(std::max(1.0 - height * height, 0.0) / square) : 0.0;
+        const Eigen::Vector3d point(u * stretch, v * stretch, disc == 0 ? height : -height);
+        if (square <= 1.0 && NearestCosine(directions, point) < limit) {
+          if (!(end > begin)) begin = x;
+          end = x + kCell;
+        } else {
+          flush();
+        }
+      }
+      flush();
+    }
+  }
+}
+
+void DrawDiscs(const std::array<std::string_view, 2>& titles, std::string_view up, Svg* svg) {
+  for (std::size_t disc = 0; disc < 2; ++disc) {
+    const double centre = kCentres[disc];
+    svg->Line(centre - kRadius, kCentreY, centre + kRadius, kCentreY, "ring");
+    svg->Line(centre, kCentreY - kRadius, centre, kCentreY + kRadius, "ring");
+    svg->Text(centre, kCentreY + kRadius + 20.0, titles[disc], "middle title");
+    svg->Text(centre + kRadius + 5.0, kCentreY + 4.0, "+x", "start");
+    svg->Text(centre, kCentreY - kRadius - 5.0, disc == 0 ? "+y" : up, "middle");
+  }
+}
+
+}  // namespace
+
+std::string CoverageChart(const Quality& quality, Triad triad) {
+  const std::vector<PoseDirection> directions = DirectionsOf(quality, triad);
+  if (directions.empty()) return "";
+  Svg svg(620.0, 300.0, TriadTitle(triad) + " pose directions on two hemispheres");
+  for (const double centre : kCentres) svg.Circle(centre, kCentreY, kRadius, "disc");
+  const std::vector<PoseDirection> patches = OfPatches(directions);
+  ShadeHoles(patches, &svg);
+  for (const double centre : kCentres) {
+    svg.Circle(centre, kCentreY, kRadius, "ring");
+    for (const double height : {0.5, std::sqrt(0.75)}) {
+      svg.Circle(centre, kCentreY, DiscRadius(height), "ring");
+    }
+  }
+  DrawDiscs({"z up", "z down (seen from above)"}, "+y", &svg);
+  const std::size_t stride = (directions.size() + kMostDirections - 1) / kMostDirections;
+  std::vector<std::pair<double, double>> dots;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const auto [x, y] = OnDisc(directions[i].unit);
+    if (!directions[i].counts) {
+      svg.Cross(x, y, 4.0, "rejected");
+    } else if (stride == 1) {
+      svg.Mark(x, y, "after", directions[i].pose, "pose " + std::to_string(directions[i].pose));
+    } else if (i % stride == 0) {
+      dots.emplace_back(x, y);
+    }
+  }
+  if (!dots.empty()) svg.Dots(dots, "dots");
+  if (const auto [middle, gap_deg] = LargestGap(patches); gap_deg > kHoleDeg) {
+    const auto [x, y] = OnDisc(middle);
+    svg.Circle(x, y, 7.0, "next");
+    svg.Text(x, y + 18.0, "next", "middle small");
+  }
+  return svg.Finish();
+}
+
+std::string SphereChart(const Calibration& calibration, Triad triad) {
+  const std::vector<SpherePoint> points = SpherePoints(calibration, triad);
+  if (points.empty()) return "";
+  const double factor = SphereMagnification(points);
+  constexpr double kUnit = 85.0;  // Of the sphere; errors reach beyond.
+  Svg svg(620.0, 300.0, TriadTitle(triad) + ": readings before and after on the sphere");
+  for (const double centre : kCentres) svg.Circle(centre, kCentreY, kUnit, "disc");
+  DrawDiscs({"seen from +z", "seen from −y"}, "+z", &svg);
+  const std::size_t stride = (points.size() + kMostDirections - 1) / kMostDirections;
+  for (std::size_t disc = 0; disc < 2; ++disc) {
+    const auto at = [&](const Eigen::Vector3d& reading, const Eigen::Vector3d& truth) {
+      constexpr double kMost = 118.0;
+      const Eigen::Vector3d v = Magnified(reading, truth, factor);
+      return std::pair(kCentres[disc] + std::clamp(kUnit * v.x(), -kMost, kMost),
+                       kCentreY - std::clamp(kUnit * (disc == 0 ? v.y() : v.z()), -kMost, kMost));
+    };
+    std::vector<std::pair<double, double>> raw, corrected, left_out;
+    for (std::size_t i = 0; i < points.size(); i += stride) {
+      const SpherePoint& point = points[i];
+      const auto before = at(point.raw, point.truth), after = at(point.corrected, point.truth);
+      if (points.size() <= kMostDirections / 4) {
+        svg.Line(before.first, before.second, after.first, after.second, "grid");
+      }
+      raw.push_back(before);
+      (point.is_rejected ? left_out : corrected).push_back(after);
+    }
+    svg.Dots(raw, "dots raw");
+    svg.Dots(corrected, "dots");
+    for (const auto& [x, y] : left_out) svg.Cross(x, y, 3.5, "rejected");
+  }
+  return svg.Finish();
+}
+
+std::string SphereCaption(const Calibration& calibration, Triad triad) {
+  const double factor = SphereMagnification(SpherePoints(calibration, triad));
+  std::string text = TriadTitle(triad) + ": readings of each pose before (orange) and after (blue)";
+  text += factor > 1.0 ? ", errors drawn " + Significant(factor, 7) + " times as large" : "";
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  if (sensor && !NominalTruthPerRaw(*sensor, triad)) text += "; counts taken by their mean gain";
+  return text + ". Circle: what there is to read.";
+}
+
+std::optional<NextPose> NextPoseFor(const Calibration& calibration) {
+  std::optional<NextPose> next;
+  double largest = kHoleDeg;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const std::vector<PoseDirection> directions =
+        OfPatches(DirectionsOf(calibration.quality, triad));
+    if (directions.empty()) continue;
+    const auto [middle, gap_deg] = LargestGap(directions);
+    if (!(gap_deg > largest + 1.0)) continue;  // of two alike, the first
+    largest = gap_deg;
+    // What the sensor reads points up, or along the field: north and down by the dip.
+    const double dip = calibration.reference.dip_rad.value_or(0.0);
+    const Eigen::Vector3d world = triad == Triad::kAccelerometer
+                                      ? Eigen::Vector3d(0.0, 0.0, 1.0)
+                                      : Eigen::Vector3d(std::cos(dip), 0.0, -std::sin(dip));
+    next = NextPose{triad, middle, Eigen::Quaterniond::FromTwoVectors(middle, world)};
+  }
+  return next;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/sphere_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "model/corrected_error.h"
+
+namespace truetriad {
+namespace {
+
+/// What there is to read, true unit; 0: nothing that makes a sphere.
+double StrengthOf(const ReferenceValues& reference, Triad triad) {
+  if (triad == Triad::kAccelerometer) return reference.gravity_mps2;
+  return triad == Triad::kMagnetometer ? reference.field_ut.value_or(0.0) : 0.0;
+}
+
+}  // namespace
+
+std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad triad) {
+  std::vector<SpherePoint> points;
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  const double strength = StrengthOf(calibration.reference, triad);
+  if (!sensor || !(strength > 0.0) || !calibration.IsUsable()) return points;
+  const Eigen::Matrix3d nominal = NominalCorrection(*sensor, triad)
+                                      .value_or(sensor->mounting.transpose() /
+                                                std::cbrt(sensor->BySensingAxes().determinant()));
+  for (const PoseResidual& pose : calibration.quality.rests.pose_residuals) {
+    if (pose.triad != triad || !(pose.direction.norm() > 0.5)) continue;
+    SpherePoint point;
+    point.pose = pose.pose;
+    point.is_rejected = !(pose.weight > 0.0);
+    point.truth = pose.direction.normalized();
+    const Eigen::Vector3d corrected = strength * point.truth + pose.residual;
+    point.corrected = corrected / strength;
+    point.raw = nominal * sensor->model.RawFromTruth(corrected) / strength;
+    if (point.raw.allFinite() && point.corrected.allFinite()) points.push_back(point);
+  }
+  return points;
+}
+
+double SphereMagnification(const std::vector<SpherePoint>& points) {
+  constexpr double kMost = 0.4, kLargest = 1e6;
+  double greatest = 0.0;
+  for (const SpherePoint& point : points) {
+    if (!point.is_rejected) greatest = std::max(greatest, (point.raw - point.truth).norm());
+  }
+  double factor = 1.0;
+  for (double decade = 1.0; decade < kLargest; decade *= 10.0) {
+    for (const double digit : {1.0, 2.0, 5.0}) {
+      if (digit * decade * greatest <= kMost) factor = digit * decade;
+    }
+  }
+  return factor;
+}
+
+}  // namespace truetriad

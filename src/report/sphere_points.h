@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// What a vector sensor read at one pose, in shares of what there is to read: without errors each
+/// is a point of the unit sphere. Body frame.
+struct SpherePoint {
+  int pose = 0;                                         ///< StaticPose::number.
+  bool is_rejected = false;                             ///< Not part of the solution.
+  Eigen::Vector3d truth = Eigen::Vector3d::UnitZ();     ///< Where the reading should be.
+  Eigen::Vector3d raw = Eigen::Vector3d::Zero();        ///< As nominal gains make of it.
+  Eigen::Vector3d corrected = Eigen::Vector3d::Zero();  ///< As the calibration makes of it.
+};
+
+/// One point a pose, in their order, at the reference temperature. Counts of unknown size are taken
+/// by their mean gain. Empty of a gyroscope, without rests, and where the field is unknown.
+std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad triad);
+
+/// 1, 2, 5, 10, 20 ...: by how much to enlarge errors, so that the greatest of the raw ones is seen
+/// and is not beyond 0.4 radii; 1 where they are greater.
+double SphereMagnification(const std::vector<SpherePoint>& points);
+
+/// A reading with its error from the truth enlarged.
+inline Eigen::Vector3d Magnified(const Eigen::Vector3d& reading,
+                                 const Eigen::Vector3d& truth,
+                                 double factor) {
+  return truth + factor * (reading - truth);
+}
+
+}  // namespace truetriad

@@ -1,0 +1,18 @@
+# What a content-security policy names a script by: "sha256-" and the hash of the file's bytes in base64.
+function(truetriad_content_hash file result)
+  set(alphabet "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/")
+  file(SHA256 ${file} hex)
+  # 32 bytes and one more, three at a time as four letters; the last letter is of that one alone.
+  string(APPEND hex "00")
+  set(text "")
+  foreach(at RANGE 0 63 6)
+    string(SUBSTRING ${hex} ${at} 6 digits)
+    foreach(shift 18 12 6 0)
+      math(EXPR place "(0x${digits} >> ${shift}) & 63")
+      string(SUBSTRING ${alphabet} ${place} 1 letter)
+      string(APPEND text ${letter})
+    endforeach()
+  endforeach()
+  string(SUBSTRING ${text} 0 43 text)
+  set(${result} "sha256-${text}=" PARENT_SCOPE)
+endfunction()
