@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/residual_charts.h"
+#include "report/sample_calibration.h"
+#include "report/sphere_charts.h"
+#include "report/sphere_points.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(SpherePoints, AreTheReadingsInSharesOfWhatThereIsToRead) {
+  const Calibration calibration = SampleCalibration();
+  const auto& sensor = *calibration.sensors[Triad::kAccelerometer];
+  const double gravity = calibration.reference.gravity_mps2;
+  const std::vector<SpherePoint> points = SpherePoints(calibration, Triad::kAccelerometer);
+  ASSERT_EQ(points.size(), 24U);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PoseResidual& pose = calibration.quality.rests.pose_residuals[i];
+    EXPECT_EQ(points[i].pose, pose.pose);
+    EXPECT_NEAR(gravity * points[i].corrected.norm() - gravity, pose.norm_error, 1e-12);
+    // The log is in m/s^2: the raw point corrected is the corrected one.
+    EXPECT_LT(
+        (sensor.model.TruthFromRaw(gravity * points[i].raw) / gravity - points[i].corrected).norm(),
+        1e-12);
+  }
+}
+
+TEST(SpherePoints, OfCountsAreTakenByTheirMeanGain) {
+  const Calibration calibration = SampleCalibration();
+  double mean = 0.0;
+  const std::vector<SpherePoint> points = SpherePoints(calibration, Triad::kMagnetometer);
+  ASSERT_EQ(points.size(), 24U);
+  EXPECT_TRUE(points[6].is_rejected);
+  const auto& sensor = *calibration.sensors[Triad::kMagnetometer];
+  const Eigen::Vector3d centre =
+      sensor.model.bias / std::cbrt(sensor.model.sensitivity.determinant()) / 48.0;
+  for (const SpherePoint& point : points) mean += (point.raw - centre).norm() / 24.0;
+  // Gains of 10 ± 3 %, and the rejected one is off by 3 of 48 uT.
+  EXPECT_NEAR(mean, 1.0, 0.03);
+}
+
+TEST(SpherePoints, AreEnlargedSoThatTheGreatestErrorIsSeen) {
+  SpherePoint point;
+  point.corrected = point.truth;
+  for (const auto& [error, factor] :
+       {std::pair(1.0, 1.0), {0.4, 1.0}, {0.19, 2.0}, {0.01, 20.0}, {0.0011, 200.0}}) {
+    point.raw = point.truth + Eigen::Vector3d(error, 0.0, 0.0);
+    EXPECT_EQ(SphereMagnification({point}), factor) << error;
+  }
+}
+
+TEST(CoverageChart, ShadesHolesAndTakesTheNextPoseThere) {
+  Calibration calibration = SampleCalibration(60);
+  EXPECT_THAT(CoverageChart(calibration.quality, Triad::kAccelerometer),
+              Not(HasSubstr("class=\"hole\"")));
+  EXPECT_FALSE(NextPoseFor(calibration));
+  std::erase_if(calibration.quality.rests.pose_residuals,
+                [](const PoseResidual& pose) { return pose.direction.z() < 0.0; });
+  EXPECT_THAT(CoverageChart(calibration.quality, Triad::kAccelerometer),
+              HasSubstr("class=\"hole\""));
+  const std::optional<NextPose> next = NextPoseFor(calibration);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->triad, Triad::kAccelerometer);
+  EXPECT_LT(next->direction.z(), -0.9);
+  EXPECT_LT((next->world_from_body * next->direction - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+}
+
+// One bad pose in a hundred thousand stays in the picture.
+TEST(ResidualChart, KeepsWhatIsFarOffHoweverManyPosesThereAre) {
+  Calibration calibration = SampleCalibration();
+  auto& poses = calibration.quality.rests.pose_residuals;
+  const PoseResidual usual = poses.front();
+  poses.assign(100000, usual);
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].pose = static_cast<int>(i) + 1;
+  poses[77777].residual = {0.0, 1.0, 0.0};
+  const std::string chart = ResidualChart(calibration, Triad::kAccelerometer);
+  EXPECT_LT(chart.size(), 60000U);
+  // The frame of y begins at 126 and is 76 high; its range is that of the greatest, 1, and a
+  // twenty-fifth more on each side.
+  EXPECT_THAT(chart, HasSubstr(" 128.8h0"));
+}
+
+}  // namespace
+}  // namespace truetriad
