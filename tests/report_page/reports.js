@@ -15,7 +15,7 @@ const kKinds = [
   { name: 'nine-axis', experiment: 'nine-axis', mostPages: 4, spheres: 2 },
   { name: 'tumble', experiment: 'tumble', scenario: 'tumble-by-hand' },
   { name: 'soak', experiment: 'thermal-soak', scenario: 'thermal-soak', mostPages: 6 },
-  { name: 'sweep', experiment: 'thermal-sweep', scenario: 'thermal-sweep', mostBytes: 1e6 },
+  { name: 'sweep', experiment: 'thermal-sweep', scenario: 'thermal-sweep', mostBytes: 400e3 },
   { name: 'refused', experiment: 'accelerometer-only', scenario: 'at-rest', isRefused: true },
 ];
 
