@@ -2,6 +2,7 @@
 #include "report/chart_frame.h"
 
 #include <cmath>
+#include <cstdint>
 
 #include "report/format.h"
 
@@ -63,19 +64,15 @@ double Frame::Y(double value) const {
 void Frame::Draw(const std::string& title, const std::string& x_title) {
   const double bottom = box_.top + box_.height;
   svg_.Rectangle(box_.left, box_.top, box_.width, box_.height, "frame");
-  // Low frames have no room for a line of text at each.
-  const double step_y = StepOf(y_.span());
-  double last = std::numeric_limits<double>::infinity();
+  // Low frames have no room for a line of text at each: then every second, third, ... from zero.
   constexpr double kLineHeight = 11.0;
+  const double step_y = StepOf(y_.span());
+  const double apart = step_y / y_.span() * box_.height;
+  const auto every = static_cast<std::int64_t>(std::ceil(kLineHeight / apart));
   for (const double y : Ticks(y_)) {
-    svg_.Line(box_.left,
-              Y(y),
-              box_.left + box_.width,
-              Y(y),
-              std::abs(y) < 1e-9 * step_y ? "zero" : "grid");
-    if (last - Y(y) < kLineHeight) continue;
-    last = Y(y);
-    svg_.Text(box_.left - 5.0, Y(y) + 4.0, TickText(y, step_y), "end");
+    const auto place = static_cast<std::int64_t>(std::llround(y / step_y));
+    svg_.Line(box_.left, Y(y), box_.left + box_.width, Y(y), place == 0 ? "zero" : "grid");
+    if (place % every == 0) svg_.Text(box_.left - 5.0, Y(y) + 4.0, TickText(y, step_y), "end");
   }
   if (!x_title.empty()) {
     const double step_x = StepOf(x_.span());

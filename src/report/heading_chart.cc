@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/heading_chart.h"
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -36,7 +37,16 @@ std::string HeadingChart(const Calibration& calibration) {
     raw_range.Add(0.0);
     Frame frame(svg, {}, headings, raw_range);
     frame.Draw("raw heading, error, °", "heading, °");
-    frame.DrawLine(raw, "line");
+    // A reading that has turned past 180° goes on at the other side.
+    std::vector<std::pair<double, double>> stretch;
+    for (const auto& point : raw) {
+      if (!stretch.empty() && std::abs(point.second - stretch.back().second) > 180.0) {
+        frame.DrawLine(stretch, "line");
+        stretch.clear();
+      }
+      stretch.push_back(point);
+    }
+    frame.DrawLine(stretch, "line");
   }
   Frame frame(svg, {raw.empty() ? 66.0 : 446.0, 28.0, 290.0, 190.0}, headings, sigma_range);
   frame.DrawBetween(upper, lower);
