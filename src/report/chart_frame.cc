@@ -61,7 +61,7 @@ double Frame::Y(double value) const {
   return box_.top + std::clamp((y_.high - value) / y_.span(), 0.0, 1.0) * box_.height;
 }
 
-void Frame::Draw(const std::string& title, const std::string& x_title) {
+void Frame::Draw(const std::string& title, const std::string& x_title, bool has_y) {
   const double bottom = box_.top + box_.height;
   svg_.Rectangle(box_.left, box_.top, box_.width, box_.height, "frame");
   // Low frames have no room for a line of text at each: then every second, third, ... from zero.
@@ -69,7 +69,7 @@ void Frame::Draw(const std::string& title, const std::string& x_title) {
   const double step_y = StepOf(y_.span());
   const double apart = step_y / y_.span() * box_.height;
   const auto every = static_cast<std::int64_t>(std::ceil(kLineHeight / apart));
-  for (const double y : Ticks(y_)) {
+  for (const double y : has_y ? Ticks(y_) : std::vector<double>()) {
     const auto place = static_cast<std::int64_t>(std::llround(y / step_y));
     svg_.Line(box_.left, Y(y), box_.left + box_.width, Y(y), place == 0 ? "zero" : "grid");
     if (place % every == 0) svg_.Text(box_.left - 5.0, Y(y) + 4.0, TickText(y, step_y), "end");

@@ -40,8 +40,9 @@ class Frame {
   double X(double value) const;
   double Y(double value) const;
 
-  /// Frame, grid, numbers and titles; without `x_title` nothing stands below.
-  void Draw(const std::string& title, const std::string& x_title);
+  /// Frame, grid, numbers and titles; without `x_title` nothing stands below, and without `has_y`
+  /// nothing on the left.
+  void Draw(const std::string& title, const std::string& x_title, bool has_y = true);
 
   /// A band about y = 0 over the whole width.
   void DrawBand(double half_width);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "report/chart_frame.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/svg.h"
@@ -89,6 +90,41 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
     if (std::isfinite(limit.upper)) {
       svg.Line(kFirst + kAllowed, y, kFirst + kAllowed, y + kRow, "limit");
     }
+    y += kRow;
+  }
+  return svg.Finish();
+}
+
+std::string DifferenceChart(const std::vector<ComparisonEntry>& entries) {
+  constexpr double kLeft = 270.0, kWidth = 440.0, kRow = 15.0, kTop = 10.0;
+  constexpr std::size_t kMostRows = 100;
+  std::vector<const ComparisonEntry*> shown;
+  double largest = 4.0;
+  for (const ComparisonEntry& entry : entries) {
+    if (!(entry.sigma > 0.0)) continue;
+    shown.push_back(&entry);
+    largest = std::max(largest, std::abs(entry.difference / entry.sigma) + 1.0);
+  }
+  if (shown.empty() || shown.size() > kMostRows || !std::isfinite(largest)) return "";
+  const double height = kRow * static_cast<double>(shown.size());
+  Svg svg(730.0, kTop + height + 36.0, "Differences in σ");
+  const Range range{-largest, largest};
+  const auto x = [&](double sigmas) {
+    return kLeft + kWidth * (sigmas + largest) / (2.0 * largest);
+  };
+  svg.Rectangle(x(-2.0), kTop, x(2.0) - x(-2.0), height, "band");
+  svg.Rectangle(kLeft, kTop, kWidth, height, "frame");
+  for (const double tick : Ticks(range)) {
+    svg.Line(x(tick), kTop, x(tick), kTop + height, tick == 0.0 ? "zero" : "grid");
+    svg.Text(x(tick), kTop + height + 16.0, Significant(tick, 3), "middle");
+  }
+  svg.Text(kLeft + kWidth, kTop + height + 31.0, "a − b, in σ", "end");
+  double y = kTop + 0.5 * kRow;
+  for (const ComparisonEntry* entry : shown) {
+    const double value = entry->difference / entry->sigma;
+    svg.Text(kLeft - 6.0, y + 4.0, entry->parameter, "end");
+    svg.Line(x(value - 1.0), y, x(value + 1.0), y, "bar");
+    svg.Circle(x(value), y, 2.8, "after");
     y += kRow;
   }
   return svg.Finish();

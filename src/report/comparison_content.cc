@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "report/charts.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
@@ -68,7 +69,10 @@ PageContent ContentOf(const Comparison& comparison, const std::vector<std::strin
             ? "Different sensors fix the body frames, so what no frame changes is compared: biases "
               "and C^T C (gram); the two are assumed to be independent."
             : "The body frames are aligned before comparing; the two are assumed to be "
-              "independent."}});
+              "independent."},
+       {{DifferenceChart(comparison.entries),
+         "Each difference in its σ, with ±1 σ (line). Shaded: ±2 σ, in which 95 of 100 lie by "
+         "chance."}}});
   return content;
 }
 

@@ -35,10 +35,16 @@ struct Bullet {
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
 
-/// A part of a page without figures of its own. Without a title it belongs to the head.
+/// A drawing and what it shows; on pages alone. Nothing where it is empty.
+struct Drawing {
+  std::string svg;
+  std::string caption;
+};
+/// A part of a page. Without a title it belongs to the head.
 struct PageSection {
   std::string title;
   std::vector<Block> blocks;
+  std::vector<Drawing> drawings = {};
 };
 /// What a verb says, once for the terminal and for HTML.
 struct PageContent {

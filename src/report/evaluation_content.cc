@@ -3,11 +3,13 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
+#include "report/residual_charts.h"
 #include "report/table.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/report/report.h"
@@ -141,7 +143,13 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
   }
   content.sections.push_back(std::move(errors));
   if (!evaluation.pose_residuals.empty()) {
-    content.sections.push_back({"Worst poses", {WorstPosesTable(evaluation.pose_residuals)}});
+    PageSection poses{"Worst poses", {WorstPosesTable(evaluation.pose_residuals)}};
+    for (const Triad triad : kTriads) {
+      poses.drawings.push_back(
+          {ResidualChart(evaluation.pose_residuals, calibration.sensors[triad], triad),
+           ResidualCaption(triad)});
+    }
+    content.sections.push_back(std::move(poses));
   }
   return content;
 }

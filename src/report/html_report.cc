@@ -54,15 +54,11 @@ std::string CorrectedErrorFigures(const Calibration& calibration, bool turns) {
 
 std::string ResidualFigures(const Calibration& calibration) {
   return FigureOfEach(
-             [&](Triad triad) { return ResidualChart(calibration, triad); },
-             [](Triad triad) {
-               return TriadTitle(triad) +
-                      ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of "
-                      "the noise used for the weights. Crosses: rejected poses, on the edge if "
-                      "beyond the scale. Right: " +
-                      (triad == Triad::kGyroscope ? "axes" : "lengths") +
-                      " in σ against the normal distribution, dashed if both agree.";
-             }) +
+             [&](Triad triad) {
+               return ResidualChart(
+                   calibration.quality.rests.pose_residuals, calibration.sensors[triad], triad);
+             },
+             ResidualCaption) +
          Figure(TurnChart(calibration.quality.rests),
                 "Turns: found less stated, ±2σ; and the error of gravity's direction after each "
                 "turn that a calibration had not seen.");
@@ -70,13 +66,7 @@ std::string ResidualFigures(const Calibration& calibration) {
 
 std::string CoverageFigures(const Calibration& calibration) {
   std::string html = FigureOfEach(
-      [&](Triad triad) { return CoverageChart(calibration.quality, triad); },
-      [](Triad triad) {
-        return TriadTitle(triad) +
-               ": directions of the poses in the body frame, equal-area discs; rings at 30 and "
-               "60° above the equator. Shaded: further than " +
-               Significant(kHoleDeg, 2) + "° from every pose.";
-      });
+      [&](Triad triad) { return CoverageChart(calibration.quality, triad); }, CoverageCaption);
   if (const std::optional<NextPose> next = NextPoseFor(calibration)) {
     const Eigen::Vector3d& u = next->direction;
     html += Figure(

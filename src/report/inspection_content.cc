@@ -12,7 +12,9 @@
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
+#include "report/sphere_charts.h"
 #include "report/table.h"
+#include "report/timeline_chart.h"
 #include "truetriad/base/units.h"
 #include "truetriad/report/report.h"
 
@@ -66,7 +68,7 @@ Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
   return directions;
 }
 
-PageSection StreamsSection(const PoseSet& poses) {
+PageSection StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
   Table counts{{"stream",
                 "unit",
                 "samples",
@@ -115,7 +117,11 @@ PageSection StreamsSection(const PoseSet& poses) {
       {counts,
        values,
        "Noise is the σ of one sample within rests; correlation is the factor on the variance of "
-       "means (1 = white)."}};
+       "means (1 = white)."},
+      {{TimelineChart(poses,
+                      tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>()),
+        "The recording over time. Shaded: rests, with their numbers; crosses: those with readings "
+        "that the calibration rejects; in another colour: left out."}}};
 }
 
 /// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
@@ -193,13 +199,19 @@ PageSection CoverageOfReadings(const DirectionsOfSensors& directions) {
                           Fixed(found.coverage.largest_gap_deg, 0) + " deg"});
   }
   if (table.rows.empty()) return {};
+  std::vector<Drawing> drawings;
+  for (const Triad triad : kTriads) {
+    if (!directions[triad]) continue;
+    drawings.push_back({CoverageChart(directions[triad]->unit, triad), CoverageCaption(triad)});
+  }
   return {"Coverage of the raw readings",
           {table,
            "Directions are seen from the middle of the range of the readings and count as distinct "
            "if " +
                Significant(kDistinctDeg, 2) +
                " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest cap "
-               "of the sphere without a direction."}};
+               "of the sphere without a direction."},
+          std::move(drawings)};
 }
 
 /// σ of the worst axis, in words; "as given" where nothing of it was estimated.
@@ -286,7 +298,7 @@ PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
   const auto add = [&content](PageSection section) {
     if (!section.blocks.empty()) content.sections.push_back(std::move(section));
   };
-  add(StreamsSection(poses));
+  add(StreamsSection(poses, tried));
   for (const Triad triad : kTriads) add(PosesSection(poses, triad));
   add(CoverageOfReadings(directions));
   if (tried && tried->IsUsable()) add(EnoughSection(*tried));

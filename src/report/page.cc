@@ -164,7 +164,7 @@ std::string HtmlOf(const PageContent& content) {
   std::string html;
   for (const PageSection& section : content.sections) {
     html += "<section>\n" + (section.title.empty() ? "" : Element("h2", section.title)) +
-            HtmlOf(section.blocks) + "</section>\n";
+            HtmlOf(section.blocks) + HtmlOf(section.drawings) + "</section>\n";
   }
   return HtmlPage(content.title, content.verdict, html);
 }
@@ -199,6 +199,12 @@ std::string HtmlOf(const std::vector<Block>& blocks) {
     html += HtmlOfBlock(block);
   }
   return in_list ? html + "</ul>\n" : html;
+}
+
+std::string HtmlOf(const std::vector<Drawing>& drawings) {
+  std::string html;
+  for (const Drawing& drawing : drawings) html += Figure(drawing.svg, drawing.caption);
+  return html.empty() ? html : "<div class=\"drawings\">\n" + html + "</div>\n";
 }
 
 std::string Figure(const std::string& svg, std::string_view caption) {

@@ -27,6 +27,9 @@ std::string HtmlOf(const Table& table, std::string_view css_class = "");
 /// Blocks in order, neighbouring list points in one list.
 std::string HtmlOf(const std::vector<Block>& blocks);
 
+/// Those that there are, side by side where there is room.
+std::string HtmlOf(const std::vector<Drawing>& drawings);
+
 /// Nothing when there is no drawing. On a narrow screen the drawing scrolls.
 std::string Figure(const std::string& svg, std::string_view caption);
 

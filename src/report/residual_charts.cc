@@ -53,11 +53,14 @@ Eigen::Vector3d AxisSigmas(const TriadCalibration& sensor) {
 /// One sensor's poses.
 class Residuals {
  public:
-  Residuals(const Calibration& calibration, Triad triad) : triad_(triad) {
-    for (const PoseResidual& pose : calibration.quality.rests.pose_residuals) {
+  Residuals(const std::vector<PoseResidual>& poses,
+            const std::optional<TriadCalibration>& sensor,
+            Triad triad)
+      : triad_(triad) {
+    for (const PoseResidual& pose : poses) {
       if (pose.triad == triad && pose.residual.allFinite()) poses_.push_back(&pose);
     }
-    if (calibration.sensors[triad]) sigma_ = AxisSigmas(*calibration.sensors[triad]);
+    if (sensor) sigma_ = AxisSigmas(*sensor);
     if (!sigma_.allFinite()) sigma_.setZero();
   }
 
@@ -147,18 +150,20 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
 
 }  // namespace
 
-std::string ResidualChart(const Calibration& calibration, Triad triad) {
-  const Residuals residuals(calibration, triad);
+std::string ResidualChart(const std::vector<PoseResidual>& poses,
+                          const std::optional<TriadCalibration>& sensor,
+                          Triad triad) {
+  const Residuals residuals(poses, sensor, triad);
   if (residuals.empty()) return "";
   constexpr double kLeft = 70.0, kTop = 26.0, kHeight = 76.0, kGap = 24.0;
   Svg svg(760.0,
           kTop + 3.0 * kHeight + 2.0 * kGap + 36.0,
           TriadTitle(triad) + ": residual of each pose");
-  const Range poses = residuals.PoseRange();
+  const Range numbers = residuals.PoseRange();
   for (int axis = 0; axis < 3; ++axis) {
     Frame frame(svg,
                 {kLeft, kTop + axis * (kHeight + kGap), 430.0, kHeight},
-                poses,
+                numbers,
                 residuals.ValueRange(axis));
     if (residuals.Sigma(axis) > 0.0) frame.DrawBand(3.0 * residuals.Sigma(axis));
     frame.Draw(TriadTitle(triad) + ' ' + AxisLetter(axis) + ", " + TruthUnit(triad),
@@ -167,6 +172,14 @@ std::string ResidualChart(const Calibration& calibration, Triad triad) {
   }
   DrawNormalPlot(residuals.Normalized(), {560.0, kTop, 190.0, 3.0 * kHeight + 2.0 * kGap}, &svg);
   return svg.Finish();
+}
+
+std::string ResidualCaption(Triad triad) {
+  return TriadTitle(triad) +
+         ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of the noise used "
+         "for the weights. Crosses: rejected poses, on the edge if beyond the scale. Right: " +
+         (triad == Triad::kGyroscope ? "axes" : "lengths") +
+         " in σ against the normal distribution, dashed if both agree.";
 }
 
 std::string TurnChart(const RestQuality& quality) {

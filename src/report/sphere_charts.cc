@@ -136,10 +136,7 @@ void DrawDiscs(const std::array<std::string_view, 2>& titles, std::string_view u
   }
 }
 
-}  // namespace
-
-std::string CoverageChart(const Quality& quality, Triad triad) {
-  const std::vector<PoseDirection> directions = DirectionsOf(quality, triad);
+std::string DrawCoverage(const std::vector<PoseDirection>& directions, Triad triad) {
   if (directions.empty()) return "";
   Svg svg(620.0, 300.0, TriadTitle(triad) + " pose directions on two hemispheres");
   for (const double centre : kCentres) svg.Circle(centre, kCentreY, kRadius, "disc");
@@ -171,6 +168,27 @@ std::string CoverageChart(const Quality& quality, Triad triad) {
     svg.Text(x, y + 18.0, "next", "middle small");
   }
   return svg.Finish();
+}
+
+}  // namespace
+
+std::string CoverageChart(const Quality& quality, Triad triad) {
+  return DrawCoverage(DirectionsOf(quality, triad), triad);
+}
+
+std::string CoverageChart(const std::vector<Eigen::Vector3d>& unit, Triad triad) {
+  std::vector<PoseDirection> directions;
+  for (const Eigen::Vector3d& u : unit) {
+    directions.push_back({u, true, static_cast<int>(directions.size()) + 1});
+  }
+  return DrawCoverage(directions, triad);
+}
+
+std::string CoverageCaption(Triad triad) {
+  return TriadTitle(triad) +
+         ": directions of the poses in the body frame, equal-area discs; rings at 30 and 60° above "
+         "the equator. Shaded: further than " +
+         Significant(kHoleDeg, 2) + "° from every pose.";
 }
 
 std::string SphereChart(const Calibration& calibration, Triad triad) {

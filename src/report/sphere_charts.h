@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -23,6 +24,9 @@ std::string SphereCaption(const Calibration& calibration, Triad triad);
 /// further from every pose than kHoleDeg.
 inline constexpr double kHoleDeg = 45.0;
 std::string CoverageChart(const Quality& quality, Triad triad);
+/// Of readings before any calibration; `unit`: their directions, pose by pose.
+std::string CoverageChart(const std::vector<Eigen::Vector3d>& unit, Triad triad);
+std::string CoverageCaption(Triad triad);
 
 /// The pose that closes the largest gap of any vector sensor, where one is larger than kHoleDeg.
 struct NextPose {

@@ -146,7 +146,7 @@ TEST(FullDisk, LeavesWhatWasThere) {
   folder.Write("log.csv", LogText({.rests = 16}));
   fs::create_directory(folder.Path("disk"));
   const std::string disk = folder.Path("disk");
-  if (RunShell("mount -t tmpfs -o size=1m tmpfs '" + disk + "'").exit_code != 0) {
+  if (RunShell("mount -t tmpfs -o size=4m tmpfs '" + disk + "'").exit_code != 0) {
     GTEST_SKIP() << "mounting a file system is not allowed here";
   }
   const std::string calibrate =

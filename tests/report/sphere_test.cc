@@ -78,7 +78,8 @@ TEST(ResidualChart, KeepsWhatIsFarOffHoweverManyPosesThereAre) {
   poses.assign(100000, usual);
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].pose = static_cast<int>(i) + 1;
   poses[77777].residual = {0.0, 1.0, 0.0};
-  const std::string chart = ResidualChart(calibration, Triad::kAccelerometer);
+  const std::string chart =
+      ResidualChart(poses, calibration.sensors[Triad::kAccelerometer], Triad::kAccelerometer);
   EXPECT_LT(chart.size(), 60000U);
   // The frame of y begins at 126 and is 76 high; its range is that of the greatest, 1, and a
   // twenty-fifth more on each side.
