@@ -12,6 +12,9 @@ namespace truetriad {
 /// them. Counts are shown in true units when the recording states their scale.
 std::string AllanText(const AllanResult& result);
 
+/// The same as a self-contained page, with the curves.
+std::string AllanHtml(const AllanResult& result);
+
 /// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the
 /// slope line of each coefficient (of a triad that was not at rest the marked curve alone), drawn
 /// from and labelled with the numbers that AllanText prints. Same input, same bytes.

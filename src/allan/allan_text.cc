@@ -5,10 +5,15 @@
 #include <functional>
 #include <optional>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "allan/allan_display.h"
 #include "allan/allan_report.h"
+#include "report/content.h"
 #include "report/format.h"
+#include "report/page.h"
+#include "report/svg.h"
 #include "report/table.h"
 #include "truetriad/base/units.h"
 
@@ -65,7 +70,7 @@ class CoefficientTable {
   }
 
   const AllanScale& scale() const { return scale_; }
-  std::string Text() const { return TextOf(table_); }
+  const Table& table() const { return table_; }
 
  private:
   const AllanTriad& triad_;
@@ -95,7 +100,13 @@ void AddDensityInCommonUnits(const AllanTriad& triad, CoefficientTable* table) {
   }
 }
 
-std::string TriadText(const AllanTriad& triad) {
+/// What is said of one triad: a sentence, and a table where it was at rest.
+struct TriadWords {
+  std::string head;
+  Table table;
+};
+
+TriadWords WordsOf(const AllanTriad& triad) {
   std::string title(TriadName(triad.triad));
   title += ": " + Significant(triad.rate_hz, 6) + " Hz, " +
            (triad.duration_s < 3600.0 ? Significant(triad.duration_s, 4) + " s, "
@@ -110,7 +121,7 @@ std::string TriadText(const AllanTriad& triad) {
   if (scale.shown_per_raw != 1.0) {
     title += "; 1 count = " + Significant(scale.shown_per_raw, 6) + " " + scale.unit;
   }
-  if (!triad.at_rest()) return Wrapped(title + ": not at rest, no coefficients", 0);
+  if (!triad.at_rest()) return {title + ": not at rest, no coefficients", {}};
 
   table.AddCoefficient('N', "noise density", scale.unit + "/√Hz");
   table.Add("one sample", scale.shown_per_raw, scale.unit, [](const AllanAxis& axis) {
@@ -142,11 +153,11 @@ std::string TriadText(const AllanTriad& triad) {
       "in one sample", scale.shown_per_raw * triad.rate_hz, scale.unit, [](const AllanAxis& axis) {
         return axis.quantisation ? std::optional(axis.quantisation->value) : std::nullopt;
       });
-  return Wrapped(title, 0) + table.Text();
+  return {title, table.table()};
 }
 
 /// What the words of the tables mean, where they stand.
-std::string Notes(const AllanResult& result) {
+std::vector<std::string> NotesOf(const AllanResult& result) {
   bool bound = false;
   std::string missing;
   for (const char symbol : {'N', 'B', 'K', 'Q'}) {
@@ -167,45 +178,108 @@ std::string Notes(const AllanResult& result) {
       {'K', "K not visible: the curve does not reach the slope +1/2; a longer log may show it."},
       {'Q', "Q not visible: no slope -1 at short tau, which is usual for rate readings."},
   }};
-  std::string text;
+  std::vector<std::string> notes;
   for (const auto& [symbol, reason] : kReasons) {
-    if (missing.find(symbol) != std::string::npos) text += Wrapped(reason, 2, "- ");
+    if (missing.find(symbol) != std::string::npos) notes.emplace_back(reason);
   }
   if (bound) {
-    text += Wrapped(
+    notes.emplace_back(
         "B ≤: the curve is still falling, or has no floor above white noise; the bias may be more "
-        "stable than this. A longer log may show it.",
-        2,
-        "- ");
+        "stable than this. A longer log may show it.");
   }
-  return text.empty() ? "" : "\nNotes:\n" + text;
+  return notes;
+}
+
+std::string TitleOf(const AllanResult& result) {
+  return "Allan deviation of " + result.source +
+         (result.serial.empty() ? "" : ", unit " + result.serial);
+}
+
+/// What was not at rest, and why; empty where all was.
+std::vector<std::string> Disturbances(const AllanResult& result) {
+  std::vector<std::string> disturbances;
+  for (const AllanTriad& triad : result.triads) {
+    if (triad.at_rest()) continue;
+    disturbances.push_back(std::string(TriadName(triad.triad)) + ": " + triad.disturbance);
+  }
+  return disturbances;
+}
+
+constexpr std::string_view kNoCoefficients =
+    "No coefficients are stated for sensors that were not at rest: they would describe the motion.";
+
+std::string Listed(const std::string& title, const std::vector<std::string>& points) {
+  std::string text;
+  for (const std::string& point : points) text += Wrapped(point, 2, "- ");
+  return text.empty() ? text : "\n" + title + ":\n" + text;
+}
+
+std::vector<std::string> WarningsOf(const AllanResult& result) {
+  std::vector<std::string> warnings;
+  for (const AllanTriad& triad : result.triads) {
+    warnings.insert(warnings.end(), triad.warnings.begin(), triad.warnings.end());
+  }
+  return warnings;
+}
+
+/// The plot as a picture that has its own style.
+std::string PictureOf(const AllanResult& result) {
+  std::string source;
+  for (const char c : AllanSvg(result)) {
+    constexpr std::string_view kSpecial = "%#\"<>?\n", kDigits = "0123456789ABCDEF";
+    const auto byte = static_cast<unsigned char>(c);
+    if (kSpecial.find(c) == std::string_view::npos) {
+      source += c;
+    } else {
+      source += {'%', kDigits[byte >> 4U], kDigits[byte & 15U]};
+    }
+  }
+  return "<img alt=\"" + EscapeMarkup(TitleOf(result)) + "\" src=\"data:image/svg+xml," +
+         EscapeMarkup(source) + "\">\n";
 }
 
 }  // namespace
 
 std::string AllanText(const AllanResult& result) {
-  std::string text = "Allan deviation of " + result.source +
-                     (result.serial.empty() ? "" : ", unit " + result.serial) + "\n";
-  text = Wrapped(text, 0);
-  std::string verdict;
+  std::string text;
+  for (const std::string& disturbance : Disturbances(result)) {
+    text += Wrapped("NOT AT REST: " + disturbance, 0);
+  }
+  if (!text.empty()) text += Wrapped(kNoCoefficients, 0) + "\n";
+  text += Wrapped(TitleOf(result), 0);
   for (const AllanTriad& triad : result.triads) {
-    if (triad.at_rest()) continue;
-    verdict += Wrapped(
-        "NOT AT REST: " + std::string(TriadName(triad.triad)) + ": " + triad.disturbance, 0);
+    const TriadWords words = WordsOf(triad);
+    text += "\n" + Wrapped(words.head, 0) + TextOf(words.table);
   }
-  if (!verdict.empty()) {
-    text = verdict +
-           "No coefficients are stated for sensors that were not at rest: they would describe the "
-           "motion.\n\n" +
-           text;
+  return text + Listed("Warnings", WarningsOf(result)) + Listed("Notes", NotesOf(result));
+}
+
+std::string AllanHtml(const AllanResult& result) {
+  PageContent content{
+      TitleOf(result), {Grade::kGood, "AT REST", "Coefficients of all sensors are stated."}, {}};
+  if (const std::vector<std::string> moved = Disturbances(result); !moved.empty()) {
+    content.verdict = {Grade::kBad, "NOT AT REST: " + moved.front(), std::string(kNoCoefficients)};
+    PageSection others;
+    for (std::size_t i = 1; i < moved.size(); ++i) others.blocks.emplace_back(Bullet{moved[i]});
+    if (!others.blocks.empty()) content.sections.push_back(std::move(others));
   }
-  std::string warnings;
+  content.sections.push_back(
+      {"Curves",
+       {},
+       {{PictureOf(result),
+         "Deviation over averaging time with its 95 % band, and the line of each coefficient."}}});
   for (const AllanTriad& triad : result.triads) {
-    text += "\n" + TriadText(triad);
-    for (const std::string& warning : triad.warnings) warnings += Wrapped(warning, 2, "- ");
+    TriadWords words = WordsOf(triad);
+    content.sections.push_back({TriadTitle(triad.triad), {std::move(words.head)}});
+    if (triad.at_rest()) content.sections.back().blocks.emplace_back(std::move(words.table));
   }
-  if (!warnings.empty()) text += "\nWarnings:\n" + warnings;
-  return text + Notes(result);
+  for (const auto& [title, points] :
+       {std::pair("Warnings", WarningsOf(result)), std::pair("Notes", NotesOf(result))}) {
+    PageSection section{title, {}};
+    for (const std::string& point : points) section.blocks.emplace_back(Bullet{point});
+    if (!section.blocks.empty()) content.sections.push_back(std::move(section));
+  }
+  return HtmlOf(content);
 }
 
 }  // namespace truetriad

@@ -66,7 +66,12 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
     const double upper = std::isfinite(limit.upper)
                              ? limit.upper
                              : limit.lower + std::max(std::abs(limit.lower), 1.0);
-    const double lower = std::isfinite(limit.lower) ? limit.lower : std::min(0.0, -upper);
+    // What is never negative begins at zero.
+    const Result<LimitName> name = ParseLimitName(check.name);
+    const bool is_from_zero = name && name->IsNeverNegative() && limit.lower <= 0.0;
+    const double lower = is_from_zero                 ? 0.0
+                         : std::isfinite(limit.lower) ? limit.lower
+                                                      : std::min(0.0, -upper);
     const auto x = [&](double value) {
       const double share = (value - lower) / (upper - lower);
       return kFirst + kAllowed * std::clamp(share, -kBeyond, 1.0 + kBeyond);
@@ -75,7 +80,9 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
     svg.Text(kLeft - 10.0, centre + 4.0, check.FullName(), "end");
     if (upper > lower && std::isfinite(check.worst)) {
       const std::string_view style = check.pass ? "pass" : "fail";
-      svg.Rectangle(kLeft, y + 4.0, kAllowed * (1.0 + 2.0 * kBeyond), kRow - 8.0, "track");
+      const double begin = is_from_zero ? kFirst : kLeft;
+      svg.Rectangle(
+          begin, y + 4.0, kFirst + kAllowed * (1.0 + kBeyond) - begin, kRow - 8.0, "track");
       svg.Rectangle(x(check.worst) - 2.0, y + 4.0, 4.0, kRow - 8.0, style);
       if (check.sigma > 0.0) {
         svg.Line(x(check.worst - 2.0 * check.sigma),
@@ -86,7 +93,11 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
       }
     }
     if (limit.target) svg.Line(x(*limit.target), y, x(*limit.target), y + kRow, "whisker");
-    if (std::isfinite(limit.lower)) svg.Line(kFirst, y, kFirst, y + kRow, "limit");
+    if (is_from_zero) {
+      svg.Text(kFirst - 4.0, centre + 4.0, "0", "end");
+    } else if (std::isfinite(limit.lower)) {
+      svg.Line(kFirst, y, kFirst, y + kRow, "limit");
+    }
     if (std::isfinite(limit.upper)) {
       svg.Line(kFirst + kAllowed, y, kFirst + kAllowed, y + kRow, "limit");
     }

@@ -198,5 +198,18 @@ TEST(AllanReport, ShowsADeadAxisAsSuch) {
   EXPECT_TRUE(std::regex_search(AllanText(result), std::regex("noise density N +not visible +0.04")));
 }
 
+TEST(AllanReport, PageHasWhatTheTextSaysAndTheCurves) {
+  AllanResult result = Sample();
+  result.source = "a<b>%.csv";
+  const std::string page = AllanHtml(result);
+  EXPECT_THAT(page, HasSubstr("Allan deviation of a&lt;b&gt;%.csv"));
+  EXPECT_THAT(page, HasSubstr("AT REST"));
+  EXPECT_THAT(page, HasSubstr("noise density N"));
+  EXPECT_THAT(page, HasSubstr("K not visible"));
+  EXPECT_THAT(page, HasSubstr("src=\"data:image/svg+xml,%3Csvg"));
+  EXPECT_THAT(page, HasSubstr("a&amp;lt;b&amp;gt;%25.csv"));
+  EXPECT_THAT(page, Not(HasSubstr("<b>%.csv")));
+}
+
 }  // namespace
 }  // namespace truetriad

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <ostream>
 #include <string>
@@ -91,10 +92,15 @@ class KilledWriter : public ::testing::TestWithParam<Writer> {
 TEST_P(KilledWriter, LeavesWholeFilesAndTheNextRunNoLitter) {
   constexpr int kKills = 40;
   const std::string line = std::string(kProgram) + " " + GetParam().command;
-  const auto begin = std::chrono::steady_clock::now();
-  ASSERT_EQ(Run(line).exit_code, 0) << Run(line).err;
-  const double took_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  // The quickest of some: one that waited for others would put most kills after the end.
+  double took_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 5; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Finished finished = Run(line);
+    ASSERT_EQ(finished.exit_code, 0) << finished.err;
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    took_s = std::min(took_s, took.count());
+  }
   const std::map<std::string, std::string> whole = FilesIn(folder_.Path("out"));
   ASSERT_FALSE(whole.empty());
   Random random(7);

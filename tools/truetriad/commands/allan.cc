@@ -78,10 +78,12 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteFiles(result));
     text += written;
   }
-  return VerbResult{
+  VerbResult said{
       .exit_code = result.at_rest() ? kExitGood : static_cast<int>(ErrorKind::kNotEnough),
       .text = std::move(text),
       .result = ToJson(result)};
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(AllanHtml(result), &said));
+  return said;
 }
 
 }  // namespace
@@ -97,10 +99,11 @@ Command AllanCommand() {
               "Computes the overlapping Allan deviation of a log of a unit at rest (an hour or "
               "more) and,\nwith 95 % intervals, noise density N, bias instability B, rate random "
               "walk K and\nquantisation Q. With --output, writes DIR/allan.yaml and DIR/allan.svg; "
-              "see docs/allan.md.\nExit code 3: a sensor was not at rest, and its coefficients are "
-              "not stated.\n",
+              "with --report, a page;\nsee docs/allan.md. Exit code 3: a sensor was not at rest, "
+              "and its coefficients are not stated.\n",
           .flags = {{"input", "LOG", true},
                     {"output", "DIR"},
+                    {"report", "PAGE.html"},
                     {"rate_hz", "NUMBER"},
                     {"white_range", "LOW,HIGH"}},
           .words = {"input"},
