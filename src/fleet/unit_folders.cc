@@ -62,20 +62,23 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes those that have no run, of runs for that store; where it cannot say, none.
-void Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
+/// Removes those that have no run, of runs for that store. False: the store cannot say.
+bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
     const Result<bool> has_run = store.Has(folder.filename().string());
-    if (!has_run) return;
+    if (!has_run) return false;
     if (*has_run) {
       FinishFolder(folder.string());
       continue;
     }
     std::error_code ignored;
     fs::remove_all(folder, ignored);
+    // A worker that had not ended yet may have written there meanwhile: the next removes that.
+    if (fs::exists(folder, ignored)) static_cast<void>(BeginFolder(folder.string(), name));
     fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
   }
+  return true;
 }
 
 }  // namespace
@@ -114,11 +117,12 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units,
     std::error_code failure;
     const bool is_first = fstat(file, &about) != 0 || about.st_size == 0;
     const fs::file_time_type last = fs::last_write_time(path, failure);
-    Sweep(UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
-          store,
-          name);
+    const bool is_swept = Sweep(
+        UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
+        store,
+        name);
     // What it says does not matter: when it was written does.
-    if (pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
+    if (is_swept && pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
   }
   if (flock(file, LOCK_SH) != 0 && errno != EINTR) return CannotWrite(path);
   return claim;

@@ -104,6 +104,12 @@ void LimitMemory() {
   setrlimit(RLIMIT_AS, &limit);
 }
 
+/// Nobody is at the other end, whatever can still be read from it.
+bool IsAbandoned(int stream) {
+  pollfd end{stream, 0, 0};
+  return poll(&end, 1, 0) > 0 && (end.revents & (POLLHUP | POLLERR)) != 0;
+}
+
 std::string HowEnded(int status) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
@@ -118,6 +124,8 @@ std::string HowEnded(int status) {
 int ServeAsWorker(int stream) {
   // With the parent, however that ends; and not by what is meant for the parent.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // One that ended before has left its orders: nobody waits for what they make.
+  if (IsAbandoned(stream)) return 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   LimitMemory();
   LineReader lines(stream);

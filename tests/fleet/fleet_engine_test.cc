@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/fleet_engine.h"
 
+#include <array>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -9,11 +10,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "fleet/done_logs.h"
 #include "fleet/fleet_run.h"
 #include "fleet/golden_hold.h"
 #include "fleet/unit_folders.h"
+#include "fleet/worker.h"
 #include "io/temporary_folder.h"
 #include "support/log_writer.h"
 
@@ -263,6 +268,30 @@ TEST_F(Engine, SaysAtWhichRateAndForHowLong) {
   EXPECT_DOUBLE_EQ(progress.SecondsLeft().value(), 80.0);
   progress.units.reset();
   EXPECT_FALSE(progress.SecondsLeft());
+}
+
+// Who sent the orders was killed before the worker had begun.
+TEST(Worker, WithNobodyAtTheOtherEndMakesNothing) {
+  const TemporaryFolder folder;
+  folder.Write("log.csv", LogText({.rests = 16}));
+  WorkPlan plan;
+  plan.folder = folder.Path("units");
+  plan.has_report = false;
+  UnitOrder order;
+  order.log = folder.Path("log.csv");
+  order.serial = "A1";
+  const std::string orders = LineOf(plan) + LineOf(order);
+  std::array<int, 2> ends{};
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
+  ASSERT_EQ(write(ends[0], orders.data(), orders.size()), static_cast<ssize_t>(orders.size()));
+  close(ends[0]);
+  const pid_t child = fork();
+  if (child == 0) _exit(ServeAsWorker(ends[1]));
+  close(ends[1]);
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_FALSE(fs::exists(plan.folder));
 }
 
 // Of a run that was ended before it was in the store.
