@@ -33,9 +33,11 @@ std::string RangeText(const line::Interval& interval) {
                                     : IndexText(interval.lower) + "…" + IndexText(interval.upper);
 }
 
-std::string PartsPerMillion(double share) {
+/// "9819 ppm", of more than one in a hundred "35.9 %".
+std::string ExpectedText(double share) {
   if (std::isnan(share)) return "";
-  return share < 1e-6 ? "< 1" : Significant(std::round(1e6 * share), 4);
+  if (share >= 0.01) return Percent(share);
+  return share < 1e-6 ? "< 1 ppm" : Significant(std::round(1e6 * share), 4) + " ppm";
 }
 
 /// A number of a limit: nothing where that side is open.
@@ -47,7 +49,7 @@ std::string YieldText(const LineYield& yield) {
                      " GOOD: " + ShareText(yield.good_share) + "\n";
   text += Wrapped("at first: " + ShareText(yield.good_at_first_share) + "; " +
                   Counted(yield.retested, "unit") + " measured again, " +
-                  Counted(yield.all.runs, "run") + " in all");
+                  Counted(yield.all.runs, "recording") + " in all");
   std::string when = yield.first + " to " + yield.last;
   if (!std::isnan(yield.units_per_hour)) {
     when += ", " +
@@ -58,7 +60,7 @@ std::string YieldText(const LineYield& yield) {
   text += Wrapped(when + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
                   Significant(yield.cpu_s, 3) + " s of a processor");
   for (const auto& [tag, counts] : yield.by_tag) {
-    truetriad::Table table{{tag, "units", "at first", "good", "runs"}, "lrrrr", {}};
+    truetriad::Table table{{tag, "units", "at first", "good", "recordings"}, "lrrrr", {}};
     for (const YieldCount& count : counts) {
       table.rows.push_back({count.value.empty() ? "(none)" : count.value,
                             std::to_string(count.units),
@@ -101,7 +103,7 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
   truetriad::Table spread{
       {"quantity", "lower", "mean", "σ", "of calibration", "upper", "unit"}, "lrrrrrl", {}};
   truetriad::Table capability{
-      {"quantity", "missed", "Cpk", "Ppk", "95 %", "process", "95 %", "ppm"}, "lrrrrrrr", {}};
+      {"quantity", "missed", "Cpk", "Ppk", "95 %", "process", "95 %", "outside"}, "lrrrrrrr", {}};
   std::string doubted, changed;
   for (const QuantitySummary* quantity : WorstFirst(limits)) {
     const line::Capability& found = quantity->capability;
@@ -112,6 +114,7 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
                            Significant(found.calibration_sigma, 2),
                            SideText(quantity->upper),
                            DisplayUnit(quantity->unit)});
+    if (std::isnan(found.observed.overall.cpk.value)) continue;  // Of one unit there is none.
     capability.rows.push_back({quantity->name,
                                std::to_string(quantity->missed),
                                IndexText(found.observed.within.cpk.value),
@@ -119,7 +122,7 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
                                RangeText(found.observed.overall.cpk.interval),
                                IndexText(found.process.overall.cpk.value),
                                RangeText(found.process.overall.cpk.interval),
-                               PartsPerMillion(found.observed.overall.expected_outside)});
+                               ExpectedText(found.observed.overall.expected_outside)});
     if (found.normality_p < kDoubt) doubted += (doubted.empty() ? "" : ", ") + quantity->name;
     if (quantity->other_limits > 0) changed += (changed.empty() ? "" : ", ") + quantity->name;
   }
@@ -127,7 +130,8 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
   text +=
       Section("Capability (process: without the variance of calibration)", std::move(capability));
   if (!doubted.empty()) {
-    text += Wrapped("Not normal (p < 0.01), which ppm and intervals assume: " + doubted);
+    text +=
+        Wrapped("Not normal (p < 0.01), which the share outside and intervals assume: " + doubted);
   }
   if (!changed.empty()) {
     text += Wrapped("Limits have changed; judged here by those of the last unit: " + changed);

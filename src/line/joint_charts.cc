@@ -280,9 +280,10 @@ std::vector<const ParameterValues*> IndependentOf(
 }
 
 void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
-  AddNote("no charts of all parameters together: " + std::to_string(good) +
-              " baseline units that are no outliers have all " + std::to_string(parameters) +
-              " parameters, which takes " + std::to_string(kLeastUnitsOfParameter * parameters),
+  AddNote("no charts of all parameters together: it takes " +
+              std::to_string(kLeastUnitsOfParameter * parameters) +
+              " baseline units that are no outliers with all " + std::to_string(parameters) +
+              " parameters, and there are " + std::to_string(good),
           station);
 }
 

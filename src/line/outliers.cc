@@ -250,9 +250,9 @@ std::string JudgeGroup(const LineData& data,
   if (dimension == 0 || cloud.values.cols() < kUnitsOfParameter * dimension) {
     // Of so few units as there are parameters any seem to determine the others.
     const Index needed = cloud.values.cols() > wanted ? dimension : wanted;
-    return std::to_string(set.units) + " units have all " + std::to_string(needed) +
-           " parameters, which takes " +
-           std::to_string(kUnitsOfParameter * std::max<Index>(needed, 1));
+    if (needed == 0) return "no parameter varies among these units";
+    return "it takes " + std::to_string(kUnitsOfParameter * needed) + " units with all " +
+           std::to_string(needed) + " parameters, and there are " + std::to_string(set.units);
   }
   const CentreAndRoot core = RobustCore(cloud.values);
   if (!core.root.is_positive()) return "most units are the same";

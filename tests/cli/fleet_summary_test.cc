@@ -65,7 +65,7 @@ TEST_F(FleetSummary, AnswersInTheOrderOfAsking) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, StartsWith("0 OF 4 GOOD"));
   std::size_t last = 0;
-  for (const char* part : {"3 units measured again, 13 runs in all",
+  for (const char* part : {"3 units measured again, 13 recordings in all",
                            "Why units are not good",
                            "limit:accelerometer.bias.z",
                            "Distributions against limits",

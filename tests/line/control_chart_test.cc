@@ -335,8 +335,8 @@ TEST(ControlCharts, OfAllTogetherTakeEnoughUnitsThatAreNoOutliers) {
   }
   const StationCharts station = ControlCharts(data).stations.front();
   EXPECT_EQ(station.note,
-            "no charts of all parameters together: 14 baseline units that are no outliers have all "
-            "10 parameters, which takes 20");
+            "no charts of all parameters together: it takes 20 baseline units that are no outliers "
+            "with all 10 parameters, and there are 14");
   EXPECT_EQ(station.charts.back().kind, ChartKind::kS);
 }
 

@@ -113,11 +113,11 @@ TEST(Outliers, OfASingleParameterAreFound) {
 TEST(Outliers, AreNotLookedForInTooFewUnits) {
   SimulatedLine simulated(33, 4);
   const std::string few =
-      "no outliers looked for: 100 units have all 33 parameters, which takes 132";
+      "no outliers looked for: it takes 132 units with all 33 parameters, and there are 100";
   EXPECT_EQ(Outliers(simulated.Units(100)).notes, std::vector{few});
   // 5 units determine no more than 4 parameters.
   const std::string five =
-      "no outliers looked for: 5 units have all 33 parameters, which takes 132";
+      "no outliers looked for: it takes 132 units with all 33 parameters, and there are 5";
   EXPECT_EQ(Outliers(simulated.Units(5)).notes, std::vector{five});
   EXPECT_TRUE(Outliers(LineData{}).sets.empty());
 }
@@ -141,8 +141,8 @@ TEST(Outliers, AreJudgedByTheParametersOfTheirStation) {
   EXPECT_EQ(report.outliers[0].unit + report.outliers[1].unit, 30 + 31);
   EXPECT_EQ(report.notes,
             std::vector<std::string>{
-                "no outliers looked for among 10 units at S3 that have other parameters: 10 units "
-                "have all 5 parameters, which takes 20"});
+                "no outliers looked for among 10 units at S3 that have other parameters: it takes "
+                "20 units with all 5 parameters, and there are 10"});
 }
 
 }  // namespace

@@ -47,17 +47,17 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   const std::string store = fleet::ShownStore(FLAGS_store);
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
-  return VerbResult{.text = std::to_string(collected.runs) + " runs in " +
-                            std::to_string(sources.size()) + " sources, " +
-                            std::to_string(collected.added) + " of them new\n  Store: " + store +
-                            '\n',
-                    .result = {{"sources", shown},
-                               {"runs", collected.runs},
-                               {"added", collected.added},
-                               {"shards", collected.shards},
-                               {"missing", collected.missing},
-                               {"unfinished", collected.unfinished},
-                               {"store", store}}};
+  return VerbResult{
+      .text = std::to_string(collected.runs) + (collected.runs == 1 ? " run in " : " runs in ") +
+              std::to_string(sources.size()) + (sources.size() == 1 ? " source, " : " sources, ") +
+              std::to_string(collected.added) + " of them new\n  Store: " + store + '\n',
+      .result = {{"sources", shown},
+                 {"runs", collected.runs},
+                 {"added", collected.added},
+                 {"shards", collected.shards},
+                 {"missing", collected.missing},
+                 {"unfinished", collected.unfinished},
+                 {"store", store}}};
 }
 
 }  // namespace

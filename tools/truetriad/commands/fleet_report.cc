@@ -13,6 +13,11 @@
 namespace truetriad {
 namespace {
 
+/// "1 unit", "3 units".
+std::string Counted(std::size_t count, const std::string& thing) {
+  return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
+}
+
 Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStoreToRead(FLAGS_store));
@@ -22,10 +27,10 @@ Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
       fleet::WriteFleetPage(*store,
                             {.store = FLAGS_store, .folder = FLAGS_output, .where = FLAGS_where}));
   const std::string index = (std::filesystem::path(FLAGS_output) / "index.html").string();
-  std::string text = index + '\n' + "  " + std::to_string(page.units) + " units, " +
-                     std::to_string(page.good) + " of them good; " + std::to_string(page.lots) +
-                     " pages of lots; " + std::to_string(page.reports) + " of " +
-                     std::to_string(page.runs) + " runs with a report that is linked\n";
+  std::string text = index + "\n  " + Counted(page.units, "unit") + ", " +
+                     std::to_string(page.good) + " of them good; " + Counted(page.lots, "page") +
+                     " for lots; " + std::to_string(page.reports) + " of " +
+                     Counted(page.runs, "run") + " with a report that is linked\n";
   if (!page.draws_charts) {
     text += "  No charts: truetriad was built without npm (docs/installing.md)\n";
   }
