@@ -14,6 +14,8 @@
 #include "fleet/fleet_page_line.h"
 #include "fleet/fleet_page_reader.h"
 #include "fleet/fleet_page_script.h"
+#include "report/format.h"
+#include "truetriad/model/limits.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad::fleet {
@@ -44,6 +46,11 @@ void AppendColumn(const PageColumn& column, std::string* script) {
   };
   *script += "\n{\"name\":";
   AppendText(column.name, script);
+  if (const Result<LimitName> limit_name = ParseLimitName(column.name);
+      column.is_judged && limit_name && limit_name->Unit() != "1") {
+    *script += ",\"unit\":";
+    AppendText(DisplayUnit(limit_name->Unit()), script);
+  }
   *script += std::string(",\"judged\":") + (column.is_judged ? "true" : "false") +
              ",\"differ\":" + (column.limits_differ ? "true" : "false") +
              ",\"lower\":" + limit(column.lower) + ",\"target\":" + limit(column.target) +

@@ -25,12 +25,13 @@
     return [low - air, high + air];
   };
 
-  // Days as in files; of shorter steps the time, and the day where it begins.
+  // Days as in files; of shorter steps the time, of steps below a minute with seconds, and the day
+  // where it begins.
   const times = (chart, ticks, axis, space, step) =>
     ticks.map((tick, k) => {
       if (step >= 86400) return text.day(tick).slice(k === 0 ? 0 : 5);
-      const [day, minute] = text.minute(tick).split(' ');
-      return k === 0 || minute === '00:00' ? `${minute}\n${day}` : minute;
+      const [day, time] = (step < 60 ? text.second(tick) : text.minute(tick)).split(' ');
+      return k === 0 || /^00:00(:00)?$/.test(time) ? `${time}\n${day}` : time;
     });
   const wholes = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6];
 

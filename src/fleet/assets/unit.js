@@ -12,7 +12,7 @@
 
   const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
   const scroll = (label, table) => element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, table);
-  const time = (run) => run.created.replace('T', ' ').replace(/(:\d\d)?Z$/, '');
+  const time = (run) => run.created.replace('T', ' ').replace(/Z$/, '');
 
   const runsOf = (runs) => {
     const rows = [...runs].reverse().map((run) => {
@@ -42,9 +42,15 @@
     if (run.judged.length === 0) return [];
     const rows = run.judged.map(([column, lower, , upper, value, sigma, pass]) =>
       element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
-        cell(allowed(lower, upper)), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
+        cell(`${allowed(lower, upper)} ${units.columns[column].unit ?? ''}`), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
         cell(element('span', { class: `badge ${pass ? 'is-good' : 'is-bad'}` }, pass ? '✓ inside' : '✕ outside'))));
     return [section('Judged by', scroll('Limits', tableOf([heading('limit'), heading('allowed'), heading('value', 'r'), heading('σ', 'r'), heading('')], rows)))];
+  };
+
+  // Of a decision that holds: who made it, and why; else what the run says.
+  const reasonOf = (runs, counting) => {
+    const [decision] = runs.flatMap((run) => run.dispositions).filter(([, , , , end]) => end === '');
+    return decision ? `decided by ${decision[1]}: ${decision[3]}` : counting.message;
   };
 
   const findingsOf = (run) =>
@@ -92,7 +98,7 @@
         element('figure', {}, chart, element('figcaption', {}, 'Values with ±2 σ.')));
       requestAnimationFrame(() => drawOver(chart, runs, numbers, names[0]));
     }
-    return [section('Parameters', ...parts)];
+    return [section('Parameters', element('p', { class: 'soft' }, 'In the units of the log.'), ...parts)];
   };
 
   const open = async (serial) => {
@@ -106,7 +112,7 @@
         const runs = await units.loadRuns(i);
         const last = runs.find((run) => run.counts) ?? runs[runs.length - 1];
         content.replaceChildren(
-          element('p', {}, badge(units.verdict.words[units.verdict.of[i]]), ` ${last.message}`),
+          element('p', {}, badge(units.verdict.words[units.verdict.of[i]]), ` ${text.flat(reasonOf(runs, last))}`),
           runsOf(runs), ...dispositionsOf(runs), ...judgedOf(last), ...findingsOf(last), ...parametersOf(runs));
       } catch (failure) {
         content.replaceChildren(element('p', {}, failure.message));

@@ -141,6 +141,7 @@ window.fleet = {};
       const date = new Date(1000 * seconds);
       return `${day(seconds)} ${pad(date.getUTCHours())}:${pad(date.getUTCMinutes())}`;
     },
+    second: (seconds) => new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19),
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
     // On one line, whatever is in it.
