@@ -14,9 +14,11 @@
 #include <sqlite3.h>
 #include <sys/vfs.h>
 
+#include "base/spelling.h"
 #include "fleet/rows.h"
 #include "fleet/schema.h"
 #include "fleet/sql_store.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -153,8 +155,9 @@ class SqliteDatabase : public Database {
     sqlite3_stmt* prepared = nullptr;
     const char* rest = nullptr;
     if (sqlite3_prepare_v2(database_, sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
+      const std::string why = sqlite3_errmsg(database_);
       return Error(ErrorCode::kInvalidArgument,
-                   std::string("the question is not understood: ") + sqlite3_errmsg(database_));
+                   "the question is not understood: " + why + Suggestion(why));
     }
     const std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement(prepared,
                                                                           sqlite3_finalize);
@@ -167,6 +170,35 @@ class SqliteDatabase : public Database {
   }
 
  private:
+  /// What a table or column that SQLite does not know may be meant for; empty: that is not what
+  /// it complains about.
+  std::string Suggestion(std::string_view complaint) {
+    constexpr std::string_view kTables =
+        "SELECT name FROM sqlite_master WHERE type IN ('table', "
+        "'view') AND name NOT LIKE 'sqlite%' ORDER BY name";
+    constexpr std::string_view kColumns =
+        "SELECT DISTINCT its.name FROM sqlite_master AS one, pragma_table_info(one.name) AS its "
+        "WHERE one.type IN ('table', 'view') ORDER BY its.name";
+    for (const auto& [beginning, question] :
+         {std::pair<std::string_view, std::string_view>{"no such table: ", kTables},
+          {"no such column: ", kColumns}}) {
+      if (!complaint.starts_with(beginning)) continue;
+      const Result<Table> found = Ask(question, {});
+      if (!found) return "";
+      std::vector<std::string_view> known;
+      for (const auto& row : found->rows) known.emplace_back(*row[0]);
+      if (question == kColumns) {
+        for (const TagKey& tag : kDeviceTags) known.push_back(tag.key);
+        for (const TagKey& tag : kRunTags) known.push_back(tag.key);
+      }
+      const std::string_view word = complaint.substr(beginning.size());
+      // `one.serial`: the column alone. Not found is the last place, and one more is 0.
+      const std::string near = DidYouMean(word.substr(word.rfind('.') + 1), known);
+      return near.empty() ? "; docs/fleet.md has the tables and their columns" : near;
+    }
+    return "";
+  }
+
   Error Failure() const {
     if (database_ == nullptr) return Error(ErrorCode::kStoreFailure, {path_}, "out of memory");
     const int code = sqlite3_errcode(database_);

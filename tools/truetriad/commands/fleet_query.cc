@@ -120,6 +120,7 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
     TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Table table, store->Query(Question()));
+  if (table.rows.empty() && !FLAGS_csv) Note(FLAGS_sql.empty() ? "no units" : "no rows");
   return VerbResult{.text = FLAGS_csv ? ForStdout(CsvOf(table)) : TextOf(table),
                     .result = {{"columns", table.columns}, {"rows", JsonOf(table)}}};
 }
