@@ -11,6 +11,16 @@
 #include "fleet/unit_folders.h"
 
 namespace truetriad::fleet {
+namespace {
+
+/// Why a unit is not good whatever its runs of now say.
+std::string ReasonOf(const Standing& unit) {
+  const std::string verdict(VerdictName(unit.final_verdict));
+  if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
+  return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
+}
+
+}  // namespace
 
 std::optional<double> FleetProgress::SecondsLeft() const {
   const double rate = Rate();
@@ -211,8 +221,15 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
          before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
          before->disposed_why + ")");
   }
+  if (before && !is_new_recording) {
+    constexpr std::size_t kMostNamed = 3;
+    ++progress_.known_recordings;
+    if (progress_.known_first.size() < kMostNamed) progress_.known_first.push_back(run.serial);
+  }
   Yield& yield = progress_.yield;
   const bool is_good = !IsRed(unit.final_verdict);
+  progress_.overruled.erase(run.serial);
+  if (!is_good && !IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
   const auto [item, is_new] = is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
   if (is_new) {
     ++yield.units;

@@ -57,8 +57,13 @@ struct FleetProgress {
   std::map<Verdict, std::size_t> verdicts;
   std::map<std::string, std::size_t> codes;  ///< Of red ones.
   Yield yield;                               ///< Of these units.
-  double seconds = 0.0, cpu_s = 0.0;         ///< The workers' processor time.
-  bool is_stopped = false;                   ///< Before all were done.
+  /// Units that are not good although a run of now is, and why: "refused by R. Roe (bent)".
+  std::map<std::string, std::string> overruled;
+  /// Runs of recordings that had one in the store before, and the units of the first of them.
+  std::size_t known_recordings = 0;
+  std::vector<std::string> known_first;
+  double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
+  bool is_stopped = false;            ///< Before all were done.
 
   /// Whether all runs are good, and all their units in the end.
   bool IsGood() const { return red == 0 && yield.final_good == yield.units; }

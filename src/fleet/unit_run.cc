@@ -16,6 +16,8 @@
 #include "base/named_values.h"
 #include "calibrate/compared_values.h"
 #include "json/verb_json.h"
+#include "report/format.h"
+#include "truetriad/model/limits.h"
 #include "verdict/presentation.h"
 
 namespace truetriad::fleet {
@@ -38,6 +40,25 @@ const LimitCheck& WorstOf(const std::vector<LimitCheck>& limits) {
       limits.begin(), limits.end(), [](const LimitCheck& one, const LimitCheck& other) {
         return std::pair(!one.pass, one.outside) < std::pair(!other.pass, other.outside);
       });
+}
+
+/// "± 0.7", "at most 3", "0.98 to 1.02".
+std::string AllowedRange(const Limit& limit, bool is_never_negative) {
+  if (std::isinf(limit.lower) || (is_never_negative && limit.lower <= 0.0)) {
+    return "at most " + Significant(limit.upper, 4);
+  }
+  if (limit.lower == -limit.upper) return "± " + Significant(limit.upper, 4);
+  if (std::isinf(limit.upper)) return "at least " + Significant(limit.lower, 4);
+  return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
+}
+
+/// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".
+std::string OutsideMessage(const LimitCheck& check) {
+  const Result<LimitName> name = ParseLimitName(check.name);
+  const std::string unit = name ? DisplayUnit(name->Unit()) : "";
+  return check.FullName() + ' ' + Significant(check.worst, 3) + " of " +
+         AllowedRange(check.limit, name && name->IsNeverNegative()) +
+         (unit.empty() || unit == "1" ? "" : ' ' + unit);
 }
 
 /// Each number that a limit is for by itself, so that a line can look at every axis of its units.
@@ -278,7 +299,7 @@ void Fill(const Calibration& calibration, UnitRun* run) {
     const LimitCheck& worst = WorstOf(calibration.quality.limits);
     run->verdict = Verdict::kOutside;
     run->code = "limit:" + worst.FullName();
-    run->message = worst.FullName() + " is outside its limits";
+    run->message = OutsideMessage(worst);
   }
 }
 

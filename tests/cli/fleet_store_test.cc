@@ -101,6 +101,9 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   const Finished again = Shell(Fleet("--store=a.db --tag=lot=L17 --fail-on=unit"));
   EXPECT_EQ(again.exit_code, 4);
   EXPECT_THAT(again.out, StartsWith("1 OF 2 UNITS NOT GOOD"));
+  EXPECT_THAT(again.out, HasSubstr("u100: refused by R. Roe (bent)"));
+  EXPECT_THAT(again.out,
+              HasSubstr("2 of these recordings were calibrated before, and count once each: u100"));
   const Finished query = Shell(
       kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'refused' AND "
                                   "lot = 'L17'\""));

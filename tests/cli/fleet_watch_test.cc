@@ -199,6 +199,11 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
           "-o out --report=false --require-golden=8h --tag=station=S3")
           .err,
       HasSubstr("station S4 has no check"));
+  // Where it says one of each unit, no other need be named.
+  EXPECT_EQ(Run("printf 'log,station\\nline/u0.csv,S3\\n' > list.csv; truetriad fleet run list.csv "
+                "-o out --report=false --require-golden=8h")
+                .exit_code,
+            0);
   EXPECT_THAT(Run(run + "--require-golden=0.0001s").err, HasSubstr("given twice"));
   EXPECT_THAT(
       Ask("SELECT station, agrees, repeatability FROM station_check ORDER BY station_check"),

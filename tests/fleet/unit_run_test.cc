@@ -77,10 +77,13 @@ TEST(UnitRun, SaysWhyAUnitIsNotGood) {
   met.pass = true;
   missed.name = "gyroscope.bias";
   missed.component = "z";
+  missed.limit = Limit::Within(0.01);
+  missed.worst = -0.02;
   calibration.quality.limits = {met, missed};
   Fill(calibration, &run);
   EXPECT_EQ(run.verdict, Verdict::kOutside);
   EXPECT_EQ(run.code, "limit:gyroscope.bias.z");
+  EXPECT_EQ(run.message, "gyroscope.bias.z -0.02 of ± 0.01 rad/s");
   calibration.findings = {Finding(FindingCode::kTooFewPoses, "4 poses").As(Severity::kRefusal)};
   calibration.outcome = Outcome::kNotEnough;
   Fill(calibration, &run);

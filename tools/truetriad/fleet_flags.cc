@@ -113,8 +113,11 @@ Status StateRetestPolicy(fleet::Store& store) {
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_note(
-        "of the runs that are in the store, too, counts from now on the one by `" +
-        PolicyText(policy) + "`; until now it was `" + PolicyText(fleet::RetestPolicy()) + "`");
+        "from now on the " + std::string(RetestCountsName(policy.counts)) + " of a unit's " +
+        (!policy.most       ? "runs"
+         : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
+                            : "runs of its first recording") +
+        " counts, also of units that are in the store; until now the last of all did");
   }
   return {};
 }
@@ -133,11 +136,16 @@ Result<double> ParseDuration(const std::string& flag, const std::string& text) {
                "--" + flag + "=" + text + ": expected a duration, as in 8h, 30m or 1d");
 }
 
-Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& store) {
+Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
+                                    fleet::Store& store,
+                                    bool needs_station) {
   if (FLAGS_require_golden.empty()) return GoldenHold();
   TRUETRIAD_ASSIGN_OR_RETURN(const double age_s,
                              ParseDuration("require-golden", FLAGS_require_golden));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string station, fleet::StationOf(plan));
+  std::string station;
+  if (needs_station) {
+    TRUETRIAD_ASSIGN_OR_RETURN(station, fleet::StationOf(plan));
+  }
   return GoldenHold([=, &store](const std::string& of_unit) {
     return fleet::GoldenHold(store, of_unit.empty() ? station : of_unit, age_s);
   });

@@ -50,9 +50,11 @@ Status NameStore(fleet::Store& store, fleet::WorkPlan* plan);
 Result<double> ParseDuration(const std::string& flag, const std::string& text);
 
 /// Asks the store whether --require-golden lets units be calibrated; empty without that flag.
-/// Error (usage): the flag, or no station is named.
+/// Error (usage): the flag, or no station is named and `needs_station`: not each unit says its own.
 using GoldenHold = std::function<Result<std::optional<std::string>>(const std::string& station)>;
-Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& store);
+Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
+                                    fleet::Store& store,
+                                    bool needs_station);
 
 /// The flags of a verb that calibrates units: `own` ones, and those that all have.
 std::vector<CommandFlag> FleetFlags(std::vector<CommandFlag> own);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -60,6 +61,45 @@ std::string RunsText(const fleet::FleetProgress& progress) {
   return CountOf(progress.done, "run") + " of " + CountOf(units, "unit");
 }
 
+/// "  B0003: refused by R. Roe (bent)", a line each of the first ones.
+std::string OverruledText(const std::map<std::string, std::string>& overruled) {
+  constexpr std::size_t kMostShown = 5;
+  std::string text;
+  std::size_t count = 0;
+  for (const auto& [serial, why] : overruled) {
+    if (++count > kMostShown) break;
+    text += "  " + PrintableLine(serial + ": " + why) + '\n';
+  }
+  if (overruled.size() > kMostShown) {
+    text += "  and " + std::to_string(overruled.size() - kMostShown) + " more (fleet query)\n";
+  }
+  return text;
+}
+
+/// "  2 of these recordings were calibrated before, and count once each: B0001, B0002".
+std::string KnownText(const fleet::FleetProgress& progress) {
+  const std::size_t count = progress.known_recordings;
+  if (count == 0) return "";
+  std::string names;
+  for (const std::string& serial : progress.known_first) {
+    names += (names.empty() ? "" : ", ") + PrintableLine(serial);
+  }
+  if (count > progress.known_first.size()) names += ", …";
+  return "  " + std::to_string(count) + " of these recordings " + (count == 1 ? "was" : "were") +
+         " calibrated before, and " + (count == 1 ? "counts once: " : "count once each: ") + names +
+         '\n';
+}
+
+/// "outside-limits (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²": what the message says
+/// itself is not said before it.
+std::string RedText(const fleet::UnitRun& run) {
+  const std::string why = run.message.substr(0, run.message.find('\n'));
+  std::string text(fleet::VerdictName(run.verdict));
+  if (run.verdict != fleet::Verdict::kOutside && run.code != text) text += ", " + run.code;
+  if (!why.starts_with(run.log)) text += " (" + run.log + ")";
+  return text + ": " + why;
+}
+
 std::string SummaryText(const fleet::FleetProgress& progress) {
   const double runs = static_cast<double>(progress.done);
   std::string text =
@@ -68,7 +108,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
   if (progress.red == 0 && !progress.IsGood()) {
     text = std::to_string(progress.yield.units - progress.yield.final_good) + " OF " +
            std::to_string(progress.yield.units) +
-           " UNITS NOT GOOD: by the run that counts, or by what people decided\n";
+           " UNITS NOT GOOD, although all of these runs are\n";
   }
   text += "  " + RunsText(progress) +
           Format(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
@@ -88,6 +128,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
   for (const auto& [code, count] : Pareto(progress)) {
     text += "  " + std::to_string(count) + " x " + code + '\n';
   }
+  text += KnownText(progress) + OverruledText(progress.overruled);
   return Printable(text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n');
 }
 
@@ -142,9 +183,7 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
     return;
   }
   if (fleet::IsRed(run.verdict)) {
-    const std::string why = run.message.substr(0, run.message.find('\n'));
-    OnNote(run.serial + ": " + std::string(fleet::VerdictName(run.verdict)) + ", " + run.code +
-           " (" + run.log + "): " + why);
+    OnNote(run.serial + ": " + RedText(run));
   }
   line_.ShowText(ProgressText(progress));
 }

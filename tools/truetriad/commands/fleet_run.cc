@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/fleet_run.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <set>
@@ -60,7 +61,10 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
   TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
-  TRUETRIAD_ASSIGN_OR_RETURN(const GoldenHold hold, StatedGoldenHold(options.plan, *store));
+  const bool needs_station = std::any_of(
+      units.begin(), units.end(), [](const auto& unit) { return unit.tags.station.empty(); });
+  TRUETRIAD_ASSIGN_OR_RETURN(const GoldenHold hold,
+                             StatedGoldenHold(options.plan, *store, needs_station));
   if (hold) {
     std::set<std::string> stations;
     for (const fleet::UnitOrder& unit : units) stations.insert(unit.tags.station);

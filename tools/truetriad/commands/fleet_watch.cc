@@ -57,7 +57,8 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard({}));
   TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
-  TRUETRIAD_ASSIGN_OR_RETURN(options.hold, StatedGoldenHold(options.plan, *store));
+  TRUETRIAD_ASSIGN_OR_RETURN(options.hold,
+                             StatedGoldenHold(options.plan, *store, /*needs_station=*/true));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
       fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
