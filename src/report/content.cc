@@ -250,8 +250,13 @@ std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
                     "mg"});
   }
   if (calibration.sensors[Triad::kMagnetometer] && reference.field_ut) {
-    rows.push_back(
-        {"magnetometer in the field", Triad::kMagnetometer, *reference.field_ut, true, 1.0, "µT"});
+    rows.push_back({reference.field_nominal ? "magnetometer in the assumed field"
+                                            : "magnetometer in the field",
+                    Triad::kMagnetometer,
+                    *reference.field_ut,
+                    true,
+                    1.0,
+                    "µT"});
   }
   if (calibration.sensors[Triad::kGyroscope]) {
     rows.push_back({"gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h"});
@@ -319,6 +324,11 @@ Section CorrectedErrorSection(const Calibration& calibration) {
       "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in nominal "
       "units, as the log has them. "
       "Corrected: what the parameters' σ leave; a reading's own noise comes on top."));
+  if (calibration.sensors[Triad::kMagnetometer] && calibration.reference.field_nominal) {
+    section.blocks.emplace_back(std::string(
+        "Nobody stated the strength of the field: by how much the assumed one is off, in per cent, "
+        "all readings of the magnetometer are, too. Directions and headings are not."));
+  }
   return section;
 }
 

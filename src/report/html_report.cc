@@ -120,9 +120,17 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool tur
   }
 }
 
-std::string PoseDetails(const Quality& quality) {
+std::string PoseDetails(const Calibration& calibration) {
+  const Quality& quality = calibration.quality;
   const std::size_t count = quality.rests.pose_residuals.size();
-  if (count == 0) return "";
+  if (count == 0) {
+    const bool has_rests =
+        calibration.IsUsable() && calibration.mode == Mode::kPoses && quality.poses > 0;
+    return has_rests ? Element("p",
+                               "This calibration file has so many poses that it does not hold "
+                               "each: they are in the page that `calibrate` wrote.")
+                     : "";
+  }
   if (count > kMostPoseRows) {
     return Element(
         "p", "The table of poses is omitted: it would have " + std::to_string(count) + " rows.");
@@ -144,7 +152,7 @@ std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& l
             "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
   }
-  html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
+  html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }

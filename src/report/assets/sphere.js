@@ -45,7 +45,8 @@
   };
 
   const draw = (place, data) => {
-    const axis = { visible: false, range: [-1.45, 1.45], showspikes: false };
+    const most = Math.max(1.45, 1.05 * data.reach);
+    const axis = { visible: false, range: [-most, most], showspikes: false };
     const layout = {
       margin: { l: 0, r: 0, t: 0, b: 0 },
       font: { color: colour('ink'), size: 12 },
