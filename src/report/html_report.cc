@@ -30,11 +30,15 @@ namespace {
 /// Beyond this the pose table is of no use to a reader and makes the page slow.
 constexpr std::size_t kMostPoseRows = 500;
 
-/// A figure of each sensor that has one.
+/// A figure of each sensor that has one; report.js goes from its marks to the sensor's rows.
 template <typename Draw, typename Caption>
 std::string FigureOfEach(const Draw& draw, const Caption& caption) {
   std::string html;
-  for (const Triad triad : kTriads) html += Figure(draw(triad), caption(triad));
+  for (const Triad triad : kTriads) {
+    const std::string figure = Figure(draw(triad), caption(triad));
+    if (figure.empty()) continue;
+    html += "<div data-sensor=\"" + std::string(TriadName(triad)) + "\">\n" + figure + "</div>\n";
+  }
   return html;
 }
 
