@@ -94,7 +94,9 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool tur
                     "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
     case SectionKind::kParameters:
       return Figure(CorrelationChart(calibration.covariance),
-                    "Correlation of the estimated parameters: blue +1, white 0, red -1.");
+                    "Correlation of the estimated parameters: blue +1, orange −1, pale 0. A "
+                    "column's name is at "
+                    "its upper end.");
     case SectionKind::kResiduals:
       return ResidualFigures(calibration);
     case SectionKind::kSoak:
