@@ -275,30 +275,7 @@ CREATE VIEW standing AS
     COALESCE(decision.verdict, run.verdict) AS final_verdict,
     decision.who AS disposed_by,
     decision.why AS disposed_why
-  FROM unit
-  JOIN run ON run.serial = unit.serial AND run.run = (
-    SELECT counted.run
-    FROM measured AS counted
-    WHERE counted.serial = unit.serial AND (
-      NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
-      OR (
-        SELECT count(*) FROM measured AS prior
-        WHERE prior.serial = counted.serial AND prior.first_run = prior.run
-          AND prior.run < counted.first_run
-      ) <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
-    )
-    ORDER BY
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
-        CASE counted.verdict
-          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
-        END
-      END,
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
-        counted.run
-      END,
-      counted.run DESC
-    LIMIT 1
-  )
+  FROM unit CROSS JOIN run
   LEFT JOIN disposition AS decision ON decision.disposition = (
       SELECT max(one.disposition)
       FROM run AS its CROSS JOIN disposition AS one
@@ -326,7 +303,29 @@ CREATE VIEW standing AS
           )
         )
       )
-    );
+    )
+  WHERE run.serial = unit.serial AND run.run = (
+    SELECT counted.run
+    FROM (
+      SELECT one.run, one.verdict, dense_rank() OVER (ORDER BY one.first_run) AS recording
+      FROM measured AS one
+      WHERE one.serial = unit.serial
+    ) AS counted
+    WHERE NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
+      OR counted.recording <=
+        (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most') + 1
+    ORDER BY
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
+        CASE counted.verdict
+          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+        END
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.run
+      END,
+      counted.run DESC
+    LIMIT 1
+  );
 )sql"};
 
 }  // namespace truetriad::fleet
