@@ -38,6 +38,13 @@ struct Survey {
   std::string counted_by;              ///< The source that does.
   bool states_policy = false;          ///< One of them says it.
   std::vector<std::string> unfinished;
+  /// Of readings, by a hash of theirs: the first run of them that has a result.
+  struct Reader {
+    std::string run;
+    std::size_t serial = 0, log = 0;  ///< Hashes.
+  };
+  std::unordered_map<std::size_t, Reader> readers;
+  std::vector<std::string> copies;
   /// What every run, decision and check is, by its name: their hashes.
   std::unordered_map<std::size_t, std::size_t> contents;
 };
@@ -77,6 +84,26 @@ Status TakeContent(const std::string& source,
   const std::hash<std::string> hash;
   const auto [known, is_new] = survey->contents.emplace(hash(what), hash(content));
   return is_new || known->second == hash(content) ? Status() : Status(OtherContent(source, what));
+}
+
+/// Notes whose readings a run is of, and where those are another unit's, too. A log whose unit was
+/// corrected is no copy of itself.
+void TakeReadings(const UnitRun& run, Survey* survey) {
+  if (IsRed(run.verdict) && run.verdict != Verdict::kOutside) return;
+  std::set<std::string> files;
+  for (const InputFile& input : run.inputs) {
+    if (input.samples > 0 && !input.sha256.empty()) files.insert(input.sha256);
+  }
+  if (files.empty()) return;
+  std::string readings;
+  for (const std::string& file : files) readings += file;
+  const std::hash<std::string> hash;
+  const Survey::Reader own{run.id, hash(run.serial), hash(run.log)};
+  const auto [first, is_new] = survey->readers.emplace(hash(readings), own);
+  if (is_new || first->second.serial == own.serial || first->second.log == own.log) return;
+  survey->copies.push_back("unit `" + run.serial + "` (run " + run.id + ", " + run.log +
+                           ") has the readings of run " + first->second.run +
+                           ", which is another unit's");
 }
 
 /// Notes by which policy the runs of a store count. Error (usage): those before count by another.
@@ -181,6 +208,7 @@ Status Look(const std::string& source, bool takes_unfinished, Survey* survey) {
     TRUETRIAD_ASSIGN_OR_RETURN(const int index, IndexOf(run, std::max(shards.count, 1), source));
     survey->present.insert(index);
     ++survey->runs;
+    TakeReadings(run, survey);
     return TakeContent(source, "run " + run.id, ContentOf(run), survey);
   });
   if (!status) return Placed(status, source);
@@ -274,6 +302,7 @@ Result<Collected> Collect(const std::vector<std::string>& sources,
   collected.runs = survey.runs;
   collected.shards = std::max(survey.shards, 1);
   collected.unfinished = survey.unfinished;
+  collected.copies = survey.copies;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
   TRUETRIAD_RETURN_IF_ERROR(TakePolicy(*store, target, before > 0, &survey));

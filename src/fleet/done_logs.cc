@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "truetriad/base/error.h"
 #include "truetriad/base/version.h"
 #include "truetriad/model/tags.h"
 
@@ -38,6 +39,8 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> runs, store.LastRuns());
   for (const KnownRun& run : runs) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) continue;
+    // The other log may have been taken away, as the refusal advises.
+    if (run.code == InfoOf(ErrorCode::kOtherDevice).name) continue;
     done.Add(run.log, {run.log_bytes, run.log_modified_ns}, run.serial, run.tags);
   }
   return done;

@@ -204,7 +204,8 @@ class JsonLinesStore : public Store {
                run.software_version,
                run.verdict,
                run.serial,
-               run.tags};
+               run.tags,
+               run.code};
       return {};
     }));
     std::vector<KnownRun> runs;

@@ -167,7 +167,8 @@ class ProcessTextWriter {
                       " units, which should say what is normal, are not in control themselves (" +
                       ListOf(shifts) +
                       "), so the units judge each other there; begin after the shift (--since), or "
-                      "end the baseline before it (--baseline)");
+                      "end the baseline before it (--baseline). This takes units as independent: "
+                      "lots that differ, or units like their neighbours, show as a shift, too");
     }
     if (station.charts.empty()) return text;
     for (const int parameter : station.sparse) sparse.push_back(Name(parameter));

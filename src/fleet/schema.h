@@ -21,13 +21,14 @@ inline constexpr int kSchemaVersion = 4;
 /// untouched, or of all the files that its samples are from. An attempt is a recording, however
 /// often it is calibrated.
 ///
-/// `standing` has of each unit the run that counts. Of a unit with one run its
-/// subqueries are answered by the index run_of_unit alone; one with several costs more, as does
-/// what people decided. It is some ten microseconds a unit, however many there are. A decision
-/// holds unless the run that counts is a later one and of another recording: none of the unit's
-/// runs before the decision, whether they counted or not, was of the same log, untouched, or of all
-/// the files that its samples are from. (What was exported of the runs that count alone may name a
-/// run that is later than the decision.)
+/// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
+/// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
+/// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the window
+/// at all. A unit with one run costs some ten microseconds, one with 200 some ten milliseconds. A
+/// decision holds unless the run that counts is a later one and of another recording: none of the
+/// unit's runs before the decision, whether they counted or not, was of the same log, untouched, or
+/// of all the files that its samples are from. (What was exported of the runs that count alone may
+/// name a run that is later than the decision.)
 inline constexpr std::array<std::string_view, kSchemaVersion> kMigrations = {R"sql(
 CREATE TABLE unit (
   serial {text} PRIMARY KEY
@@ -241,30 +242,38 @@ CREATE VIEW measured AS
     one.run,
     one.serial,
     one.verdict,
-    (
-      SELECT min(seen.run) FROM run AS seen
-      WHERE seen.serial = one.serial AND seen.run <= one.run AND (
-        seen.run = one.run
-        OR (
-          seen.log = one.log AND seen.log_bytes = one.log_bytes
-          AND seen.log_modified_ns = one.log_modified_ns
-        )
-        OR (
-          EXISTS (
-            SELECT 1 FROM input AS made_from WHERE made_from.run = one.run AND made_from.samples > 0
-          )
-          AND NOT EXISTS (
-            SELECT 1 FROM input AS made_from
-            WHERE made_from.run = one.run AND made_from.samples > 0 AND NOT EXISTS (
-              SELECT 1 FROM input AS known
-              WHERE known.run = seen.run AND known.sha256 = made_from.sha256
+    CASE WHEN one.run = (SELECT min(seen.run) FROM run AS seen WHERE seen.serial = one.serial)
+    THEN one.run
+    ELSE (
+      SELECT min(seen.run) FROM (
+        SELECT (
+          SELECT same.run FROM run AS same
+          WHERE same.log = one.log AND same.serial = one.serial
+            AND same.log_bytes = one.log_bytes AND same.log_modified_ns = one.log_modified_ns
+          ORDER BY same.run LIMIT 1
+        ) AS run
+        UNION ALL
+        SELECT (
+          SELECT shared.run FROM input AS shared CROSS JOIN run AS same
+          WHERE shared.sha256 = (
+              SELECT made_from.sha256 FROM input AS made_from
+              WHERE made_from.run = one.run AND made_from.samples > 0
+              ORDER BY made_from.place LIMIT 1
             )
-          )
-        )
-      )
-    ) AS first_run
+            AND shared.run <= one.run AND same.run = shared.run AND same.serial = one.serial
+            AND NOT EXISTS (
+              SELECT 1 FROM input AS made_from
+              WHERE made_from.run = one.run AND made_from.samples > 0 AND NOT EXISTS (
+                SELECT 1 FROM input AS known
+                WHERE known.run = shared.run AND known.sha256 = made_from.sha256
+              )
+            )
+          ORDER BY shared.run LIMIT 1
+        ) AS run
+      ) AS seen
+    ) END AS first_run
   FROM run AS one;
-CREATE INDEX input_of_content ON input (sha256);
+CREATE INDEX input_of_content ON input (sha256, run);
 CREATE VIEW standing AS
   SELECT
     run.*,
@@ -276,29 +285,7 @@ CREATE VIEW standing AS
     decision.who AS disposed_by,
     decision.why AS disposed_why
   FROM unit
-  JOIN run ON run.serial = unit.serial AND run.run = (
-    SELECT counted.run
-    FROM measured AS counted
-    WHERE counted.serial = unit.serial AND (
-      NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
-      OR (
-        SELECT count(*) FROM measured AS prior
-        WHERE prior.serial = counted.serial AND prior.first_run = prior.run
-          AND prior.run < counted.first_run
-      ) <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
-    )
-    ORDER BY
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
-        CASE counted.verdict
-          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
-        END
-      END,
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
-        counted.run
-      END,
-      counted.run DESC
-    LIMIT 1
-  )
+  CROSS JOIN run
   LEFT JOIN disposition AS decision ON decision.disposition = (
       SELECT max(one.disposition)
       FROM run AS its CROSS JOIN disposition AS one
@@ -326,7 +313,41 @@ CREATE VIEW standing AS
           )
         )
       )
-    );
+    )
+  WHERE run.serial = unit.serial AND run.run = (
+    SELECT counted.run
+    FROM (
+      SELECT one.run, one.verdict FROM run AS one
+      WHERE one.serial = unit.serial AND NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
+      UNION ALL
+      SELECT placed.run, placed.verdict
+      FROM (
+        SELECT
+          one.run,
+          one.verdict,
+          count(*) FILTER (WHERE one.first_run = one.run) OVER (
+            ORDER BY one.first_run GROUPS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING
+          ) AS before
+        FROM (
+          SELECT * FROM measured
+          WHERE serial = unit.serial AND EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
+          ORDER BY run LIMIT 1000000000
+        ) AS one
+      ) AS placed
+      WHERE placed.before <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
+    ) AS counted
+    ORDER BY
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
+        CASE counted.verdict
+          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+        END
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.run
+      END,
+      counted.run DESC
+    LIMIT 1
+  );
 )sql"};
 
 }  // namespace truetriad::fleet

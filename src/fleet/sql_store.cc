@@ -28,7 +28,8 @@ KnownRun KnownRunOf(const std::vector<Cell>& row) {
           row[4].value_or(""),
           VerdictFromName(row[5].value_or("")).value_or(Verdict::kBadInput),
           row[6].value_or(""),
-          {}};
+          {},
+          row[9].value_or("")};
 }
 
 StationCheck StationCheckOf(const std::vector<Cell>& row) {

@@ -26,6 +26,7 @@ struct KnownRun {
   Verdict verdict = Verdict::kBadInput;
   std::string serial;
   Tags tags;
+  std::string code = {};  ///< Of its verdict.
 };
 
 /// By which people find a run.

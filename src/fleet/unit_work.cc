@@ -138,7 +138,21 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
   return WriteFileAtomically(path("calibration.yaml"), yaml);
 }
 
+/// The station that a recording itself states is where it was measured: what else is stated must
+/// agree, or the check of another station's golden unit would count.
+Status AgreeOnStation(const UnitRun& run) {
+  if (!IsManifest(run.log)) return {};
+  const std::string own = IdentityInManifest(run.log).tags.station;
+  if (own.empty() || own == run.tags.station) return {};
+  return Error(ErrorCode::kDoesNotMatch,
+               {run.log},
+               "states station `" + own + "`, but the unit is to be of station `" +
+                   run.tags.station +
+                   "` (--tag, list or experiment); correct the one that is wrong");
+}
+
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
+  TRUETRIAD_RETURN_IF_ERROR(AgreeOnStation(*run));
   TRUETRIAD_ASSIGN_OR_RETURN(UnitTask task, TaskFor(plan, order));
   Result<Calibration> calibrated =
       CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded));

@@ -298,6 +298,12 @@ EffectReport Effects(const LineData& data, const EffectOptions& options) {
   for (int parameter = 0; parameter < static_cast<int>(data.parameters.size()); ++parameter) {
     std::optional<Column> column = ColumnOf(data, parameter);
     if (!column) continue;
+    if (!std::isfinite(column->scale)) {
+      report.notes.push_back(data.parameters[static_cast<std::size_t>(parameter)] +
+                             " is left out: its values are too far from each other for a variance "
+                             "(squares beyond 1e308)");
+      continue;
+    }
     const FactorModel first(factors, SumsOf(factors, *column), FullModel(factors));
     if (first.error_dof() < kLeastErrorDof) continue;
     LeaveOutSpoilt(factors, first, &*column);

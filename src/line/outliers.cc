@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -125,10 +126,28 @@ std::map<std::vector<int>, Group> GroupsOf(const LineData& data, const std::vect
   return groups;
 }
 
+// A parameter that is the same in most units has no robust σ; those in which it differs are named.
+std::string MostlySame(const LineData& data, const Group& group, int parameter, double common) {
+  constexpr int kMostNamed = 3;
+  int count = 0;
+  std::string names;
+  for (const int unit : group.units) {
+    const UnitRecord& record = data.units[static_cast<std::size_t>(unit)];
+    if (!HasValue(record, parameter) || record.values[parameter] == common) continue;
+    if (count < kMostNamed) names += (count > 0 ? ", " : "") + record.serial;
+    ++count;
+  }
+  return data.parameters[static_cast<std::size_t>(parameter)] +
+         " is left out of outliers: most units have the same value of it; " +
+         std::to_string(count) + (count == 1 ? " has another: " : " have others: ") + names +
+         (count > kMostNamed ? ", ..." : "");
+}
+
 // Of these parameters those that vary, with robust centre and σ.
 OutlierSet ChooseParameters(const LineData& data,
                             const Group& group,
-                            const std::vector<int>& parameters) {
+                            const std::vector<int>& parameters,
+                            std::vector<std::string>* left_out) {
   OutlierSet set;
   set.stations = group.stations;
   for (const int parameter : parameters) {
@@ -139,7 +158,10 @@ OutlierSet ChooseParameters(const LineData& data,
     }
     if (!Varies(column)) continue;
     const RobustMoments robust = RobustMomentsOf(column);
-    if (!(robust.sigma > 0.0)) continue;
+    if (!(robust.sigma > 0.0)) {
+      left_out->push_back(MostlySame(data, group, parameter, robust.centre));
+      continue;
+    }
     set.parameters.push_back(parameter);
     set.centre.push_back(robust.centre);
     set.sigma.push_back(robust.sigma);
@@ -169,21 +191,55 @@ Cloud CloudOf(const LineData& data, const std::vector<int>& units, const Outlier
   return cloud;
 }
 
-// Without parameters that others determine.
-void DropDependent(OutlierSet* set, Cloud* cloud) {
-  const MatrixXd clipped = ClippedSample(cloud->values);
-  const MatrixXd about_mean = clipped.colwise() - VectorXd(clipped.rowwise().mean());
-  const std::vector<Index> kept = IndependentColumns(TimesTranspose(about_mean, about_mean));
+std::vector<Index> IndependentRows(const MatrixXd& values) {
+  const MatrixXd about_mean = values.colwise() - VectorXd(values.rowwise().mean());
+  return IndependentColumns(TimesTranspose(about_mean, about_mean));
+}
+
+MatrixXd HalfNearestToMedian(const MatrixXd& values) {
+  const VectorXd sizes = values.colwise().squaredNorm().transpose();
+  std::vector<Index> order(static_cast<std::size_t>(values.cols()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(
+      order.begin(), order.end(), [&sizes](Index a, Index b) { return sizes[a] < sizes[b]; });
+  order.resize((order.size() + 1) / 2);
+  return values(Eigen::all, order);
+}
+
+// One by one those with which most units are not the same in some direction.
+std::vector<Index> RowsWithCore(const MatrixXd& values) {
+  std::vector<Index> kept;
+  for (Index row = 0; row < values.rows(); ++row) {
+    kept.push_back(row);
+    const CentreAndRoot core = RobustCore(values(kept, Eigen::all));
+    const MatrixXd root = core.root.is_positive() ? core.root.Root() : MatrixXd();
+    if (IndependentColumns(TimesTranspose(root, root)).size() < kept.size()) kept.pop_back();
+  }
+  return kept;
+}
+
+// Keeps some parameters; names those left out that others determine in most units, not in all.
+void KeepRows(const std::vector<Index>& kept,
+              const LineData& data,
+              OutlierSet* set,
+              Cloud* cloud,
+              std::vector<std::string>* left_out) {
+  if (static_cast<Index>(kept.size()) == cloud->values.rows()) return;
+  for (const Index row : IndependentRows(cloud->values)) {
+    if (std::binary_search(kept.begin(), kept.end(), row)) continue;
+    const int parameter = set->parameters[static_cast<std::size_t>(row)];
+    left_out->push_back(data.parameters[static_cast<std::size_t>(parameter)] +
+                        " is left out of outliers: in most units, but not in all, other parameters "
+                        "determine it");
+  }
   OutlierSet left;
-  MatrixXd values(static_cast<Index>(kept.size()), cloud->values.cols());
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    const auto place = static_cast<std::size_t>(kept[k]);
-    values.row(static_cast<Index>(k)) = cloud->values.row(kept[k]);
+  for (const Index row : kept) {
+    const auto place = static_cast<std::size_t>(row);
     left.parameters.push_back(set->parameters[place]);
     left.centre.push_back(set->centre[place]);
     left.sigma.push_back(set->sigma[place]);
   }
-  cloud->values = std::move(values);
+  cloud->values = MatrixXd(cloud->values(kept, Eigen::all));
   left.stations = set->stations;
   *set = std::move(left);
 }
@@ -240,13 +296,23 @@ std::string JudgeGroup(const LineData& data,
                        const std::vector<int>& parameters,
                        const OutlierOptions& options,
                        double all,
-                       OutlierReport* report) {
-  OutlierSet set = ChooseParameters(data, group, parameters);
+                       OutlierReport* report,
+                       std::vector<std::string>* left_out) {
+  std::vector<std::string> without;
+  OutlierSet set = ChooseParameters(data, group, parameters, &without);
   Cloud cloud = CloudOf(data, group.units, set);
   const auto wanted = static_cast<Index>(set.parameters.size());
-  if (cloud.values.cols() > 1) DropDependent(&set, &cloud);
+  // Not of all units: an outlier of a parameter that is a sum of others would hide these.
+  const bool has_half = cloud.values.cols() > 2 * wanted;
+  if (cloud.values.cols() > 1) {
+    KeepRows(IndependentRows(has_half ? HalfNearestToMedian(cloud.values) : cloud.values),
+             data,
+             &set,
+             &cloud,
+             &without);
+  }
   set.units = static_cast<int>(cloud.units.size());
-  const Index dimension = cloud.values.rows();
+  Index dimension = cloud.values.rows();
   if (dimension == 0 || cloud.values.cols() < kUnitsOfParameter * dimension) {
     // Of so few units as there are parameters any seem to determine the others.
     const Index needed = cloud.values.cols() > wanted ? dimension : wanted;
@@ -254,14 +320,20 @@ std::string JudgeGroup(const LineData& data,
     return "it takes " + std::to_string(kUnitsOfParameter * needed) + " units with all " +
            std::to_string(needed) + " parameters, and there are " + std::to_string(set.units);
   }
-  const CentreAndRoot core = RobustCore(cloud.values);
-  if (!core.root.is_positive()) return "most units are the same";
+  CentreAndRoot core = RobustCore(cloud.values);
+  if (!core.root.is_positive()) {
+    KeepRows(RowsWithCore(cloud.values), data, &set, &cloud, &without);
+    dimension = cloud.values.rows();
+    if (dimension == 0) return "most units are the same";
+    core = RobustCore(cloud.values);
+  }
   const Judged judged = Judge(cloud.values, core, options.level, all);
   const double n = judged.about.count;
   const double own_level = -std::expm1(std::log1p(-options.level) / all);
   set.limit =
       std::sqrt((1.0 + 1.0 / n) * HotellingLimit(static_cast<int>(dimension), own_level, n, false));
   AddOutliers(cloud, judged, options, std::move(set), report);
+  left_out->insert(left_out->end(), without.begin(), without.end());
   return "";
 }
 
@@ -289,13 +361,15 @@ OutlierReport Outliers(const LineData& data, const OutlierOptions& options) {
   report.distances.assign(data.units.size(), std::numeric_limits<double>::quiet_NaN());
   std::vector<int> left = UnitsToJudge(data);
   const double all = static_cast<double>(left.size());
+  std::vector<std::string> left_out;
   // What lacks some of its station's parameters is judged among its like, until none are enough.
   for (std::size_t before = 0; left.size() != before;) {
     before = left.size();
     report.notes.clear();
     const bool is_first = report.sets.empty();
     for (const auto& [parameters, group] : GroupsOf(data, left)) {
-      const std::string lack = JudgeGroup(data, group, parameters, options, all, &report);
+      const std::string lack =
+          JudgeGroup(data, group, parameters, options, all, &report, &left_out);
       if (lack.empty()) continue;
       const bool is_whole = is_first && group.units.size() == left.size();
       report.notes.push_back("no outliers looked for" +
@@ -309,6 +383,7 @@ OutlierReport Outliers(const LineData& data, const OutlierOptions& options) {
       return std::isfinite(report.distances[static_cast<std::size_t>(unit)]);
     });
   }
+  report.notes.insert(report.notes.end(), left_out.begin(), left_out.end());
   std::stable_sort(report.outliers.begin(),
                    report.outliers.end(),
                    [](const Outlier& a, const Outlier& b) { return a.distance > b.distance; });

@@ -43,7 +43,7 @@ struct OutlierReport {
   std::vector<OutlierSet> sets;
   std::vector<double> distances;   // of each of LineData::units; NaN: not judged
   std::vector<Outlier> outliers;   // largest distance first
-  std::vector<std::string> notes;  // which units were not judged, and why
+  std::vector<std::string> notes;  // units not judged, parameters left out that vary, and why
 };
 
 /// Units that are unlike the others over all parameters together: Mahalanobis distances from a

@@ -128,8 +128,6 @@ CentreAndRoot MomentsOf(const MatrixXd& values, const std::vector<Index>& some) 
   return moments;
 }
 
-MatrixXd ClippedSample(const MatrixXd& values) { return Clipped(Sampled(values)); }
-
 CentreAndRoot RobustCore(const MatrixXd& all) {
   const MatrixXd values = Sampled(all);
   CentreAndRoot about;

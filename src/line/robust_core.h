@@ -22,10 +22,6 @@ CentreAndRoot MomentsOf(const Eigen::MatrixXd& values, const std::vector<Eigen::
 /// Mahalanobis distances, squared.
 Eigen::VectorXd SquaredDistances(const Eigen::MatrixXd& values, const CentreAndRoot& about);
 
-/// Some 5,000 units, spread evenly over all, with values clipped at 2: their correlations are those
-/// of the units but for outliers.
-Eigen::MatrixXd ClippedSample(const Eigen::MatrixXd& values);
-
 /// Centre and covariance of the three quarters of the units that are nearest to each other, scaled
 /// so that the median distance of all is that of normal values: from some starts that chance has no
 /// part in (as Hubert, Rousseeuw and Verdonck 2012 do) the units with the smallest distances, found

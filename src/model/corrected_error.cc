@@ -38,20 +38,21 @@ std::array<Eigen::Index, 12> PlacesOf(const NamedCovariance& covariance, Triad t
   return places;
 }
 
-/// Means and greatest of squared errors over even directions; `second_moment` of the error in one.
-template <typename SecondMoment>
-DirectionalError Over(double magnitude, const SecondMoment& second_moment) {
+/// Squares of an error: of its length, and of the angle by which the direction is off.
+struct Squares {
+  double length = 0.0, angle = 0.0;
+};
+
+/// Means and greatest of squared errors over even directions; `at`: Squares in one.
+template <typename At>
+DirectionalError Over(const At& at) {
   DirectionalError error;
   for (int k = 0; k < kDirections; ++k) {
-    const Eigen::Vector3d u = EvenDirection(k, kDirections);
-    const Eigen::Matrix3d moment = second_moment(u);
-    const double square = std::max(moment.trace(), 0.0);
-    error.rms += square / kDirections;
-    error.worst = std::max(error.worst, square);
-    if (!(magnitude > 0.0)) continue;
-    const double across = std::max(square - u.dot(moment * u), 0.0) / (magnitude * magnitude);
-    error.angle_rms += across / kDirections;
-    error.angle_worst = std::max(error.angle_worst, across);
+    const Squares squares = at(EvenDirection(k, kDirections));
+    error.rms += squares.length / kDirections;
+    error.worst = std::max(error.worst, squares.length);
+    error.angle_rms += squares.angle / kDirections;
+    error.angle_worst = std::max(error.angle_worst, squares.angle);
   }
   for (double* square : {&error.rms, &error.worst, &error.angle_rms, &error.angle_worst}) {
     *square = std::sqrt(*square);
@@ -109,18 +110,28 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     covariance.leftCols<3>().setZero();
   }
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  error.after = Over(magnitude, [&](const Eigen::Vector3d& u) -> Eigen::Matrix3d {
+  // Small ones: their second moment, and the part of it that is across.
+  error.after = Over([&](const Eigen::Vector3d& u) {
     Eigen::Matrix<double, 3, 12> jacobian;
     jacobian.leftCols<3>() = correction;
     for (int j = 0; j < 3; ++j) jacobian.middleCols<3>(3 * (j + 1)) = magnitude * u[j] * correction;
-    return jacobian * covariance * jacobian.transpose();
+    const Eigen::Matrix3d moment = jacobian * covariance * jacobian.transpose();
+    Squares squares{std::max(moment.trace(), 0.0), 0.0};
+    if (magnitude > 0.0) {
+      squares.angle = std::max(squares.length - u.dot(moment * u), 0.0) / (magnitude * magnitude);
+    }
+    return squares;
   });
   const std::optional<Eigen::Matrix3d> nominal = NominalCorrection(sensor, triad);
   if (!nominal) return error;
-  error.before = Over(magnitude, [&](const Eigen::Vector3d& u) -> Eigen::Matrix3d {
-    const Eigen::Vector3d off =
-        *nominal * (magnitude * sensor.model.sensitivity * u + bias) - magnitude * u;
-    return off * off.transpose();
+  error.before = Over([&](const Eigen::Vector3d& u) {
+    const Eigen::Vector3d read = *nominal * (magnitude * sensor.model.sensitivity * u + bias);
+    Squares squares{(read - magnitude * u).squaredNorm(), 0.0};
+    if (magnitude > 0.0) {
+      const double angle = std::atan2(u.cross(read).norm(), u.dot(read));
+      squares.angle = angle * angle;
+    }
+    return squares;
   });
   return error;
 }

@@ -18,35 +18,6 @@ namespace {
 
 constexpr Eigen::Index kMaxCorrelated = 60;
 
-/// "accelerometer.sensitivity.xy" -> "accel S xy".
-std::string ShortName(const std::string& parameter) {
-  std::string name = parameter;
-  const auto replace = [&](std::string_view from, std::string_view to) {
-    if (const auto at = name.find(from); at != std::string::npos) name.replace(at, from.size(), to);
-  };
-  for (const Triad triad : kTriads) replace(TriadName(triad), TriadPrefix(triad));
-  replace(".sensitivity.", " S ");
-  replace(".bias.", " b ");
-  replace("reference.", "");
-  return name;
-}
-
-/// White at 0, blue towards +1, red towards -1.
-std::string CorrelationColour(double rho) {
-  constexpr std::array<int, 3> kPositive = {0x1f, 0x5f, 0xbf};
-  constexpr std::array<int, 3> kNegative = {0xc6, 0x28, 0x28};
-  constexpr std::string_view kHex = "0123456789abcdef";
-  std::string colour = "#";
-  for (std::size_t i = 0; i < 3; ++i) {
-    const int end = rho > 0.0 ? kPositive[i] : kNegative[i];
-    const auto level =
-        static_cast<std::size_t>(std::lround(255.0 + std::min(std::abs(rho), 1.0) * (end - 255)));
-    colour += kHex[level / 16];
-    colour += kHex[level % 16];
-  }
-  return colour;
-}
-
 }  // namespace
 
 std::string LimitChart(const std::vector<LimitCheck>& limits) {
@@ -152,34 +123,32 @@ std::string CorrelationChart(const NamedCovariance& covariance) {
   const auto count = static_cast<Eigen::Index>(free.size());
   if (count < 2 || count > kMaxCorrelated) return "";
 
-  constexpr double kCell = 15.0;
+  constexpr double kCell = 15.0, kTop = 8.0;
   constexpr double kCharacter = 6.0;  // width of one of the small font, at most
+  constexpr double kWhite = 0.02;     // what is less is not seen
   const double side = kCell * static_cast<double>(count);
   const auto name = [&](Eigen::Index i) -> const std::string& {
     return covariance.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])];
   };
   std::size_t longest = 0;
-  for (Eigen::Index i = 0; i < count; ++i) longest = std::max(longest, ShortName(name(i)).size());
-  // Below the square the labels are turned by 60 degrees.
-  const double label = kCharacter * static_cast<double>(longest) + 10.0;
-  const double left = label;
-  Svg svg(left + side + 0.5 * label + 10.0, side + 24.0 + label, "Correlation of the parameters");
+  for (Eigen::Index i = 0; i < count; ++i) longest = std::max(longest, name(i).size());
+  const double width = side + kCharacter * static_cast<double>(longest) + 10.0;
+  Svg svg(width, kTop + side + 8.0, "Correlation of the parameters");
+  // One name for row and column, where they meet.
   for (Eigen::Index i = 0; i < count; ++i) {
-    const double y = 8.0 + kCell * static_cast<double>(i);
-    svg.Text(left - 5.0, y + 0.75 * kCell, ShortName(name(i)), "end small");
-    svg.RotatedText(left + kCell * (static_cast<double>(i) + 0.4),
-                    side + 16.0,
-                    60.0,
-                    ShortName(name(i)),
-                    "start small");
+    const double y = kTop + kCell * static_cast<double>(i);
+    svg.Text(kCell * static_cast<double>(i + 1) + 5.0, y + 0.75 * kCell, name(i), "start small");
+    svg.Rectangle(0.0, y, kCell * static_cast<double>(i + 1) - 1.0, kCell - 1.0, "track");
     for (Eigen::Index j = 0; j <= i; ++j) {
       const Eigen::Index row = free[static_cast<std::size_t>(i)];
       const Eigen::Index column = free[static_cast<std::size_t>(j)];
       const double rho = matrix(row, column) / std::sqrt(matrix(row, row) * matrix(column, column));
-      svg.Cell(left + kCell * static_cast<double>(j),
+      if (!(std::abs(rho) >= kWhite)) continue;
+      svg.Cell(kCell * static_cast<double>(j),
                y,
                kCell - 1.0,
-               CorrelationColour(rho),
+               rho > 0.0 ? "plus" : "minus",
+               std::min(std::abs(rho), 1.0),
                name(i) + " with " + name(j) + ": " + Fixed(rho, 2));
     }
   }

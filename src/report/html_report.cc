@@ -30,11 +30,15 @@ namespace {
 /// Beyond this the pose table is of no use to a reader and makes the page slow.
 constexpr std::size_t kMostPoseRows = 500;
 
-/// A figure of each sensor that has one.
+/// A figure of each sensor that has one; report.js goes from its marks to the sensor's rows.
 template <typename Draw, typename Caption>
 std::string FigureOfEach(const Draw& draw, const Caption& caption) {
   std::string html;
-  for (const Triad triad : kTriads) html += Figure(draw(triad), caption(triad));
+  for (const Triad triad : kTriads) {
+    const std::string figure = Figure(draw(triad), caption(triad));
+    if (figure.empty()) continue;
+    html += "<div data-sensor=\"" + std::string(TriadName(triad)) + "\">\n" + figure + "</div>\n";
+  }
   return html;
 }
 
@@ -90,7 +94,9 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool tur
                     "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
     case SectionKind::kParameters:
       return Figure(CorrelationChart(calibration.covariance),
-                    "Correlation of the estimated parameters: blue +1, white 0, red -1.");
+                    "Correlation of the estimated parameters: blue +1, orange −1, pale 0. A "
+                    "column's name is at "
+                    "its upper end.");
     case SectionKind::kResiduals:
       return ResidualFigures(calibration);
     case SectionKind::kSoak:
@@ -120,9 +126,17 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool tur
   }
 }
 
-std::string PoseDetails(const Quality& quality) {
+std::string PoseDetails(const Calibration& calibration) {
+  const Quality& quality = calibration.quality;
   const std::size_t count = quality.rests.pose_residuals.size();
-  if (count == 0) return "";
+  if (count == 0) {
+    const bool has_rests =
+        calibration.IsUsable() && calibration.mode == Mode::kPoses && quality.poses > 0;
+    return has_rests ? Element("p",
+                               "This calibration file has so many poses that it does not hold "
+                               "each: they are in the page that `calibrate` wrote.")
+                     : "";
+  }
   if (count > kMostPoseRows) {
     return Element(
         "p", "The table of poses is omitted: it would have " + std::to_string(count) + " rows.");
@@ -144,7 +158,7 @@ std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& l
             "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
   }
-  html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration.quality);
+  html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }

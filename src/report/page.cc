@@ -227,7 +227,8 @@ std::string HtmlPage(std::string_view title,
   };
   const std::string own = is_alone ? "" : "'self' ";
   // Drawings say how wide they are in an attribute.
-  std::string policy = "default-src 'none'; style-src " + own + "'unsafe-inline'; img-src data:";
+  std::string policy = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src " + own +
+                       "'unsafe-inline'; img-src data:";
   std::string scripts;
   if (!looks.scripts.empty()) policy += "; script-src";
   for (const EmbeddedScript& script : looks.scripts) {

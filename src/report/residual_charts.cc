@@ -106,11 +106,12 @@ class Residuals {
   /// Each in σ of its noise, ascending; those that count.
   std::vector<double> Normalized() const {
     std::vector<double> values;
-    const double sigma_of_length = sigma_.norm() / std::sqrt(3.0);
     for (const PoseResidual* pose : poses_) {
       if (!(pose->weight > 0.0)) continue;
       if (triad_ != Triad::kGyroscope) {
-        if (sigma_of_length > 0.0) values.push_back(pose->norm_error / sigma_of_length);
+        // Of the length: that of the axes along which the reading lies.
+        const double sigma = pose->direction.cwiseProduct(sigma_).norm();
+        if (sigma > 0.0) values.push_back(pose->norm_error / sigma);
         continue;
       }
       for (int axis = 0; axis < 3; ++axis) {

@@ -192,24 +192,25 @@ std::string CoverageCaption(Triad triad) {
 }
 
 std::string SphereChart(const Calibration& calibration, Triad triad) {
-  const std::vector<SpherePoint> points = SpherePoints(calibration, triad);
-  if (points.empty()) return "";
-  const double factor = SphereMagnification(points);
-  constexpr double kUnit = 85.0;  // Of the sphere; errors reach beyond.
+  const std::vector<SpherePoint> all = SpherePoints(calibration, triad);
+  if (all.empty()) return "";
+  const double factor = SphereMagnification(all);
+  // The sphere is as large as raw readings beside it leave room for.
+  constexpr double kLargest = 85.0, kMost = 118.0;
+  const double unit = std::min(kLargest, kMost / SphereReach(all, factor));
   Svg svg(620.0, 300.0, TriadTitle(triad) + ": readings before and after on the sphere");
-  for (const double centre : kCentres) svg.Circle(centre, kCentreY, kUnit, "disc");
+  for (const double centre : kCentres) svg.Circle(centre, kCentreY, unit, "disc");
   DrawDiscs({"seen from +z", "seen from −y"}, "+z", &svg);
-  const std::size_t stride = (points.size() + kMostDirections - 1) / kMostDirections;
+  const std::vector<SpherePoint> points = GreatestOfRuns(all, kMostDirections);
   for (std::size_t disc = 0; disc < 2; ++disc) {
+    // What is rejected may be anywhere.
     const auto at = [&](const Eigen::Vector3d& reading, const Eigen::Vector3d& truth) {
-      constexpr double kMost = 118.0;
-      const Eigen::Vector3d v = Magnified(reading, truth, factor);
-      return std::pair(kCentres[disc] + std::clamp(kUnit * v.x(), -kMost, kMost),
-                       kCentreY - std::clamp(kUnit * (disc == 0 ? v.y() : v.z()), -kMost, kMost));
+      const Eigen::Vector3d v = unit * Magnified(reading, truth, factor);
+      return std::pair(kCentres[disc] + std::clamp(v.x(), -kMost, kMost),
+                       kCentreY - std::clamp(disc == 0 ? v.y() : v.z(), -kMost, kMost));
     };
     std::vector<std::pair<double, double>> raw, corrected, left_out;
-    for (std::size_t i = 0; i < points.size(); i += stride) {
-      const SpherePoint& point = points[i];
+    for (const SpherePoint& point : points) {
       const auto before = at(point.raw, point.truth), after = at(point.corrected, point.truth);
       if (points.size() <= kMostDirections / 4) {
         svg.Line(before.first, before.second, after.first, after.second, "grid");
@@ -218,7 +219,7 @@ std::string SphereChart(const Calibration& calibration, Triad triad) {
       (point.is_rejected ? left_out : corrected).push_back(after);
     }
     svg.Dots(raw, "dots raw");
-    svg.Dots(corrected, "dots");
+    if (!corrected.empty()) svg.Dots(corrected, "dots");
     for (const auto& [x, y] : left_out) svg.Cross(x, y, 3.5, "rejected");
   }
   return svg.Finish();

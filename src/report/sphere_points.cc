@@ -55,4 +55,34 @@ double SphereMagnification(const std::vector<SpherePoint>& points) {
   return factor;
 }
 
+double SphereReach(const std::vector<SpherePoint>& points, double factor) {
+  double reach = 1.0;
+  for (const SpherePoint& point : points) {
+    if (point.is_rejected) continue;
+    reach = std::max(reach, Magnified(point.raw, point.truth, factor).norm());
+  }
+  return reach;
+}
+
+std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most) {
+  if (points.size() <= most) return points;
+  std::vector<SpherePoint> kept;
+  const auto error = [](const SpherePoint& point) {
+    return (point.corrected - point.truth).norm();
+  };
+  for (std::size_t run = 0; run < most; ++run) {
+    const std::size_t begin = run * points.size() / most, end = (run + 1) * points.size() / most;
+    std::optional<std::size_t> greatest;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (points[i].is_rejected) {
+        kept.push_back(points[i]);
+      } else if (!greatest || error(points[i]) > error(points[*greatest])) {
+        greatest = i;
+      }
+    }
+    if (greatest) kept.push_back(points[*greatest]);
+  }
+  return kept;
+}
+
 }  // namespace truetriad

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -27,6 +28,13 @@ std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad tria
 /// 1, 2, 5, 10, 20 ...: by how much to enlarge errors, so that the greatest of the raw ones is seen
 /// and is not beyond 0.4 radii; 1 where they are greater.
 double SphereMagnification(const std::vector<SpherePoint>& points);
+
+/// How far from the centre the furthest raw reading is drawn, in radii; at least 1.
+double SphereReach(const std::vector<SpherePoint>& points, double factor);
+
+/// At most about `most`: rejected ones all, and of each run of neighbours that with the greatest
+/// error after the calibration.
+std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most);
 
 /// A reading with its error from the truth enlarged.
 inline Eigen::Vector3d Magnified(const Eigen::Vector3d& reading,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/sphere_scene.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -12,25 +11,6 @@
 
 namespace truetriad {
 namespace {
-
-double CorrectedError(const SpherePoint& point) { return (point.corrected - point.truth).norm(); }
-
-/// At most so many; of each run of neighbours the one with the greatest error stays.
-std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points) {
-  constexpr std::size_t kMost = 1000;
-  if (points.size() <= kMost) return points;
-  std::vector<SpherePoint> kept;
-  for (std::size_t run = 0; run < kMost; ++run) {
-    const auto at = [&](std::size_t i) {
-      return points.begin() + static_cast<std::ptrdiff_t>(i * points.size() / kMost);
-    };
-    kept.push_back(
-        *std::max_element(at(run), at(run + 1), [](const SpherePoint& a, const SpherePoint& b) {
-          return CorrectedError(a) < CorrectedError(b);
-        }));
-  }
-  return kept;
-}
 
 /// "0.1,0.2,0.3,4.56": where a reading is drawn, and how far it is off in the scene's unit.
 std::string Reading(const Eigen::Vector3d& reading,
@@ -54,8 +34,10 @@ std::string SphereScene(const Calibration& calibration, Triad triad, const std::
   const double magnification = SphereMagnification(points);
   std::string json = "{\"sensor\":\"" + TriadTitle(triad) + "\",\"unit\":\"" +
                      (is_force ? "mg" : "µT") +
-                     "\",\"magnification\":" + Significant(magnification, 3) + ",\"poses\":[";
-  const std::vector<SpherePoint> shown = GreatestOfRuns(points);
+                     "\",\"magnification\":" + Significant(magnification, 3) +
+                     ",\"reach\":" + Fixed(SphereReach(points, magnification), 3) + ",\"poses\":[";
+  constexpr std::size_t kMost = 1000;
+  const std::vector<SpherePoint> shown = GreatestOfRuns(points, kMost);
   for (std::size_t i = 0; i < shown.size(); ++i) {
     const SpherePoint& point = shown[i];
     json += (i == 0 ? "\n[" : ",\n[") + std::to_string(point.pose) + ',' +

@@ -153,13 +153,18 @@ void Svg::Text(double x, double y, std::string_view text, std::string_view style
   body_ += "</text>\n";
 }
 
-void Svg::Cell(double x, double y, double size, std::string_view colour, std::string_view tooltip) {
-  body_ += "<rect";
+void Svg::Cell(double x,
+               double y,
+               double size,
+               std::string_view style,
+               double share,
+               std::string_view tooltip) {
+  Begin("rect", style, &body_);
   AppendAttribute("x", x, &body_);
   AppendAttribute("y", y, &body_);
   AppendAttribute("width", size, &body_);
   AppendAttribute("height", size, &body_);
-  AppendAttribute("fill", colour, &body_);
+  AppendAttribute("fill-opacity", std::string_view(Fixed(share, 2)), &body_);
   body_ += "><title>";
   AppendMarkup(tooltip, &body_);
   body_ += "</title></rect>\n";

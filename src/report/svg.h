@@ -30,8 +30,13 @@ class Svg {
   void Cross(double x, double y, double size, std::string_view style);
   /// `style` "start", "middle" or "end" says where (x, y) is on the text, then further classes.
   void Text(double x, double y, std::string_view text, std::string_view style);
-  /// A filled cell of the given colour ("#rrggbb") with a tooltip.
-  void Cell(double x, double y, double size, std::string_view colour, std::string_view tooltip);
+  /// A cell whose colour is that of `style` as far as `share` says, with a tooltip.
+  void Cell(double x,
+            double y,
+            double size,
+            std::string_view style,
+            double share,
+            std::string_view tooltip);
   /// Many cells of one colour, given by their upper left corners, some twenty bytes each.
   void Cells(const std::vector<std::pair<double, double>>& corners,
              double size,

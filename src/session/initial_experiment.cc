@@ -101,7 +101,7 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   }
   if (!initial.line.empty()) text += initial.line + '\n';
   return text +
-         "# What makes a unit good; then the magnetometer's `mounting:` must be stated, too:\n"
+         "# What makes a unit good; sensors whose axes are not x, y and z state `mounting:` then:\n"
          "# limits: { accelerometer.bias: 0.5, accelerometer.residual_rms: 0.02 }\n";
 }
 

@@ -272,11 +272,13 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
     return std::vector<JudgedValue>{{"", *held_out->rms[triad], 0.0}};
   }
   double truth_per_raw = 1.0;
-  if (quantity == "scale_error" && triad == Triad::kMagnetometer &&
-      calibration.reference.field_nominal) {
+  // The same share of all gains is in each bias, in true units.
+  const bool goes_with_field =
+      quantity == "scale_error" || quantity == "bias" || quantity == "bias_per_degc";
+  if (goes_with_field && triad == Triad::kMagnetometer && calibration.reference.field_nominal) {
     return fail(
-        "the field strength is unknown, so the magnetometer's gains have no common scale; state "
-        "`reference: { field: { strength_ut: … } }`");
+        "the field strength is unknown, so the magnetometer's gains have no common scale, nor has "
+        "its bias in µT; state `reference: { field: { strength_ut: … } }`");
   }
   if (quantity.starts_with("scale")) {
     const StreamSummary* stream = poses.Find(triad);

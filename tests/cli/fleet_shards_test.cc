@@ -98,6 +98,13 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
                     "folder = '' FROM run WHERE serial LIKE '%1'\"")
                   .out,
               HasSubstr("\nu1,usable,,0\nv1,bad-input,other-device,1\n"));
+  // As the refusal advises.
+  fs::remove(folder_.Path("line/u1.csv"));
+  EXPECT_EQ(Fleet("run line -o out --resume").exit_code, 0);
+  EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT verdict FROM latest WHERE serial = "
+                    "'v1'\"")
+                  .out,
+              HasSubstr("usable"));
 }
 
 // However each of them spells the folder.

@@ -147,6 +147,27 @@ TEST(TwoWriters, OfOneFolderLeaveAWholeResult) {
   }
 }
 
+TEST(ShellLimits, OfFilesAndMemoryAreErrorsThatLeaveNothing) {
+  const TemporaryFolder folder;
+  folder.Write("log.csv", LogText({.rests = 16}));
+  const std::string line = std::string(kProgram) + " calibrate log.csv -o out";
+  const Finished large = RunShell("ulimit -f 8; " + line, folder.Path("."));
+  EXPECT_EQ(large.exit_code, 2);
+  EXPECT_THAT(large.err, HasSubstr("cannot be written"));
+  EXPECT_THAT(LitterIn(folder.Path(".")), IsEmpty());
+  EXPECT_FALSE(fs::exists(folder.Path("out/calibration.yaml")));
+  for (int megabytes = 50; megabytes < 80; megabytes += 2) {
+    fs::remove_all(folder.Path("out"));
+    const Finished poor =
+        RunShell("ulimit -v " + std::to_string(1000 * megabytes) + "; " + line, folder.Path("."));
+    if (poor.exit_code == 0) break;
+    if (poor.exit_code == 127) continue;  // Not even its libraries have room.
+    EXPECT_EQ(poor.exit_code, 2) << megabytes << " MB: " << poor.err;
+    EXPECT_THAT(poor.err, HasSubstr("memory is short")) << megabytes << " MB";
+    EXPECT_FALSE(fs::exists(folder.Path("out/calibration.yaml")));
+  }
+}
+
 TEST(FullDisk, LeavesWhatWasThere) {
   const TemporaryFolder folder;
   folder.Write("log.csv", LogText({.rests = 16}));

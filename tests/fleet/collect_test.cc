@@ -75,6 +75,32 @@ TEST_F(Collecting, BringsWholeRunsTogetherAndDoesItAgain) {
   EXPECT_EQ(Lines(target_).size(), 4u);
 }
 
+// Each shard sees its own units alone.
+TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
+  std::vector<std::string> sources;
+  const auto write = [&](int shard, const std::string& serial, const std::string& log) {
+    sources.push_back(folder_.Path(std::to_string(shard) + ".jsonl"));
+    const Result<std::unique_ptr<Store>> store = OpenStore(sources.back());
+    ASSERT_TRUE(store) << store.error().message;
+    ASSERT_TRUE((*store)->StateShard({shard, 3}));
+    UnitRun run = SampleRun(std::to_string(shard), serial);
+    run.shard = ShardText({shard, 3});
+    run.verdict = Verdict::kPass;
+    run.log = log;
+    run.inputs = {{"recording.csv", std::string(64, 'a'), 1000}};
+    ASSERT_TRUE((*store)->Add(run));
+    ASSERT_TRUE((*store)->MarkEnd());
+  };
+  write(0, "A1", "a/recording.yaml");
+  write(1, "B1", "b/recording.yaml");
+  write(2, "A2", "a/recording.yaml");  // Its serial number was corrected.
+  const Result<Collected> collected = Collect(sources, target_);
+  ASSERT_TRUE(collected) << collected.error().message;
+  EXPECT_EQ(collected->added, 3u);
+  ASSERT_EQ(collected->copies.size(), 1u);
+  EXPECT_THAT(collected->copies.front(), HasSubstr("unit `B1`"));
+}
+
 TEST_F(Collecting, NamesTheShardsThatAreMissing) {
   const std::string one = Written("1.jsonl", {1, 4}, {"1"}),
                     without_runs = Written("2.jsonl", {2, 4}, {});

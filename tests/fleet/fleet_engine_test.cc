@@ -177,6 +177,29 @@ TEST_F(Engine, SaysWhichLineDoesNotAgreeWithTheLog) {
                 " is of unit `B7`; correct the one that is wrong");
 }
 
+// Else it would pass under the check of another station's golden unit.
+TEST_F(Engine, RefusesARecordingThatStatesAnotherStation) {
+  folder_.Write("recording.yaml",
+                "recording: 1\nserial: B7\nrun: { station: S2 }\napplied: none\nstreams:\n  "
+                "accelerometer: { file: u0.csv, time: { column: \"time[s]\", unit: s }, x: "
+                "\"accel_x[m/s^2]\", y: \"accel_y[m/s^2]\", z: \"accel_z[m/s^2]\", unit: m/s^2 "
+                "}\n");
+  units_ = {{.log = folder_.Path("recording.yaml")}};
+  options_.plan.tags = LotAndStation("", "S1");
+  options_.plan.overrides = {"run.station=\"S1\""};
+  ASSERT_TRUE(Run());
+  ASSERT_THAT(store_.runs, SizeIs(1));
+  EXPECT_EQ(store_.runs[0].verdict, Verdict::kBadInput);
+  EXPECT_EQ(store_.runs[0].message,
+            folder_.Path("recording.yaml") +
+                ": states station `S2`, but the unit is to be of station `S1` (--tag, list or "
+                "experiment); correct the one that is wrong");
+  options_.plan.tags.station = "S2";
+  options_.plan.overrides = {"run.station=\"S2\""};
+  ASSERT_TRUE(Run());
+  EXPECT_NE(store_.runs[1].verdict, Verdict::kBadInput) << store_.runs[1].message;
+}
+
 TEST(DoneLogs, AreThoseWithTheSerialAndTagsThatAreStated) {
   DoneLogs done;
   const LogStamp stamp{7, 8};

@@ -11,11 +11,14 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "fleet/done_logs.h"
 #include "fleet/rows.h"
 #include "fleet/run_samples.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 #include "support/private_postgres.h"
+#include "truetriad/base/error.h"
+#include "truetriad/base/version.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -87,6 +90,22 @@ TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
   EXPECT_EQ(runs->front().serial, "A1");
   EXPECT_EQ(runs->front().tags, second.tags);
   EXPECT_THAT(Ask(**store, "SELECT run FROM latest"), ElementsAre(ElementsAre("2")));
+}
+
+// Whose it is may be known by now: the other log was taken away.
+TEST_P(StoreTest, HasNotDoneALogThatWasRefusedAsAnotherUnits) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  for (const std::string serial : {"A1", "A2"}) {
+    UnitRun run = RunOf(serial);
+    run.software_version = Version();
+    if (serial == "A2") run.code = InfoOf(ErrorCode::kOtherDevice).name;
+    ASSERT_TRUE((*store)->Add(run));
+  }
+  const Result<DoneLogs> done = DoneLogs::In(**store, "abc");
+  ASSERT_TRUE(done);
+  EXPECT_TRUE(done->Has({.log = "A1.csv"}, {}));
+  EXPECT_FALSE(done->Has({.log = "A2.csv"}, {}));
 }
 
 TEST_P(StoreTest, AnswersQuestionsAndNothingElse) {

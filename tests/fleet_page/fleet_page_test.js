@@ -144,6 +144,18 @@ const worksWithoutScripts = async (browser, url, base) => {
   await close(page);
 };
 
+// On paper everything has its name, and charts end where the paper does.
+const prints = async (browser, url, base) => {
+  const page = await open(browser, url, base);
+  await page.waitForSelector('#parameter-chart canvas');
+  await page.emulateMedia({ media: 'print' });
+  await page.setViewportSize({ width: 710, height: 1000 });
+  for (const named of ['#units thead button', '#reasons button', '.controls select']) assert.ok(await page.locator(named).first().isVisible(), named);
+  const beyond = await page.evaluate(() => [...document.querySelectorAll('canvas')].filter((canvas) => canvas.getBoundingClientRect().right > window.innerWidth + 1).length);
+  assert.equal(beyond, 0, 'charts beyond the paper');
+  await close(page);
+};
+
 const lotsHavePages = async (browser, url, base) => {
   const page = await open(browser, url, base);
   await page.click('a:text-is("L03")');
@@ -178,7 +190,7 @@ withBrowser(async (browser, axe, folder) => {
       console.log(`ok ${where}: ${name}`);
     }
     await close(page);
-    for (const test of [worksWithoutScripts, lotsHavePages, reportsAreLinked]) {
+    for (const test of [worksWithoutScripts, prints, lotsHavePages, reportsAreLinked]) {
       await test(browser, url, base);
       console.log(`ok ${where}: ${test.name}`);
     }

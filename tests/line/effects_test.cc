@@ -272,6 +272,22 @@ TEST(Effects, OfWhatFactorsDetermineAreNotTested) {
   EXPECT_THAT(report.notes[1], testing::HasSubstr("by both is left out"));
 }
 
+TEST(Effects, OfValuesTooLargeForAVarianceAreNotTested) {
+  FastRandom random({14});
+  LineData data;
+  data.parameters = {"free", "huge"};
+  for (int unit = 0; unit < 40; ++unit) {
+    UnitRecord record;
+    record.values = Eigen::Vector2d(random.Normal(), unit == 5 ? -1e300 : 1e300);
+    record.sigma = Eigen::Vector2d::Zero();
+    data.units.push_back(std::move(record));
+  }
+  EXPECT_EQ(Effects(data).notes,
+            std::vector{data.parameters[1] +
+                        " is left out: its values are too far from each other for a variance "
+                        "(squares beyond 1e308)"});
+}
+
 // 300 lines of two stations with four fixtures each that differ by as much as units do: stations do
 // not differ, and 5 % of the tests are 15 ± 3.8.
 TEST(Effects, OfStationsAreHeldAgainstTheirFixtures) {

@@ -100,6 +100,42 @@ TEST(Outliers, NeedNoParameterThatIsFixedOrTied) {
   EXPECT_TRUE(std::isnan(report.distances[7]));
 }
 
+// Clipped values are no sum any more, and one unit in a hundred breaks a tie of the others.
+TEST(Outliers, AreFoundWhereAParameterIsASumOfOthers) {
+  for (const bool is_broken : {false, true}) {
+    SimulatedLine simulated(5, 9);
+    LineData data = simulated.Units(100);
+    data.units[40].values[1] += 30.0 * SimulatedLine::ScaleOf(1);
+    data.parameters.push_back("sum");
+    for (UnitRecord& unit : data.units) {
+      unit.values.conservativeResize(6);
+      unit.values[5] = unit.values[0] + unit.values[1];
+    }
+    if (is_broken) data.units[3].values[5] += 5.0 * SimulatedLine::ScaleOf(0);
+    const OutlierReport report = Outliers(data);
+    ASSERT_EQ(report.outliers.size(), 1U) << is_broken;
+    EXPECT_EQ(report.outliers[0].unit, 40);
+    EXPECT_EQ(report.sets[0].parameters, (std::vector<int>{0, 1, 2, 3, 4}));
+    const std::string note =
+        "sum is left out of outliers: in most units, but not in all, other parameters determine it";
+    EXPECT_EQ(report.notes, is_broken ? std::vector{note} : std::vector<std::string>());
+  }
+}
+
+TEST(Outliers, AreNotLookedForInAParameterThatIsTheSameInMostUnitsWhichIsSaid) {
+  SimulatedLine simulated(4, 10);
+  LineData data = simulated.Units(100);
+  for (std::size_t unit = 0; unit < 100; ++unit) {
+    data.units[unit].serial = "U" + std::to_string(unit);
+    data.units[unit].values[2] = unit == 40 ? 50.0 : 0.0;
+  }
+  const OutlierReport report = Outliers(data);
+  EXPECT_EQ(report.notes,
+            std::vector{data.parameters[2] +
+                        " is left out of outliers: most units have the same value of it; 1 has "
+                        "another: U40"});
+}
+
 // The median of an odd number of units is one of them.
 TEST(Outliers, OfASingleParameterAreFound) {
   SimulatedLine simulated(1, 8);

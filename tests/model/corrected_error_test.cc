@@ -51,6 +51,18 @@ TEST(CorrectedError, OfRawReadingsIsBiasAndGainsOverTheSphere) {
   EXPECT_EQ(at_rest.before->angle_rms, 0.0);
 }
 
+// A bias of many times what is read turns readings all over the half sphere it is in: by 90 degrees
+// in the mean of squares and a little more, never beyond 180.
+TEST(CorrectedError, OfRawDirectionsIsAnAngle) {
+  Calibration calibration = Known();
+  calibration.sensors[Triad::kAccelerometer]->model.bias = {1e4, 0.0, 0.0};
+  const CorrectedError error = CorrectedErrorOf(calibration, Triad::kAccelerometer, kGravity);
+  // All read x: the angle to it is a, sin(a) / 2 of the sphere: the mean square is pi^2 / 2 - 2.
+  constexpr double kPi = 3.14159265358979;
+  EXPECT_NEAR(error.before->angle_rms, std::sqrt(kPi * kPi / 2.0 - 2.0), 0.01);
+  EXPECT_LE(error.before->angle_worst, kPi);
+}
+
 // Against calibrations drawn from the covariance, each applied to readings in random directions.
 TEST(CorrectedError, IsWhatCalibrationsOfThisCovarianceLeave) {
   Calibration calibration = Known();

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,6 +54,31 @@ TEST(SpherePoints, AreEnlargedSoThatTheGreatestErrorIsSeen) {
     point.raw = point.truth + Eigen::Vector3d(error, 0.0, 0.0);
     EXPECT_EQ(SphereMagnification({point}), factor) << error;
   }
+}
+
+TEST(SpherePoints, KeepWhatIsRejectedAndTheGreatestErrorsHoweverManyThereAre) {
+  std::vector<SpherePoint> points(10000);
+  for (SpherePoint& point : points) point.corrected = point.raw = point.truth;
+  for (const std::size_t i : {17U, 18U, 19U, 7000U}) points[i].is_rejected = true;
+  points[4321].corrected.x() = 0.1;
+  const std::vector<SpherePoint> kept = GreatestOfRuns(points, 500);
+  EXPECT_EQ(kept.size(), 504U);
+  EXPECT_EQ(std::count_if(kept.begin(), kept.end(), [](const auto& p) { return p.is_rejected; }),
+            4);
+  EXPECT_EQ(
+      std::count_if(kept.begin(), kept.end(), [](const auto& p) { return p.corrected.x() > 0; }),
+      1);
+}
+
+// Hard iron of eight fields: the sphere is small, and every reading has its place.
+TEST(SphereChart, HasRoomForReadingsFarBeyondTheSphere) {
+  Calibration calibration = SampleCalibration();
+  calibration.sensors[Triad::kMagnetometer]->model.bias = {3800.0, 0.0, 0.0};
+  const std::vector<SpherePoint> points = SpherePoints(calibration, Triad::kMagnetometer);
+  EXPECT_GT(SphereReach(points, 1.0), 7.0);
+  // The furthest is 118 units to the right of the first centre at most, and none stands there
+  // twice.
+  EXPECT_THAT(SphereChart(calibration, Triad::kMagnetometer), Not(HasSubstr("M268.0 268.0")));
 }
 
 TEST(CoverageChart, ShadesHolesAndTakesTheNextPoseThere) {

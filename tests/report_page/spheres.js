@@ -86,6 +86,10 @@ const spheresTurn = async (browser, report, axe) => {
   for (let at = 0; at < report.spheres; ++at) await turns(page, report, at);
   await page.emulateMedia({ media: 'print' });
   assert.equal(await page.evaluate(() => [...document.querySelectorAll('.turning')].filter(({ offsetHeight }) => offsetHeight > 0).length), 0, 'on paper');
+  // A4 between its margins: drawings made for the screen beside the spheres must not push others off it.
+  await page.setViewportSize({ width: 710, height: 1000 });
+  const beyond = await page.evaluate(() => [...document.querySelectorAll('figure svg')].filter((svg) => svg.getBoundingClientRect().right > window.innerWidth + 1).length);
+  assert.equal(beyond, 0, `${report.name}: drawings beyond the paper`);
   await close(page);
   const narrow = await open(browser, url, url, { colorScheme: 'dark', viewport: { width: 390, height: 900 }, bypassCSP: true });
   await allDrawn(narrow, report.spheres);

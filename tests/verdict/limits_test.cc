@@ -102,7 +102,7 @@ TEST(Limits, JudgeEveryAxisByItself) {
   EXPECT_EQ(one.components[0].outside, one.outside);
 }
 
-TEST(Limits, RefuseTheScaleOfAMagnetometerWhoseFieldNobodyKnows) {
+TEST(Limits, RefuseGainsAndBiasOfAMagnetometerWhoseFieldNobodyKnows) {
   Calibration calibration;
   calibration.sensors[Triad::kMagnetometer].emplace();
   calibration.reference.field_ut = 48.0;
@@ -111,11 +111,14 @@ TEST(Limits, RefuseTheScaleOfAMagnetometerWhoseFieldNobodyKnows) {
   StreamSummary& stream = poses.streams.emplace_back();
   stream.triad = Triad::kMagnetometer;
   stream.unit = {"uT", 1.0, false};
-  LimitOptions limits;
-  limits.limits["magnetometer.scale_error"] = Limit::Within(0.05);
-  const auto checks = JudgeLimits(calibration, poses, limits);
-  ASSERT_FALSE(checks);
-  EXPECT_THAT(checks.error().message, ::testing::HasSubstr("the field strength is unknown"));
+  for (const char* name :
+       {"magnetometer.scale_error", "magnetometer.bias", "magnetometer.bias.y"}) {
+    LimitOptions limits;
+    limits.limits[name] = Limit::Within(0.05);
+    const auto checks = JudgeLimits(calibration, poses, limits);
+    ASSERT_FALSE(checks) << name;
+    EXPECT_THAT(checks.error().message, ::testing::HasSubstr("the field strength is unknown"));
+  }
 }
 
 TEST(Limits, JudgeTheAngleBetweenSensingAxes) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <csignal>
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include <glog/logging.h>
 #include <malloc.h>
@@ -26,8 +28,16 @@ int main(int argc, char** argv) {
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;
   google::InitGoogleLogging(argv[0]);
+  // A file that grows beyond what the shell permits is one that cannot be written, and is said so.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return truetriad::RunCommandLine({argv + 1, argv + argc});
+  } catch (const std::bad_alloc&) {
+    std::fputs(
+        "truetriad: memory is short; close other programs, raise `ulimit -v`, or give a shorter "
+        "log\n",
+        stderr);
+    return 2;
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "truetriad: %s\n", failure.what());
     return 2;

@@ -45,7 +45,8 @@
   };
 
   const draw = (place, data) => {
-    const axis = { visible: false, range: [-1.45, 1.45], showspikes: false };
+    const most = Math.max(1.45, 1.05 * data.reach);
+    const axis = { visible: false, range: [-most, most], showspikes: false };
     const layout = {
       margin: { l: 0, r: 0, t: 0, b: 0 },
       font: { color: colour('ink'), size: 12 },
@@ -82,7 +83,7 @@
       turn(place, event.key);
     });
     words.className = 'words';
-    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. Errors are drawn ${data.magnification} times as large. Turn it with the mouse or the arrow keys; a point says its pose and error.`;
+    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn it with the mouse or the arrow keys; a point says its pose and error.`;
     sphere.append(place, words);
     return { sphere, place, data };
   });

@@ -44,6 +44,15 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   for (const std::string& source : collected.unfinished) {
     Note("note: " + source + " is not finished: units of its shard may be missing");
   }
+  constexpr std::size_t kMostCopies = 10;
+  for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
+    Note("warning: " + collected.copies[i] +
+         "; find out which unit was measured, and refuse the other with `truetriad fleet dispose`");
+  }
+  if (collected.copies.size() > kMostCopies) {
+    Note("warning: and " + std::to_string(collected.copies.size() - kMostCopies) +
+         " further units with the readings of another");
+  }
   const std::string store = fleet::ShownStore(FLAGS_store);
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
@@ -56,6 +65,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
                  {"added", collected.added},
                  {"shards", collected.shards},
                  {"missing", collected.missing},
+                 {"copies", collected.copies},
                  {"unfinished", collected.unfinished},
                  {"store", store}}};
 }

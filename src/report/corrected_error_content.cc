@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/corrected_error_content.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/corrected_error.h"
+#include "model/heading_error.h"
+#include "report/format.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+namespace {
+
+struct ErrorRow {
+  std::string what;
+  Triad triad;
+  double magnitude;
+  bool has_bias;
+  double factor;  // to `unit`
+  std::string unit;
+};
+
+std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
+  constexpr double kMgPerMps2 = 1e3 / kStandardGravityMps2;
+  constexpr double kPpm = 1e6;
+  const ReferenceValues& reference = calibration.reference;
+  std::vector<ErrorRow> rows;
+  if (calibration.sensors[Triad::kAccelerometer]) {
+    rows.push_back({"accelerometer in gravity",
+                    Triad::kAccelerometer,
+                    reference.gravity_mps2,
+                    true,
+                    kMgPerMps2,
+                    "mg"});
+  }
+  if (calibration.sensors[Triad::kMagnetometer] && reference.field_ut) {
+    rows.push_back({reference.field_nominal ? "magnetometer in the assumed field"
+                                            : "magnetometer in the field",
+                    Triad::kMagnetometer,
+                    *reference.field_ut,
+                    true,
+                    1.0,
+                    "µT"});
+  }
+  if (calibration.sensors[Triad::kGyroscope]) {
+    rows.push_back({"gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h"});
+    rows.push_back({"gyroscope, of a rate", Triad::kGyroscope, 1.0, false, kPpm, "ppm"});
+  }
+  return rows;
+}
+
+/// A compass of the unit held level: RMS and worst over the headings, raw and corrected, degrees.
+/// Empty without one.
+std::vector<std::string> HeadingRow(const Calibration& calibration) {
+  constexpr int kHeadings = 72;
+  const std::vector<HeadingError> errors = HeadingErrors(calibration, kHeadings);
+  if (errors.empty()) return {};
+  double raw_square = 0.0, raw_worst = 0.0, square = 0.0, worst = 0.0;
+  for (const HeadingError& error : errors) {
+    const double raw = error.raw_rad.value_or(0.0);
+    raw_square += raw * raw / kHeadings;
+    raw_worst = std::max(raw_worst, std::abs(raw));
+    square += error.sigma_rad * error.sigma_rad / kHeadings;
+    worst = std::max(worst, error.sigma_rad);
+  }
+  const auto degrees = [](double rad) { return Significant(kDegPerRad * rad, 3); };
+  const bool has_raw = errors.front().raw_rad.has_value();
+  return {"heading of a level unit",
+          has_raw ? degrees(std::sqrt(raw_square)) : "",
+          has_raw ? degrees(raw_worst) : "",
+          degrees(std::sqrt(square)),
+          degrees(worst),
+          "°",
+          "",
+          "",
+          ""};
+}
+
+}  // namespace
+
+Section CorrectedErrorSection(const Calibration& calibration) {
+  Section section{SectionKind::kCorrectedError, "What readings are off by", {}};
+  if (!calibration.IsUsable() || calibration.covariance.parameters.empty()) return section;
+  Table table{{"", "raw, RMS", "worst", "corrected, σ", "worst", "unit", "raw", "corrected", ""},
+              "lrrrrlrrl",
+              {}};
+  for (const ErrorRow& row : ErrorRows(calibration)) {
+    const CorrectedError error =
+        CorrectedErrorOf(calibration, row.triad, row.magnitude, row.has_bias);
+    const auto number = [](double value) { return Significant(value, 3); };
+    const bool has_angle = row.magnitude > 0.0;
+    const auto angle = [&](double rad) { return has_angle ? number(kDegPerRad * rad) : ""; };
+    table.rows.push_back({row.what,
+                          error.before ? number(row.factor * error.before->rms) : "",
+                          error.before ? number(row.factor * error.before->worst) : "",
+                          number(row.factor * error.after.rms),
+                          number(row.factor * error.after.worst),
+                          row.unit,
+                          error.before ? angle(error.before->angle_rms) : "",
+                          angle(error.after.angle_rms),
+                          has_angle ? "°" : ""});
+  }
+  if (std::vector<std::string> row = HeadingRow(calibration); !row.empty()) {
+    table.rows.push_back(std::move(row));
+  }
+  if (table.rows.empty()) return section;
+  section.blocks.emplace_back(std::move(table));
+  section.blocks.emplace_back(std::string(
+      "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in nominal "
+      "units, as the log has them. "
+      "Corrected: what the parameters' σ leave; a reading's own noise comes on top."));
+  if (calibration.sensors[Triad::kMagnetometer] && calibration.reference.field_nominal) {
+    section.blocks.emplace_back(std::string(
+        "Nobody stated the strength of the field: by how much the assumed one is off, in per cent, "
+        "all readings of the magnetometer are, too. Directions and headings are not."));
+  }
+  return section;
+}
+
+}  // namespace truetriad
