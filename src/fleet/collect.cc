@@ -89,14 +89,8 @@ Status TakeContent(const std::string& source,
 /// Notes whose readings a run is of, and where those are another unit's, too. A log whose unit was
 /// corrected is no copy of itself.
 void TakeReadings(const UnitRun& run, Survey* survey) {
-  if (IsRed(run.verdict) && run.verdict != Verdict::kOutside) return;
-  std::set<std::string> files;
-  for (const InputFile& input : run.inputs) {
-    if (input.samples > 0 && !input.sha256.empty()) files.insert(input.sha256);
-  }
-  if (files.empty()) return;
-  std::string readings;
-  for (const std::string& file : files) readings += file;
+  const std::string readings = RecordingOf(run.inputs);
+  if (readings.empty() || !HasCalibration(run.verdict)) return;
   const std::hash<std::string> hash;
   const Survey::Reader own{run.id, hash(run.serial), hash(run.log)};
   const auto [first, is_new] = survey->readers.emplace(hash(readings), own);

@@ -169,7 +169,7 @@ Result<std::optional<Standing>> FleetEngine::Add(UnitRun* run) {
 }
 
 Status FleetEngine::RefuseCopy(UnitRun* run) const {
-  if (IsRed(run->verdict) && run->verdict != Verdict::kOutside) return {};
+  if (!HasCalibration(run->verdict)) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunName> others, store_->RunsOfSameReadings(*run));
   std::error_code ignored;
   // A log that was renamed since was given the right serial number by that.

@@ -63,10 +63,7 @@ Disposition DispositionOf(const std::vector<Cell>& row) {
 
 /// Error (usage): good is only what has a calibration.
 Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
-  const auto has_calibration = [](Verdict verdict) {
-    return !IsRed(verdict) || verdict == Verdict::kOutside;
-  };
-  if (has_calibration(of_run) || !has_calibration(disposition.verdict)) return {};
+  if (HasCalibration(of_run) || !HasCalibration(disposition.verdict)) return {};
   return Error(ErrorCode::kConflictingArguments,
                "unit `" + disposition.serial + "` has no calibration (run " + disposition.run +
                    ", which counts, is `" + std::string(VerdictName(of_run)) +

@@ -35,6 +35,10 @@ std::optional<Verdict> VerdictFromName(std::string_view name);
 inline bool IsRed(Verdict verdict) {
   return verdict != Verdict::kPass && verdict != Verdict::kUsable;
 }
+/// A calibration came out, be it outside limits.
+inline bool HasCalibration(Verdict verdict) {
+  return !IsRed(verdict) || verdict == Verdict::kOutside;
+}
 
 /// One number of a calibration.
 struct Parameter {

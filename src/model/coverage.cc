@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/model/coverage.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
 #include "math/dense/eigenvalues.h"
 #include "model/directions.h"
 
@@ -18,18 +14,7 @@ Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& dire
   for (const Eigen::Vector3d& direction : directions) moment += direction * direction.transpose();
   moment /= static_cast<double>(directions.size());
   coverage.eigenvalues = EigenOfSymmetric3(moment).values;
-  constexpr int kGrid = 2000;
-  double smallest_cosine = 1.0;
-  for (int i = 0; i < kGrid; ++i) {
-    const Eigen::Vector3d point = EvenDirection(i, kGrid);
-    double nearest = -1.0;
-    for (const Eigen::Vector3d& direction : directions) {
-      nearest = std::max(nearest, point.dot(direction));
-    }
-    smallest_cosine = std::min(smallest_cosine, nearest);
-  }
-  coverage.largest_gap_deg =
-      std::acos(std::clamp(smallest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
+  coverage.largest_gap_deg = LargestGap(directions).radius_deg;
   return coverage;
 }
 

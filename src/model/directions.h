@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -15,6 +17,30 @@ inline Eigen::Vector3d EvenDirection(int i, int count) {
   const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
   const double radius = std::sqrt(1.0 - z * z);
   return {radius * std::cos(azimuth), radius * std::sin(azimuth), z};
+}
+
+/// The largest cap of the sphere without a direction.
+struct DirectionGap {
+  Eigen::Vector3d middle = Eigen::Vector3d::UnitZ();
+  double radius_deg = 180.0;
+};
+
+/// On a grid of about 4 degrees; `directions`: unit vectors.
+inline DirectionGap LargestGap(const std::vector<Eigen::Vector3d>& directions) {
+  DirectionGap gap;
+  if (directions.empty()) return gap;
+  constexpr int kGrid = 2000;
+  double smallest_cosine = 1.0;
+  for (int i = 0; i < kGrid; ++i) {
+    const Eigen::Vector3d point = EvenDirection(i, kGrid);
+    double nearest = -1.0;
+    for (const Eigen::Vector3d& direction : directions) {
+      nearest = std::max(nearest, point.dot(direction));
+    }
+    if (nearest < smallest_cosine) smallest_cosine = nearest, gap.middle = point;
+  }
+  gap.radius_deg = std::acos(std::clamp(smallest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
+  return gap;
 }
 
 }  // namespace truetriad

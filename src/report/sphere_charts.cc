@@ -70,17 +70,12 @@ double NearestCosine(const std::vector<PoseDirection>& directions, const Eigen::
   return nearest;
 }
 
-/// The middle of the largest gap, and how wide it is.
-std::pair<Eigen::Vector3d, double> LargestGap(const std::vector<PoseDirection>& directions) {
-  constexpr int kGrid = 2000;
-  Eigen::Vector3d middle = Eigen::Vector3d::UnitZ();
-  double smallest = 1.0;
-  for (int i = 0; i < kGrid; ++i) {
-    const Eigen::Vector3d point = EvenDirection(i, kGrid);
-    const double nearest = NearestCosine(directions, point);
-    if (nearest < smallest) smallest = nearest, middle = point;
+DirectionGap GapBetween(const std::vector<PoseDirection>& directions) {
+  std::vector<Eigen::Vector3d> unit;
+  for (const PoseDirection& direction : directions) {
+    if (direction.counts) unit.push_back(direction.unit);
   }
-  return {middle, kDegPerRad * std::acos(std::clamp(smallest, -1.0, 1.0))};
+  return LargestGap(unit);
 }
 
 /// Lambert: equal areas of the sphere are equal areas of the disc, so crowding is real.
@@ -162,7 +157,7 @@ std::string DrawCoverage(const std::vector<PoseDirection>& directions, Triad tri
     }
   }
   if (!dots.empty()) svg.Dots(dots, "dots");
-  if (const auto [middle, gap_deg] = LargestGap(patches); gap_deg > kHoleDeg) {
+  if (const auto [middle, gap_deg] = GapBetween(patches); gap_deg > kHoleDeg) {
     const auto [x, y] = OnDisc(middle);
     svg.Circle(x, y, 7.0, "next");
     svg.Text(x, y + 18.0, "next", "middle small");
@@ -241,7 +236,7 @@ std::optional<NextPose> NextPoseFor(const Calibration& calibration) {
     const std::vector<PoseDirection> directions =
         OfPatches(DirectionsOf(calibration.quality, triad));
     if (directions.empty()) continue;
-    const auto [middle, gap_deg] = LargestGap(directions);
+    const auto [middle, gap_deg] = GapBetween(directions);
     if (!(gap_deg > largest + 1.0)) continue;  // of two alike, the first
     largest = gap_deg;
     // What the sensor reads points up, or along the field: north and down by the dip.
