@@ -4,6 +4,7 @@
 #include <string>
 
 #include "truetriad/allan/allan.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad {
 
@@ -14,6 +15,9 @@ std::string AllanText(const AllanResult& result);
 
 /// The same as a self-contained page, with the curves.
 std::string AllanHtml(const AllanResult& result);
+
+/// The curves, for other pages.
+Drawing AllanDrawing(const AllanResult& result);
 
 /// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the
 /// slope line of each coefficient (of a triad that was not at rest the marked curve alone), drawn

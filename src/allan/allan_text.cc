@@ -254,6 +254,11 @@ std::string AllanText(const AllanResult& result) {
   return text + Listed("Warnings", WarningsOf(result)) + Listed("Notes", NotesOf(result));
 }
 
+Drawing AllanDrawing(const AllanResult& result) {
+  return {PictureOf(result),
+          "Deviation over averaging time with its 95 % band, and the line of each coefficient."};
+}
+
 std::string AllanHtml(const AllanResult& result) {
   PageContent content{
       TitleOf(result), {Grade::kGood, "AT REST", "Coefficients of all sensors are stated."}, {}};
@@ -263,11 +268,7 @@ std::string AllanHtml(const AllanResult& result) {
     for (std::size_t i = 1; i < moved.size(); ++i) others.blocks.emplace_back(Bullet{moved[i]});
     if (!others.blocks.empty()) content.sections.push_back(std::move(others));
   }
-  content.sections.push_back(
-      {"Curves",
-       {},
-       {{PictureOf(result),
-         "Deviation over averaging time with its 95 % band, and the line of each coefficient."}}});
+  content.sections.push_back({"Curves", {}, {AllanDrawing(result)}});
   for (const AllanTriad& triad : result.triads) {
     TriadWords words = WordsOf(triad);
     content.sections.push_back({TriadTitle(triad.triad), {std::move(words.head)}});

@@ -9,15 +9,47 @@
 namespace truetriad {
 namespace {
 
-struct Character {
-  std::uint32_t code = 0;
-  std::size_t size = 0;  ///< Bytes.
-};
+bool TurnsText(std::uint32_t code) {
+  return code == 0x061C || code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) ||
+         (code >= 0x2066 && code <= 0x2069);
+}
 
-/// The first of `text`, which is not empty; unset: its bytes are none.
-std::optional<Character> FirstCharacter(std::string_view text) {
+bool IsControl(std::uint32_t code) {
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
+}
+
+/// A byte that is no UTF-8: \xFF.
+std::string ByteText(char byte) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  const auto value = static_cast<unsigned char>(byte);
+  return {'\\', 'x', kHex[value >> 4U], kHex[value & 15U]};
+}
+
+std::string Escaped(std::string_view text, std::string_view plain) {
+  std::string shown;
+  while (!text.empty()) {
+    const std::optional<Utf8Character> character = FirstCharacter(text);
+    const std::size_t size = character ? character->size : 1;
+    const bool is_plain = plain.find(text[0]) != std::string_view::npos;
+    if (!character) {
+      shown += ByteText(text[0]);
+    } else if (!is_plain && (IsControl(character->code) || TurnsText(character->code))) {
+      std::array<char, 16> escape{};
+      std::snprintf(escape.data(), escape.size(), "\\u%04X", character->code);
+      shown += escape.data();
+    } else {
+      shown += text.substr(0, size);
+    }
+    text.remove_prefix(size);
+  }
+  return shown;
+}
+
+}  // namespace
+
+std::optional<Utf8Character> FirstCharacter(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text[0]);
-  if (lead < 0x80) return Character{lead, 1};
+  if (lead < 0x80) return Utf8Character{lead, 1};
   const std::size_t size = lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
   if (size == 0 || size > text.size()) return std::nullopt;
   std::uint32_t code = lead & (0x7FU >> size);
@@ -29,49 +61,42 @@ std::optional<Character> FirstCharacter(std::string_view text) {
   constexpr std::array<std::uint32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
   const bool is_surrogate = code >= 0xD800 && code <= 0xDFFF;
   if (code < kLeast.at(size) || is_surrogate || code > 0x10FFFF) return std::nullopt;
-  return Character{code, size};
+  return Utf8Character{code, size};
 }
 
-bool TurnsText(std::uint32_t code) {
-  return code == 0x061C || code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) ||
-         (code >= 0x2066 && code <= 0x2069);
-}
-
-bool IsControl(std::uint32_t code) {
-  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
-}
-
-std::string Escaped(std::string_view text, std::string_view plain) {
-  std::string shown;
-  while (!text.empty()) {
-    const std::optional<Character> character = FirstCharacter(text);
-    const std::size_t size = character ? character->size : 1;
-    const bool is_plain = plain.find(text[0]) != std::string_view::npos;
-    std::array<char, 16> escape{};
-    if (!character) {
-      std::snprintf(escape.data(), escape.size(), "\\x%02X", static_cast<unsigned char>(text[0]));
-    } else if (!is_plain && (IsControl(character->code) || TurnsText(character->code))) {
-      std::snprintf(escape.data(), escape.size(), "\\u%04X", character->code);
-    }
-    if (escape[0] == '\0') {
-      shown += text.substr(0, size);
-    } else {
-      shown += escape.data();
-    }
-    text.remove_prefix(size);
+void AppendUtf8(std::uint32_t code, std::string* to) {
+  const auto tail = [&](int shift) { *to += static_cast<char>(0x80U | (code >> shift & 0x3FU)); };
+  if (code < 0x80) {
+    *to += static_cast<char>(code);
+  } else if (code < 0x800) {
+    *to += static_cast<char>(0xC0U | code >> 6);
+    tail(0);
+  } else if (code < 0x10000) {
+    *to += static_cast<char>(0xE0U | code >> 12);
+    tail(6), tail(0);
+  } else {
+    *to += static_cast<char>(0xF0U | code >> 18);
+    tail(12), tail(6), tail(0);
   }
-  return shown;
 }
-
-}  // namespace
 
 bool IsUtf8(std::string_view text) {
   while (!text.empty()) {
-    const std::optional<Character> character = FirstCharacter(text);
+    const std::optional<Utf8Character> character = FirstCharacter(text);
     if (!character) return false;
     text.remove_prefix(character->size);
   }
   return true;
+}
+
+std::string AsUtf8(std::string_view text) {
+  std::string good;
+  while (!text.empty()) {
+    const std::optional<Utf8Character> character = FirstCharacter(text);
+    good += character ? std::string(text.substr(0, character->size)) : ByteText(text[0]);
+    text.remove_prefix(character ? character->size : 1);
+  }
+  return good;
 }
 
 std::string Printable(std::string_view text) { return Escaped(text, "\n\t"); }

@@ -19,6 +19,7 @@
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
+#include "data/trace_recorder.h"
 
 namespace truetriad {
 namespace {
@@ -273,6 +274,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
 
   PerTriad<std::optional<StreamMonitor>> monitors;
   Monitors monitor_of;
+  PerTriad<TraceRecorder> recorders;
   for (const StreamInfo& stream : info.streams) {
     monitor_of[stream.triad] =
         &monitors[stream.triad].emplace(stream, info.has_time, selection.excluded);
@@ -303,6 +305,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
+      if (info.has_time) recorders[block.triad].Add(block);
     }
     TRUETRIAD_RETURN_IF_ERROR(collector->Add(blocks));
     if (progress) progress(source.progress());
@@ -317,6 +320,9 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   PoseSet set;
   set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
+  for (const StreamInfo& stream : info.streams) {
+    set.traces[stream.triad] = recorders[stream.triad].trace();
+  }
   set.findings = impossible.Left();
   for (const ExcludedRange& range : selection.excluded) set.excluded.push_back(range.times);
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));

@@ -137,6 +137,7 @@ void PoolRecordings(const PoseSet& more, PoseSet* set) {
         (set->static_share * set->duration_s + more.static_share * more.duration_s) / duration_s;
   }
   set->duration_s = duration_s;
+  set->traces = {};  // Of several recordings there is no one time.
   for (const StreamSummary& stream : more.streams) {
     const auto same =
         std::find_if(set->streams.begin(), set->streams.end(), [&](const StreamSummary& other) {

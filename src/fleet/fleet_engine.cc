@@ -224,7 +224,10 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   if (before && !is_new_recording) {
     constexpr std::size_t kMostNamed = 3;
     ++progress_.known_recordings;
-    if (progress_.known_first.size() < kMostNamed) progress_.known_first.push_back(run.serial);
+    progress_.known_units.insert(run.serial);
+    if (progress_.known_units.size() > kMostNamed) {
+      progress_.known_units.erase(std::prev(progress_.known_units.end()));
+    }
   }
   Yield& yield = progress_.yield;
   const bool is_good = !IsRed(unit.final_verdict);

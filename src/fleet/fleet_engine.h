@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -59,9 +60,10 @@ struct FleetProgress {
   Yield yield;                               ///< Of these units.
   /// Units that are not good although a run of now is, and why: "refused by R. Roe (bent)".
   std::map<std::string, std::string> overruled;
-  /// Runs of recordings that had one in the store before, and the units of the first of them.
+  /// Runs of recordings that had one in the store before, and some units of theirs: those that come
+  /// first by name, whichever worker is done first.
   std::size_t known_recordings = 0;
-  std::vector<std::string> known_first;
+  std::set<std::string> known_units;
   double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
   bool is_stopped = false;            ///< Before all were done.
 

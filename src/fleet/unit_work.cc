@@ -109,7 +109,10 @@ Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
 }
 
 /// The files of a usable calibration, and of one that is not: what says why. All or an error.
-Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const std::string& folder) {
+Status WriteFiles(const WorkPlan& plan,
+                  const Calibration& calibration,
+                  const PoseSet& poses,
+                  const std::string& folder) {
   TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder, plan.store));
   const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
   if (calibration.IsUsable()) {
@@ -129,8 +132,9 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
     // From SERIAL/RUN in the folder.
     const std::string assets =
         plan.shares_assets ? "../../" + std::string(kSharedAssets) : std::string();
-    TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, {.assets = assets})));
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(
+        path("report.html"),
+        CalibrationHtml(calibration, {.assets = assets}, {.poses = &poses, .noise = {}})));
   }
   const std::string yaml = CalibrationToYaml(calibration);
   TRUETRIAD_RETURN_IF_ERROR(
@@ -154,8 +158,9 @@ Status AgreeOnStation(const UnitRun& run) {
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   TRUETRIAD_RETURN_IF_ERROR(AgreeOnStation(*run));
   TRUETRIAD_ASSIGN_OR_RETURN(UnitTask task, TaskFor(plan, order));
+  PoseSet poses;
   Result<Calibration> calibrated =
-      CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded));
+      CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded), &poses);
   if (!calibrated) {
     const Error& error = calibrated.error();
     const bool is_other = error.code == ErrorCode::kOtherDevice && !order.serial_from.empty();
@@ -173,7 +178,7 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   Fill(calibration, run);
   if (plan.folder.empty()) return {};
   const std::string folder = (fs::path(plan.folder) / FolderNameOf(run->serial) / run->id).string();
-  const Status written = WriteFiles(plan, calibration, folder);
+  const Status written = WriteFiles(plan, calibration, poses, folder);
   if (!written) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include "base/utf8.h"
 #include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/loss.h"
@@ -44,9 +45,10 @@ std::vector<std::string> Comment(const Format& format,
   }
   for (std::string& line : lines) {
     for (char& c : line) {
-      // A serial number must not end the comment.
+      // A serial number must not end the comment, nor turn what follows for who reads it.
       if (static_cast<unsigned char>(c) < ' ') c = ' ';
     }
+    line = PrintableLine(line);
   }
   return lines;
 }

@@ -191,6 +191,7 @@ void WriteFields(YamlText& out, const LimitCheck& check) {
   }
   out << ", worst: " << check.worst << ", sigma: " << check.sigma << ", outside: " << check.outside
       << ", pass: " << check.pass;
+  if (check.guard_band_k > 0.0) out << ", guard_band_k: " << check.guard_band_k;
 }
 
 // A list of what WriteFields writes.
@@ -447,6 +448,7 @@ void ReadItem(YamlReader& item, LimitCheck* check) {
   ReadNumber(item.RequireChild("worst"), &check->worst);
   ReadNumber(item.RequireChild("sigma"), &check->sigma);
   item.Require("pass", &check->pass);
+  ReadNumber(item.Child("guard_band_k"), &check->guard_band_k);
 }
 
 void ReadHeldOut(YamlReader& held_out, HeldOut* result) {

@@ -12,7 +12,7 @@
 namespace truetriad {
 
 /// Free text for a YAML file: double-quoted and escaped, so that no content can be taken for
-/// structure, a number or a truth value.
+/// structure, a number or a truth value. Bytes that are no UTF-8, which YAML cannot hold, as \xFF.
 struct Quoted {
   std::string_view text;
 };
@@ -50,22 +50,7 @@ class YamlText {
     return *this << std::string_view(buffer, written.ptr);
   }
 
-  YamlText& operator<<(Quoted quoted) {
-    constexpr std::string_view kHex = "0123456789abcdef";
-    text_ += '"';
-    for (const char character : quoted.text) {
-      const auto byte = static_cast<unsigned char>(character);
-      if (character == '"' || character == '\\') {
-        text_ += {'\\', character};
-      } else if (byte < 0x20 || byte == 0x7f) {
-        text_ += {'\\', 'x', kHex[byte / 16], kHex[byte % 16]};
-      } else {
-        text_ += character;
-      }
-    }
-    text_ += '"';
-    return *this;
-  }
+  YamlText& operator<<(Quoted quoted);
 
   template <typename Derived>
   YamlText& operator<<(const Eigen::MatrixBase<Derived>& matrix) {

@@ -8,6 +8,8 @@
 
 #include <glog/logging.h>
 
+#include "base/utf8.h"
+
 namespace truetriad {
 namespace {
 
@@ -126,11 +128,13 @@ class Flow {
       CHECK_LT(i + 1, text_.size()) << "a YAML string without an end";
       if (text_[i] != '\\') {
         text += text_[i];
-      } else if (text_[++i] == 'x') {
+      } else if (text_[++i] == 'x' || text_[i] == 'u') {
+        const std::size_t digits = text_[i] == 'x' ? 2 : 4;
+        CHECK_LT(i + digits, text_.size()) << "a YAML string without an end";
         unsigned code = 0;
-        std::from_chars(&text_[i + 1], &text_[i + 3], code, 16);
-        text += static_cast<char>(code);
-        i += 2;
+        std::from_chars(&text_[i + 1], &text_[i + 1] + digits, code, 16);
+        AppendUtf8(code, &text);
+        i += digits;
       } else {
         text += text_[i];
       }

@@ -65,9 +65,9 @@ void Relate(Factors* factors) {
       const std::string& first = factors->factors[b].name;
       const std::string& second = factors->factors[a].name;
       if (a_says_b && b_says_a) {
-        factors->notes.push_back(first + " and " + second +
-                                 " cannot be told apart: all units of a " + first +
-                                 " have the same " + second + ", and the other way round");
+        factors->notes.push_back(
+            first + " and " + second + " cannot be told apart: all units of a " + first +
+            " have the same " + second + ", and all of a " + second + " the same " + first);
       } else if (a_says_b || b_says_a) {
         const std::string& finer = a_says_b ? second : first;
         const std::string& coarser = a_says_b ? first : second;

@@ -54,6 +54,16 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
       const double begin = is_from_zero ? kFirst : kLeft;
       svg.Rectangle(
           begin, y + 4.0, kFirst + kAllowed * (1.0 + kBeyond) - begin, kRow - 8.0, "track");
+      // A value must be out of these, or its σ with k would reach beyond.
+      const double guard = check.guard_band_k * check.sigma;
+      if (guard > 0.0 && std::isfinite(limit.upper)) {
+        const double from = x(limit.upper - guard);
+        svg.Rectangle(from, y + 4.0, x(limit.upper) - from, kRow - 8.0, "guard");
+      }
+      if (guard > 0.0 && std::isfinite(limit.lower) && !is_from_zero) {
+        svg.Rectangle(
+            x(limit.lower), y + 4.0, x(limit.lower + guard) - x(limit.lower), kRow - 8.0, "guard");
+      }
       svg.Rectangle(x(check.worst) - 2.0, y + 4.0, 4.0, kRow - 8.0, style);
       if (check.sigma > 0.0) {
         svg.Line(x(check.worst - 2.0 * check.sigma),

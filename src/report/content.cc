@@ -150,12 +150,12 @@ Section LimitsSection(const Calibration& calibration) {
   section.blocks.emplace_back(std::string(
       "In true units, so a bias is divided by its gain. P outside: the probability that "
       "a true value is beyond its limit, of any axis and at its worst temperature."));
-  if (std::any_of(limits.begin(), limits.end(), [](const LimitCheck& check) {
-        return !check.pass && check.worst <= check.limit.upper && check.worst >= check.limit.lower;
-      })) {
+  // Files of before do not say it.
+  const double k = limits.front().guard_band_k;
+  if (k > 0.0) {
     section.blocks.emplace_back(
-        std::string("A guard band was set: a value passes only if it is within its limit by a "
-                    "multiple of its σ."));
+        "A guard band is set: a value passes only if it is inside its limit by " +
+        Significant(k, 3) + " σ.");
   }
   return section;
 }

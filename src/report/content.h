@@ -35,11 +35,6 @@ struct Bullet {
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
 
-/// A drawing and what it shows; on pages alone. Nothing where it is empty.
-struct Drawing {
-  std::string svg;
-  std::string caption;
-};
 /// A part of a page. Without a title it belongs to the head.
 struct PageSection {
   std::string title;

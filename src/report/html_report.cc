@@ -22,6 +22,7 @@
 #include "report/svg.h"
 #include "report/sweep_charts.h"
 #include "report/table.h"
+#include "report/timeline_chart.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {
@@ -54,6 +55,20 @@ std::string CorrectedErrorFigures(const Calibration& calibration, bool turns) {
          Figure(HeadingChart(calibration),
                 "Heading of the unit held level, round the compass, its tilt by the accelerometer: "
                 "error of raw readings, and what the parameters' σ leave.");
+}
+
+/// Whether the page lists every pose.
+bool HasPoseRows(const Calibration& calibration) {
+  const std::size_t count = calibration.quality.rests.pose_residuals.size();
+  return count > 0 && count <= kMostPoseRows;
+}
+
+std::string RecordingSection(const Calibration& calibration, const PoseSet& poses) {
+  const Drawing drawing =
+      TimelineDrawing(poses, calibration.quality.rests.rejected_poses, HasPoseRows(calibration));
+  if (drawing.svg.empty()) return "";
+  return "<section>\n" + Element("h2", "The recording over time") +
+         Figure(drawing.svg, drawing.caption) + "</section>\n";
 }
 
 std::string ResidualFigures(const Calibration& calibration) {
@@ -91,7 +106,8 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind, bool tur
       return CorrectedErrorFigures(calibration, turns);
     case SectionKind::kLimits:
       return Figure(LimitChart(calibration.IsUsable() ? quality.limits : std::vector<LimitCheck>()),
-                    "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
+                    "Worst value for each limit (bar) with ±2σ (line), compared with the limit; in "
+                    "another colour its guard band, where one is set.");
     case SectionKind::kParameters:
       return Figure(CorrelationChart(calibration.covariance),
                     "Correlation of the estimated parameters: blue +1, orange −1, pale 0. A "
@@ -137,7 +153,7 @@ std::string PoseDetails(const Calibration& calibration) {
                                "each: they are in the page that `calibrate` wrote.")
                      : "";
   }
-  if (count > kMostPoseRows) {
+  if (!HasPoseRows(calibration)) {
     return Element(
         "p", "The table of poses is omitted: it would have " + std::to_string(count) + " rows.");
   }
@@ -146,7 +162,9 @@ std::string PoseDetails(const Calibration& calibration) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks) {
+std::string CalibrationHtml(const Calibration& calibration,
+                            const ReportLooks& looks,
+                            const ReportSources& sources) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
@@ -157,6 +175,10 @@ std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& l
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
             "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
+  }
+  if (sources.poses != nullptr) html += RecordingSection(calibration, *sources.poses);
+  if (!sources.noise.empty()) {
+    html += "<section>\n" + Element("h2", "Noise at rest") + HtmlOf(sources.noise) + "</section>\n";
   }
   html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration);
   if (!calibration.config_yaml.empty()) {

@@ -118,10 +118,9 @@ PageSection StreamsSection(const PoseSet& poses, const Result<Calibration>& trie
        values,
        "Noise is the σ of one sample within rests; correlation is the factor on the variance of "
        "means (1 = white)."},
-      {{TimelineChart(poses,
-                      tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>()),
-        "The recording over time. Shaded: rests, with their numbers; crosses: those with readings "
-        "that the calibration rejects; in another colour: left out."}}};
+      {TimelineDrawing(poses,
+                       tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>(),
+                       /*leads_to_rows=*/false)}};
 }
 
 /// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so

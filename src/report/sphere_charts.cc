@@ -131,6 +131,30 @@ void DrawDiscs(const std::array<std::string_view, 2>& titles, std::string_view u
   }
 }
 
+/// An arrow with two heads through the middle of both views.
+void DrawWeakAxis(const Eigen::Vector3d& axis, Svg* svg) {
+  constexpr double kHead = 9.0, kHalfWidth = 4.0;
+  for (std::size_t disc = 0; disc < 2; ++disc) {
+    const Eigen::Vector2d tip(axis.x(), disc == 0 ? -axis.y() : -axis.z());
+    const Eigen::Vector2d centre(kCentres[disc], kCentreY);
+    if (tip.norm() < 2.0 * kHead) {  // It points at the reader.
+      svg->Circle(centre.x(), centre.y(), kHalfWidth, "weak");
+      continue;
+    }
+    svg->Line(centre.x() - tip.x(),
+              centre.y() - tip.y(),
+              centre.x() + tip.x(),
+              centre.y() + tip.y(),
+              "weak");
+    const Eigen::Vector2d along = tip.normalized(), across(-along.y(), along.x());
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::Vector2d end = centre + side * tip, base = end - side * kHead * along;
+      const Eigen::Vector2d left = base + kHalfWidth * across, right = base - kHalfWidth * across;
+      svg->Polyline({{left.x(), left.y()}, {end.x(), end.y()}, {right.x(), right.y()}}, "weak");
+    }
+  }
+}
+
 std::string DrawCoverage(const std::vector<PoseDirection>& directions, Triad triad) {
   if (directions.empty()) return "";
   Svg svg(620.0, 300.0, TriadTitle(triad) + " pose directions on two hemispheres");
@@ -196,6 +220,9 @@ std::string SphereChart(const Calibration& calibration, Triad triad) {
   Svg svg(620.0, 300.0, TriadTitle(triad) + ": readings before and after on the sphere");
   for (const double centre : kCentres) svg.Circle(centre, kCentreY, unit, "disc");
   DrawDiscs({"seen from +z", "seen from −y"}, "+z", &svg);
+  if (const std::optional<WeakAxis> weak = WeakAxisOf(calibration, triad)) {
+    DrawWeakAxis(unit * weak->direction, &svg);
+  }
   const std::vector<SpherePoint> points = GreatestOfRuns(all, kMostDirections);
   for (std::size_t disc = 0; disc < 2; ++disc) {
     // What is rejected may be anywhere.
@@ -226,7 +253,16 @@ std::string SphereCaption(const Calibration& calibration, Triad triad) {
   text += factor > 1.0 ? ", errors drawn " + Significant(factor, 7) + " times as large" : "";
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
   if (sensor && !NominalTruthPerRaw(*sensor, triad)) text += "; counts taken by their mean gain";
-  return text + ". Circle: what there is to read.";
+  text += ". Circle: what there is to read.";
+  if (const std::optional<WeakAxis> weak = WeakAxisOf(calibration, triad)) {
+    const Eigen::Vector3d& u = weak->direction;
+    text += " Arrow: along (" + Fixed(u.x(), 2) + ", " + Fixed(u.y(), 2) + ", " + Fixed(u.z(), 2) +
+            ") the bias is known to " + Significant(weak->sigma, 2) + ' ' + TruthUnit(triad) +
+            ", across it to " + Significant(weak->across, 2) + " or better; poses with this axis " +
+            (triad == Triad::kAccelerometer ? "up and down" : "along and against the field") +
+            " tell more of it.";
+  }
+  return text;
 }
 
 std::optional<NextPose> NextPoseFor(const Calibration& calibration) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include <Eigen/Eigenvalues>
+
 #include "model/corrected_error.h"
 
 namespace truetriad {
@@ -38,6 +40,27 @@ std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad tria
     if (point.raw.allFinite() && point.corrected.allFinite()) points.push_back(point);
   }
   return points;
+}
+
+std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) {
+  constexpr double kClearly = 2.0;
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  if (!sensor || !calibration.IsUsable()) return std::nullopt;
+  const Eigen::Matrix3d correction = sensor->model.Correction();
+  const Eigen::Matrix3d covariance =
+      correction *
+      BiasAndSensitivityCovariance(calibration.covariance, {triad}).topLeftCorner<3, 3>() *
+      correction.transpose();
+  if (!covariance.allFinite()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+  const double sigma = std::sqrt(std::max(axes.eigenvalues()[2], 0.0));
+  const double across = std::sqrt(std::max(axes.eigenvalues()[1], 0.0));
+  if (!(across > 0.0) || sigma < kClearly * across) return std::nullopt;
+  Eigen::Vector3d direction = axes.eigenvectors().col(2);
+  Eigen::Index largest = 0;
+  direction.cwiseAbs().maxCoeff(&largest);
+  if (direction[largest] < 0.0) direction = -direction;
+  return WeakAxis{direction, sigma, across};
 }
 
 double SphereMagnification(const std::vector<SpherePoint>& points) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,6 +36,14 @@ double SphereReach(const std::vector<SpherePoint>& points, double factor);
 /// At most about `most`: rejected ones all, and of each run of neighbours that with the greatest
 /// error after the calibration.
 std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most);
+
+/// The body axis along which a sensor's bias is known worst, where that is clearly one: true unit.
+struct WeakAxis {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  double sigma = 0.0;   ///< Along it.
+  double across = 0.0;  ///< The largest at right angles to it; sigma is twice that at least.
+};
+std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad);
 
 /// A reading with its error from the truth enlarged.
 inline Eigen::Vector3d Magnified(const Eigen::Vector3d& reading,

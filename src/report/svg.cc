@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/svg.h"
 
+#include <cmath>
+#include <cstdlib>
+
+#include "base/utf8.h"
 #include "report/format.h"
 
 namespace truetriad {
 namespace {
 
 void AppendMarkup(std::string_view text, std::string* to) {
+  // The name of a file can be anything.
+  if (!IsUtf8(text)) return AppendMarkup(AsUtf8(text), to);
   for (std::size_t begin = 0; begin < text.size();) {
     std::size_t end = begin;
     std::string_view entity;
@@ -110,6 +116,24 @@ void Svg::Circle(double x, double y, double radius, std::string_view style) {
   body_ += "/>\n";
 }
 
+void Svg::Stretch(double x,
+                  double y,
+                  double width,
+                  double height,
+                  std::string_view style,
+                  int pose,
+                  std::string_view tooltip) {
+  Begin("rect", style, &body_);
+  AppendAttribute("x", x, &body_);
+  AppendAttribute("y", y, &body_);
+  AppendAttribute("width", width, &body_);
+  AppendAttribute("height", height, &body_);
+  AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
+  body_ += "><title>";
+  AppendMarkup(tooltip, &body_);
+  body_ += "</title></rect>\n";
+}
+
 void Svg::Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip) {
   Begin("circle", style, &body_);
   AppendAttribute("cx", x, &body_);
@@ -136,6 +160,40 @@ void Svg::Polyline(const std::vector<std::pair<double, double>>& points, std::st
   }
   Begin("polyline", style, &body_);
   AppendAttribute("points", std::string_view(list), &body_);
+  body_ += "/>\n";
+}
+
+void Svg::Zigzag(const std::vector<Span>& spans, std::string_view style) {
+  const auto halves = [](double value) { return std::lround(2.0 * value); };
+  std::string path;
+  long at_x = 0, at_y = 0, level = 0;  // Level: how far to the right with no change of height.
+  const auto go_level = [&] {
+    if (level > 0) path += 'h' + std::to_string(level);
+    level = 0;
+  };
+  for (const Span& span : spans) {
+    const long x = halves(span.x);
+    long near = halves(span.low), far = halves(span.high);
+    if (std::abs(near - at_y) > std::abs(far - at_y)) std::swap(near, far);
+    if (path.empty()) {
+      path = 'M' + std::to_string(x) + ' ' + std::to_string(near);
+    } else if (near == at_y) {
+      level += x - at_x;
+    } else {
+      go_level();
+      path +=
+          'l' + std::to_string(x - at_x) + (near < at_y ? "" : " ") + std::to_string(near - at_y);
+    }
+    if (far != near) {
+      go_level();
+      path += 'v' + std::to_string(far - near);
+    }
+    at_x = x, at_y = far;
+  }
+  go_level();
+  Begin("path", style, &body_);
+  AppendAttribute("transform", std::string_view("scale(.5)"), &body_);
+  AppendAttribute("d", std::string_view(path), &body_);
   body_ += "/>\n";
 }
 

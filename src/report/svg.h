@@ -8,7 +8,8 @@
 
 namespace truetriad {
 
-/// `text` with &, <, >, " and ' as entities and control characters left out, for HTML and SVG.
+/// `text` with &, <, >, " and ' as entities and control characters left out, bytes that are no
+/// UTF-8 as \xFF, for HTML and SVG.
 std::string EscapeMarkup(std::string_view text);
 
 /// A drawing for inlining into HTML; the looks come from the page's style sheet by class name.
@@ -20,12 +21,26 @@ class Svg {
   void Line(double x1, double y1, double x2, double y2, std::string_view style);
   void Rectangle(double x, double y, double width, double height, std::string_view style);
   void Circle(double x, double y, double radius, std::string_view style);
+  /// A stretch of one pose, which says `tooltip` and leads to the pose's row.
+  void Stretch(double x,
+               double y,
+               double width,
+               double height,
+               std::string_view style,
+               int pose,
+               std::string_view tooltip);
   /// A mark of one pose, which says `tooltip` and leads to the pose's row.
   void Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip);
   /// Points without names, some ten bytes each; `style`: a class whose line is as wide as a dot.
   void Dots(const std::vector<std::pair<double, double>>& points, std::string_view style);
   /// Straight lines from point to point; filled when the style says so.
   void Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style);
+  /// What lies between low and high at ascending x, as one zigzag line in half units, some seven
+  /// bytes each.
+  struct Span {
+    double x, low, high;
+  };
+  void Zigzag(const std::vector<Span>& spans, std::string_view style);
   /// A diagonal cross of half width `size`.
   void Cross(double x, double y, double size, std::string_view style);
   /// `style` "start", "middle" or "end" says where (x, y) is on the text, then further classes.

@@ -4,18 +4,19 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/utf8.h"
+
 namespace truetriad {
 namespace {
 
 constexpr std::size_t kGap = 3;        // Blanks between columns.
 constexpr std::size_t kMinWords = 24;  // A column of words is never squeezed below this.
 
-std::string Printable(std::string_view text) {
-  std::string printable(text);
-  for (char& c : printable) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = c == '\n' || c == '\t' ? ' ' : '?';
-  }
-  return printable;
+/// A cell, in one line as a terminal may show it.
+std::string Shown(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
+  return PrintableLine(text);
 }
 
 std::string Padded(const std::string& text, std::size_t width, bool right) {
@@ -25,7 +26,7 @@ std::string Padded(const std::string& text, std::size_t width, bool right) {
 
 /// Lines of at most `width`; a word that is longer stands alone.
 std::vector<std::string> WrappedLines(std::string_view text, std::size_t width) {
-  const std::string words = Printable(text);
+  const std::string words = Shown(std::string(text));
   std::vector<std::string> lines(1);
   for (std::size_t begin = 0; begin < words.size();) {
     const std::size_t end = std::min(words.find(' ', begin), words.size());
@@ -64,7 +65,7 @@ std::string TextOf(const Table& table, std::size_t indent) {
   std::vector<std::size_t> widths(table.alignment.size(), 0);
   for (auto& row : rows) {
     for (std::size_t c = 0; c < row.size(); ++c) {
-      row[c] = Printable(row[c]);
+      row[c] = Shown(row[c]);
       widths[c] = std::max(widths[c], DisplayWidth(row[c]));
     }
   }

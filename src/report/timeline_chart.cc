@@ -2,7 +2,9 @@
 #include "report/timeline_chart.h"
 
 #include <algorithm>
-#include <set>
+#include <cmath>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include "report/chart_frame.h"
@@ -13,83 +15,207 @@ namespace truetriad {
 namespace {
 
 constexpr double kLeft = 66.0, kWidth = 670.0;
+constexpr double kTop = 42.0;  // Numbers and crosses stand above.
+constexpr double kPanel = 62.0, kTitle = 24.0, kTimes = 34.0;
+/// So many rests say what each is; more are too narrow to be met.
+constexpr std::size_t kMostStretches = 150;
 
-double SecondsOf(std::int64_t time_ns, const PoseSet& poses) {
-  return static_cast<double>(time_ns - poses.start_ns) * 1e-9;
+/// Rejected sensors and why, by pose.
+using Reasons = std::map<int, std::string>;
+
+Reasons ReasonsOf(const std::vector<RejectedPose>& rejected) {
+  Reasons reasons;
+  for (const RejectedPose& pose : rejected) {
+    std::string& text = reasons[pose.pose];
+    text += "; " + std::string(TriadName(pose.triad)) + " rejected: " + pose.reason;
+  }
+  return reasons;
 }
 
-/// Rests, joined where what is between them is narrower than a line.
-void DrawRests(const PoseSet& poses, const Frame& frame, double top, double height, Svg* svg) {
-  constexpr double kNarrowest = 0.5;
-  double begin = 0.0, end = -1.0;
-  const auto flush = [&] {
-    if (end >= begin) svg->Rectangle(begin, top, std::max(end - begin, kNarrowest), height, "rest");
-  };
-  for (const StaticPose& pose : poses.poses) {
-    const double from = frame.X(SecondsOf(pose.start_ns, poses));
-    const double to = frame.X(SecondsOf(pose.end_ns, poses));
-    if (end >= begin && from - end < kNarrowest) {
-      end = std::max(end, to);
-      continue;
+/// The panels of one recording, one below the other over the same time.
+class Timeline {
+ public:
+  Timeline(const PoseSet& poses, const std::vector<RejectedPose>& rejected, bool leads_to_rows)
+      : poses_(poses), reasons_(ReasonsOf(rejected)), leads_to_rows_(leads_to_rows) {
+    time_.Add(0.0), time_.Add(poses.duration_s);
+    for (const StaticPose& pose : poses.poses) {
+      time_.Add(SecondsOf(pose.end_ns));
+      if (!pose.temperature_degc) continue;
+      temperatures_.emplace_back(SecondsOf(pose.start_ns), *pose.temperature_degc);
+      degc_.Add(*pose.temperature_degc);
+    }
+    for (const StreamSummary& stream : poses.streams) {
+      if (!poses.traces[stream.triad].slices.empty()) traced_.push_back(&stream);
+    }
+  }
+
+  std::string Draw() {
+    const bool has_curve = temperatures_.size() > 1;
+    const std::size_t panels = std::max<std::size_t>(traced_.size(), 1) + (has_curve ? 1 : 0);
+    const double height = kTop + static_cast<double>(panels) * (kPanel + kTitle) + kTimes - kTitle;
+    Svg svg(750.0, height, "The recording over time");
+    std::size_t left = panels;
+    double top = kTop;
+    const auto next = [&](const std::string& title, const Range& values, bool has_values) {
+      Frame frame(svg, {kLeft, top, kWidth, kPanel}, time_, values);
+      DrawRests(frame, top, &svg);
+      DrawLeftOut(frame, top, &svg);
+      frame.Draw(title, --left == 0 ? "s" : "", has_values);
+      if (top == kTop) DrawNumbers(frame, &svg);
+      top += kPanel + kTitle;
+      return frame;
+    };
+    if (traced_.empty()) next("rests", {0.0, 1.0}, false);
+    for (const StreamSummary* stream : traced_) {
+      const double title_y = top - 8.0;
+      const Frame frame =
+          next(std::string(TriadName(stream->triad)) + ", " + DisplayUnit(stream->unit.name),
+               RangeOf(*stream),
+               true);
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::string letter{AxisLetter(axis)};
+        svg.Text(kLeft + kWidth - 30.0 + 15.0 * axis, title_y, letter, "end " + letter);
+        DrawTrace(*stream, axis, frame, &svg);
+      }
+    }
+    if (has_curve)
+      next("temperature of the rests, °C", degc_, true).DrawLine(temperatures_, "line");
+    return svg.Finish();
+  }
+
+ private:
+  double SecondsOf(std::int64_t time_ns) const {
+    return static_cast<double>(time_ns - poses_.start_ns) * 1e-9;
+  }
+
+  Range RangeOf(const StreamSummary& stream) const {
+    Range range;
+    for (const ReadingTrace::Slice& slice : poses_.traces[stream.triad].slices) {
+      const double low = slice.lowest_raw.minCoeff(), high = slice.highest_raw.maxCoeff();
+      if (low <= high) range.Add(low), range.Add(high);
+    }
+    return range;
+  }
+
+  /// Each slice as high as its readings; slices that are drawn at one place together.
+  void DrawTrace(const StreamSummary& stream, int axis, const Frame& frame, Svg* svg) const {
+    constexpr double kApart = 2.0;
+    const ReadingTrace& trace = poses_.traces[stream.triad];
+    // Where readings are missing, no line is drawn.
+    const double gap_s = stream.rate_hz > 0.0 ? 5.0 / stream.rate_hz : 0.0;
+    const double slice_s = 1e-9 * static_cast<double>(trace.slice_ns);
+    double last_s = 0.0;
+    std::vector<Svg::Span> spans;
+    const auto flush = [&] {
+      if (!spans.empty()) svg->Zigzag(spans, std::string("trace ") + AxisLetter(axis));
+      spans.clear();
+    };
+    for (std::size_t i = 0; i < trace.slices.size(); ++i) {
+      const ReadingTrace::Slice& slice = trace.slices[i];
+      if (!(slice.lowest_raw[axis] <= slice.highest_raw[axis])) continue;
+      const double time_s = SecondsOf(trace.start_ns) + (static_cast<double>(i) + 0.5) * slice_s;
+      const double x = kApart * std::round(frame.X(time_s) / kApart);
+      const Svg::Span span{x, frame.Y(slice.lowest_raw[axis]), frame.Y(slice.highest_raw[axis])};
+      if (!spans.empty() && time_s - last_s > gap_s + 2.0 * slice_s &&
+          x - spans.back().x > 2.0 * kApart) {
+        flush();
+      }
+      last_s = time_s;
+      if (!spans.empty() && spans.back().x == x) {
+        spans.back().low = std::max(spans.back().low, span.low);  // Of the page, whose y is down.
+        spans.back().high = std::min(spans.back().high, span.high);
+      } else {
+        spans.push_back(span);
+      }
     }
     flush();
-    begin = from, end = to;
   }
-  flush();
-}
 
-/// Numbers of rests, as many as there is room for; of rejected ones all, in their colour.
-void DrawNumbers(
-    const PoseSet& poses, const std::set<int>& rejected, const Frame& frame, double y, Svg* svg) {
-  constexpr double kApart = 22.0;
-  double last = -kApart;
-  for (const StaticPose& pose : poses.poses) {
-    const double x =
-        frame.X(0.5 * (SecondsOf(pose.start_ns, poses) + SecondsOf(pose.end_ns, poses)));
-    if (rejected.contains(pose.number)) {
-      svg->Cross(x, y + 18.0, 4.0, "rejected");
-      svg->Text(x, y + 36.0, std::to_string(pose.number), "middle small");
-    }
-    if (x - last < kApart) continue;
-    last = x;
-    svg->Text(x, y, std::to_string(pose.number), "middle small");
+  std::string WordsOf(const StaticPose& pose) const {
+    std::string words = "pose " + std::to_string(pose.number) + ": " +
+                        Fixed(SecondsOf(pose.start_ns), 1) + " to " +
+                        Fixed(SecondsOf(pose.end_ns), 1) + " s";
+    if (pose.temperature_degc) words += ", " + Fixed(*pose.temperature_degc, 1) + " °C";
+    const auto found = reasons_.find(pose.number);
+    return found == reasons_.end() ? words : words + found->second;
   }
-}
+
+  /// Many are joined where what is between them is narrower than a line.
+  void DrawRests(const Frame& frame, double top, Svg* svg) const {
+    constexpr double kNarrowest = 0.5;
+    const bool says_each = leads_to_rows_ && poses_.poses.size() <= kMostStretches;
+    double begin = 0.0, end = -1.0;
+    const auto flush = [&] {
+      if (end < begin) return;
+      svg->Rectangle(begin, top, std::max(end - begin, kNarrowest), kPanel, "rest");
+    };
+    for (const StaticPose& pose : poses_.poses) {
+      const double from = frame.X(SecondsOf(pose.start_ns));
+      const double to = frame.X(SecondsOf(pose.end_ns));
+      if (says_each) {
+        svg->Stretch(
+            from, top, std::max(to - from, kNarrowest), kPanel, "rest", pose.number, WordsOf(pose));
+        continue;
+      }
+      if (end >= begin && from - end < kNarrowest) {
+        end = std::max(end, to);
+        continue;
+      }
+      flush();
+      begin = from, end = to;
+    }
+    flush();
+  }
+
+  void DrawLeftOut(const Frame& frame, double top, Svg* svg) const {
+    for (const TimeRange& range : poses_.excluded) {
+      const double from = frame.X(SecondsOf(range.start_ns));
+      const double to = frame.X(SecondsOf(range.end_ns));
+      svg->Rectangle(from, top, std::max(to - from, 0.5), kPanel, "hole");
+    }
+  }
+
+  /// As many as there is room for; of rejected ones all, with a cross.
+  void DrawNumbers(const Frame& frame, Svg* svg) const {
+    constexpr double kApart = 22.0;
+    double last = -kApart, last_rejected = -kApart;
+    for (const StaticPose& pose : poses_.poses) {
+      const double x = frame.X(0.5 * (SecondsOf(pose.start_ns) + SecondsOf(pose.end_ns)));
+      const bool is_rejected = reasons_.contains(pose.number);
+      if (is_rejected) svg->Cross(x, kTop + 6.0, 4.0, "rejected");
+      double* latest = is_rejected ? &last_rejected : &last;
+      if (x - *latest < kApart) continue;
+      *latest = x;
+      svg->Text(x,
+                kTop + (is_rejected ? 22.0 : kPanel - 4.0),
+                std::to_string(pose.number),
+                "middle small");
+    }
+  }
+
+  const PoseSet& poses_;
+  Reasons reasons_;
+  bool leads_to_rows_;
+  Range time_, degc_;
+  std::vector<std::pair<double, double>> temperatures_;
+  std::vector<const StreamSummary*> traced_;
+};
 
 }  // namespace
 
-std::string TimelineChart(const PoseSet& poses, const std::vector<RejectedPose>& rejected) {
-  if (!poses.has_time || poses.poses.empty() || !(poses.duration_s > 0.0)) return "";
-  Range time, degc;
-  time.Add(0.0), time.Add(poses.duration_s);
-  std::vector<std::pair<double, double>> temperatures;
-  for (const StaticPose& pose : poses.poses) {
-    time.Add(SecondsOf(pose.end_ns, poses));
-    if (!pose.temperature_degc) continue;
-    temperatures.emplace_back(SecondsOf(pose.start_ns, poses), *pose.temperature_degc);
-    degc.Add(*pose.temperature_degc);
-  }
-  constexpr double kTop = 28.0, kStrip = 60.0, kBelow = 40.0, kCurve = 90.0;
-  const bool has_curve = temperatures.size() > 1;
-  Svg svg(
-      750.0, kTop + kStrip + kBelow + (has_curve ? kCurve + 40.0 : 0.0), "The recording over time");
-  Frame strip(svg, {kLeft, kTop, kWidth, kStrip}, time, {0.0, 1.0});
-  DrawRests(poses, strip, kTop, kStrip, &svg);
-  for (const TimeRange& range : poses.excluded) {
-    const double from = strip.X(SecondsOf(range.start_ns, poses));
-    const double to = strip.X(SecondsOf(range.end_ns, poses));
-    svg.Rectangle(from, kTop, std::max(to - from, 0.5), kStrip, "hole");
-  }
-  strip.Draw("rests", "s", false);
-  std::set<int> numbers;
-  for (const RejectedPose& pose : rejected) numbers.insert(pose.pose);
-  DrawNumbers(poses, numbers, strip, kTop + 14.0, &svg);
-  if (has_curve) {
-    Frame curve(svg, {kLeft, kTop + kStrip + kBelow + 24.0, kWidth, kCurve - 10.0}, time, degc);
-    curve.Draw("temperature of the rests, °C", "");
-    curve.DrawLine(temperatures, "line");
-  }
-  return svg.Finish();
+Drawing TimelineDrawing(const PoseSet& poses,
+                        const std::vector<RejectedPose>& rejected,
+                        bool leads_to_rows) {
+  // Several recordings have no time in common.
+  const bool has_times = poses.has_time && poses.duration_s > 0.0 && poses.sessions.empty();
+  const bool has_traces = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
+    return !poses.traces[triad].slices.empty();
+  });
+  if (!has_times || (poses.poses.empty() && !has_traces)) return {};
+  return {Timeline(poses, rejected, leads_to_rows).Draw(),
+          "In each stretch of time every axis from its lowest to its highest reading. Shaded: "
+          "rests, with their numbers; crosses: those with readings that the "
+          "calibration rejects; in another colour: left out."};
 }
 
 }  // namespace truetriad

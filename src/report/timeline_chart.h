@@ -4,13 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "report/content.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/quality.h"
 
 namespace truetriad {
 
-/// A recording over time as inline SVG: rests shaded, those with rejected readings marked by their
-/// numbers, what was left out, and the temperature of the rests. The empty string without times.
-std::string TimelineChart(const PoseSet& poses, const std::vector<RejectedPose>& rejected);
+/// A recording over time: readings of each sensor with rests shaded, those with rejected readings
+/// crossed, what was left out, and the temperature of the rests. Nothing without times.
+/// `leads_to_rows`: the page has a row for each pose.
+Drawing TimelineDrawing(const PoseSet& poses,
+                        const std::vector<RejectedPose>& rejected,
+                        bool leads_to_rows);
 
 }  // namespace truetriad

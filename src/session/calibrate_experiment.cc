@@ -124,7 +124,8 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
 
 Result<Calibration> CalibrateExperiment(Experiment stated,
                                         const ProgressCallback& progress,
-                                        std::optional<LoadedPoses> first) {
+                                        std::optional<LoadedPoses> first,
+                                        PoseSet* poses) {
   TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt,
                              CalibrateWithClocks(stated, std::move(first), progress));
   auto& [experiment, loaded, calibration] = attempt;
@@ -142,6 +143,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
       sensor->si_per_count = loaded.si_per_count[triad];
     }
   }
+  if (poses != nullptr) *poses = std::move(loaded.poses);
   return calibration;
 }
 

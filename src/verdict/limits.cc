@@ -359,6 +359,7 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     }
     check.outside = sum < 1e-6 ? sum : 1.0 - inside;
     check.pass = Room(*worst, limit, k) >= 0.0;
+    check.guard_band_k = k;
     checks.push_back(std::move(check));
   }
   return checks;

@@ -29,5 +29,22 @@ TEST(Printable, ShowsWhatATerminalWouldObey) {
   EXPECT_EQ(Printable("a\xFF"), "a\\xFF");
 }
 
+TEST(AsUtf8, ShowsBytesThatAreNone) {
+  EXPECT_EQ(AsUtf8("a\u00B5\x1B"), "a\u00B5\x1B");
+  EXPECT_EQ(AsUtf8("a\xFF\xC3"), "a\\xFF\\xC3");
+}
+
+TEST(AppendUtf8, IsTheInverseOfFirstCharacter) {
+  for (const std::uint32_t code :
+       {0x0U, 0x7FU, 0x80U, 0x7FFU, 0x800U, 0x2028U, 0xFFFFU, 0x10000U, 0x10FFFFU}) {
+    std::string text;
+    AppendUtf8(code, &text);
+    const auto character = FirstCharacter(text);
+    ASSERT_TRUE(character.has_value()) << code;
+    EXPECT_EQ(character->code, code);
+    EXPECT_EQ(character->size, text.size());
+  }
+}
+
 }  // namespace
 }  // namespace truetriad

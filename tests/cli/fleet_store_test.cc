@@ -103,7 +103,8 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   EXPECT_THAT(again.out, StartsWith("1 OF 2 UNITS NOT GOOD"));
   EXPECT_THAT(again.out, HasSubstr("u100: refused by R. Roe (bent)"));
   EXPECT_THAT(again.out,
-              HasSubstr("2 of these recordings were calibrated before, and count once each: u100"));
+              HasSubstr("2 of these recordings were calibrated before, and count once each: "
+                        "u100, u101"));
   const Finished query = Shell(
       kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'refused' AND "
                                   "lot = 'L17'\""));

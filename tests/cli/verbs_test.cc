@@ -190,12 +190,17 @@ TEST_F(TwoCalibrations, OtherVerbsWriteAPageToo) {
   EXPECT_THAT(TemporaryFolder::Read(page), HasSubstr("NOT ENOUGH"));
 }
 
-TEST_F(TwoCalibrations, ReportMakesTheSamePageAgain) {
+TEST_F(TwoCalibrations, ReportMakesTheSamePageAgainButForTheRecording) {
   const std::string page = folder_->Path("again.html");
   const Finished run =
       RunTruetriad({"report", "--calibration=" + CalibrationFile(1), "--output=" + page});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(TemporaryFolder::Read(page), TemporaryFolder::Read(folder_->Path("1/report.html")));
+  std::string first = TemporaryFolder::Read(folder_->Path("1/report.html"));
+  const std::string end = "</section>\n";
+  const std::size_t recording = first.find("<section>\n<h2>The recording over time</h2>");
+  ASSERT_NE(recording, std::string::npos);
+  first.erase(recording, first.find(end, recording) + end.size() - recording);
+  EXPECT_EQ(TemporaryFolder::Read(page), first);
 }
 
 TEST_F(TwoCalibrations, ReportMakesOnePageForEachOfSeveral) {

@@ -38,6 +38,22 @@ TEST(Export, NamesTheFormatsWhenThereIsNoSuchOne) {
               AllOf(HasSubstr("did you mean `px4`?"), HasSubstr("c-header")));
 }
 
+TEST(Export, HasNoSecondLineEndFromASerialNumber) {
+  Calibration unit = RandomUnitCalibration({.counts = true}, 1);
+  unit.serial = "a\u2028b: [\u2029c\u0085d\u202Ee\xFF";
+  for (const FormatInfo& format : Formats()) {
+    const Result<Export> result = ExportCalibration(unit, format.name, {.file_name = "unit.m"});
+    ASSERT_TRUE(result) << format.name << ": " << result.error().message;
+    for (const ExportedFile& file : result->files) {
+      // In JSON they are characters as others.
+      if (format.name == "json" || format.name == "record") continue;
+      for (const char* wrong : {"\u2028", "\u2029", "\u0085", "\u202E", "\xFF"}) {
+        EXPECT_EQ(file.text.find(wrong), std::string::npos) << format.name;
+      }
+    }
+  }
+}
+
 TEST(Export, SaysInEveryFileWhatItIs) {
   setenv("SOURCE_DATE_EPOCH", "1769860800", 1);
   for (const FormatInfo& format : Formats()) {

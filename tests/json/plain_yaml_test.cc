@@ -59,6 +59,7 @@ TEST(PlainYaml, IsReadAsAGeneralReaderDoes) {
            "list:\n- a: 1\n  b: 2\n- a: 3\n",
            "a: \"1\"  # quoted\nb: \"a: b # c, [d]\"  # default\n# a line\nc: \"q \\\" \\\\ \\x0a "
            "e\"\n",
+           "a: \"\\u2028\\x85\\ufeff µ\"\n",
            "a: 2026-01-31T12:00:00Z\nb: .nan\nc: .inf\nd: accel-x\ne: +x\n",
            "- 1\n- - 2\n  - 3\n",
            "a: { first: 1, last: 246, id: \"1: z up, x 33 deg\" }\n",

@@ -102,7 +102,7 @@ TEST(Effects, SayWhatCannotBeToldApart) {
       report.notes,
       testing::UnorderedElementsAre(
           "slot and fixture cannot be told apart: all units of a slot have the same fixture, and "
-          "the other way round",
+          "all of a fixture the same slot",
           "each slot goes with one station: the effect of station includes that of slot, and is "
           "held against it",
           "each fixture goes with one station: the effect of station includes that of fixture, and "

@@ -46,6 +46,31 @@ TEST(SpherePoints, OfCountsAreTakenByTheirMeanGain) {
   EXPECT_NEAR(mean, 1.0, 0.03);
 }
 
+TEST(WeakAxis, IsWhereTheBiasIsKnownWorst) {
+  Calibration calibration = SampleCalibration();
+  EXPECT_FALSE(WeakAxisOf({}, Triad::kAccelerometer).has_value());
+  NamedCovariance& covariance = calibration.covariance;
+  const auto set = [&](const std::string& name, double sigma) {
+    const auto found = std::find(covariance.parameters.begin(), covariance.parameters.end(), name);
+    ASSERT_NE(found, covariance.parameters.end()) << name;
+    const Eigen::Index at = found - covariance.parameters.begin();
+    covariance.matrix.row(at).setZero();
+    covariance.matrix.col(at).setZero();
+    covariance.matrix(at, at) = sigma * sigma;
+  };
+  for (const char* axis : {"x", "y", "z"}) set(std::string("accelerometer.bias.") + axis, 0.01);
+  EXPECT_FALSE(WeakAxisOf(calibration, Triad::kAccelerometer).has_value());
+  set("accelerometer.bias.y", 0.05);
+  const auto weak = WeakAxisOf(calibration, Triad::kAccelerometer);
+  ASSERT_TRUE(weak.has_value());
+  EXPECT_NEAR(weak->direction.y(), 1.0, 0.05);
+  // The log is in m/s^2, with gains near 1.
+  EXPECT_NEAR(weak->sigma, 0.05, 0.005);
+  EXPECT_NEAR(weak->across, 0.01, 0.001);
+  EXPECT_THAT(SphereChart(calibration, Triad::kAccelerometer), HasSubstr("class=\"weak\""));
+  EXPECT_THAT(SphereCaption(calibration, Triad::kAccelerometer), HasSubstr("Arrow: along (0.0"));
+}
+
 TEST(SpherePoints, AreEnlargedSoThatTheGreatestErrorIsSeen) {
   SpherePoint point;
   point.corrected = point.truth;

@@ -27,7 +27,7 @@ TEST(TextOf, WrapsALongLastColumnUnderItself) {
 TEST(TextOf, IsEmptyWithoutRows) { EXPECT_EQ(TextOf({{"pose"}, "r", {}}), ""); }
 
 TEST(Wrapped, KeepsControlCharactersFromTheTerminal) {
-  EXPECT_EQ(Wrapped("a\x1b[2Jb\nc", 0), "a?[2Jb c\n");
+  EXPECT_EQ(Wrapped("a\x1b[2Jb\nc", 0), "a\\u001B[2Jb c\n");
 }
 
 TEST(Wrapped, KeepsWithinTheWidthAndIndentsUnderTheLead) {

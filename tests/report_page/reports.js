@@ -14,7 +14,7 @@ const kKinds = [
   { name: 'joint', experiment: 'joint' },
   { name: 'nine-axis', experiment: 'nine-axis', mostPages: 4, spheres: 2 },
   { name: 'tumble', experiment: 'tumble', scenario: 'tumble-by-hand' },
-  { name: 'soak', experiment: 'thermal-soak', scenario: 'thermal-soak', mostPages: 6 },
+  { name: 'soak', experiment: 'thermal-soak', scenario: 'thermal-soak', hasPoses: true, mostPages: 6 },
   { name: 'sweep', experiment: 'thermal-sweep', scenario: 'thermal-sweep', mostBytes: 400e3 },
   { name: 'refused', experiment: 'accelerometer-only', scenario: 'at-rest', isRefused: true },
 ];
@@ -29,6 +29,7 @@ const makeReports = (folder, names = []) =>
       const recording = `${output}-recording`;
       run(['simulate', `--config=${configs}/scenarios/${kind.scenario}.yaml`, `--output=${recording}`]);
       words.push(`--input=${recording}/recording.yaml`);
+      if (kind.hasPoses) words.push(`--set=poses.file=${recording}/poses.yaml`);
     }
     run(words, kind.isRefused ? [3] : [0]);
     if (kind.spheres) run(['report', `--calibration=${output}/calibration.yaml`, `--output=${output}/turning.html`]);

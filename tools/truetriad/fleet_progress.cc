@@ -81,10 +81,10 @@ std::string KnownText(const fleet::FleetProgress& progress) {
   const std::size_t count = progress.known_recordings;
   if (count == 0) return "";
   std::string names;
-  for (const std::string& serial : progress.known_first) {
+  for (const std::string& serial : progress.known_units) {
     names += (names.empty() ? "" : ", ") + PrintableLine(serial);
   }
-  if (count > progress.known_first.size()) names += ", …";
+  if (count > progress.known_units.size()) names += ", …";
   return "  " + std::to_string(count) + " of these recordings " + (count == 1 ? "was" : "were") +
          " calibrated before, and " + (count == 1 ? "counts once: " : "count once each: ") + names +
          '\n';
@@ -106,9 +106,9 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
       std::to_string(progress.red) + " OF " + std::to_string(progress.done) + " NOT GOOD\n";
   if (progress.red == 0) text = progress.done == 0 ? "NOTHING TO DO\n" : "ALL GOOD\n";
   if (progress.red == 0 && !progress.IsGood()) {
-    text = std::to_string(progress.yield.units - progress.yield.final_good) + " OF " +
-           std::to_string(progress.yield.units) +
-           " UNITS NOT GOOD, although all of these runs are\n";
+    const std::size_t units = progress.yield.units;
+    text = std::to_string(units - progress.yield.final_good) + " OF " + std::to_string(units) +
+           (units == 1 ? " UNIT" : " UNITS") + " NOT GOOD, although all of these runs are\n";
   }
   text += "  " + RunsText(progress) +
           Format(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
@@ -143,6 +143,8 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
                 {{"units", progress.yield.units},
                  {"first_pass", progress.yield.first_good},
                  {"final", progress.yield.final_good}}},
+               {"overruled", progress.overruled},
+               {"known_recordings", progress.known_recordings},
                {"seconds", progress.seconds},
                {"cpu_s", progress.cpu_s},
                {"store", fleet::ShownStore(StatedStore())}};

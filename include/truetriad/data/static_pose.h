@@ -84,6 +84,16 @@ struct ReadingTrack {
   std::vector<std::int64_t> row;  ///< Of its file, 0-based; kept for the gyroscope only.
 };
 
+/// The lowest and the highest reading of each axis in equal slices of time, one after another: all
+/// that a drawing of a long recording shows, so that not one reading is hidden by drawing fewer.
+struct ReadingTrace {
+  struct Slice {
+    Eigen::Vector3f lowest_raw, highest_raw;  ///< Lowest above highest: no reading in it.
+  };
+  std::int64_t start_ns = 0, slice_ns = 0;
+  std::vector<Slice> slices;  ///< Empty without time.
+};
+
 /// What windows of a sweep were cut from.
 struct SweepTrack {
   TemperatureTrack temperature;
@@ -167,9 +177,10 @@ struct PoseSet {
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;  ///< Where PoseSelection::moves asked for them.
   PerTriad<ReadingTrack> tracks;    ///< Where PoseSelectionKind::kMotion asked for them.
-  SweepTrack sweep;                 ///< Where PoseSelectionKind::kSweep asked for windows.
-  std::vector<KnownTurn> turns;     ///< In the order they were stated.
-  std::vector<KnownRate> rates;     ///< Likewise.
+  PerTriad<ReadingTrace> traces;
+  SweepTrack sweep;              ///< Where PoseSelectionKind::kSweep asked for windows.
+  std::vector<KnownTurn> turns;  ///< In the order they were stated.
+  std::vector<KnownRate> rates;  ///< Likewise.
   std::vector<StreamSummary> streams;
   bool has_time = true;
   std::int64_t start_ns = 0;  ///< Time of the first reading of all.

@@ -121,6 +121,7 @@ struct LimitCheck {
   /// were independent), each at its worst temperature.
   double outside = 0.0;
   bool pass = false;
+  double guard_band_k = 0.0;  ///< The value with so many σ about it must be inside.
   std::vector<LimitComponent> components = {};  ///< All of them; not in files.
 
   std::string FullName() const { return component.empty() ? name : name + "." + component; }

@@ -38,9 +38,23 @@ struct ReportLooks {
   EmbeddedScript plots = {};
 };
 
+/// A drawing and what it shows; on pages alone. Nothing where it is empty.
+struct Drawing {
+  std::string svg;
+  std::string caption;
+};
+
+/// What a page shows beyond what a calibration file holds; each may be missing.
+struct ReportSources {
+  const PoseSet* poses = nullptr;  ///< From what it was calibrated: the recording over time.
+  std::vector<Drawing> noise;      ///< From where the noise at rest was taken.
+};
+
 /// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):
 /// the same order. Same input, same bytes.
-std::string CalibrationHtml(const Calibration& calibration, const ReportLooks& looks = {});
+std::string CalibrationHtml(const Calibration& calibration,
+                            const ReportLooks& looks = {},
+                            const ReportSources& sources = {});
 /// report.css and report.js, for files that many pages share.
 std::string ReportStyleSheet();
 std::string ReportScript();

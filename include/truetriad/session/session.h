@@ -45,11 +45,13 @@ Result<PosesConfig> ParsePoses(const std::string& text);
 
 /// Calibrates what `experiment` asks for from experiment.inputs; everything of calibration.yaml is
 /// filled. Too little data is an outcome. `first` is what was read of the first of them before:
-/// unless the experiment asks for other things of it, it is not read again. Error (bad input,
-/// usage): files that contradict the experiment or each other.
+/// unless the experiment asks for other things of it, it is not read again. `poses`, unless null,
+/// are set to those that were calibrated from. Error (bad input, usage): files that contradict the
+/// experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {},
-                                        std::optional<LoadedPoses> first = std::nullopt);
+                                        std::optional<LoadedPoses> first = std::nullopt,
+                                        PoseSet* poses = nullptr);
 
 /// What there is to know of recordings of one unit from the first of them.
 struct FirstLook {

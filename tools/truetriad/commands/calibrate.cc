@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "allan/allan_file.h"
+#include "allan/allan_report.h"
 #include "io/input_guard.h"
 #include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
@@ -60,9 +62,24 @@ bool HasText(const std::string& path, const std::string& text) {
   return file && (content << file.rdbuf()) && content.str() == text;
 }
 
+/// Of each sensor whose noise is taken from an Allan deviation.
+std::vector<Drawing> AllanDrawings(const Task& task) {
+  std::vector<Drawing> drawings;
+  for (const Triad triad : kTriads) {
+    const std::string& file = task.experiment.allan_files[triad];
+    if (file.empty() || !task.experiment.options.triads[triad].enabled) continue;
+    Result<AllanResult> allan = ReadAllanFile(file);
+    if (!allan) continue;  // It was read before, or the calibration has not come as far.
+    std::erase_if(allan->triads, [&](const AllanTriad& other) { return other.triad != triad; });
+    drawings.push_back(AllanDrawing(*allan));
+  }
+  return drawings;
+}
+
 /// Which files they are, for people.
 Result<std::string> WriteResult(const Task& task,
                                 const Calibration& calibration,
+                                const PoseSet& poses,
                                 const std::string& yaml,
                                 const Json& json) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(task.folder));
@@ -92,8 +109,10 @@ Result<std::string> WriteResult(const Task& task,
   std::string report;
   if (task.has_report) {
     const std::string page = (directory / "report.html").string();
-    TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(page, CalibrationHtml(calibration, StatedLooks())));
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(
+        page,
+        CalibrationHtml(
+            calibration, StatedLooks(), {.poses = &poses, .noise = AllanDrawings(task)})));
     report = "Report:      " + page + '\n';
   } else {
     TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
@@ -174,16 +193,17 @@ Result<VerbResult> RunTask(Task task, bool* is_of_another) {
     return status;
   };
   TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
+  PoseSet poses;
   const Result<Calibration> calibration = [&] {
     ProgressLine progress("reading " + task.experiment.inputs.front());
-    return CalibrateExperiment(task.experiment, progress.callback(), std::move(task.first));
+    return CalibrateExperiment(task.experiment, progress.callback(), std::move(task.first), &poses);
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
   const std::string yaml = CalibrationToYaml(*calibration);
   Json json = JsonOfPlainYaml(yaml);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string written,
-                             WriteResult(task, *calibration, yaml, json));
+                             WriteResult(task, *calibration, poses, yaml, json));
   VerbResult result{.text = CalibrationText(*calibration) + written, .result = std::move(json)};
   result.findings = calibration->findings;
   result.outcome = calibration->outcome;

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/trace_recorder.h"
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace truetriad {
+namespace {
+
+using Slice = ReadingTrace::Slice;
+
+Slice Empty() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return {Eigen::Vector3f::Constant(kInfinity), Eigen::Vector3f::Constant(-kInfinity)};
+}
+
+}  // namespace
+
+void TraceRecorder::Halve() {
+  std::vector<Slice>& slices = trace_.slices;
+  const std::size_t half = (slices.size() + 1) / 2;
+  for (std::size_t i = 0; i < half; ++i) {
+    Slice both = slices[2 * i];
+    if (2 * i + 1 < slices.size()) {
+      const Slice& next = slices[2 * i + 1];
+      both.lowest_raw = both.lowest_raw.cwiseMin(next.lowest_raw).eval();
+      both.highest_raw = both.highest_raw.cwiseMax(next.highest_raw).eval();
+    }
+    slices[i] = both;
+  }
+  slices.resize(half);
+  trace_.slice_ns = std::int64_t{1} << ++log2_slice_ns_;
+}
+
+void TraceRecorder::Add(const SampleBlock& block) {
+  if (block.x.empty()) return;
+  if (trace_.slice_ns == 0) {
+    trace_.start_ns = block.time_ns[0];
+    trace_.slice_ns = std::int64_t{1} << log2_slice_ns_;
+  }
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    // No time is before the first, and times may be further apart than their type can hold.
+    const auto since =
+        static_cast<std::uint64_t>(block.time_ns[i]) - static_cast<std::uint64_t>(trace_.start_ns);
+    std::uint64_t at = since >> log2_slice_ns_;
+    for (; at >= kMostSlices; at /= 2) Halve();
+    if (at >= trace_.slices.size()) trace_.slices.resize(at + 1, Empty());
+    Slice& slice = trace_.slices[at];
+    const Eigen::Vector3f reading =
+        Eigen::Vector3d(block.x[i], block.y[i], block.z[i]).cast<float>();
+    slice.lowest_raw = slice.lowest_raw.cwiseMin(reading);
+    slice.highest_raw = slice.highest_raw.cwiseMax(reading);
+  }
+}
+
+}  // namespace truetriad
