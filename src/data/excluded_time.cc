@@ -19,6 +19,10 @@ void ExcludedTime::Apply(std::vector<SampleBlock>* blocks) {
   std::vector<SampleBlock> pieces;
   for (const SampleBlock& block : *blocks) {
     const std::size_t size = block.time_ns.size();
+    if (size > 0) {
+      first_ns_ = std::min(first_ns_, block.time_ns.front());
+      last_ns_ = std::max(last_ns_, block.time_ns.back());
+    }
     std::size_t begin = 0;
     for (std::size_t i = 0; i < size; ++i) {
       const std::int64_t time_ns = block.time_ns[i];
@@ -36,11 +40,21 @@ void ExcludedTime::Apply(std::vector<SampleBlock>* blocks) {
   *blocks = std::move(pieces);
 }
 
+std::vector<TimeRange> ExcludedTime::Left() const {
+  std::vector<TimeRange> left;
+  for (const ExcludedRange& range : ranges_) {
+    left.push_back(
+        {std::max(range.times.start_ns, first_ns_), std::min(range.times.end_ns, last_ns_)});
+  }
+  return left;
+}
+
 Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
   if (ranges_.empty()) return {};
   double readings = 0.0, seconds = 0.0;
+  const std::vector<TimeRange> left = Left();
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
-    const TimeRange& times = ranges_[i].times;
+    const TimeRange& times = left[i];
     readings += static_cast<double>(readings_[i]);
     seconds += 1e-9 * static_cast<double>(times.end_ns - times.start_ns);
     if (readings_[i] > 0) continue;

@@ -295,6 +295,10 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
       if (info.has_time) repeated.Apply(&blocks);
+      // What is left out as impossible is drawn all the same.
+      for (const SampleBlock& block : blocks) {
+        if (info.has_time) recorders[block.triad].Add(block);
+      }
       for (const StreamInfo& stream : info.streams) {
         monitor_of[stream.triad]->Excuse(repeated.StretchesOf(stream.triad));
       }
@@ -305,7 +309,6 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
-      if (info.has_time) recorders[block.triad].Add(block);
     }
     TRUETRIAD_RETURN_IF_ERROR(collector->Add(blocks));
     if (progress) progress(source.progress());
@@ -322,9 +325,10 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.how = HowOf(selection);
   for (const StreamInfo& stream : info.streams) {
     set.traces[stream.triad] = recorders[stream.triad].trace();
+    set.traces[stream.triad].start_ns -= std::llround(1e9 * selection.time_offset_s[stream.triad]);
   }
   set.findings = impossible.Left();
-  for (const ExcludedRange& range : selection.excluded) set.excluded.push_back(range.times);
+  set.excluded = excluded.Left();
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, even, monitor_of, *leading, &set));
   StateJoints(source, repeated.Stretches(), &set);

@@ -18,6 +18,21 @@ namespace {
 
 constexpr Eigen::Index kMaxCorrelated = 60;
 
+/// From where to where a limit is drawn: what is allowed; about or beyond a limit that is alone, so
+/// far that the value is seen.
+Range ShownOf(const LimitCheck& check, bool is_from_zero) {
+  const double lower = is_from_zero ? 0.0 : check.limit.lower, upper = check.limit.upper;
+  if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {lower, upper};
+  const double alone = std::isfinite(upper) ? upper : lower;
+  const double room = std::isfinite(upper) ? upper - check.worst : check.worst - lower;
+  // What is beyond it ends where kBeyond of the reach does.
+  double reach =
+      std::max({std::abs(alone), 4.0 * check.sigma, room > 0.0 ? 1.25 * room : -6.0 * room});
+  if (!(reach > 0.0) || !std::isfinite(reach)) reach = 1.0;
+  return {std::isfinite(upper) ? alone - reach : alone,
+          std::isfinite(lower) ? alone + reach : alone};
+}
+
 }  // namespace
 
 std::string LimitChart(const std::vector<LimitCheck>& limits) {
@@ -32,39 +47,37 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
   svg.Text(kFirst + kAllowed, 14.0, "upper", "middle");
   double y = 22.0;
   for (const LimitCheck& check : limits) {
-    // A side that is open is as far from zero, or from the other limit, as that is from zero.
     const Limit& limit = check.limit;
-    const double upper = std::isfinite(limit.upper)
-                             ? limit.upper
-                             : limit.lower + std::max(std::abs(limit.lower), 1.0);
     // What is never negative begins at zero.
     const Result<LimitName> name = ParseLimitName(check.name);
     const bool is_from_zero = name && name->IsNeverNegative() && limit.lower <= 0.0;
-    const double lower = is_from_zero                 ? 0.0
-                         : std::isfinite(limit.lower) ? limit.lower
-                                                      : std::min(0.0, -upper);
+    const Range shown = ShownOf(check, is_from_zero);
+    const auto share = [&](double value) { return (value - shown.low) / shown.span(); };
     const auto x = [&](double value) {
-      const double share = (value - lower) / (upper - lower);
-      return kFirst + kAllowed * std::clamp(share, -kBeyond, 1.0 + kBeyond);
+      return kFirst + kAllowed * std::clamp(share(value), -kBeyond, 1.0 + kBeyond);
     };
     const double centre = y + kRow / 2.0;
     svg.Text(kLeft - 10.0, centre + 4.0, check.FullName(), "end");
-    if (upper > lower && std::isfinite(check.worst)) {
-      const std::string_view style = check.pass ? "pass" : "fail";
+    if (std::isfinite(check.worst)) {
       const double begin = is_from_zero ? kFirst : kLeft;
-      svg.Rectangle(
-          begin, y + 4.0, kFirst + kAllowed * (1.0 + kBeyond) - begin, kRow - 8.0, "track");
-      // A value must be out of these, or its σ with k would reach beyond.
+      const double end = kFirst + kAllowed * (1.0 + kBeyond);
+      svg.Rectangle(begin, y + 4.0, end - begin, kRow - 8.0, "track");
+      // A value in these is nearer to a limit than k of its σ.
       const double guard = check.guard_band_k * check.sigma;
+      const auto draw_guard = [&](double low, double high) {
+        if (low < high) svg.Rectangle(x(low), y + 4.0, x(high) - x(low), kRow - 8.0, "guard");
+      };
       if (guard > 0.0 && std::isfinite(limit.upper)) {
-        const double from = x(limit.upper - guard);
-        svg.Rectangle(from, y + 4.0, x(limit.upper) - from, kRow - 8.0, "guard");
+        draw_guard(std::max({limit.upper - guard, limit.lower, is_from_zero ? 0.0 : limit.lower}),
+                   limit.upper);
       }
       if (guard > 0.0 && std::isfinite(limit.lower) && !is_from_zero) {
-        svg.Rectangle(
-            x(limit.lower), y + 4.0, x(limit.lower + guard) - x(limit.lower), kRow - 8.0, "guard");
+        draw_guard(limit.lower, std::min(limit.lower + guard, limit.upper));
       }
-      svg.Rectangle(x(check.worst) - 2.0, y + 4.0, 4.0, kRow - 8.0, style);
+      svg.Rectangle(x(check.worst) - 2.0, y + 4.0, 4.0, kRow - 8.0, check.pass ? "pass" : "fail");
+      // Further out than is drawn.
+      if (share(check.worst) > 1.0 + kBeyond) svg.Text(end + 4.0, centre + 4.0, "»", "start");
+      if (share(check.worst) < -kBeyond) svg.Text(begin + 6.0, centre + 4.0, "«", "start");
       if (check.sigma > 0.0) {
         svg.Line(x(check.worst - 2.0 * check.sigma),
                  centre,
@@ -77,10 +90,10 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
     if (is_from_zero) {
       svg.Text(kFirst - 4.0, centre + 4.0, "0", "end");
     } else if (std::isfinite(limit.lower)) {
-      svg.Line(kFirst, y, kFirst, y + kRow, "limit");
+      svg.Line(x(limit.lower), y, x(limit.lower), y + kRow, "limit");
     }
     if (std::isfinite(limit.upper)) {
-      svg.Line(kFirst + kAllowed, y, kFirst + kAllowed, y + kRow, "limit");
+      svg.Line(x(limit.upper), y, x(limit.upper), y + kRow, "limit");
     }
     y += kRow;
   }

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "base/utf8.h"
 #include "report/page_assets.h"
 #include "report/svg.h"
 
@@ -65,7 +66,7 @@ std::string_view CssClass(Grade grade) {
 std::string PageFoot(std::string_view title) {
   // In a style, whatever is no letter or digit is written by its number.
   std::string text;
-  for (const char c : title) {
+  for (const char c : Printable(title)) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte >= 0x80 || std::isalnum(byte) != 0 || c == ' ') {
       text += c;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/svg.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -11,8 +12,13 @@ namespace truetriad {
 namespace {
 
 void AppendMarkup(std::string_view text, std::string* to) {
-  // The name of a file can be anything.
-  if (!IsUtf8(text)) return AppendMarkup(AsUtf8(text), to);
+  // A name can be anything: what is no UTF-8, or would turn the text behind it, is shown as such.
+  const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80; };
+  std::string printable;
+  if (!std::all_of(text.begin(), text.end(), is_ascii)) {
+    printable = Printable(text);
+    text = printable;
+  }
   for (std::size_t begin = 0; begin < text.size();) {
     std::size_t end = begin;
     std::string_view entity;

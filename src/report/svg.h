@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-/// `text` with &, <, >, " and ' as entities and control characters left out, bytes that are no
-/// UTF-8 as \xFF, for HTML and SVG.
+/// `text` for HTML and SVG: &, <, >, " and ' as entities, control characters left out; what is no
+/// UTF-8, or turns the direction of text, as in Printable.
 std::string EscapeMarkup(std::string_view text);
 
 /// A drawing for inlining into HTML; the looks come from the page's style sheet by class name.

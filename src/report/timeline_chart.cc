@@ -37,7 +37,11 @@ class Timeline {
  public:
   Timeline(const PoseSet& poses, const std::vector<RejectedPose>& rejected, bool leads_to_rows)
       : poses_(poses), reasons_(ReasonsOf(rejected)), leads_to_rows_(leads_to_rows) {
-    time_.Add(0.0), time_.Add(poses.duration_s);
+    // Zero is the recording's first reading, left out or not: `exclude:` counts from it.
+    start_ns_ = poses.start_ns;
+    for (const TimeRange& range : poses.excluded) start_ns_ = std::min(start_ns_, range.start_ns);
+    for (const TimeRange& range : poses.excluded) time_.Add(SecondsOf(range.end_ns));
+    time_.Add(0.0), time_.Add(SecondsOf(poses.start_ns) + poses.duration_s);
     for (const StaticPose& pose : poses.poses) {
       time_.Add(SecondsOf(pose.end_ns));
       if (!pose.temperature_degc) continue;
@@ -61,40 +65,78 @@ class Timeline {
       DrawRests(frame, top, &svg);
       DrawLeftOut(frame, top, &svg);
       frame.Draw(title, --left == 0 ? "s" : "", has_values);
-      if (top == kTop) DrawNumbers(frame, &svg);
       top += kPanel + kTitle;
       return frame;
     };
     if (traced_.empty()) next("rests", {0.0, 1.0}, false);
     for (const StreamSummary* stream : traced_) {
       const double title_y = top - 8.0;
+      const Range range = RangeOf(*stream);
       const Frame frame =
           next(std::string(TriadName(stream->triad)) + ", " + DisplayUnit(stream->unit.name),
-               RangeOf(*stream),
+               range,
                true);
       for (int axis = 0; axis < 3; ++axis) {
         const std::string letter{AxisLetter(axis)};
         svg.Text(kLeft + kWidth - 30.0 + 15.0 * axis, title_y, letter, "end " + letter);
         DrawTrace(*stream, axis, frame, &svg);
       }
+      DrawFar(*stream, range, frame, &svg);
     }
-    if (has_curve)
-      next("temperature of the rests, °C", degc_, true).DrawLine(temperatures_, "line");
+    if (has_curve) {
+      next("temperature of the rests, °C", degc_, true).DrawDots(temperatures_, "dots raw");
+    }
+    // On top of the readings.
+    DrawNumbers(Frame(svg, {kLeft, kTop, kWidth, kPanel}, time_, {0.0, 1.0}), &svg);
     return svg.Finish();
   }
 
  private:
   double SecondsOf(std::int64_t time_ns) const {
-    return static_cast<double>(time_ns - poses_.start_ns) * 1e-9;
+    return static_cast<double>(time_ns - start_ns_) * 1e-9;
   }
 
+  /// That of all readings, unless a few slices alone are far beyond all others: those sit on the
+  /// edge, with their values.
   Range RangeOf(const StreamSummary& stream) const {
-    Range range;
+    constexpr double kFar = 30.0;  // Times the range of nearly all others.
+    constexpr std::size_t kFew = 3;
+    std::vector<double> extremes;
     for (const ReadingTrace::Slice& slice : poses_.traces[stream.triad].slices) {
-      const double low = slice.lowest_raw.minCoeff(), high = slice.highest_raw.maxCoeff();
-      if (low <= high) range.Add(low), range.Add(high);
+      if (!(slice.lowest_raw[0] <= slice.highest_raw[0])) continue;
+      extremes.push_back(slice.lowest_raw.minCoeff());
+      extremes.push_back(slice.highest_raw.maxCoeff());
     }
-    return range;
+    if (extremes.empty()) return {0.0, 1.0};
+    std::sort(extremes.begin(), extremes.end());
+    const Range all{extremes.front(), extremes.back()};
+    if (extremes.size() < 20 * kFew) return all;
+    const Range most{extremes[kFew], extremes[extremes.size() - 1 - kFew]};
+    const double far = kFar * (most.high - most.low);
+    return far > 0.0 && std::max(all.high - most.high, most.low - all.low) > far ? most : all;
+  }
+
+  /// Values of readings that are drawn on the edge since they are beyond the range.
+  void DrawFar(const StreamSummary& stream,
+               const Range& range,
+               const Frame& frame,
+               Svg* svg) const {
+    const Range drawn = range.Padded();
+    const ReadingTrace& trace = poses_.traces[stream.triad];
+    for (std::size_t i = 0; i < trace.slices.size(); ++i) {
+      const ReadingTrace::Slice& slice = trace.slices[i];
+      if (!(slice.lowest_raw[0] <= slice.highest_raw[0])) continue;
+      const double time_s =
+          SecondsOf(trace.start_ns + static_cast<std::int64_t>(i) * trace.slice_ns);
+      const auto say = [&](double value) {
+        svg->Text(frame.X(time_s) + 4.0,
+                  frame.Y(value) + (value > drawn.high ? 10.0 : -3.0),
+                  Significant(value, 3),
+                  "start small far");
+      };
+      if (slice.highest_raw.maxCoeff() > drawn.high) say(slice.highest_raw.maxCoeff());
+      if (slice.lowest_raw.minCoeff() < drawn.low) say(slice.lowest_raw.minCoeff());
+    }
   }
 
   /// Each slice as high as its readings; slices that are drawn at one place together.
@@ -189,11 +231,12 @@ class Timeline {
       svg->Text(x,
                 kTop + (is_rejected ? 22.0 : kPanel - 4.0),
                 std::to_string(pose.number),
-                "middle small");
+                "middle small halo");
     }
   }
 
   const PoseSet& poses_;
+  std::int64_t start_ns_ = 0;
   Reasons reasons_;
   bool leads_to_rows_;
   Range time_, degc_;

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "report/charts.h"
 #include "report/sample_calibration.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
@@ -16,6 +17,7 @@
 namespace truetriad {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -44,6 +46,30 @@ const std::vector<std::string> kReadingOrder = {"USABLE, within limits",
                                                 "Held-out error",
                                                 "A small residual alone proves nothing",
                                                 "Pose coverage"};
+
+// The marks of a chart of limits: where each value stands.
+TEST(LimitChart, ShowsEveryValueWhateverSideIsOpen) {
+  const auto chart = [](double lower, double upper, double worst, double sigma, double k) {
+    LimitCheck check{"gyroscope.bias", "x", {lower, upper, std::nullopt, false}, worst, sigma};
+    check.guard_band_k = k;
+    return LimitChart({check});
+  };
+  constexpr double kOpen = std::numeric_limits<double>::infinity();
+  // Failed ones with one side, with zero, and with none of width: track, mark and whisker.
+  for (const std::string& svg : {chart(-kOpen, -0.1, 0.306, 0.01, 0.0),
+                                 chart(-kOpen, 0.0, 0.02, 0.01, 0.0),
+                                 chart(0.0, 0.0, 0.01, 0.001, 0.0),
+                                 chart(0.001, kOpen, -0.006, 0.001, 0.0)}) {
+    EXPECT_THAT(svg, AllOf(HasSubstr("class=\"track\""), HasSubstr("class=\"fail\"")));
+    EXPECT_THAT(svg, AllOf(HasSubstr("class=\"whisker\""), HasSubstr("class=\"limit\"")));
+  }
+  // Twelve times as far inside as the limit is from zero, so near the middle of what is drawn.
+  EXPECT_THAT(chart(-0.001, kOpen, 0.011, 2e-5, 0.0), HasSubstr("x=\"558.0\""));
+  // As wide as what is allowed at most.
+  const std::string guarded = chart(-0.0001, 0.0001, 0.0131, 0.0021, 2.0);
+  EXPECT_THAT(guarded, HasSubstr("class=\"guard\" x=\"304.0\" y=\"26.0\" width=\"320.0\""));
+  EXPECT_THAT(guarded, HasSubstr("»"));
+}
 
 TEST(CalibrationText, StartsWithTheVerdictAndKeepsTheOrder) {
   const std::string text = CalibrationText(SampleCalibration());

@@ -65,6 +65,22 @@ TEST(Timeline, ShowsEveryRestAndTheOneReadingThatIsFarOff) {
   EXPECT_LT(path.size(), 120U);
 }
 
+TEST(Timeline, ScalesByAllButAReadingThatIsAbsurdAndSaysItsValue) {
+  PoseSet set = Recording();
+  set.traces[Triad::kAccelerometer].slices[500].highest_raw[0] = 1e9F;
+  const std::string svg = TimelineDrawing(set, {}, false).svg;
+  EXPECT_THAT(svg, HasSubstr(">1e+09</text>"));
+  EXPECT_THAT(svg, HasSubstr(">80.0</text>"));  // Beyond all but the absurd one.
+  EXPECT_EQ(CountOf(svg, "small far"), 2U);
+  EXPECT_EQ(CountOf(TimelineDrawing(Recording(), {}, false).svg, "small far"), 0U);
+}
+
+TEST(Timeline, BeginsWithTheRecordingWhatOfItIsLeftOut) {
+  PoseSet set = Recording();
+  set.excluded.push_back({-22'000'000'000, -1});
+  EXPECT_THAT(TimelineDrawing(set, {}, true).svg, HasSubstr("pose 1: 22.0 to 26.0 s"));
+}
+
 TEST(Timeline, HasNothingThatLeadsToRowsWhereThereAreNone) {
   EXPECT_THAT(TimelineDrawing(Recording(), {}, false).svg, Not(HasSubstr("data-pose")));
 }
