@@ -667,6 +667,18 @@ TEST_F(Convert, SaysHowToDecodeABlackboxLog) {
   const Finished run = Run("bbl", "LOG00037.BFL");
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, HasSubstr("blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2"));
+  const std::string log = folder_.Write(
+      "LOG00001.BBL", "H Product:Blackbox flight data recorder by Nicholas Sherlock\n");
+  for (const Finished& given :
+       {Run("blackbox", log), RunTruetriad({"inspect", "--input=" + log})}) {
+    EXPECT_EQ(given.exit_code, 2);
+    EXPECT_THAT(given.err,
+                HasSubstr("is a Betaflight blackbox log, not CSV; decode it with Betaflight's own "
+                          "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL, "
+                          "then truetriad convert --from=blackbox --input=LOG.01.csv"));
+    EXPECT_THAT(given.err, Not(HasSubstr("--from=bbl")));
+  }
+  ExpectNothingWritten();
 }
 
 TEST_F(Convert, SaysWhatAConverterThatIsNotThereNeeds) {

@@ -181,9 +181,9 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
   if (FLAGS_from == "bbl" || FLAGS_from == "bfl") {
     return Error(ErrorCode::kConflictingArguments,
                  "--from=" + FLAGS_from +
-                     ": is a raw blackbox log; decode it with Betaflight's own tool first: "
-                     "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; "
-                     "then convert --from=blackbox --input=LOG.01.csv");
+                     ": is a Betaflight blackbox log; decode it with Betaflight's own "
+                     "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL, "
+                     "then truetriad convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
