@@ -274,7 +274,23 @@ TEST_P(ConvertCorrectedLog, UndoesWhatArduPilotApplied) {
 
 INSTANTIATE_TEST_SUITE_P(Each,
                          ConvertCorrectedLog,
-                         ::testing::Values("dataflash", "dataflash-raw"));
+                         ::testing::Values("dataflash", "dataflash-raw", "dataflash-2014"));
+
+TEST_F(Convert, ReadsWhatArduCopterLoggedIn2014) {
+  const std::string log = MakeLog("dataflash-2014", 3000);
+  const Finished run = Run("dataflash", log);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Disagreement("dataflash", log), "");
+  EXPECT_THAT(counts_, AllOf(HasSubstr("accelerometer 3000 "), HasSubstr("magnetometer 300 ")));
+  EXPECT_THAT(Manifest(), AllOf(Not(HasSubstr("temperature")), Not(HasSubstr("unknown"))));
+  // Other firmware of that time may have subtracted offsets first.
+  std::string bytes = TemporaryFolder::Read(log);
+  bytes.replace(bytes.find("ArduCopter V3.1.5"), 17, "ArduCopter V3.3-d");
+  const Finished other = Run("dataflash", folder_.Write("other.bin", bytes));
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("Copter or Plane up to 3.2"));
+  EXPECT_THAT(Manifest(), HasSubstr("accelerometer: unknown"));
+}
 
 /// The parameters of a real log, its first rows, and the equations of its firmware by hand.
 TEST_F(Convert, UndoesWhatArduPilotAppliedInARealLog) {

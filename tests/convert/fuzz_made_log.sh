@@ -29,4 +29,8 @@ EOF
 else
   "$here/../../tools/bench/make_log.py" "$format" "$folder/log" 400
   fuzz "$folder/log" "$count"
+  if [[ $format == dataflash ]]; then
+    "$here/../../tools/bench/make_log.py" dataflash-2014 "$folder/log-2014" 400
+    fuzz "$folder/log-2014" "$count"
+  fi
 fi
