@@ -679,6 +679,87 @@ TEST_F(Convert, JoinsSeveralFilesWithATimeEach) {
   EXPECT_THAT(vague.err, HasSubstr("several files have a variable `data`; name the file, too"));
 }
 
+/// A file of VectorNav sentences, each with the checksum that a reader of Python gives it: two
+/// digits, or four where the text begins with "crc:". What begins with "=" is written as it is.
+std::string VectorNavLog(TemporaryFolder* folder, const std::vector<std::string>& sentences) {
+  std::string script =
+      "import binascii, functools, sys\n"
+      "for text in sys.stdin.read().splitlines():\n"
+      "    if text[0] == '=':\n"
+      "        print(text[1:], end='\\r\\n')\n"
+      "        continue\n"
+      "    long, text = text.startswith('crc:'), text.removeprefix('crc:')\n"
+      "    xor = functools.reduce(lambda a, b: a ^ b, text.encode())\n"
+      "    check = f'{binascii.crc_hqx(text.encode(), 0):04X}' if long else f'{xor:02X}'\n"
+      "    print(f'${text}*{check}', end='\\r\\n')\n";
+  std::string text;
+  for (const std::string& sentence : sentences) text += sentence + '\n';
+  const std::string program = folder->Write("sentences.py", script);
+  const std::string plain = folder->Write("plain.txt", text);
+  const std::string log = folder->Path("vectornav.txt");
+  const Finished run = RunShell("python3 '" + program + "' < '" + plain + "' > '" + log + "'");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return log;
+}
+
+TEST_F(Convert, ReadsVectorNavSentencesAndKeepsThePlaceOfBadOnes) {
+  SKIP_WITHOUT("vectornav");
+  const std::string log = VectorNavLog(
+      &folder_,
+      {// Of a unit, with the checksum that it wrote.
+       "=$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00."
+       "044656,"
+       "+20.7,+084.322*66",
+       "crc:VNIMU,+00.1,+00.2,+00.3,+01.5,-02.5,+09.75,+00.01,-00.02,+00.03,+21.5,+101.3",
+       "VNYPR,+001.0,+002.0,+003.0",  // No readings, no place in time.
+       "=$VNIMU,-00.0350,+00.4223,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00."
+       "044656,"
+       "+20.7,+084.322*66",
+       "VNIMU,1,2,3",
+       "=$VNIMU,+00.1,+0",
+       "=!!!",
+       "VNIMU,-00.5,+00.25,-00.125,+00.5,+00.25,+00.125,+01,+02,+03,+22.0,+101.3"});
+  const Finished listed = Run("vectornav", log, {"--list"});
+  EXPECT_THAT(listed.out, AllOf(HasSubstr("VNIMU             3          3"), HasSubstr("VNYPR")));
+  const Finished run = Run("vectornav", log, {"--columns=time=40Hz"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("4 bad sentences"));
+  EXPECT_THAT(
+      Manifest(),
+      AllOf(HasSubstr("applied: none"), HasSubstr("bad sentences: \"4\""), HasSubstr("unit: G")));
+  RecordingSamples samples = Samples();
+  const StreamSamples& field = samples.streams[Triad::kMagnetometer];
+  EXPECT_EQ(field.time_ns, (std::vector<std::int64_t>{0, 25'000'000, 150'000'000}));
+  EXPECT_EQ(field.x, (std::vector<double>{-0.035, 0.1, -0.5}));
+  EXPECT_EQ(samples.streams[Triad::kAccelerometer].z, (std::vector<double>{9.948, 9.75, 0.125}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].y, (std::vector<double>{-0.008442, -0.02, 2.0}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].temperature_degc,
+            (std::vector<double>{20.7, 21.5, 22.0}));
+}
+
+TEST_F(Convert, SaysThatAVectorNavUnitHasCompensatedWhatItWrote) {
+  SKIP_WITHOUT("vectornav");
+  const std::string log = VectorNavLog(
+      &folder_,
+      {"=$VNYMR,-078.104,+005.642,+023.096,+00.0125,+00.1252,-00.1042,+00.878,-03.762,-08.854,"
+       "-00.010387,-00.028062,-00.061305*68",
+       "VNACC,+01,+02,+03"});
+  const Finished untimed = Run("vectornav", log, {"--topic=VNYMR"});
+  EXPECT_EQ(untimed.exit_code, 1);
+  EXPECT_THAT(untimed.err, HasSubstr("--columns=time=40Hz"));
+  const Finished vague = Run("vectornav", log, {"--columns=time=40Hz"});
+  EXPECT_EQ(vague.exit_code, 1);
+  EXPECT_THAT(vague.err, HasSubstr("the accelerometer is in VNACC and in VNYMR"));
+  ExpectNothingWritten();
+  const Finished run = Run("vectornav", log, {"--columns=time=40Hz", "--topic=VNYMR"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("registers 23, 25 and 84"));
+  EXPECT_THAT(Manifest(), HasSubstr("accelerometer: unknown"));
+  const Finished other = Run("vectornav", folder_.Write("text.txt", "1,2\n3,4\n"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("no intact VectorNav sentence"));
+}
+
 TEST_F(Convert, SaysHowToDecodeABlackboxLog) {
   const Finished run = Run("bbl", "LOG00037.BFL");
   EXPECT_EQ(run.exit_code, 1);

@@ -26,6 +26,9 @@ json.dump({"unit": "A1", "rows": rows, "mag": [[i, 2, 3] for i in range(200)]}, 
 EOF
   fuzz "$folder/log.json" "$count" --units=s,m/s^2,rad/s,counts \
     --columns=time=rows.t,accelerometer=rows.imu.acc,gyroscope=rows.imu.gyr,magnetometer=mag
+elif [[ $format == vectornav ]]; then
+  "$here/../../tools/bench/make_log.py" "$format" "$folder/log" 400
+  fuzz "$folder/log" "$count" --columns=time=100Hz
 else
   "$here/../../tools/bench/make_log.py" "$format" "$folder/log" 400
   fuzz "$folder/log" "$count"

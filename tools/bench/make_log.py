@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a log of another system with known raw readings, for tests and measurements.
 
-    make_log.py dataflash|dataflash-raw|dataflash-2014|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
+    make_log.py dataflash|dataflash-raw|dataflash-2014|vectornav|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
 
 The unit rests 2 s at a time in one attitude after another, sampled at 100 Hz. What `dataflash` logs
 has been corrected as ArduPilot does: offsets, scales, a polynomial of temperature, a board mounted
@@ -153,6 +153,21 @@ def dataflash_2014(path, count, truth):
             truth.write(",".join(map(repr, [time_ns, *acceleration, *rate, *field])) + "\n")
 
 
+def vectornav(path, count, truth):
+    with open(path, "w", newline="") as out:
+        for i, time_ns, acceleration, rate, field, temperature in samples(count):
+            # Ten thousandths of a gauss, thousandths of m/s^2, millionths of rad/s.
+            numbers = [f"{0.01 * f:+08.4f}" for f in field] + [f"{a:+08.3f}" for a in acceleration]
+            numbers += [f"{w:+010.6f}" for w in rate] + [f"{temperature:+05.1f}", "+101.325"]
+            text = "VNIMU," + ",".join(numbers)
+            checksum = 0
+            for byte in text.encode():
+                checksum ^= byte
+            out.write(f"${text}*{checksum:02X}\r\n")
+            if truth:
+                truth.write(",".join(map(repr, [time_ns, *acceleration, *rate, *field])) + "\n")
+
+
 def imu_body(time_ns, acceleration, rate):
     return struct.pack("<37d", *([0.0] * 4 + [0.1] * 9), *rate, *([0.2] * 9), *acceleration,
                        *([0.3] * 9))
@@ -236,7 +251,7 @@ def main():
     def dataflash_raw(path, count, truth):
         dataflash(path, count, truth, raw_rate=True)
 
-    {"dataflash": dataflash, "dataflash-raw": dataflash_raw, "dataflash-2014": dataflash_2014,
+    {"vectornav": vectornav, "dataflash": dataflash, "dataflash-raw": dataflash_raw, "dataflash-2014": dataflash_2014,
      "ros1": ros1, "ros2-db3": ros2_db3}[kind](path, count, truth)
 
 
