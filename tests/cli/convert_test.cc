@@ -661,6 +661,49 @@ TEST_F(Convert, WithoutATimeKeepsRowsTogether) {
   EXPECT_THAT(run.err, HasSubstr("the gyroscope has 1 rows, but the accelerometer has 3"));
 }
 
+TEST_F(Convert, JoinsVariablesWithATimeEach) {
+  const std::string file = folder_.Write("own.json",
+                                         R"({"ta": [0, 0.5], "acc": [[1, 2, 3], [4, 5, 6]],
+          "tg": [0, 0.25, 0.5], "gyr": [[1, 2, 3], [NaN, 5, 6], [7, 8, 9]], "mag": [[1, 2, 3]]})");
+  const std::string units = "--units=s,m/s^2,rad/s,uT";
+  const Finished run =
+      Run("json",
+          file,
+          {"--columns=accelerometer=acc@ta,gyroscope=gyr@tg,magnetometer=mag@10Hz", units});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  RecordingSamples samples = Samples();
+  EXPECT_EQ(samples.streams[Triad::kAccelerometer].time_ns,
+            (std::vector<std::int64_t>{0, 500'000'000}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].time_ns,
+            (std::vector<std::int64_t>{0, 500'000'000}));  // The row with NaN is none.
+  EXPECT_EQ(samples.streams[Triad::kMagnetometer].x, (std::vector<double>{1.0}));
+  const Finished mixed = Run("json", file, {"--columns=time=tg,accelerometer=acc", units});
+  EXPECT_EQ(mixed.exit_code, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("accelerometer=acc@t_acc"));
+  EXPECT_EQ(Run("json", file, {"--columns=accelerometer=acc@ta", "--units=m/s^2"}).exit_code, 1);
+  EXPECT_EQ(Run("json", file, {"--columns=time=none,accelerometer=acc@ta", units}).exit_code, 1);
+  const Finished partly =
+      Run("json", file, {"--columns=accelerometer=acc@ta,gyroscope=gyr", units});
+  EXPECT_EQ(partly.exit_code, 1);
+  EXPECT_THAT(partly.err, HasSubstr("which variables are the time"));
+}
+
+TEST_F(Convert, ReadsJsonListsOfALineEachWithNaN) {
+  const std::string rows = "[0, 1, 2, 3]\n[0.5, NaN, 2, 3]\n[1, -1, Infinity, 3]\n[1.5, 4, 5, 6]\n";
+  std::string whole = "[" + rows.substr(0, rows.size() - 1) + "]";
+  std::replace(whole.begin(), whole.end(), '\n', ',');
+  for (const std::string& text : {rows, whole}) {
+    const Finished run = Run("json",
+                             folder_.Write("rows.json", text),
+                             {"--columns=time=data:1,accelerometer=data:2-4", "--units=s,m/s^2"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    RecordingSamples samples = Samples();
+    EXPECT_EQ(samples.streams[Triad::kAccelerometer].time_ns,
+              (std::vector<std::int64_t>{0, 1'500'000'000}));
+    EXPECT_EQ(samples.streams[Triad::kAccelerometer].z, (std::vector<double>{3.0, 6.0}));
+  }
+}
+
 TEST_F(Convert, JoinsSeveralFilesWithATimeEach) {
   const std::string acc =
       folder_.Write("acc.json", R"({"t": [0, 1], "data": [[1, 2, 3], [4, 5, 6]]})");
