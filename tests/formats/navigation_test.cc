@@ -247,6 +247,19 @@ TEST(Ros2, StatesTheVarianceOfNoiseAndOfTheCalibration) {
               1e-12);
 }
 
+TEST(Kalibr, HasTheDensityWhereNoRandomWalkWasSeen) {
+  ExportOptions options;
+  options.allan = SomeAllan();
+  for (AllanTriad& triad : options.allan->triads) triad.axes[2].random_walk.reset();
+  const Result<Export> result = ExportCalibration(RandomUnitCalibration({}, 4), "kalibr", options);
+  ASSERT_TRUE(result);
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("does not tell the random walk")));
+  const YAML::Node imu = YAML::Load(result->files[0].text)["imu0"];
+  EXPECT_DOUBLE_EQ(imu["accelerometer_noise_density"].as<double>(), 0.03);
+  EXPECT_FALSE(imu["accelerometer_random_walk"]);
+  EXPECT_EQ(imu["update_rate"].as<double>(), 200.0);
+}
+
 TEST(OpenVins, AppliesTheCalibrationExactly) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Calibration unit = RandomUnitCalibration({.g_sensitivity = true}, seed);
