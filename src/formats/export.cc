@@ -75,8 +75,9 @@ Result<Export> ExportCalibration(const Calibration& calibration,
 
   // Written, read back and compared; then written again with what was found.
   std::vector<std::string> said_twice;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<ExportedFile> draft,
-                             format.write({restated.held, options, comment}, &said_twice));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<ExportedFile> draft,
+      format.write({restated.held, options, comment, &calibration}, &said_twice));
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(AsRead(draft, options)));
   for (const Triad triad : kTriads) {
     if (!restated.held.sensors[triad] || !carried.equations[triad]) continue;
@@ -96,8 +97,9 @@ Result<Export> ExportCalibration(const Calibration& calibration,
     result.loss[triad] = loss;
   }
   for (const std::string& note : result.notes) comment.push_back(note + ".");
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<ExportedFile> files,
-                             format.write({restated.held, options, comment}, &result.warnings));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      std::vector<ExportedFile> files,
+      format.write({restated.held, options, comment, &calibration}, &result.warnings));
   result.files = std::move(files);
   return result;
 }

@@ -48,6 +48,7 @@ struct WriteRequest {
   const Calibration& calibration;  // what the format holds, in its units and gauge
   const ExportOptions& options;
   std::vector<std::string> comment;  // lines that every file opens with
+  const Calibration* stated;         // as it was: in the units and gauge of its covariance
 };
 
 // What a consumer makes of a reading, in its units and its arithmetic.
@@ -89,6 +90,7 @@ Format RealSenseFormat();
 Format BetaflightFormat();
 Format InavFormat();
 Format FusionFormat();
+Format Ros2Format();
 Format MatlabFormat();
 Format JsonFormat();
 Format CHeaderFormat();

@@ -19,6 +19,7 @@ std::span<const Format> AllFormats() {
                                                         ImuCalibFormat(),
                                                         RealSenseFormat(),
                                                         FusionFormat(),
+                                                        Ros2Format(),
                                                         MatlabFormat(),
                                                         JsonFormat(),
                                                         CHeaderFormat(),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
+#include <cmath>
 #include <sstream>
 
 #include <Eigen/LU>
@@ -77,29 +78,38 @@ std::string BiasComments(const Calibration& calibration) {
   return text;
 }
 
-/// Noise keys, or what to fill in.
+/// Noise keys, or what to fill in. A rest that is too short for a random walk still tells the
+/// density.
 Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::string>* warnings) {
   std::string text;
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    const Result<std::optional<NoiseDensities>> noise = NoiseOf(options, triad);
-    TRUETRIAD_RETURN_IF_ERROR(noise);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<WhiteNoise> white, WhiteNoiseOf(options, triad));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise, NoiseOf(options, triad));
     const std::string name(TriadName(triad));
     const std::string unit(TruthUnitName(triad));
-    const auto line = [&](std::string_view what, double value, const std::string& of) {
-      text += (*noise ? "  " : "  # ") + name + std::string(what) + ": " +
-              (*noise ? NumberText(value) : std::string("?")) + "  # " + of + "\n";
-    };
-    line("_noise_density", *noise ? (*noise)->white_rms() : 0.0, unit + "/sqrt(Hz)");
-    line("_random_walk", *noise ? (*noise)->random_walk_rms() : 0.0, unit + "/s/sqrt(Hz)");
-    if (*noise) rate_hz = (*noise)->rate_hz;
-    if (!*noise) {
-      warnings->emplace_back(name + (options.allan
-                                         ? ": the Allan file does not tell white noise and random "
-                                           "walk of every axis (a longer rest may); fill them in"
-                                         : ": its noise densities are missing; give --allan=FILE, "
-                                           "or fill them in"));
-    }
+    const auto line =
+        [&](std::string_view what, bool is_known, double value, const std::string& of) {
+          text += (is_known ? "  " : "  # ") + name + std::string(what) + ": " +
+                  (is_known ? NumberText(value) : std::string("?")) + "  # " + of + "\n";
+        };
+    line("_noise_density",
+         white.has_value(),
+         white ? white->density.norm() / std::sqrt(3.0) : 0.0,
+         unit + "/sqrt(Hz)");
+    line("_random_walk",
+         noise.has_value(),
+         noise ? noise->random_walk_rms() : 0.0,
+         unit + "/s/sqrt(Hz)");
+    if (white) rate_hz = white->rate_hz;
+    if (noise) continue;
+    warnings->emplace_back(
+        name + (!options.allan ? ": its noise densities are missing; give --allan=FILE, or fill "
+                                 "them in"
+                : white ? ": the Allan file does not tell the random walk of every axis (a longer "
+                          "rest may); fill it in"
+                        : ": the Allan file does not tell white noise of every axis (a longer rest "
+                          "may); fill the densities in"));
   }
   text += rate_hz > 0.0 ? "  update_rate: " + NumberText(rate_hz) + "\n"
                         : std::string("  # update_rate: ?  # Hz\n");

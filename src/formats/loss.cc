@@ -51,7 +51,7 @@ std::vector<double> Temperatures(const TriadCalibration& sensor, const Reference
   return temperatures;
 }
 
-/// σ of the length of the corrected reading's error from the uncertainty of the parameters, to
+/// Covariance of the corrected reading's error from the uncertainty of the parameters, to
 /// first order in the higher terms: d truth = -C (dS truth + db + dG f + dq o u^2 + da o |u|), u =
 /// S truth.
 class PredictionSigma {
@@ -66,10 +66,18 @@ class PredictionSigma {
     }
   }
 
+  /// σ of the error's length.
   double operator()(const TriadModel<double>& model,
                     const Eigen::Vector3d& truth,
                     const Eigen::Vector3d& force_mps2,
                     double tau_degc) const {
+    return std::sqrt(std::max(Covariance(model, truth, force_mps2, tau_degc).trace(), 0.0));
+  }
+
+  Eigen::Matrix3d Covariance(const TriadModel<double>& model,
+                             const Eigen::Vector3d& truth,
+                             const Eigen::Vector3d& force_mps2,
+                             double tau_degc) const {
     const Eigen::Matrix3d correction = model.Correction();
     const Eigen::Vector3d felt = model.sensitivity * truth;
     Eigen::Matrix3Xd jacobian = Eigen::Matrix3Xd::Zero(3, matrix_.rows());
@@ -88,7 +96,7 @@ class PredictionSigma {
       }
       jacobian.col(static_cast<Eigen::Index>(i)) = -factor * correction.col(name.row);
     }
-    return std::sqrt(std::max((jacobian * matrix_ * jacobian.transpose()).trace(), 0.0));
+    return jacobian * matrix_ * jacobian.transpose();
   }
 
  private:
@@ -192,6 +200,19 @@ ExportLoss LossOf(Triad triad,
     loss.at_rates = LossAtRates(triad, equation, restated, calibration.reference);
   }
   return loss;
+}
+
+Eigen::Vector3d ReadingVariances(Triad triad, const Calibration& calibration) {
+  const TriadModel<double>& model = calibration.sensors[triad]->model;
+  const double signal = Signal(triad, calibration.reference);
+  const PredictionSigma sigma_of(triad, calibration);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < kDirections; ++i) {
+    const Eigen::Vector3d force =
+        calibration.reference.gravity_mps2 * Direction((7 * i) % kDirections);
+    sum += sigma_of.Covariance(model, signal * Direction(i), force, 0.0).diagonal();
+  }
+  return sum.cwiseMax(0.0) / kDirections;
 }
 
 }  // namespace truetriad

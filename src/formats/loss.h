@@ -18,4 +18,8 @@ ExportLoss LossOf(Triad triad,
                   const Restated& restated,
                   const Calibration& calibration);
 
+// By how much a corrected reading is uncertain from the calibration's own covariance, by axis, true
+// unit squared: the mean over a sphere of truths, at the reference temperature.
+Eigen::Vector3d ReadingVariances(Triad triad, const Calibration& calibration);
+
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 //
 //   accelerometer  (y - thermal - OFF) o SCALE        m/s^2
 //   gyroscope       y - thermal - OFF                  rad/s
-//   magnetometer   D (y - OFF)                         gauss, D symmetric
+//   magnetometer   D (y - thermal - OFF)               gauss, D symmetric
 //   thermal_i     = X0_i + X1_i d + X2_i d^2 + X3_i d^3,  d = clamp(T, TMIN, TMAX) - TREF
 //
 // PX4: src/lib/sensor_calibration/{Accelerometer,Gyroscope,Magnetometer}.hpp (Correct),
@@ -26,12 +26,12 @@ constexpr int kPx4Instances = 4;
 struct Px4Triad {
   Triad triad;
   std::string_view calibration;  // CAL_ACC0_XOFF
-  std::string_view thermal;      // TC_A0_X1_0; empty: none
+  std::string_view thermal;      // TC_A0_X1_0
 };
 constexpr std::array<Px4Triad, 3> kPx4Triads = {{
     {Triad::kAccelerometer, "ACC", "A"},
     {Triad::kGyroscope, "GYRO", "G"},
-    {Triad::kMagnetometer, "MAG", ""},
+    {Triad::kMagnetometer, "MAG", "M"},
 }};
 
 std::string CalibrationPrefix(const Px4Triad& names, int instance) {
@@ -134,6 +134,12 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
     if (id) out.Integer(thermal_prefix + "ID", *id);
     WriteThermal(thermal_prefix, *sensor->thermal, &out);
     out.Integer("TC_" + std::string(names.thermal) + "_ENABLE", 1);
+    if (names.triad == Triad::kMagnetometer) {
+      warnings->emplace_back(
+          name +
+          ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
+          "offset holds at the reference temperature alone");
+    }
   }
   return std::vector<ExportedFile>{{"", std::move(out.text)}};
 }
@@ -146,7 +152,6 @@ struct Px4Thermal {
   static std::optional<Px4Thermal> Read(const ParameterList& list,
                                         const Px4Triad& names,
                                         int instance) {
-    if (names.thermal.empty()) return std::nullopt;
     if (list.Get("TC_" + std::string(names.thermal) + "_ENABLE", 0.0F) != 1.0F) return std::nullopt;
     const std::string prefix = ThermalPrefix(names, instance);
     Px4Thermal thermal;
@@ -242,6 +247,7 @@ Format Px4Format() {
                                         .result_in_reading_unit = true};
   format.capacity[Triad::kMagnetometer] = {.held = true,
                                            .matrix = MatrixForm::kSymmetric,
+                                           .bias_order = kPx4Order,
                                            .reading_unit = "G",
                                            .result_in_reading_unit = true};
   format.write = WritePx4;

@@ -29,6 +29,7 @@ struct Magic {
   std::string_view bytes;
   std::string_view format;
   std::string_view convert_from = {};  // of `truetriad convert`; empty: it has none
+  std::string_view decode_first = {};  // What has to be done before `truetriad convert`.
 };
 
 using std::string_view_literals::operator""sv;
@@ -42,7 +43,11 @@ constexpr std::array<Magic, 20> kForeignFormats = {{
     {"\x89MCAP"sv, "an MCAP file", "mcap"},
     {"\x89HDF"sv, "an HDF5 file (or MATLAB v7.3)", "mat"},
     {"MATLAB 5.0 MAT-file"sv, "a MATLAB .mat file", "mat"},
-    {"H Product:Blackbox"sv, "a Betaflight blackbox log", "bbl"},
+    {"H Product:Blackbox"sv,
+     "a Betaflight blackbox log",
+     "blackbox --input=LOG.01.csv",
+     "decode it with Betaflight's own blackbox_decode --unit-rotation rad/s --unit-acceleration "
+     "m/s2 LOG.BBL, then"},
     {"PAR1"sv, "a Parquet file", "parquet"},
     {"PK\x03\x04"sv, "a zip archive (or a spreadsheet)"},
     {"BZh"sv, "a bzip2 file"},
@@ -217,12 +222,13 @@ Status TextFile::RecogniseContent() {
     return Error(ErrorCode::kEmptyFile, {path_}, "is empty; expected a log with a header");
   for (const Magic& magic : kForeignFormats) {
     if (start.starts_with(magic.bytes)) {
-      return Error(ErrorCode::kWrongFormat,
-                   {path_},
-                   "is " + std::string(magic.format) + ", not CSV; convert it first" +
-                       (magic.convert_from.empty()
-                            ? ""
-                            : ": truetriad convert --from=" + std::string(magic.convert_from)));
+      std::string message = "is " + std::string(magic.format) + ", not CSV; ";
+      message += magic.decode_first.empty() ? "convert it first" : magic.decode_first;
+      if (!magic.convert_from.empty()) {
+        message += magic.decode_first.empty() ? ": " : " ";
+        message += "truetriad convert --from=" + std::string(magic.convert_from);
+      }
+      return Error(ErrorCode::kWrongFormat, {path_}, message);
     }
   }
   constexpr std::size_t kSample = 4096;  // Later ones are met, with their line, by the parser.

@@ -274,7 +274,23 @@ TEST_P(ConvertCorrectedLog, UndoesWhatArduPilotApplied) {
 
 INSTANTIATE_TEST_SUITE_P(Each,
                          ConvertCorrectedLog,
-                         ::testing::Values("dataflash", "dataflash-raw"));
+                         ::testing::Values("dataflash", "dataflash-raw", "dataflash-2014"));
+
+TEST_F(Convert, ReadsWhatArduCopterLoggedIn2014) {
+  const std::string log = MakeLog("dataflash-2014", 3000);
+  const Finished run = Run("dataflash", log);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Disagreement("dataflash", log), "");
+  EXPECT_THAT(counts_, AllOf(HasSubstr("accelerometer 3000 "), HasSubstr("magnetometer 300 ")));
+  EXPECT_THAT(Manifest(), AllOf(Not(HasSubstr("temperature")), Not(HasSubstr("unknown"))));
+  // Other firmware of that time may have subtracted offsets first.
+  std::string bytes = TemporaryFolder::Read(log);
+  bytes.replace(bytes.find("ArduCopter V3.1.5"), 17, "ArduCopter V3.3-d");
+  const Finished other = Run("dataflash", folder_.Write("other.bin", bytes));
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("Copter or Plane up to 3.2"));
+  EXPECT_THAT(Manifest(), HasSubstr("accelerometer: unknown"));
+}
 
 /// The parameters of a real log, its first rows, and the equations of its firmware by hand.
 TEST_F(Convert, UndoesWhatArduPilotAppliedInARealLog) {
@@ -645,6 +661,49 @@ TEST_F(Convert, WithoutATimeKeepsRowsTogether) {
   EXPECT_THAT(run.err, HasSubstr("the gyroscope has 1 rows, but the accelerometer has 3"));
 }
 
+TEST_F(Convert, JoinsVariablesWithATimeEach) {
+  const std::string file = folder_.Write("own.json",
+                                         R"({"ta": [0, 0.5], "acc": [[1, 2, 3], [4, 5, 6]],
+          "tg": [0, 0.25, 0.5], "gyr": [[1, 2, 3], [NaN, 5, 6], [7, 8, 9]], "mag": [[1, 2, 3]]})");
+  const std::string units = "--units=s,m/s^2,rad/s,uT";
+  const Finished run =
+      Run("json",
+          file,
+          {"--columns=accelerometer=acc@ta,gyroscope=gyr@tg,magnetometer=mag@10Hz", units});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  RecordingSamples samples = Samples();
+  EXPECT_EQ(samples.streams[Triad::kAccelerometer].time_ns,
+            (std::vector<std::int64_t>{0, 500'000'000}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].time_ns,
+            (std::vector<std::int64_t>{0, 500'000'000}));  // The row with NaN is none.
+  EXPECT_EQ(samples.streams[Triad::kMagnetometer].x, (std::vector<double>{1.0}));
+  const Finished mixed = Run("json", file, {"--columns=time=tg,accelerometer=acc", units});
+  EXPECT_EQ(mixed.exit_code, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("accelerometer=acc@t_acc"));
+  EXPECT_EQ(Run("json", file, {"--columns=accelerometer=acc@ta", "--units=m/s^2"}).exit_code, 1);
+  EXPECT_EQ(Run("json", file, {"--columns=time=none,accelerometer=acc@ta", units}).exit_code, 1);
+  const Finished partly =
+      Run("json", file, {"--columns=accelerometer=acc@ta,gyroscope=gyr", units});
+  EXPECT_EQ(partly.exit_code, 1);
+  EXPECT_THAT(partly.err, HasSubstr("which variables are the time"));
+}
+
+TEST_F(Convert, ReadsJsonListsOfALineEachWithNaN) {
+  const std::string rows = "[0, 1, 2, 3]\n[0.5, NaN, 2, 3]\n[1, -1, Infinity, 3]\n[1.5, 4, 5, 6]\n";
+  std::string whole = "[" + rows.substr(0, rows.size() - 1) + "]";
+  std::replace(whole.begin(), whole.end(), '\n', ',');
+  for (const std::string& text : {rows, whole}) {
+    const Finished run = Run("json",
+                             folder_.Write("rows.json", text),
+                             {"--columns=time=data:1,accelerometer=data:2-4", "--units=s,m/s^2"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    RecordingSamples samples = Samples();
+    EXPECT_EQ(samples.streams[Triad::kAccelerometer].time_ns,
+              (std::vector<std::int64_t>{0, 1'500'000'000}));
+    EXPECT_EQ(samples.streams[Triad::kAccelerometer].z, (std::vector<double>{3.0, 6.0}));
+  }
+}
+
 TEST_F(Convert, JoinsSeveralFilesWithATimeEach) {
   const std::string acc =
       folder_.Write("acc.json", R"({"t": [0, 1], "data": [[1, 2, 3], [4, 5, 6]]})");
@@ -663,10 +722,103 @@ TEST_F(Convert, JoinsSeveralFilesWithATimeEach) {
   EXPECT_THAT(vague.err, HasSubstr("several files have a variable `data`; name the file, too"));
 }
 
+/// A file of VectorNav sentences, each with the checksum that a reader of Python gives it: two
+/// digits, or four where the text begins with "crc:". What begins with "=" is written as it is.
+std::string VectorNavLog(TemporaryFolder* folder, const std::vector<std::string>& sentences) {
+  std::string script =
+      "import binascii, functools, sys\n"
+      "for text in sys.stdin.read().splitlines():\n"
+      "    if text[0] == '=':\n"
+      "        print(text[1:], end='\\r\\n')\n"
+      "        continue\n"
+      "    long, text = text.startswith('crc:'), text.removeprefix('crc:')\n"
+      "    xor = functools.reduce(lambda a, b: a ^ b, text.encode())\n"
+      "    check = f'{binascii.crc_hqx(text.encode(), 0):04X}' if long else f'{xor:02X}'\n"
+      "    print(f'${text}*{check}', end='\\r\\n')\n";
+  std::string text;
+  for (const std::string& sentence : sentences) text += sentence + '\n';
+  const std::string program = folder->Write("sentences.py", script);
+  const std::string plain = folder->Write("plain.txt", text);
+  const std::string log = folder->Path("vectornav.txt");
+  const Finished run = RunShell("python3 '" + program + "' < '" + plain + "' > '" + log + "'");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return log;
+}
+
+TEST_F(Convert, ReadsVectorNavSentencesAndKeepsThePlaceOfBadOnes) {
+  SKIP_WITHOUT("vectornav");
+  const std::string log = VectorNavLog(
+      &folder_,
+      {// Of a unit, with the checksum that it wrote.
+       "=$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00."
+       "044656,"
+       "+20.7,+084.322*66",
+       "crc:VNIMU,+00.1,+00.2,+00.3,+01.5,-02.5,+09.75,+00.01,-00.02,+00.03,+21.5,+101.3",
+       "VNYPR,+001.0,+002.0,+003.0",  // No readings, no place in time.
+       "=$VNIMU,-00.0350,+00.4223,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00."
+       "044656,"
+       "+20.7,+084.322*66",
+       "VNIMU,1,2,3",
+       "=$VNIMU,+00.1,+0",
+       "=!!!",
+       "VNIMU,-00.5,+00.25,-00.125,+00.5,+00.25,+00.125,+01,+02,+03,+22.0,+101.3"});
+  const Finished listed = Run("vectornav", log, {"--list"});
+  EXPECT_THAT(listed.out, AllOf(HasSubstr("VNIMU             3          3"), HasSubstr("VNYPR")));
+  const Finished run = Run("vectornav", log, {"--columns=time=40Hz"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("4 bad sentences"));
+  EXPECT_THAT(
+      Manifest(),
+      AllOf(HasSubstr("applied: none"), HasSubstr("bad sentences: \"4\""), HasSubstr("unit: G")));
+  RecordingSamples samples = Samples();
+  const StreamSamples& field = samples.streams[Triad::kMagnetometer];
+  EXPECT_EQ(field.time_ns, (std::vector<std::int64_t>{0, 25'000'000, 150'000'000}));
+  EXPECT_EQ(field.x, (std::vector<double>{-0.035, 0.1, -0.5}));
+  EXPECT_EQ(samples.streams[Triad::kAccelerometer].z, (std::vector<double>{9.948, 9.75, 0.125}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].y, (std::vector<double>{-0.008442, -0.02, 2.0}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].temperature_degc,
+            (std::vector<double>{20.7, 21.5, 22.0}));
+}
+
+TEST_F(Convert, SaysThatAVectorNavUnitHasCompensatedWhatItWrote) {
+  SKIP_WITHOUT("vectornav");
+  const std::string log = VectorNavLog(
+      &folder_,
+      {"=$VNYMR,-078.104,+005.642,+023.096,+00.0125,+00.1252,-00.1042,+00.878,-03.762,-08.854,"
+       "-00.010387,-00.028062,-00.061305*68",
+       "VNACC,+01,+02,+03"});
+  const Finished untimed = Run("vectornav", log, {"--topic=VNYMR"});
+  EXPECT_EQ(untimed.exit_code, 1);
+  EXPECT_THAT(untimed.err, HasSubstr("--columns=time=40Hz"));
+  const Finished vague = Run("vectornav", log, {"--columns=time=40Hz"});
+  EXPECT_EQ(vague.exit_code, 1);
+  EXPECT_THAT(vague.err, HasSubstr("the accelerometer is in VNACC and in VNYMR"));
+  ExpectNothingWritten();
+  const Finished run = Run("vectornav", log, {"--columns=time=40Hz", "--topic=VNYMR"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("registers 23, 25 and 84"));
+  EXPECT_THAT(Manifest(), HasSubstr("accelerometer: unknown"));
+  const Finished other = Run("vectornav", folder_.Write("text.txt", "1,2\n3,4\n"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("no intact VectorNav sentence"));
+}
+
 TEST_F(Convert, SaysHowToDecodeABlackboxLog) {
   const Finished run = Run("bbl", "LOG00037.BFL");
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, HasSubstr("blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2"));
+  const std::string log = folder_.Write(
+      "LOG00001.BBL", "H Product:Blackbox flight data recorder by Nicholas Sherlock\n");
+  for (const Finished& given :
+       {Run("blackbox", log), RunTruetriad({"inspect", "--input=" + log})}) {
+    EXPECT_EQ(given.exit_code, 2);
+    EXPECT_THAT(given.err,
+                HasSubstr("is a Betaflight blackbox log, not CSV; decode it with Betaflight's own "
+                          "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL, "
+                          "then truetriad convert --from=blackbox --input=LOG.01.csv"));
+    EXPECT_THAT(given.err, Not(HasSubstr("--from=bbl")));
+  }
+  ExpectNothingWritten();
 }
 
 TEST_F(Convert, SaysWhatAConverterThatIsNotThereNeeds) {

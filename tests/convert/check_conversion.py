@@ -47,7 +47,7 @@ def dataflash(path, instance):
             continue
         if row.get("I", instance) != instance or (name[3:] != wanted and "I" not in row):
             continue
-        time = 1000 * row["TimeUS"]
+        time = 1000 * row["TimeUS"] if "TimeUS" in row else 10**6 * row["TimeMS"]
         if name.startswith("IMU"):
             streams["gyroscope"].append((time, row["GyrX"], row["GyrY"], row["GyrZ"]))
             streams["accelerometer"].append((time, row["AccX"], row["AccY"], row["AccZ"]))

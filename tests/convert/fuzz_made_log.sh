@@ -25,8 +25,15 @@ rows = [{"t": 0.01 * i, "imu": {"acc": [i, -i, 9.5], "gyr": [0.1, i, 0.25]}} for
 json.dump({"unit": "A1", "rows": rows, "mag": [[i, 2, 3] for i in range(200)]}, open(sys.argv[1], "w"))
 EOF
   fuzz "$folder/log.json" "$count" --units=s,m/s^2,rad/s,counts \
-    --columns=time=rows.t,accelerometer=rows.imu.acc,gyroscope=rows.imu.gyr,magnetometer=mag
+    --columns=time=rows.t,accelerometer=rows.imu.acc,gyroscope=rows.imu.gyr@100Hz,magnetometer=mag@rows.t
+elif [[ $format == vectornav ]]; then
+  "$here/../../tools/bench/make_log.py" "$format" "$folder/log" 400
+  fuzz "$folder/log" "$count" --columns=time=100Hz
 else
   "$here/../../tools/bench/make_log.py" "$format" "$folder/log" 400
   fuzz "$folder/log" "$count"
+  if [[ $format == dataflash ]]; then
+    "$here/../../tools/bench/make_log.py" dataflash-2014 "$folder/log-2014" 400
+    fuzz "$folder/log-2014" "$count"
+  fi
 fi

@@ -17,6 +17,7 @@ import zlib
 from pathlib import Path
 
 import readers
+import writers
 
 PROGRAMS = Path(os.environ["PROGRAMS"])
 DATASETS = Path(os.environ["DATASETS"])
@@ -224,6 +225,24 @@ class Converters(unittest.TestCase):
                          [1000000 * i for i in range(1, 200) if i not in (51, 121)])
         self.assertIn("3 damaged places", done.stderr)
         self.assertIn("damage: \"3 damaged places", (self.out / "recording.yaml").read_text())
+
+    def test_ulog_with_appended_data_has_no_damage(self):
+        # After a crash the firmware appends to a log whose last message was not written to its end, and
+        # states where. Information has names that no field can have.
+        data, offsets = writers.appended_ulog()
+        path = self.folder / "appended.ulg"
+        path.write_bytes(data)
+        log = readers.ulog_rows(path)
+        done = self.convert("ulog", path)
+        rows = self.check_ulog("gyroscope.csv", log, "sensor_gyro", 0, ("x", "y", "z"))
+        self.assertEqual([time for time, _, _ in rows], [4000000 * i for i in (*range(100), *range(150, 300))])
+        self.assertNotIn("damage", done.stderr + (self.out / "recording.yaml").read_text())
+        # An offset that a damaged header states costs no more than the message that it is in.
+        struct.pack_into("<Q", data, writers.OFFSETS_AT, offsets[0] - 500)
+        path.write_bytes(data)
+        shutil.rmtree(self.out)
+        self.assertIn("damaged", self.convert("ulog", path).stderr)
+        self.assertGreaterEqual(len(self.rows("gyroscope.csv")), 248)
 
     def test_ulog_clock_that_jumps_for_one_row_leaves_that_row_out(self):
         fields = "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float z;"

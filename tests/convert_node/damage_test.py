@@ -14,6 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
+import writers
+
 PROGRAMS = Path(os.environ["PROGRAMS"])
 DATASETS = Path(os.environ["DATASETS"])
 SKIPPED = 77
@@ -23,6 +25,7 @@ SEED = 20260131
 
 SOURCES = (("ulog", DATASETS / "e-ulog-px4" / "sample_log_small.ulg", []),
            ("ulog", DATASETS / "e-ulog-px4" / "sample.ulg", ["--topic=sensor_combined"]),
+           ("ulog", "appended.ulg", []),
            ("mcap", DATASETS / "e-rosbag2-format" / "test_bag_mcap.mcap", []),
            ("parquet", Path(__file__).resolve().parent / "table.parquet", []))
 
@@ -84,9 +87,12 @@ def main():
         print("skipped: the converters are not built: node or npm is missing")
         return SKIPPED
     failures = 0
+    made = tempfile.TemporaryDirectory()
+    (Path(made.name) / "appended.ulg").write_bytes(writers.appended_ulog()[0])
     for kind, source, flags in SOURCES:
         if sys.argv[2:] and kind not in sys.argv[2:]:
             continue
+        source = Path(made.name) / source  # One that is shared has a whole path.
         if not source.exists():
             print(f"skipped: {source} is not there")
             continue

@@ -11,13 +11,18 @@ def ulog_rows(path):
     """{(topic, instance): [{field: value or tuple}]} of topics without nested messages."""
     data = Path(path).read_bytes()
     assert data[:7] == b"ULog\x01\x12\x35"
-    formats, topics, rows = {}, {}, {}
+    formats, topics, rows, appended = {}, {}, {}, []
     at = 16
     while at + 3 <= len(data):
         size, kind = struct.unpack_from("<Hc", data, at)
+        if appended and at + 3 + size > appended[0]:
+            at = appended.pop(0)  # The message before was not written to its end.
+            continue
         body = data[at + 3:at + 3 + size]
         at += 3 + size
-        if kind == b"F":
+        if kind == b"B" and body[8] & 1:
+            appended = [offset for offset in struct.unpack_from("<3Q", body, 16) if offset]
+        elif kind == b"F":
             name, fields = body.decode().split(":", 1)
             formats[name] = [field.split(" ") for field in fields.split(";") if field]
         elif kind == b"A":

@@ -99,7 +99,8 @@ TestEquation Px4Equation(const Parameters& p, Triad triad) {
                                           p.at("CAL_MAG0_XODIAG"),
                                           p.at("CAL_MAG0_YODIAG"),
                                           p.at("CAL_MAG0_ZODIAG"));
-      return 100.0 * (D * (gauss - Xyz(p, "CAL_MAG0_", "OFF"))).cast<double>();
+      return 100.0 * (D * (gauss - Px4Thermal(p, "M", temperature) - Xyz(p, "CAL_MAG0_", "OFF")))
+                         .cast<double>();
     }
     if (triad == Triad::kGyroscope) {
       return (raw.cast<float>() - Px4Thermal(p, "G", temperature) - Xyz(p, "CAL_GYRO0_", "OFF"))
@@ -153,6 +154,7 @@ struct Autopilot {
   std::string name;
   Parameters (*read)(const std::string&);
   TestEquation (*equation)(const Parameters&, Triad);
+  bool mag_over_temperature = false;
 };
 
 class Autopilots : public ::testing::TestWithParam<Autopilot> {
@@ -170,7 +172,7 @@ TEST_P(Autopilots, HoldExactlyWhatTheirEquationCanExpress) {
     SCOPED_TRACE(seed);
     Calibration unit =
         RandomUnitCalibration({.misaligned = false, .gyro_matrix = false, .bias_order = 3}, seed);
-    unit.sensors[Triad::kMagnetometer]->thermal.reset();
+    if (!GetParam().mag_over_temperature) unit.sensors[Triad::kMagnetometer]->thermal.reset();
     const Export result = Exported(unit);
     const Parameters parameters = Read(result);
     for (const Triad triad : kTriads) {
@@ -252,6 +254,7 @@ TEST_P(Autopilots, LowerTheOrderOfABiasWithLittleLoss) {
 }
 
 TEST_P(Autopilots, TakeConstantsAtTheTemperatureAskedFor) {
+  if (GetParam().mag_over_temperature) GTEST_SKIP() << "holds the bias at every temperature";
   const Calibration unit =
       RandomUnitCalibration({.misaligned = false, .symmetric_mag = true, .bias_order = 2}, 5);
   const Export result = Exported(unit, {.temperature_degc = 60.0});
@@ -329,7 +332,7 @@ TEST_P(Autopilots, WarnWhenMoreIsLostThanTheCalibrationIsUncertainBy) {
 
 INSTANTIATE_TEST_SUITE_P(Of,
                          Autopilots,
-                         ::testing::Values(Autopilot{"px4", Px4File, Px4Equation},
+                         ::testing::Values(Autopilot{"px4", Px4File, Px4Equation, true},
                                            Autopilot{
                                                "ardupilot", ArduPilotFile, ArduPilotEquation}),
                          [](const auto& test) { return test.param.name; });
@@ -346,6 +349,29 @@ TEST(Px4, WritesTheIdOnlyWhenItIsTold) {
                     HasSubstr("1\t1\tTC_A2_ID\t1310988\t6\n"),
                     Not(HasSubstr("CAL_GYRO2_ID"))));
   EXPECT_THAT(result->warnings, Contains(HasSubstr("CAL_GYRO2_ID already matches the sensor")));
+}
+
+TEST(Px4, WritesTheMagnetometerOverTemperatureInGauss) {
+  Calibration unit = RandomUnitCalibration({.symmetric_mag = true, .bias_order = 1}, 15);
+  unit.sensors[Triad::kMagnetometer]->thermal->bias[0] = Eigen::Vector3d(1.0, -0.5, 0.25);  // uT
+  ExportOptions options;
+  options.instance = 1;
+  options.device_ids[Triad::kMagnetometer] = 396825;
+  const Result<Export> result = ExportCalibration(unit, "px4", options);
+  ASSERT_TRUE(result);
+  for (const char* const line : {"TC_M1_ID\t396825\t6",
+                                 "TC_M1_TMIN\t-20\t9",
+                                 "TC_M1_TMAX\t70\t9",
+                                 "TC_M1_TREF\t25\t9",
+                                 "TC_M1_X0_0\t0\t9",
+                                 "TC_M1_X1_0\t0.01\t9",
+                                 "TC_M1_X1_1\t-0.005\t9",
+                                 "TC_M1_X1_2\t0.0025\t9",
+                                 "TC_M1_X3_2\t0\t9",
+                                 "TC_M_ENABLE\t1\t6"}) {
+    EXPECT_THAT(result->files[0].text, HasSubstr(std::string("\n1\t1\t") + line + "\n"));
+  }
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("without TC_M_ENABLE")));
 }
 
 TEST(Px4, WarnsOfOffsetsThatItIgnores) {

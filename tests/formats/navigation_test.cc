@@ -170,6 +170,96 @@ TEST(Kalibr, TakesItsNoiseFromAnAllanDeviation) {
   }
 }
 
+Eigen::Matrix3d NineByRows(const YAML::Node& node) {
+  const std::vector<double> numbers = Flat(node);
+  EXPECT_EQ(numbers.size(), 9U);
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
+}
+
+TEST(Ros2, AppliesTheCalibrationExactly) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const Calibration unit = RandomUnitCalibration({.g_sensitivity = true}, seed);
+    const YAML::Node node = YAML::Load(Text(unit, "ros2"))["/**"]["ros__parameters"];
+    for (const Triad triad : kTriads) {
+      const YAML::Node sensor = node[std::string(TriadName(triad))];
+      const Eigen::Matrix3d C = NineByRows(sensor["correction"]);
+      const Eigen::Vector3d b = Three(sensor["bias"]);
+      const Eigen::Matrix3d G = sensor["g_sensitivity"] ? NineByRows(sensor["g_sensitivity"])
+                                                        : Eigen::Matrix3d(Eigen::Matrix3d::Zero());
+      EXPECT_EQ(G.isZero(0.0), triad != Triad::kGyroscope);
+      // ROS has tesla.
+      const double si = triad == Triad::kMagnetometer ? 1e-6 : 1.0;
+      EXPECT_LT(WorstDisagreement(unit,
+                                  triad,
+                                  [&](const auto& y, const auto& f, double) -> Eigen::Vector3d {
+                                    return C * (si * y - b - G * f) / si;
+                                  }),
+                kDouble)
+          << TriadName(triad);
+    }
+  }
+}
+
+TEST(Ros2, StatesTheVarianceOfNoiseAndOfTheCalibration) {
+  Calibration unit = RandomUnitCalibration({}, 2);
+  const Result<Export> unknown = ExportCalibration(unit, "ros2");
+  ASSERT_TRUE(unknown);
+  EXPECT_THAT(unknown->warnings, Contains(HasSubstr("--allan=FILE")));
+  EXPECT_THAT(
+      unknown->files[0].text,
+      HasSubstr("magnetic_field_covariance: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]"));
+
+  constexpr double kBiasVariance = 4e-6;  // (m/s^2)^2, of x alone
+  unit.covariance.parameters = {"accelerometer.bias.x"};
+  unit.covariance.matrix = Eigen::MatrixXd::Constant(1, 1, kBiasVariance);
+  ExportOptions options;
+  options.allan = SomeAllan();
+  // Densities are enough: a random walk was not seen.
+  for (AllanTriad& triad : options.allan->triads) triad.axes[1].random_walk.reset();
+  const Result<Export> known = ExportCalibration(unit, "ros2", options);
+  ASSERT_TRUE(known);
+  const YAML::Node node = YAML::Load(known->files[0].text)["/**"]["ros__parameters"];
+  const auto expect = [&](Triad triad, const char* name, double density, double bias_variance) {
+    const Eigen::Matrix3d C = unit.sensors[triad]->model.sensitivity.inverse();
+    const Eigen::Matrix3d noise = density * density * 200.0 * C * C.transpose();
+    const Eigen::Matrix3d bias = bias_variance * C.col(0) * C.col(0).transpose();
+    const Eigen::Vector3d variances = noise.diagonal() + bias.diagonal();
+    const Eigen::Matrix3d found = NineByRows(node[name]);
+    EXPECT_LT((found - Eigen::Matrix3d(variances.asDiagonal())).norm(), 1e-12 * found.norm())
+        << name << '\n'
+        << found;
+  };
+  expect(Triad::kAccelerometer, "linear_acceleration_covariance", 0.03, kBiasVariance);
+  expect(Triad::kGyroscope, "angular_velocity_covariance", 0.03 * std::numbers::pi / 180.0, 0.0);
+  EXPECT_TRUE(NineByRows(node["magnetic_field_covariance"]).isZero(0.0));
+
+  // In tesla.
+  AllanTriad mag = options.allan->triads[0];
+  mag.triad = Triad::kMagnetometer;
+  mag.unit = *ParseTriadUnit(Triad::kMagnetometer, "uT");
+  options.allan->triads.push_back(mag);
+  const YAML::Node with_mag = YAML::Load(Text(unit, "ros2", options))["/**"]["ros__parameters"];
+  const Eigen::Matrix3d C = unit.sensors[Triad::kMagnetometer]->model.sensitivity.inverse();
+  EXPECT_NEAR(NineByRows(with_mag["magnetic_field_covariance"])(2, 2) /
+                  (0.03e-6 * 0.03e-6 * 200.0 * C.row(2).squaredNorm()),
+              1.0,
+              1e-12);
+}
+
+TEST(Kalibr, HasTheDensityWhereNoRandomWalkWasSeen) {
+  ExportOptions options;
+  options.allan = SomeAllan();
+  for (AllanTriad& triad : options.allan->triads) triad.axes[2].random_walk.reset();
+  const Result<Export> result = ExportCalibration(RandomUnitCalibration({}, 4), "kalibr", options);
+  ASSERT_TRUE(result);
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("does not tell the random walk")));
+  const YAML::Node imu = YAML::Load(result->files[0].text)["imu0"];
+  EXPECT_DOUBLE_EQ(imu["accelerometer_noise_density"].as<double>(), 0.03);
+  EXPECT_FALSE(imu["accelerometer_random_walk"]);
+  EXPECT_EQ(imu["update_rate"].as<double>(), 200.0);
+}
+
 TEST(OpenVins, AppliesTheCalibrationExactly) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Calibration unit = RandomUnitCalibration({.g_sensitivity = true}, seed);

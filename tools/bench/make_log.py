@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a log of another system with known raw readings, for tests and measurements.
 
-    make_log.py dataflash|dataflash-raw|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
+    make_log.py dataflash|dataflash-raw|dataflash-2014|vectornav|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
 
 The unit rests 2 s at a time in one attitude after another, sampled at 100 Hz. What `dataflash` logs
 has been corrected as ArduPilot does: offsets, scales, a polynomial of temperature, a board mounted
-upside down; `dataflash-raw` has ACC and GYR, and IMU for every fourth sample. TRUTH.csv then holds the raw readings: time_ns, accel_x…z, gyro_x…z, mag_x…z.
+upside down; `dataflash-raw` has ACC and GYR, and IMU for every fourth sample; `dataflash-2014` has what
+ArduCopter 3.1 logged: milliseconds, no temperature, and offsets that were subtracted last. TRUTH.csv then holds the raw readings: time_ns, accel_x…z, gyro_x…z, mag_x…z.
 """
 
 import math
@@ -118,6 +119,55 @@ def dataflash(path, count, truth, raw_rate=False):
             truth.write(",".join(map(repr, [time_ns, *acceleration, *rate, *field])) + "\n")
 
 
+def dataflash_2014(path, count, truth):
+    out = open(path, "wb")
+
+    def message(kind, layout, *values):
+        out.write(b"\xa3\x95" + struct.pack("<B" + layout, kind, *values))
+
+    formats = ((128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", "BB4s16s64s"),
+               (129, "PARM", "Nf", "Name,Value", "16sf"), (130, "MSG", "Z", "Message", "64s"),
+               (131, "IMU", "Iffffff", "TimeMS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", "Iffffff"),
+               (132, "MAG", "Ihhhhhhhhh", "TimeMS,MagX,MagY,MagZ,OfsX,OfsY,OfsZ,MOfsX,MOfsY,MOfsZ",
+                "Ihhhhhhhhh"))
+    for kind, name, letters, columns, layout in formats:
+        message(128, "BB4s16s64s", kind, 3 + struct.calcsize("<" + layout), name.encode(),
+                letters.encode(), columns.encode())
+    message(130, "64s", b"ArduCopter V3.1.5 (made up)")
+    message(129, "16sf", b"AHRS_ORIENTATION", 8)
+    for axis, letter in enumerate("XYZ"):
+        for name, value in (("INS_ACCOFFS_", OFFSETS["ACC"]), ("INS_GYROFFS_", OFFSETS["GYR"]),
+                            ("INS_ACCSCAL_", SCALE), ("COMPASS_OFS_", COMPASS_OFFSET)):
+            message(129, "16sf", (name + letter).encode(), value[axis])
+    sign = (1, -1, -1)  # Rolled by half a turn.
+    for i, time_ns, acceleration, rate, field, _ in samples(count):
+        logged = [sign[k] * rate[k] - OFFSETS["GYR"][k] for k in range(3)]
+        logged += [sign[k] * acceleration[k] * SCALE[k] - OFFSETS["ACC"][k] for k in range(3)]
+        message(131, "Iffffff", time_ns // 10**6, *logged)
+        if i % 10 == 0:
+            motor = (i % 7, -3, 2)
+            message(132, "Ihhhhhhhhh", time_ns // 10**6,
+                    *(round(10.0 * f + o) + m for f, o, m in zip(field, COMPASS_OFFSET, motor)),
+                    *(int(o) for o in COMPASS_OFFSET), *motor)
+        if truth:
+            truth.write(",".join(map(repr, [time_ns, *acceleration, *rate, *field])) + "\n")
+
+
+def vectornav(path, count, truth):
+    with open(path, "w", newline="") as out:
+        for i, time_ns, acceleration, rate, field, temperature in samples(count):
+            # Ten thousandths of a gauss, thousandths of m/s^2, millionths of rad/s.
+            numbers = [f"{0.01 * f:+08.4f}" for f in field] + [f"{a:+08.3f}" for a in acceleration]
+            numbers += [f"{w:+010.6f}" for w in rate] + [f"{temperature:+05.1f}", "+101.325"]
+            text = "VNIMU," + ",".join(numbers)
+            checksum = 0
+            for byte in text.encode():
+                checksum ^= byte
+            out.write(f"${text}*{checksum:02X}\r\n")
+            if truth:
+                truth.write(",".join(map(repr, [time_ns, *acceleration, *rate, *field])) + "\n")
+
+
 def imu_body(time_ns, acceleration, rate):
     return struct.pack("<37d", *([0.0] * 4 + [0.1] * 9), *rate, *([0.2] * 9), *acceleration,
                        *([0.3] * 9))
@@ -201,7 +251,8 @@ def main():
     def dataflash_raw(path, count, truth):
         dataflash(path, count, truth, raw_rate=True)
 
-    {"dataflash": dataflash, "dataflash-raw": dataflash_raw, "ros1": ros1, "ros2-db3": ros2_db3}[kind](path, count, truth)
+    {"vectornav": vectornav, "dataflash": dataflash, "dataflash-raw": dataflash_raw, "dataflash-2014": dataflash_2014,
+     "ros1": ros1, "ros2-db3": ros2_db3}[kind](path, count, truth)
 
 
 main()

@@ -31,11 +31,18 @@ const kTypes = {
   double: { size: 8, read: (b, at) => b.readDoubleLE(at) },
 };
 
+// Information has names that no field can have, such as "perf_counter_preflight-00".
+const kInformation = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([!-~]+)$/;
 const kField = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([a-zA-Z0-9_]+)$/;
 
-function parseField(text) {
-  const match = kField.exec(text);
+function parseField(text, pattern = kField) {
+  const match = pattern.exec(text);
   return match && { type: match[1], length: match[2] === undefined ? 1 : Number(match[2]), name: match[3] };
+}
+
+/** What is logged as text has a level, "0" to "7". */
+function isLogLevel(byte) {
+  return byte >= 0x30 && byte <= 0x37;
 }
 
 class Ulog {
@@ -85,7 +92,7 @@ class Ulog {
     if (message.length <= at) return null;
     const end = at + 1 + message[at];
     if (end > message.length) return null;
-    const field = parseField(message.toString('latin1', at + 1, end));
+    const field = parseField(message.toString('latin1', at + 1, end), kInformation);
     return field && { ...field, valueAt: end };
   }
 
@@ -119,21 +126,33 @@ class Ulog {
       case 'R':
         return size === 2;
       case 'L':
-        return size >= 9;
+        return size >= 9 && isLogLevel(message[0]);
       case 'C':
-        return size >= 11;
+        return size >= 11 && isLogLevel(message[0]);
       case 'B':
-        return size === 40;
+        return size >= 40;
       default:
         return false;
     }
+  }
+
+  /**
+   * True when a message of `size` bytes was being written at the end of `begun` (its three bytes of
+   * header, and what came after). Where a log ends so, the firmware appends what it knows of the crash.
+   */
+  isBegun(begun, size) {
+    if (begun.length < 3) return true;
+    const type = String.fromCharCode(begun[2]);
+    if (type !== 'D' || begun.length < 5) return 'DAIMPQLCFSOR'.includes(type);
+    const subscription = this.subscriptions.get(begun.readUInt16LE(3));
+    return Boolean(subscription?.layout) && size - 2 >= subscription.layout.least && size - 2 <= subscription.layout.size;
   }
 
   take(type, message, offset) {
     switch (type) {
       case 'F': {
         const text = message.toString('latin1');
-        const fields = text.slice(text.indexOf(':') + 1).split(';').filter((field) => field).map(parseField);
+        const fields = text.slice(text.indexOf(':') + 1).split(';').filter((field) => field).map((field) => parseField(field));
         // What comes after some damage does not take the place of what was read.
         const name = text.slice(0, text.indexOf(':'));
         if (!fields.includes(null) && !this.formats.has(name)) this.formats.set(name, fields);
@@ -236,6 +255,14 @@ class Ulog {
       while (this.barriers.length > 0 && this.barriers[0] <= start + at) this.barriers.shift();
       const limit = this.barriers.length > 0 ? Math.min(filled, this.barriers[0] - start) : filled;
       const found = messageAt(at, limit);
+      if (!found && !inDamage && this.barriers.length > 0 && limit === this.barriers[0] - start) {
+        const left = window.subarray(at, limit);
+        const size = left.length < 2 ? 0 : left.readUInt16LE(0);
+        if ((left.length < 3 || at + 3 + size > limit) && this.isBegun(left, size)) {
+          at = limit;
+          continue;
+        }
+      }
       // One byte that looks like a type is no proof: two messages in a row are.
       const proven = found && (!inDamage || found.type === 'S' || found.end === limit ||
                                messageAt(found.end, limit) !== null);

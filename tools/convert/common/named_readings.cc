@@ -140,6 +140,37 @@ class Files {
 
 using ByRole = std::map<std::string, std::string>;
 
+/// "acc@t_acc": readings, and a time of their own; empty where they have that of `time=`.
+struct TimedReference {
+  std::string readings;
+  std::string time;
+};
+TimedReference SplitTime(const std::string& reference) {
+  const std::size_t at = reference.rfind('@');
+  if (at == std::string::npos || at == 0 || at + 1 == reference.size()) return {reference, ""};
+  return {reference.substr(0, at), reference.substr(at + 1)};
+}
+
+bool IsRate(const std::string& time) { return time.ends_with("Hz"); }
+
+/// Whether every triad has a time. Error (usage): a row of `time=none` has none of its own.
+Result<bool> HaveTimes(const ByRole& columns) {
+  const auto common = columns.find("time");
+  bool all = true;
+  for (const Triad triad : kTriads) {
+    const auto stated = columns.find(std::string(TriadName(triad)));
+    if (stated == columns.end()) continue;
+    const std::string own = SplitTime(stated->second).time;
+    if (!own.empty() && common != columns.end() && common->second == kNoTime) {
+      return Error(ErrorCode::kConflictingArguments,
+                   "--columns: time=none, but the " + stated->first + " has the time `" + own +
+                       "`; give one of them");
+    }
+    all = all && (!own.empty() || common != columns.end());
+  }
+  return all;
+}
+
 /// What each role is called: as the user says, else by names that are clear.
 Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
   ByRole chosen;
@@ -225,8 +256,14 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
     if (!known)
       return Error(ErrorCode::kInvalidArgument, "--units: `" + unit + "` is not a known unit");
   }
+  ByRole needed = columns;
   for (const auto& [role, column] : columns) {
-    if (units.contains(role) || (role == "time" && (column.ends_with("Hz") || column == kNoTime))) {
+    const std::string own = TriadFromName(role) ? SplitTime(column).time : "";
+    // A time of seconds is needed, whichever it is.
+    if (!own.empty() && !IsRate(own)) needed["time"] = own;
+  }
+  for (const auto& [role, column] : needed) {
+    if (units.contains(role) || (role == "time" && (IsRate(column) || column == kNoTime))) {
       continue;
     }
     if (TriadFromName(role) && counts) {
@@ -349,7 +386,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
     for (std::size_t i = 0; i < count; ++i) times.push_back(static_cast<std::int64_t>(i));
     return times;
   }
-  if (reference.ends_with("Hz")) {
+  if (IsRate(reference)) {
     double rate_hz = 0.0;
     std::from_chars(reference.data(), reference.data() + reference.size() - 2, rate_hz);
     if (!(rate_hz > 0.0 && rate_hz < 1e9)) {
@@ -420,21 +457,24 @@ Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
   for (const Triad triad : kTriads) {
     const auto stated = columns.find(std::string(TriadName(triad)));
     if (stated == columns.end()) continue;
-    const Result<Vectors> axes = ReadVectors(files, stated->second, 3);
+    const TimedReference reference = SplitTime(stated->second);
+    const Result<Vectors> axes = ReadVectors(files, reference.readings, 3);
     if (!axes && axes.error().kind() == ErrorKind::kBadInput) {
       Note(axes.error().message + "; sensor skipped");
       continue;
     }
     TRUETRIAD_RETURN_IF_ERROR(axes);
     const std::size_t count = axes->columns[0].size();
+    const std::string time = reference.time.empty() ? columns.at("time") : reference.time;
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::int64_t> times,
-                               ReadTimes(files, columns.at("time"), units, count, axes->file));
+                               ReadTimes(files, time, units, count, axes->file));
     for (const std::vector<double>& axis : axes->columns) {
       if (axis.size() == times.size()) continue;
       return Error(ErrorCode::kDoesNotMatch,
                    {files.path(axes->file)},
-                   stated->second + " has " + std::to_string(axis.size()) +
-                       " samples, but the time has " + std::to_string(times.size()));
+                   reference.readings + " has " + std::to_string(axis.size()) +
+                       " samples, but its time " + time + " has " + std::to_string(times.size()) +
+                       "; a sensor with a time of its own is, say, accelerometer=acc@t_acc");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<double> temperatures,
                                ReadTemperatures(files, columns, units, count, axes->file));
@@ -506,7 +546,8 @@ Status Convert(const Files& files,
   if (all.size() < wanted) {
     folder->SetSource("incomplete variables", std::to_string(wanted - all.size()));
   }
-  if (columns.at("time") != kNoTime) {
+  const auto time = columns.find("time");
+  if (time == columns.end() || time->second != kNoTime) {
     AddTables(all, units, folder);
   } else if (!all.empty()) {
     TRUETRIAD_RETURN_IF_ERROR(AddRows(all, units, folder));
@@ -545,7 +586,8 @@ Status ConvertFiles(const Files& files,
   const bool has_triad = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
     return columns.contains(std::string(TriadName(triad)));
   });
-  if (!has_triad || !columns.contains("time")) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool have_times, HaveTimes(columns));
+  if (!has_triad || !have_times) {
     return Error(
         ErrorCode::kMissingArgument,
         "cannot tell from the names which variables are the " +
@@ -572,7 +614,8 @@ std::string_view NamedReadingsHelp() {
          "if "
          "every row is\none reading at rest. By default names such as acc, gyro, mag, t and temp "
          "are recognised if\neach occurs once. Of several inputs FILE/NAME, without the file's "
-         "ending; each sensor goes\nwith the time in its own file. --units=s,m/s^2,rad/s,uT,degC "
+         "ending; each sensor goes\nwith the time in its own file. accelerometer=acc@t_acc has a "
+         "time of its own. --units=s,m/s^2,rad/s,uT,degC "
          "states the units, which the\nfile does not contain. Readings are assumed to be raw.\n";
 }
 

@@ -136,25 +136,49 @@ Result<std::string> Thermal(const Parameters& parameters, std::string_view senso
   return text.str();
 }
 
+/// INS_ACCSCAL of a sensor; ones for a gyroscope.
+Result<std::array<double, 3>> InertialScale(const Parameters& parameters,
+                                            std::string_view sensor,
+                                            int instance) {
+  if (sensor != "ACC") return std::array<double, 3>{1.0, 1.0, 1.0};
+  const std::string name = InertialName(sensor, "SCAL", instance);
+  Result<std::array<double, 3>> scale = Vector(parameters, name);
+  for (std::size_t axis = 0; scale && axis < 3; ++axis) {
+    if ((*scale)[axis] == 0.0)
+      return Error(ErrorCode::kInvalidValue,
+                   name + " is zero: this accelerometer has no scale calibration");
+  }
+  return scale;
+}
+
+/// (R·y) ∘ s − o as a manifest states it: M·(y − p) with M = diag(s)·R, p = Rᵀ·(o / s).
+std::string AfterRotation(const Eigen::Vector3d& offset,
+                          const Eigen::Vector3d& scale,
+                          const Eigen::Matrix3d& rotation) {
+  const Eigen::Vector3d subtracted = rotation.transpose() * offset.cwiseQuotient(scale);
+  const Eigen::Matrix3d product = scale.asDiagonal() * rotation;
+  YamlText text;
+  text << "\n    offset: "
+       << std::string_view(List(std::vector<double>(subtracted.begin(), subtracted.end())))
+       << "\n    matrix: " << product << "\n";
+  return text.str();
+}
+
 Result<std::string> InertialCorrection(const Parameters& parameters,
+                                       CorrectionOrder order,
                                        std::string_view sensor,
                                        int instance) {
   const Result<std::array<double, 3>> offset =
       Vector(parameters, InertialName(sensor, "OFFS", instance));
   TRUETRIAD_RETURN_IF_ERROR(offset);
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d rotation, BoardRotation(parameters));
-  std::string text = "\n    offset: " + List(*offset);
-  if (sensor == "ACC") {
-    const std::string name = InertialName(sensor, "SCAL", instance);
-    const Result<std::array<double, 3>> scale = Vector(parameters, name);
-    TRUETRIAD_RETURN_IF_ERROR(scale);
-    for (const double value : *scale) {
-      if (value == 0.0)
-        return Error(ErrorCode::kInvalidValue,
-                     name + " is zero: this accelerometer has no scale calibration");
-    }
-    text += "\n    scale: " + List(*scale);
+  const Result<std::array<double, 3>> scale = InertialScale(parameters, sensor, instance);
+  TRUETRIAD_RETURN_IF_ERROR(scale);
+  if (order == CorrectionOrder::kVehicleFrame) {
+    return AfterRotation(Eigen::Vector3d(offset->data()), Eigen::Vector3d(scale->data()), rotation);
   }
+  std::string text = "\n    offset: " + List(*offset);
+  if (sensor == "ACC") text += "\n    scale: " + List(*scale);
   if (!rotation.isIdentity(0.0)) {
     YamlText matrix;
     matrix << rotation;
@@ -234,12 +258,15 @@ bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
   return false;
 }
 
-Result<std::string> AppliedByFirmware(const Parameters& parameters, Triad triad, int instance) {
+Result<std::string> AppliedByFirmware(const Parameters& parameters,
+                                      CorrectionOrder order,
+                                      Triad triad,
+                                      int instance) {
   switch (triad) {
     case Triad::kAccelerometer:
-      return InertialCorrection(parameters, "ACC", instance);
+      return InertialCorrection(parameters, order, "ACC", instance);
     case Triad::kGyroscope:
-      return InertialCorrection(parameters, "GYR", instance);
+      return InertialCorrection(parameters, order, "GYR", instance);
     case Triad::kMagnetometer:
       return CompassCorrection(parameters, instance);
   }

@@ -14,6 +14,12 @@ namespace truetriad::convert {
 /// Parameters of a log by name.
 using Parameters = std::map<std::string, double, std::less<>>;
 
+/// How the firmware corrects inertial readings y; R is AHRS_ORIENTATION, vehicle <- sensor.
+enum class CorrectionOrder {
+  kSensorFrame,   ///< R·((y − offset) ∘ scale): since 2015.
+  kVehicleFrame,  ///< (R·y) ∘ scale − offset: Copter and Plane up to 3.2.
+};
+
 /// Names of the parameters that correct sensor `instance` (0-based) of `triad`; what stands before
 /// _X is the prefix. ArduPilot: AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp,
 /// AP_Compass.cpp.
@@ -23,7 +29,10 @@ bool IsCorrectionParameter(Triad triad, int instance, std::string_view name);
 /// manifest (docs/recordings.md).
 ///
 /// Error (bad input): which parameter is missing or cannot be undone, in a few words.
-Result<std::string> AppliedByFirmware(const Parameters& parameters, Triad triad, int instance);
+Result<std::string> AppliedByFirmware(const Parameters& parameters,
+                                      CorrectionOrder order,
+                                      Triad triad,
+                                      int instance);
 
 /// Compass offset, added: x, y, z in mG. Error: missing.
 Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance);

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,17 +50,29 @@ Source SourceOf(const MessageFormat& format, std::string_view record) {
   return {};
 }
 
-/// Nanoseconds since the autopilot's start; nullopt where the message has no such field.
+/// Nanoseconds since the autopilot's start; nullopt where the message has no time. Logs before 2015
+/// have it in milliseconds.
 std::optional<std::int64_t> TimeOf(const MessageFormat& format,
                                    std::string_view record,
                                    std::string_view field_name) {
-  const MessageField* const field = format.Find(field_name);
-  const std::optional<std::uint64_t> us =
+  std::int64_t unit_ns = kNsPerUs;
+  const MessageField* field = format.Find(field_name);
+  if (field == nullptr) field = format.Find("TimeUS");
+  if (field == nullptr) {
+    field = format.Find("TimeMS");
+    unit_ns *= 1000;
+  }
+  const std::optional<std::uint64_t> time =
       field == nullptr ? std::nullopt : IntegerIn(*field, record);
-  constexpr auto kMost =
-      static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / kNsPerUs);
-  if (!us || *us > kMost) return std::nullopt;
-  return static_cast<std::int64_t>(*us) * kNsPerUs;
+  const auto most = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / unit_ns);
+  if (!time || *time > most) return std::nullopt;
+  return static_cast<std::int64_t>(*time) * unit_ns;
+}
+
+/// The field with a chip's temperature in degC; null where the message has none.
+const MessageField* TemperatureOf(const MessageFormat& format) {
+  const MessageField* const field = format.Find("T");
+  return field == nullptr ? format.Find("Temp") : field;
 }
 
 /// Three fields of a message.
@@ -91,6 +104,8 @@ struct Contents {
   Parameters parameters;
   std::map<std::string, std::string> changed;  ///< Parameters that changed after readings began.
   std::map<int, std::array<double, 3>> compass_offsets;  ///< Of the first row of each magnetometer.
+  std::set<int> with_temperature;                        ///< Instances whose IMU messages have one.
+  bool in_milliseconds = false;                          ///< As firmware before 2015 logs.
   std::string firmware;
   std::uint64_t records = 0, skipped_bytes = 0, damages = 0;
 };
@@ -116,6 +131,34 @@ void ReadMessage(const DataflashLog::Record& record, Contents* contents) {
   if (words.starts_with("Ardu")) contents->firmware = words;
 }
 
+/// Firmware that logs milliseconds and has no parameter of a compass matrix applies none.
+void AssumeNoCompassMatrix(Parameters* parameters) {
+  for (const auto& [name, value] : *parameters) {
+    if (name.starts_with("COMPASS_DIA") || name.starts_with("COMPASS_ODI")) return;
+  }
+  for (const std::string compass : {"", "2", "3"}) {
+    for (const std::string axis : {"_X", "_Y", "_Z"}) {
+      parameters->emplace("COMPASS_DIA" + compass + axis, 1.0);
+      parameters->emplace("COMPASS_ODI" + compass + axis, 0.0);
+    }
+  }
+}
+
+/// In which order the firmware corrected. Error: it is of the months when that changed, or unnamed.
+Result<CorrectionOrder> OrderOf(const Contents& contents) {
+  if (!contents.in_milliseconds) return CorrectionOrder::kSensorFrame;
+  for (const std::string_view vehicle : {"ArduCopter V", "ArduPlane V"}) {
+    if (!contents.firmware.starts_with(vehicle)) continue;
+    const std::string_view version = std::string_view(contents.firmware).substr(vehicle.size());
+    for (const std::string_view known : {"2.", "3.0", "3.1", "3.2"}) {
+      if (version.starts_with(known)) return CorrectionOrder::kVehicleFrame;
+    }
+  }
+  return Error(ErrorCode::kMissingKey,
+               "the log is older than 2015, and Copter or Plane up to 3.2 is not what it names as "
+               "its firmware");
+}
+
 Result<Contents> Survey(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log, DataflashLog::Open(path));
   Contents contents;
@@ -130,6 +173,10 @@ Result<Contents> Survey(const std::string& path) {
       const std::int64_t time_ns = TimeOf(format, record.bytes, "TimeUS").value_or(0);
       if (messages.count++ == 0) messages.first_ns = time_ns;
       messages.last_ns = time_ns;
+      if (format.Find("TimeUS") == nullptr && format.Find("TimeMS") != nullptr)
+        contents.in_milliseconds = true;
+      if (source.kind == "IMU" && TemperatureOf(format) != nullptr)
+        contents.with_temperature.insert(source.instance);
       if (source.kind == "MAG" && messages.count == 1) {
         const std::optional<Axes> offsets = Axes::Of(format, "Ofs");
         if (offsets) contents.compass_offsets[source.instance] = offsets->In(record.bytes);
@@ -138,6 +185,7 @@ Result<Contents> Survey(const std::string& path) {
   }
   if (log->read_failed())
     return Error(ErrorCode::kDamagedFile, {path}, "could not be read to its end");
+  if (contents.in_milliseconds) AssumeNoCompassMatrix(&contents.parameters);
   contents.records = log->records();
   contents.skipped_bytes = log->skipped_bytes();
   contents.damages = log->damages();
@@ -193,7 +241,14 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   constexpr std::string_view kWhatToDo =
       "; the recording states `applied: unknown` and is refused until you complete it by hand "
       "(docs/recordings.md)";
-  Result<std::string> applied = AppliedByFirmware(contents.parameters, triad, instance);
+  const Result<CorrectionOrder> order = OrderOf(contents);
+  Result<std::string> applied =
+      order || triad == Triad::kMagnetometer
+          ? AppliedByFirmware(contents.parameters,
+                              order ? *order : CorrectionOrder::kSensorFrame,
+                              triad,
+                              instance)
+          : order.error();
   for (const auto& [name, what] : contents.changed) {
     if (!IsCorrectionParameter(triad, instance, name)) continue;
     applied = Error(ErrorCode::kInvalidValue, std::string(name).append(" ").append(what));
@@ -271,6 +326,7 @@ class Conversion {
     const auto columns = [&](Triad triad, const std::string& unit) {
       return TriadColumns{triad, unit, Applied(contents, triad, choice.instance)};
     };
+    const bool has_temperature = contents.with_temperature.contains(choice.instance);
     std::vector<TriadColumns> imu;
     if (choice.gyroscope && !choice.gyroscope_raw_rate) {
       imu.push_back(columns(Triad::kGyroscope, "rad/s"));
@@ -280,10 +336,15 @@ class Conversion {
       imu.push_back(columns(Triad::kAccelerometer, "m/s^2"));
       routes_["IMU"].prefixes.push_back("Acc");
     }
-    if (!imu.empty()) Add("IMU", "TimeUS", "imu.csv", imu, true, folder);
+    if (!imu.empty()) Add("IMU", "TimeUS", "imu.csv", imu, has_temperature, folder);
     if (choice.gyroscope_raw_rate) {
       routes_["GYR"].prefixes = {"Gyr"};
-      Add("GYR", "SampleUS", "gyroscope.csv", {columns(Triad::kGyroscope, "rad/s")}, true, folder);
+      Add("GYR",
+          "SampleUS",
+          "gyroscope.csv",
+          {columns(Triad::kGyroscope, "rad/s")},
+          has_temperature,
+          folder);
     }
     if (choice.accelerometer_raw_rate) {
       routes_["ACC"].prefixes = {"Acc"};
@@ -291,7 +352,7 @@ class Conversion {
           "SampleUS",
           "accelerometer.csv",
           {columns(Triad::kAccelerometer, "m/s^2")},
-          true,
+          has_temperature,
           folder);
     }
     if (choice.magnetometer) {
@@ -351,8 +412,7 @@ class Conversion {
   }
 
   void SetTemperature(const MessageFormat& format, std::string_view record) {
-    const MessageField* field = format.Find("T");
-    if (field == nullptr) field = format.Find("Temp");
+    const MessageField* const field = TemperatureOf(format);
     if (field == nullptr) return;
     const double temperature_degc = NumberIn(*field, record);
     for (auto& [kind, route] : routes_) {

@@ -164,14 +164,16 @@ Json ParseOnce(const std::string& text, std::string* twice) {
   return Json::parse(text, look);
 }
 
-/// One object on each line. Nullopt: it is something else.
+/// One object on each line, or one list of numbers. Nullopt: it is something else.
 std::optional<Json> ParseLines(const std::string& text) {
   Json records = Json::array();
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     Json record = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (!record.is_object()) return std::nullopt;
+    const bool is_row = record.is_array() && AreNumbers(record);
+    if (!record.is_object() && !is_row) return std::nullopt;
+    if (!records.empty() && records[0].is_object() != record.is_object()) return std::nullopt;
     records.push_back(std::move(record));
   }
   if (records.empty()) return std::nullopt;

@@ -47,12 +47,13 @@ struct LogFormat {
   bool is_script = false;  ///< Runs under Node.
 };
 
-constexpr std::array<LogFormat, 10> kLogFormats = {{
+constexpr std::array<LogFormat, 11> kLogFormats = {{
     {"dataflash", "ArduPilot DataFlash log (.bin)", "", false},
     {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev", false},
     {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev and libfastcdr-dev", false},
     {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev", false},
     {"json", "JSON files with arrays of readings, or one object a line", "", false},
+    {"vectornav", "VectorNav ASCII sentences ($VNYMR, $VNIMU, …)", "", false},
     {"six-face", "folder with one recording for each face: +x.csv, -x.csv, …", "", false},
     {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …", "", false},
     {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
@@ -181,9 +182,9 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
   if (FLAGS_from == "bbl" || FLAGS_from == "bfl") {
     return Error(ErrorCode::kConflictingArguments,
                  "--from=" + FLAGS_from +
-                     ": is a raw blackbox log; decode it with Betaflight's own tool first: "
-                     "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; "
-                     "then convert --from=blackbox --input=LOG.01.csv");
+                     ": is a Betaflight blackbox log; decode it with Betaflight's own "
+                     "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL, "
+                     "then truetriad convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
