@@ -118,6 +118,16 @@ std::string AllowedText(const std::string& name, const Limit& limit) {
   return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
 }
 
+/// " (± 0.4978)": what a limit leaves to a value with k of its σ; nothing without a guard band.
+std::string GuardedText(const LimitCheck& check) {
+  const double guard = check.guard_band_k * check.sigma;
+  if (!(guard > 0.0)) return "";
+  Limit left = check.limit;
+  left.lower += guard, left.upper -= guard;
+  if (left.lower > left.upper) return " (nothing)";
+  return " (" + AllowedText(check.name, left) + ")";
+}
+
 /// P of a value beyond its limit.
 std::string OutsideText(const LimitCheck& check) {
   if (!(check.sigma > 0.0)) return "–";
@@ -137,10 +147,12 @@ Section LimitsSection(const Calibration& calibration) {
                     "state `limits:` in the experiment."));
     return section;
   }
+  // Files of before do not say it.
+  const double k = limits.front().guard_band_k;
   Table table{{"limit", "allowed", "worst found", "unit", "P outside", "result"}, "lrrlrl", {}};
   for (const LimitCheck& check : limits) {
     table.rows.push_back({check.FullName(),
-                          AllowedText(check.name, check.limit),
+                          AllowedText(check.name, check.limit) + GuardedText(check),
                           WithSigma(check.worst, check.sigma),
                           LimitUnit(check.name),
                           OutsideText(check),
@@ -150,12 +162,10 @@ Section LimitsSection(const Calibration& calibration) {
   section.blocks.emplace_back(std::string(
       "In true units, so a bias is divided by its gain. P outside: the probability that "
       "a true value is beyond its limit, of any axis and at its worst temperature."));
-  // Files of before do not say it.
-  const double k = limits.front().guard_band_k;
   if (k > 0.0) {
     section.blocks.emplace_back(
         "A guard band is set: a value passes only if it is inside its limit by " +
-        Significant(k, 3) + " σ.");
+        Significant(k, 3) + " σ, so within what stands in brackets.");
   }
   return section;
 }
@@ -300,7 +310,12 @@ Finding WhyRefused(const Findings& findings) {
 std::string FailedLimits(const Quality& quality) {
   std::string names;
   for (const LimitCheck& check : quality.limits) {
-    if (!check.pass) names += (names.empty() ? "" : ", ") + check.FullName();
+    if (check.pass) continue;
+    names += (names.empty() ? "" : ", ") + check.FullName();
+    const bool is_inside = check.worst <= check.limit.upper && check.worst >= check.limit.lower;
+    if (is_inside && check.guard_band_k > 0.0) {
+      names += " (inside, but not by " + Significant(check.guard_band_k, 3) + " σ)";
+    }
   }
   return names.empty() ? "see the limits" : names;
 }

@@ -85,13 +85,15 @@ std::vector<std::string> HeadingRow(const Calibration& calibration) {
 Section CorrectedErrorSection(const Calibration& calibration) {
   Section section{SectionKind::kCorrectedError, "What readings are off by", {}};
   if (!calibration.IsUsable() || calibration.covariance.parameters.empty()) return section;
-  Table table{{"", "raw, RMS", "worst", "corrected, σ", "worst", "unit", "raw", "corrected", ""},
+  Table table{{"", "raw RMS", "worst", "corrected σ", "worst", "unit", "raw", "corrected", "unit"},
               "lrrrrlrrl",
               {}};
   for (const ErrorRow& row : ErrorRows(calibration)) {
     const CorrectedError error =
         CorrectedErrorOf(calibration, row.triad, row.magnitude, row.has_bias);
-    const auto number = [](double value) { return Significant(value, 3); };
+    const auto number = [](double value) {
+      return value >= 1e3 && value < 1e6 ? Fixed(value, 0) : Significant(value, 3);
+    };
     const bool has_angle = row.magnitude > 0.0;
     const auto angle = [&](double rad) { return has_angle ? number(kDegPerRad * rad) : ""; };
     table.rows.push_back({row.what,

@@ -78,9 +78,7 @@ std::string ResidualFigures(const Calibration& calibration) {
                    calibration.quality.rests.pose_residuals, calibration.sensors[triad], triad);
              },
              ResidualCaption) +
-         Figure(TurnChart(calibration.quality.rests),
-                "Turns: found less stated, ±2σ; and the error of gravity's direction after each "
-                "turn that a calibration had not seen.");
+         Figure(TurnChart(calibration.quality.rests), TurnCaption(calibration.quality.rests));
 }
 
 std::string CoverageFigures(const Calibration& calibration) {

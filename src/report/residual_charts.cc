@@ -183,6 +183,17 @@ std::string ResidualCaption(Triad triad) {
          " in σ against the normal distribution, dashed if both agree.";
 }
 
+std::string TurnCaption(const RestQuality& quality) {
+  const bool has_stated = std::any_of(quality.turns.begin(),
+                                      quality.turns.end(),
+                                      [](const auto& turn) { return turn.fault.empty(); });
+  return std::string(has_stated ? "Known turns: found less stated, ±2σ. " : "") +
+         (quality.held_out && quality.held_out->turns
+              ? "Error of gravity's direction after each turn, by a calibration that had not seen "
+                "it."
+              : "");
+}
+
 std::string TurnChart(const RestQuality& quality) {
   Points found;
   Range numbers, differences;

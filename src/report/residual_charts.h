@@ -25,5 +25,6 @@ std::string ResidualCaption(Triad triad);
 
 /// Turns: what was found less what was stated, ±2σ, and the error of each that was held out.
 std::string TurnChart(const RestQuality& quality);
+std::string TurnCaption(const RestQuality& quality);
 
 }  // namespace truetriad

@@ -70,7 +70,7 @@ TEST(Timeline, ScalesByAllButAReadingThatIsAbsurdAndSaysItsValue) {
   set.traces[Triad::kAccelerometer].slices[500].highest_raw[0] = 1e9F;
   const std::string svg = TimelineDrawing(set, {}, false).svg;
   EXPECT_THAT(svg, HasSubstr(">1e+09</text>"));
-  EXPECT_THAT(svg, HasSubstr(">80.0</text>"));  // Beyond all but the absurd one.
+  EXPECT_THAT(svg, HasSubstr(">80</text>"));  // Beyond all but the absurd one.
   EXPECT_EQ(CountOf(svg, "small far"), 2U);
   EXPECT_EQ(CountOf(TimelineDrawing(Recording(), {}, false).svg, "small far"), 0U);
 }
