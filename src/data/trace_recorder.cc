@@ -12,6 +12,9 @@ namespace {
 
 using Slice = ReadingTrace::Slice;
 
+// What a float holds; infinity is for slices without a reading.
+constexpr double kLargest = std::numeric_limits<float>::max();
+
 Slice Empty() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return {Eigen::Vector3f::Constant(kInfinity), Eigen::Vector3f::Constant(-kInfinity)};
@@ -49,8 +52,10 @@ void TraceRecorder::Add(const SampleBlock& block) {
     for (; at >= kMostSlices; at /= 2) Halve();
     if (at >= trace_.slices.size()) trace_.slices.resize(at + 1, Empty());
     Slice& slice = trace_.slices[at];
-    const Eigen::Vector3f reading =
-        Eigen::Vector3d(block.x[i], block.y[i], block.z[i]).cast<float>();
+    const Eigen::Vector3f reading = Eigen::Vector3d(block.x[i], block.y[i], block.z[i])
+                                        .cwiseMax(-kLargest)
+                                        .cwiseMin(kLargest)
+                                        .cast<float>();
     slice.lowest_raw = slice.lowest_raw.cwiseMin(reading);
     slice.highest_raw = slice.highest_raw.cwiseMax(reading);
   }

@@ -67,6 +67,14 @@ TEST(TraceRecorder, IsTheSameHoweverTheReadingsCome) {
   EXPECT_EQ(whole.slices.back().lowest_raw[1], -4999.0F);
 }
 
+TEST(TraceRecorder, HoldsReadingsBeyondWhatAFloatDoes) {
+  MemoryStream stream(Triad::kAccelerometer);
+  stream.Add(0, Vector3d(1e300, -1e300, 0.0));
+  const ReadingTrace trace = TraceOf(stream);
+  EXPECT_EQ(trace.slices[0].highest_raw[0], std::numeric_limits<float>::max());
+  EXPECT_EQ(trace.slices[0].lowest_raw[1], std::numeric_limits<float>::lowest());
+}
+
 TEST(TraceRecorder, HoldsTimesThatAreFurtherApartThanTheirTypeCanSay) {
   constexpr std::int64_t kFirst = std::numeric_limits<std::int64_t>::min();
   constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
