@@ -25,15 +25,17 @@ std::string ByteText(char byte) {
   return {'\\', 'x', kHex[value >> 4U], kHex[value & 15U]};
 }
 
-std::string Escaped(std::string_view text, std::string_view plain) {
+/// `text` with characters for which `needs_escape(code)` as \u001B, and bytes that are none as
+/// \xFF.
+template <typename NeedsEscape>
+std::string Escaped(std::string_view text, const NeedsEscape& needs_escape) {
   std::string shown;
   while (!text.empty()) {
     const std::optional<Utf8Character> character = FirstCharacter(text);
     const std::size_t size = character ? character->size : 1;
-    const bool is_plain = plain.find(text[0]) != std::string_view::npos;
     if (!character) {
       shown += ByteText(text[0]);
-    } else if (!is_plain && (IsControl(character->code) || TurnsText(character->code))) {
+    } else if (needs_escape(character->code)) {
       std::array<char, 16> escape{};
       std::snprintf(escape.data(), escape.size(), "\\u%04X", character->code);
       shown += escape.data();
@@ -44,6 +46,8 @@ std::string Escaped(std::string_view text, std::string_view plain) {
   }
   return shown;
 }
+
+bool IsNotForATerminal(std::uint32_t code) { return IsControl(code) || TurnsText(code); }
 
 }  // namespace
 
@@ -90,17 +94,15 @@ bool IsUtf8(std::string_view text) {
 }
 
 std::string AsUtf8(std::string_view text) {
-  std::string good;
-  while (!text.empty()) {
-    const std::optional<Utf8Character> character = FirstCharacter(text);
-    good += character ? std::string(text.substr(0, character->size)) : ByteText(text[0]);
-    text.remove_prefix(character ? character->size : 1);
-  }
-  return good;
+  return Escaped(text, [](std::uint32_t /*code*/) { return false; });
 }
 
-std::string Printable(std::string_view text) { return Escaped(text, "\n\t"); }
+std::string Printable(std::string_view text) {
+  return Escaped(text, [](std::uint32_t code) {
+    return code != '\n' && code != '\t' && IsNotForATerminal(code);
+  });
+}
 
-std::string PrintableLine(std::string_view text) { return Escaped(text, ""); }
+std::string PrintableLine(std::string_view text) { return Escaped(text, IsNotForATerminal); }
 
 }  // namespace truetriad

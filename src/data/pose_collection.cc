@@ -294,10 +294,10 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   for (bool more = true; more;) {
     TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
-      if (info.has_time) repeated.Apply(&blocks);
-      // What is left out as impossible is drawn all the same.
-      for (const SampleBlock& block : blocks) {
-        if (info.has_time) recorders[block.triad].Add(block);
+      if (info.has_time) {
+        repeated.Apply(&blocks);
+        // What is left out as impossible is drawn all the same.
+        for (const SampleBlock& block : blocks) recorders[block.triad].Add(block);
       }
       for (const StreamInfo& stream : info.streams) {
         monitor_of[stream.triad]->Excuse(repeated.StretchesOf(stream.triad));
@@ -324,8 +324,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
   for (const StreamInfo& stream : info.streams) {
-    set.traces[stream.triad] = recorders[stream.triad].trace();
-    set.traces[stream.triad].start_ns -= std::llround(1e9 * selection.time_offset_s[stream.triad]);
+    ReadingTrace& trace = set.traces[stream.triad] = recorders[stream.triad].Take();
+    trace.start_ns -= std::llround(1e9 * selection.time_offset_s[stream.triad]);
   }
   set.findings = impossible.Left();
   set.excluded = excluded.Left();

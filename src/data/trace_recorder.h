@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
@@ -16,7 +17,8 @@ class TraceRecorder {
   static constexpr std::size_t kMostSlices = 1024;
 
   void Add(const SampleBlock& block);
-  const ReadingTrace& trace() const { return trace_; }
+  /// All of it; nothing is to be added then.
+  ReadingTrace Take() { return std::move(trace_); }
 
  private:
   void Halve();

@@ -35,9 +35,9 @@ Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
     members["calib_" + name + "_bias"] = numbers;
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise,
                                NoiseOf(request.options, triad));
-    if (noise) {
+    if (noise && noise->random_walk) {
       members[name + "_noise_std"] = ListJson(noise->white);
-      members[name + "_bias_std"] = ListJson(noise->random_walk);
+      members[name + "_bias_std"] = ListJson(*noise->random_walk);
       rate_hz = noise->rate_hz;
     } else {
       warnings->emplace_back(std::string(TriadName(triad)) + ": " + name + "_noise_std and " +

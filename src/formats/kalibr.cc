@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
-#include <cmath>
 #include <sstream>
 
 #include <Eigen/LU>
@@ -84,7 +83,6 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
   std::string text;
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<WhiteNoise> white, WhiteNoiseOf(options, triad));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise, NoiseOf(options, triad));
     const std::string name(TriadName(triad));
     const std::string unit(TruthUnitName(triad));
@@ -93,20 +91,21 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
           text += (is_known ? "  " : "  # ") + name + std::string(what) + ": " +
                   (is_known ? NumberText(value) : std::string("?")) + "  # " + of + "\n";
         };
+    const bool has_walk = noise && noise->random_walk;
     line("_noise_density",
-         white.has_value(),
-         white ? white->density.norm() / std::sqrt(3.0) : 0.0,
+         noise.has_value(),
+         noise ? RmsOfAxes(noise->white) : 0.0,
          unit + "/sqrt(Hz)");
     line("_random_walk",
-         noise.has_value(),
-         noise ? noise->random_walk_rms() : 0.0,
+         has_walk,
+         has_walk ? RmsOfAxes(*noise->random_walk) : 0.0,
          unit + "/s/sqrt(Hz)");
-    if (white) rate_hz = white->rate_hz;
-    if (noise) continue;
+    if (noise) rate_hz = noise->rate_hz;
+    if (has_walk) continue;
     warnings->emplace_back(
         name + (!options.allan ? ": its noise densities are missing; give --allan=FILE, or fill "
                                  "them in"
-                : white ? ": the Allan file does not tell the random walk of every axis (a longer "
+                : noise ? ": the Allan file does not tell the random walk of every axis (a longer "
                           "rest may); fill it in"
                         : ": the Allan file does not tell white noise of every axis (a longer rest "
                           "may); fill the densities in"));

@@ -6,9 +6,6 @@
 
 namespace truetriad {
 
-double NoiseDensities::white_rms() const { return white.norm() / std::sqrt(3.0); }
-double NoiseDensities::random_walk_rms() const { return random_walk.norm() / std::sqrt(3.0); }
-
 namespace {
 
 /// True units a raw one. Error: counts of unknown size.
@@ -23,34 +20,22 @@ Result<double> TruthPerRaw(const AllanTriad& found) {
 
 }  // namespace
 
-Result<std::optional<WhiteNoise>> WhiteNoiseOf(const ExportOptions& options, Triad triad) {
-  using Found = std::optional<WhiteNoise>;
-  const AllanTriad* const found = options.allan ? options.allan->Find(triad) : nullptr;
-  if (found == nullptr) return Found();
-  TRUETRIAD_ASSIGN_OR_RETURN(const double truth_per_raw, TruthPerRaw(*found));
-  WhiteNoise noise;
-  noise.rate_hz = found->rate_hz;
-  for (int axis = 0; axis < 3; ++axis) {
-    const AllanAxis& item = found->axes[static_cast<std::size_t>(axis)];
-    if (!item.white_density) return Found();
-    noise.density[axis] = truth_per_raw * item.white_density->value;
-  }
-  return Found(noise);
-}
+double RmsOfAxes(const Eigen::Vector3d& density) { return density.norm() / std::sqrt(3.0); }
 
 Result<std::optional<NoiseDensities>> NoiseOf(const ExportOptions& options, Triad triad) {
   using Found = std::optional<NoiseDensities>;
   const AllanTriad* const found = options.allan ? options.allan->Find(triad) : nullptr;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<WhiteNoise> white, WhiteNoiseOf(options, triad));
-  if (!white) return Found();
+  if (found == nullptr) return Found();
   TRUETRIAD_ASSIGN_OR_RETURN(const double truth_per_raw, TruthPerRaw(*found));
   NoiseDensities noise;
-  noise.rate_hz = white->rate_hz;
-  noise.white = white->density;
+  noise.rate_hz = found->rate_hz;
+  noise.random_walk.emplace();
   for (int axis = 0; axis < 3; ++axis) {
     const AllanAxis& item = found->axes[static_cast<std::size_t>(axis)];
-    if (!item.random_walk) return Found();
-    noise.random_walk[axis] = truth_per_raw * item.random_walk->value;
+    if (!item.white_density) return Found();
+    noise.white[axis] = truth_per_raw * item.white_density->value;
+    if (!item.random_walk) noise.random_walk.reset();
+    if (noise.random_walk) (*noise.random_walk)[axis] = truth_per_raw * item.random_walk->value;
   }
   return Found(noise);
 }

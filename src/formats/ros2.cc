@@ -59,8 +59,8 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
                                   Triad triad,
                                   const Eigen::Matrix3d& correction,
                                   std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<WhiteNoise> noise,
-                             WhiteNoiseOf(request.options, triad));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise,
+                             NoiseOf(request.options, triad));
   if (!noise) {
     warnings->emplace_back(std::string(TriadName(triad)) + ": " +
                            std::string(CovarianceName(triad)) + " is zero (unknown): " +
@@ -69,7 +69,7 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
                                 : "its noise density is missing; give --allan=FILE"));
     return Eigen::Vector3d(Eigen::Vector3d::Zero());
   }
-  const Eigen::Vector3d of_sample = noise->density.array().square() * noise->rate_hz;
+  const Eigen::Vector3d of_sample = noise->white.array().square() * noise->rate_hz;
   Eigen::Vector3d variances = correction.array().square().matrix() * of_sample;
   if (request.stated->covariance.matrix.size() > 0) {
     variances += ReadingVariances(triad, *request.stated);

@@ -4,7 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <optional>
+#include <string>
+#include <string_view>
 
 #include "base/utf8.h"
 
@@ -22,10 +23,9 @@ bool NeedsEscape(std::uint32_t code) {
 }  // namespace
 
 YamlText& YamlText::operator<<(Quoted quoted) {
-  const std::string good = IsUtf8(quoted.text) ? std::string() : AsUtf8(quoted.text);
-  std::string_view text = good.empty() ? quoted.text : std::string_view(good);
+  const std::string good = AsUtf8(quoted.text);
   text_ += '"';
-  while (!text.empty()) {
+  for (std::string_view text = good; !text.empty();) {
     const Utf8Character character = *FirstCharacter(text);
     if (text[0] == '"' || text[0] == '\\') {
       text_ += {'\\', text[0]};

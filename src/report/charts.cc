@@ -18,10 +18,10 @@ namespace {
 
 constexpr Eigen::Index kMaxCorrelated = 60;
 
-/// From where to where a limit is drawn: what is allowed; about or beyond a limit that is alone, so
-/// far that the value is seen.
-Range ShownOf(const LimitCheck& check, bool is_from_zero) {
-  const double lower = is_from_zero ? 0.0 : check.limit.lower, upper = check.limit.upper;
+/// From where to where a limit from `lower` (infinite: open) is drawn: what is allowed; about or
+/// beyond a limit that is alone, so far that the value is seen.
+Range ShownOf(const LimitCheck& check, double lower) {
+  const double upper = check.limit.upper;
   if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {lower, upper};
   const double alone = std::isfinite(upper) ? upper : lower;
   const double room = std::isfinite(upper) ? upper - check.worst : check.worst - lower;
@@ -51,7 +51,8 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
     // What is never negative begins at zero.
     const Result<LimitName> name = ParseLimitName(check.name);
     const bool is_from_zero = name && name->IsNeverNegative() && limit.lower <= 0.0;
-    const Range shown = ShownOf(check, is_from_zero);
+    const double lower = is_from_zero ? 0.0 : limit.lower;
+    const Range shown = ShownOf(check, lower);
     const auto share = [&](double value) { return (value - shown.low) / shown.span(); };
     const auto x = [&](double value) {
       return kFirst + kAllowed * std::clamp(share(value), -kBeyond, 1.0 + kBeyond);
@@ -68,8 +69,7 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
         if (low < high) svg.Rectangle(x(low), y + 4.0, x(high) - x(low), kRow - 8.0, "guard");
       };
       if (guard > 0.0 && std::isfinite(limit.upper)) {
-        draw_guard(std::max({limit.upper - guard, limit.lower, is_from_zero ? 0.0 : limit.lower}),
-                   limit.upper);
+        draw_guard(std::max(limit.upper - guard, lower), limit.upper);
       }
       if (guard > 0.0 && std::isfinite(limit.lower) && !is_from_zero) {
         draw_guard(limit.lower, std::min(limit.lower + guard, limit.upper));

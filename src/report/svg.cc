@@ -76,6 +76,22 @@ void Begin(std::string_view element, std::string_view style, std::string* to) {
   AppendAttribute("class", style, to);
 }
 
+void BeginBox(
+    double x, double y, double width, double height, std::string_view style, std::string* to) {
+  Begin("rect", style, to);
+  AppendAttribute("x", x, to);
+  AppendAttribute("y", y, to);
+  AppendAttribute("width", width, to);
+  AppendAttribute("height", height, to);
+}
+
+/// The end of an element that says something to who points at it.
+void EndWithTooltip(std::string_view element, std::string_view tooltip, std::string* to) {
+  *to += "><title>";
+  AppendMarkup(tooltip, to);
+  to->append("</title></").append(element).append(">\n");
+}
+
 }  // namespace
 
 std::string EscapeMarkup(std::string_view text) {
@@ -106,11 +122,7 @@ void Svg::Line(double x1, double y1, double x2, double y2, std::string_view styl
 }
 
 void Svg::Rectangle(double x, double y, double width, double height, std::string_view style) {
-  Begin("rect", style, &body_);
-  AppendAttribute("x", x, &body_);
-  AppendAttribute("y", y, &body_);
-  AppendAttribute("width", width, &body_);
-  AppendAttribute("height", height, &body_);
+  BeginBox(x, y, width, height, style, &body_);
   body_ += "/>\n";
 }
 
@@ -129,15 +141,9 @@ void Svg::Stretch(double x,
                   std::string_view style,
                   int pose,
                   std::string_view tooltip) {
-  Begin("rect", style, &body_);
-  AppendAttribute("x", x, &body_);
-  AppendAttribute("y", y, &body_);
-  AppendAttribute("width", width, &body_);
-  AppendAttribute("height", height, &body_);
+  BeginBox(x, y, width, height, style, &body_);
   AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
-  body_ += "><title>";
-  AppendMarkup(tooltip, &body_);
-  body_ += "</title></rect>\n";
+  EndWithTooltip("rect", tooltip, &body_);
 }
 
 void Svg::Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip) {
@@ -146,9 +152,7 @@ void Svg::Mark(double x, double y, std::string_view style, int pose, std::string
   AppendAttribute("cy", y, &body_);
   body_ += " r=\"2.8\"";
   AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
-  body_ += "><title>";
-  AppendMarkup(tooltip, &body_);
-  body_ += "</title></circle>\n";
+  EndWithTooltip("circle", tooltip, &body_);
 }
 
 void Svg::Dots(const std::vector<std::pair<double, double>>& points, std::string_view style) {
@@ -223,15 +227,9 @@ void Svg::Cell(double x,
                std::string_view style,
                double share,
                std::string_view tooltip) {
-  Begin("rect", style, &body_);
-  AppendAttribute("x", x, &body_);
-  AppendAttribute("y", y, &body_);
-  AppendAttribute("width", size, &body_);
-  AppendAttribute("height", size, &body_);
+  BeginBox(x, y, size, size, style, &body_);
   AppendAttribute("fill-opacity", std::string_view(Fixed(share, 2)), &body_);
-  body_ += "><title>";
-  AppendMarkup(tooltip, &body_);
-  body_ += "</title></rect>\n";
+  EndWithTooltip("rect", tooltip, &body_);
 }
 
 void Svg::Cells(const std::vector<std::pair<double, double>>& corners,
@@ -246,9 +244,7 @@ void Svg::Cells(const std::vector<std::pair<double, double>>& corners,
   body_ += "<path";
   AppendAttribute("fill", colour, &body_);
   AppendAttribute("d", std::string_view(path), &body_);
-  body_ += "><title>";
-  AppendMarkup(tooltip, &body_);
-  body_ += "</title></path>\n";
+  EndWithTooltip("path", tooltip, &body_);
 }
 
 void Svg::RotatedText(

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "report/chart_frame.h"
@@ -32,6 +31,10 @@ Reasons ReasonsOf(const std::vector<RejectedPose>& rejected) {
   return reasons;
 }
 
+bool HasReadings(const ReadingTrace::Slice& slice) {
+  return slice.lowest_raw[0] <= slice.highest_raw[0];
+}
+
 /// The panels of one recording, one below the other over the same time.
 class Timeline {
  public:
@@ -52,6 +55,8 @@ class Timeline {
       if (!poses.traces[stream.triad].slices.empty()) traced_.push_back(&stream);
     }
   }
+
+  bool IsEmpty() const { return traced_.empty() && poses_.poses.empty(); }
 
   std::string Draw() {
     const bool has_curve = temperatures_.size() > 1;
@@ -103,7 +108,7 @@ class Timeline {
     constexpr std::size_t kFew = 3;
     std::vector<double> extremes;
     for (const ReadingTrace::Slice& slice : poses_.traces[stream.triad].slices) {
-      if (!(slice.lowest_raw[0] <= slice.highest_raw[0])) continue;
+      if (!HasReadings(slice)) continue;
       extremes.push_back(slice.lowest_raw.minCoeff());
       extremes.push_back(slice.highest_raw.maxCoeff());
     }
@@ -125,7 +130,7 @@ class Timeline {
     const ReadingTrace& trace = poses_.traces[stream.triad];
     for (std::size_t i = 0; i < trace.slices.size(); ++i) {
       const ReadingTrace::Slice& slice = trace.slices[i];
-      if (!(slice.lowest_raw[0] <= slice.highest_raw[0])) continue;
+      if (!HasReadings(slice)) continue;
       const double time_s =
           SecondsOf(trace.start_ns + static_cast<std::int64_t>(i) * trace.slice_ns);
       const auto say = [&](double value) {
@@ -154,7 +159,7 @@ class Timeline {
     };
     for (std::size_t i = 0; i < trace.slices.size(); ++i) {
       const ReadingTrace::Slice& slice = trace.slices[i];
-      if (!(slice.lowest_raw[axis] <= slice.highest_raw[axis])) continue;
+      if (!HasReadings(slice)) continue;
       const double time_s = SecondsOf(trace.start_ns) + (static_cast<double>(i) + 0.5) * slice_s;
       const double x = kApart * std::round(frame.X(time_s) / kApart);
       const Svg::Span span{x, frame.Y(slice.lowest_raw[axis]), frame.Y(slice.highest_raw[axis])};
@@ -251,11 +256,10 @@ Drawing TimelineDrawing(const PoseSet& poses,
                         bool leads_to_rows) {
   // Several recordings have no time in common.
   const bool has_times = poses.has_time && poses.duration_s > 0.0 && poses.sessions.empty();
-  const bool has_traces = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
-    return !poses.traces[triad].slices.empty();
-  });
-  if (!has_times || (poses.poses.empty() && !has_traces)) return {};
-  return {Timeline(poses, rejected, leads_to_rows).Draw(),
+  if (!has_times) return {};
+  Timeline timeline(poses, rejected, leads_to_rows);
+  if (timeline.IsEmpty()) return {};
+  return {timeline.Draw(),
           "In each stretch of time every axis from its lowest to its highest reading. Shaded: "
           "rests, with their numbers; crosses: those with readings that the "
           "calibration rejects; in another colour: left out."};

@@ -23,7 +23,7 @@ ReadingTrace TraceOf(const MemoryStream& stream, std::size_t block_size = 4096) 
     more = *source.Next(&blocks);
     for (const SampleBlock& block : blocks) recorder.Add(block);
   }
-  return recorder.trace();
+  return recorder.Take();
 }
 
 bool IsEmpty(const ReadingTrace::Slice& slice) {

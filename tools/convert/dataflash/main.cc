@@ -144,9 +144,12 @@ void AssumeNoCompassMatrix(Parameters* parameters) {
   }
 }
 
-/// In which order the firmware corrected. Error: it is of the months when that changed, or unnamed.
-Result<CorrectionOrder> OrderOf(const Contents& contents) {
-  if (!contents.in_milliseconds) return CorrectionOrder::kSensorFrame;
+/// In which order the firmware corrected; compasses never changed. Error: it is of the months when
+/// that of the others did, or unnamed.
+Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
+  if (!contents.in_milliseconds || triad == Triad::kMagnetometer) {
+    return CorrectionOrder::kSensorFrame;
+  }
   for (const std::string_view vehicle : {"ArduCopter V", "ArduPlane V"}) {
     if (!contents.firmware.starts_with(vehicle)) continue;
     const std::string_view version = std::string_view(contents.firmware).substr(vehicle.size());
@@ -241,14 +244,9 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   constexpr std::string_view kWhatToDo =
       "; the recording states `applied: unknown` and is refused until you complete it by hand "
       "(docs/recordings.md)";
-  const Result<CorrectionOrder> order = OrderOf(contents);
+  const Result<CorrectionOrder> order = OrderOf(contents, triad);
   Result<std::string> applied =
-      order || triad == Triad::kMagnetometer
-          ? AppliedByFirmware(contents.parameters,
-                              order ? *order : CorrectionOrder::kSensorFrame,
-                              triad,
-                              instance)
-          : order.error();
+      order ? AppliedByFirmware(contents.parameters, *order, triad, instance) : order.error();
   for (const auto& [name, what] : contents.changed) {
     if (!IsCorrectionParameter(triad, instance, name)) continue;
     applied = Error(ErrorCode::kInvalidValue, std::string(name).append(" ").append(what));
