@@ -207,9 +207,14 @@ Status CsvReader::ReadHeader() {
   const Line& data = lines[0];
   if (layout_.separator == '\0') layout_.separator = FindSeparator(data.text);
   if (header.number > 0) {
-    for (const std::string_view name : SplitFields(header.text, layout_.separator)) {
-      header_.emplace_back(name);
+    // Some write commas between the names and blanks between the numbers.
+    const std::size_t fields = SplitFields(data.text, layout_.separator).size();
+    std::vector<std::string_view> names = SplitFields(header.text, layout_.separator);
+    if (names.size() != fields) {
+      std::vector<std::string_view> others = SplitFields(header.text, FindSeparator(header.text));
+      if (others.size() == fields) names = std::move(others);
     }
+    for (const std::string_view name : names) header_.emplace_back(name);
   }
   header_line_ = header.number;
   columns_.resize(header_.empty() ? SplitFields(data.text, layout_.separator).size()

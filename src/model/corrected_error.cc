@@ -110,15 +110,25 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     covariance.leftCols<3>().setZero();
   }
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  // Small ones: their second moment, and the part of it that is across.
+  // Small ones: their second moment J P J^T, J = C (v^T x I) with v = (1, magnitude u), and the part
+  // of it that is across. Its trace is a quadratic form of v.
+  Eigen::Matrix4d traces;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    for (Eigen::Index j = 0; j < 4; ++j) {
+      traces(i, j) =
+          (correction * covariance.block<3, 3>(3 * i, 3 * j) * correction.transpose()).trace();
+    }
+  }
   error.after = Over([&](const Eigen::Vector3d& u) {
-    Eigen::Matrix<double, 3, 12> jacobian;
-    jacobian.leftCols<3>() = correction;
-    for (int j = 0; j < 3; ++j) jacobian.middleCols<3>(3 * (j + 1)) = magnitude * u[j] * correction;
-    const Eigen::Matrix3d moment = jacobian * covariance * jacobian.transpose();
-    Squares squares{std::max(moment.trace(), 0.0), 0.0};
+    Eigen::Vector4d v;
+    v << 1.0, magnitude * u;
+    Squares squares{std::max(v.dot(traces * v), 0.0), 0.0};
     if (magnitude > 0.0) {
-      squares.angle = std::max(squares.length - u.dot(moment * u), 0.0) / (magnitude * magnitude);
+      const Eigen::Vector3d w = correction.transpose() * u;
+      Eigen::Matrix<double, 12, 1> along;
+      for (int j = 0; j < 4; ++j) along.segment<3>(3 * j) = v[j] * w;
+      const double radial = along.dot(covariance * along);
+      squares.angle = std::max(squares.length - radial, 0.0) / (magnitude * magnitude);
     }
     return squares;
   });

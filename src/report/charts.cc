@@ -37,11 +37,12 @@ Range ShownOf(const LimitCheck& check, double lower) {
 
 std::string LimitChart(const std::vector<LimitCheck>& limits) {
   if (limits.empty()) return "";
-  constexpr double kLeft = 240.0;
-  constexpr double kAllowed = 320.0;  // Length of what is allowed.
-  constexpr double kRow = 24.0;
+  // Each name above its bar: as narrow as a telephone.
+  constexpr double kLeft = 16.0;
+  constexpr double kAllowed = 240.0;  // Length of what is allowed.
+  constexpr double kName = 15.0, kBar = 16.0, kRow = kName + kBar + 8.0;
   constexpr double kBeyond = 0.2;  // Of what is allowed, on each side; what is worse ends here.
-  Svg svg(740.0, 30.0 + kRow * static_cast<double>(limits.size()), "Worst value of each limit");
+  Svg svg(380.0, 30.0 + kRow * static_cast<double>(limits.size()), "Worst value of each limit");
   constexpr double kFirst = kLeft + kBeyond * kAllowed;
   svg.Text(kFirst, 14.0, "lower", "middle");
   svg.Text(kFirst + kAllowed, 14.0, "upper", "middle");
@@ -57,16 +58,17 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
     const auto x = [&](double value) {
       return kFirst + kAllowed * std::clamp(share(value), -kBeyond, 1.0 + kBeyond);
     };
-    const double centre = y + kRow / 2.0;
-    svg.Text(kLeft - 10.0, centre + 4.0, check.FullName(), "end");
+    svg.Text(kLeft, y + kName - 4.0, check.FullName(), "start");
+    const double top = y + kName, centre = top + kBar / 2.0;
     if (std::isfinite(check.worst)) {
       const double begin = is_from_zero ? kFirst : kLeft;
       const double end = kFirst + kAllowed * (1.0 + kBeyond);
-      svg.Rectangle(begin, y + 4.0, end - begin, kRow - 8.0, "track");
-      // A value in these is nearer to a limit than k of its σ.
+      svg.Rectangle(begin, top, end - begin, kBar, "track");
+      // A value in these is nearer to a limit than k of its σ. Higher than the value, which would
+      // hide a thin one.
       const double guard = check.guard_band_k * check.sigma;
       const auto draw_guard = [&](double low, double high) {
-        if (low < high) svg.Rectangle(x(low), y + 4.0, x(high) - x(low), kRow - 8.0, "guard");
+        if (low < high) svg.Rectangle(x(low), top - 2.0, x(high) - x(low), kBar + 4.0, "guard");
       };
       if (guard > 0.0 && std::isfinite(limit.upper)) {
         draw_guard(std::max(limit.upper - guard, lower), limit.upper);
@@ -74,7 +76,7 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
       if (guard > 0.0 && std::isfinite(limit.lower) && !is_from_zero) {
         draw_guard(limit.lower, std::min(limit.lower + guard, limit.upper));
       }
-      svg.Rectangle(x(check.worst) - 2.0, y + 4.0, 4.0, kRow - 8.0, check.pass ? "pass" : "fail");
+      svg.Rectangle(x(check.worst) - 2.0, top, 4.0, kBar, check.pass ? "pass" : "fail");
       // Further out than is drawn.
       if (share(check.worst) > 1.0 + kBeyond) svg.Text(end + 4.0, centre + 4.0, "»", "start");
       if (share(check.worst) < -kBeyond) svg.Text(begin + 6.0, centre + 4.0, "«", "start");
@@ -86,15 +88,16 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
                  "whisker");
       }
     }
-    if (limit.target) svg.Line(x(*limit.target), y, x(*limit.target), y + kRow, "whisker");
+    const auto draw_line = [&](double value, std::string_view style) {
+      svg.Line(x(value), top - 4.0, x(value), top + kBar + 4.0, style);
+    };
+    if (limit.target) draw_line(*limit.target, "whisker");
     if (is_from_zero) {
       svg.Text(kFirst - 4.0, centre + 4.0, "0", "end");
     } else if (std::isfinite(limit.lower)) {
-      svg.Line(x(limit.lower), y, x(limit.lower), y + kRow, "limit");
+      draw_line(limit.lower, "limit");
     }
-    if (std::isfinite(limit.upper)) {
-      svg.Line(x(limit.upper), y, x(limit.upper), y + kRow, "limit");
-    }
+    if (std::isfinite(limit.upper)) draw_line(limit.upper, "limit");
     y += kRow;
   }
   return svg.Finish();

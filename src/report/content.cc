@@ -38,7 +38,11 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     if (std::isinf(noise.excess_dof)) {
       text += " (excess σ, as stated)";
     } else if (noise.excess_dof > 0.0) {
-      text += " (excess σ, " + Significant(noise.excess_dof, 3) + " degrees of freedom)";
+      // Of the sum, which weights the readings: beside a large rest noise little is known of the
+      // excess alone, and it matters little.
+      text += " (excess σ; their sum has " +
+              (noise.excess_dof < kManyDof ? Significant(noise.excess_dof, 3) : "very many") +
+              " degrees of freedom)";
     }
   }
   if (noise.turn_excess_sigma_rad > 0.0) {
@@ -149,14 +153,14 @@ Section LimitsSection(const Calibration& calibration) {
   }
   // Files of before do not say it.
   const double k = limits.front().guard_band_k;
-  Table table{{"limit", "allowed", "worst found", "unit", "P outside", "result"}, "lrrlrl", {}};
+  Table table{{"limit", "result", "allowed", "worst found", "unit", "P outside"}, "llrrlr", {}};
   for (const LimitCheck& check : limits) {
     table.rows.push_back({check.FullName(),
+                          check.pass ? "pass" : "FAIL",
                           AllowedText(check.name, check.limit) + GuardedText(check),
                           WithSigma(check.worst, check.sigma),
                           LimitUnit(check.name),
-                          OutsideText(check),
-                          check.pass ? "pass" : "FAIL"});
+                          OutsideText(check)});
   }
   section.blocks.emplace_back(std::move(table));
   section.blocks.emplace_back(std::string(

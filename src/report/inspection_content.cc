@@ -23,8 +23,6 @@ namespace {
 
 /// Longer pose tables are cut in the middle.
 constexpr std::size_t kMaxPoseLines = 60;
-/// Nobody sets a unit down more often.
-constexpr std::size_t kMostPlausibleRests = 1000;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.
 constexpr double kDistinctDeg = 5.0;
 /// Where the readings of one triad point, as read: before any calibration.
@@ -273,12 +271,7 @@ PageSection HeadOf(const PoseSet& poses) {
   }
   head.blocks.emplace_back(found + ".");
   if (!poses.has_time && !poses.poses.empty()) {
-    head.blocks.emplace_back(
-        "No column of times: each row is taken for the mean of a rest. " +
-        std::string(poses.poses.size() > kMostPlausibleRests
-                        ? "WARNING: so many rests are unlikely; a log that was "
-                          "recorded through time needs its times."
-                        : ""));
+    head.blocks.emplace_back("No column of times: each row is taken for the mean of a rest.");
   }
   head.blocks.emplace_back(poses.temperature_range_degc
                                ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) +

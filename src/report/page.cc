@@ -32,16 +32,35 @@ std::string TextOfBlock(const Block& block) {
       block);
 }
 
+/// A sentence; what stands in `backticks` is to be typed.
+std::string Sentence(std::string_view text) {
+  std::string html;
+  bool in_code = false;
+  for (;;) {
+    const std::size_t tick = text.find('`');
+    html += EscapeMarkup(text.substr(0, tick));
+    if (tick == std::string_view::npos) return html;
+    text.remove_prefix(tick + 1);
+    // One that is not closed is itself.
+    if (!in_code && text.find('`') == std::string_view::npos)
+      return html + '`' + EscapeMarkup(text);
+    html += in_code ? "</code>" : "<code>";
+    in_code = !in_code;
+  }
+}
+
 std::string HtmlOfBlock(const Block& block) {
   return std::visit(
       [](const auto& content) -> std::string {
         using Content = std::decay_t<decltype(content)>;
         if constexpr (std::is_same_v<Content, Table>) return HtmlOf(content);
-        if constexpr (std::is_same_v<Content, std::string>) return Element("p", content);
+        if constexpr (std::is_same_v<Content, std::string>) {
+          return "<p>" + Sentence(content) + "</p>\n";
+        }
         if constexpr (std::is_same_v<Content, Bullet>) {
-          if (content.tag.empty()) return Element("li", content.text);
-          return "<li>" + EscapeMarkup(content.text) + " <small>" + EscapeMarkup(content.tag) +
-                 "</small></li>\n";
+          const std::string tag =
+              content.tag.empty() ? "" : " <small>" + EscapeMarkup(content.tag) + "</small>";
+          return "<li>" + Sentence(content.text) + tag + "</li>\n";
         }
         if constexpr (std::is_same_v<Content, Subtitle>) return Element("h3", content.text);
       },
@@ -250,8 +269,8 @@ std::string HtmlPage(std::string_view title,
          "<meta name=\"color-scheme\" content=\"light dark\">\n" +
          Element("title", std::string(title) + ": " + verdict.headline) + head +
          "</head>\n<body>\n<main>\n" + Element("h1", title) + "<div class=\"verdict " +
-         std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) +
-         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n" + scripts +
+         std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) + "<span>" +
+         Sentence(verdict.explanation) + "</span>\n</div>\n" + body + "</main>\n" + scripts +
          "</body>\n</html>\n";
 }
 

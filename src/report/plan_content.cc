@@ -58,14 +58,15 @@ bool HasTemperatures(const Plan& plan) {
 }
 
 Table WantedTable(const Plan& plan) {
-  Table table{{"wanted", "at most", "reached", "unit", "", "poses for this alone"}, "lrrllr", {}};
+  Table table{
+      {"wanted", "result", "at most", "reached", "unit", "poses for this alone"}, "llrrlr", {}};
   for (const WantedSigma& item : plan.wanted) {
     const std::string unit = UnitOf(plan, item.group);
     table.rows.push_back({Spoken(item.group),
+                          item.met ? "pass" : "FAIL",
                           SigmaText(item.wanted, unit),
                           SigmaText(item.reached, unit),
                           ShownUnit(unit),
-                          item.met ? "pass" : "FAIL",
                           item.poses_needed ? std::to_string(*item.poses_needed) : "–"});
   }
   return table;

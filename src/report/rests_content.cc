@@ -85,10 +85,9 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
                           Probability(offset.p_value)});
   }
   section->blocks.emplace_back(std::move(table));
-  section->blocks.emplace_back(
-      std::string("A delay of minus half a gyroscope sample means that the gyroscope reports mean "
-                  "rates, stamped "
-                  "at the end of each sample."));
+  section->blocks.emplace_back(std::string(
+      "Where a delay is minus half a gyroscope sample, the gyroscope reports mean rates, "
+      "stamped at the end of each sample."));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include "accuracy/shared_recordings.h"
 
 namespace truetriad {
-namespace {
+namespace accelerometer_test {
 
 using ::testing::HasSubstr;
 
@@ -162,5 +162,5 @@ TEST_F(AccelerometerRecordings, TooFewDirectionsForNineParametersAreEnoughForSix
   EXPECT_LT(ResidualRms(diagonal), 0.155 / 30.0);
 }
 
-}  // namespace
+}  // namespace accelerometer_test
 }  // namespace truetriad

@@ -14,7 +14,7 @@
 #include "cli/command_line_run.h"
 
 namespace truetriad {
-namespace {
+namespace allan_test {
 
 constexpr char kFolder[] = "d-adis16405-static-2p8h";
 constexpr double kGyroPerCount = 0.05;      // deg/s
@@ -94,5 +94,5 @@ TEST_F(AdisAtRest, HasTheBiasInstabilityOfItsDataSheet) {
   }
 }
 
-}  // namespace
+}  // namespace allan_test
 }  // namespace truetriad

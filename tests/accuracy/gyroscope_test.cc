@@ -13,7 +13,7 @@
 #include "truetriad/base/units.h"
 
 namespace truetriad {
-namespace {
+namespace gyroscope_test {
 
 constexpr Triad kGyro = Triad::kGyroscope;
 
@@ -170,5 +170,5 @@ TEST_F(GyroscopeRecordings, AdisAtRestIsNotEnoughAndSaysSo) {
   EXPECT_THAT(run.text, ::testing::HasSubstr("NOT USABLE"));
 }
 
-}  // namespace
+}  // namespace gyroscope_test
 }  // namespace truetriad

@@ -19,7 +19,7 @@
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
-namespace {
+namespace joint_test {
 
 /// The calibrated readings of both triads at one pose, in one frame.
 struct Pair {
@@ -257,5 +257,5 @@ TEST_F(JointRecordings, AMagnetometerTumbledWithoutRestsIsAlignedToItsAccelerome
   EXPECT_LT(AngleSpreadDeg(calm), stated["angle_std_after_deg"].as<double>());
 }
 
-}  // namespace
+}  // namespace joint_test
 }  // namespace truetriad

@@ -14,7 +14,7 @@
 #include "truetriad/calibrate/compare.h"
 
 namespace truetriad {
-namespace {
+namespace magnetometer_test {
 
 using ::testing::HasSubstr;
 
@@ -119,5 +119,5 @@ TEST_F(MagnetometerRecordings, ASmallCapOfDirectionsIsRefusedWithTheReason) {
   EXPECT_THAT(run.text, HasSubstr("cover too little of the sphere"));
 }
 
-}  // namespace
+}  // namespace magnetometer_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace shipped_test {
 
 const std::string kSource = TRUETRIAD_SOURCE_DIR;
 
@@ -85,5 +85,5 @@ TEST(Demo, CalibratesToTheTruthWithinItsSigma) {
   EXPECT_EQ(calibration.quality.poses, 24);
 }
 
-}  // namespace
+}  // namespace shipped_test
 }  // namespace truetriad

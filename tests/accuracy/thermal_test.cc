@@ -8,7 +8,7 @@
 #include "support/finding_matchers.h"
 
 namespace truetriad {
-namespace {
+namespace thermal_test {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -55,5 +55,5 @@ TEST_F(ThermalRecordings, WindowsByThermalTimeLoseNothing) {
   EXPECT_LE(AxisOf(run.calibration, Triad::kGyroscope, 1).held_out, 0.0009);
 }
 
-}  // namespace
+}  // namespace thermal_test
 }  // namespace truetriad

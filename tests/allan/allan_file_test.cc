@@ -10,7 +10,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace allan_file_test {
 
 using ::testing::HasSubstr;
 
@@ -136,5 +136,5 @@ TEST(AllanFile, RejectsUnknownKeysAndIntervalsThatAreNone) {
   EXPECT_THAT(read.error().message, HasSubstr("noise_density: is not an interval"));
 }
 
-}  // namespace
+}  // namespace allan_file_test
 }  // namespace truetriad

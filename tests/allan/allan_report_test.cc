@@ -13,7 +13,7 @@
 #include "allan/allan_display.h"
 
 namespace truetriad {
-namespace {
+namespace allan_report_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -195,7 +195,8 @@ TEST(AllanReport, ShowsADeadAxisAsSuch) {
   AllanResult result = Sample();
   result.triads[0].axes[0] = {};
   EXPECT_THAT(AllanSvg(result), HasSubstr("gyroscope x: constant"));
-  EXPECT_TRUE(std::regex_search(AllanText(result), std::regex("noise density N +not visible +0.04")));
+  EXPECT_TRUE(
+      std::regex_search(AllanText(result), std::regex("noise density N +not visible +0.04")));
 }
 
 TEST(AllanReport, PageHasWhatTheTextSaysAndTheCurves) {
@@ -211,5 +212,5 @@ TEST(AllanReport, PageHasWhatTheTextSaysAndTheCurves) {
   EXPECT_THAT(page, Not(HasSubstr("<b>%.csv")));
 }
 
-}  // namespace
+}  // namespace allan_report_test
 }  // namespace truetriad

@@ -18,7 +18,7 @@
 #include "math/random.h"
 
 namespace truetriad {
-namespace {
+namespace allan_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -544,5 +544,5 @@ TEST(AnalyseAllan, DoesNotTakeTheFurthestOfFewReadingsForALimit) {
   EXPECT_THAT(Analyse(WhiteStream(150, 28))->triads[0].warnings, IsEmpty());
 }
 
-}  // namespace
+}  // namespace allan_test
 }  // namespace truetriad

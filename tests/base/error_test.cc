@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace error_test {
 
 // Every code and nothing else, in the order of the enumeration.
 TEST(Errors, AreAllListedInTheDocs) {
@@ -71,5 +71,5 @@ TEST(Errors, AreJoinedUnderTheFirst) {
   EXPECT_EQ(both.message, "a.yaml:3: one\na.yaml:9: two");
 }
 
-}  // namespace
+}  // namespace error_test
 }  // namespace truetriad

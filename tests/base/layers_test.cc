@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace layers_test {
 
 // Bottom to top. Linking catches calls upward; this catches what headers alone would hide.
 constexpr std::array<std::string_view, 26> kLayers = {
@@ -47,5 +47,5 @@ TEST(Layers, IncludeOnlyWhatStandsBelow) {
   EXPECT_GT(includes, 100);
 }
 
-}  // namespace
+}  // namespace layers_test
 }  // namespace truetriad

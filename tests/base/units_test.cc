@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace units_test {
 
 using ::testing::HasSubstr;
 
@@ -74,5 +74,5 @@ TEST(Result, PassesErrorsOn) {
   EXPECT_EQ(caller().error().message, "broken");
 }
 
-}  // namespace
+}  // namespace units_test
 }  // namespace truetriad

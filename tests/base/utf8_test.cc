@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace utf8_test {
 
 TEST(Utf8, IsWellFormed) {
   for (const char* text : {"", "a", "\u00B5T", "\u20AC", "\U0001F600", "\uD7FF\uE000"}) {
@@ -46,5 +46,5 @@ TEST(AppendUtf8, IsTheInverseOfFirstCharacter) {
   }
 }
 
-}  // namespace
+}  // namespace utf8_test
 }  // namespace truetriad

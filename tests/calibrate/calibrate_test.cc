@@ -13,7 +13,7 @@
 #include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
-namespace {
+namespace calibrate_test {
 
 using trials::Errors;
 using trials::JointOptions;
@@ -456,5 +456,5 @@ TEST(Evaluate, PredictsTheErrorOnPosesThatWereNotSeen) {
   }
 }
 
-}  // namespace
+}  // namespace calibrate_test
 }  // namespace truetriad

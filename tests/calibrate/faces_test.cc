@@ -15,7 +15,7 @@
 #include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
-namespace {
+namespace faces_test {
 
 // datasets/six-position: the graph is given the readings only.
 TEST(CalibrateOnFaces, SolvesSixPositionsOnABlockAndStatesWhatItsTiltLeavesOpen) {
@@ -163,5 +163,5 @@ TEST(CalibrateOnFaces, TiltsBeyondWhatIsStatedWidenAndAreSaid) {
   }
 }
 
-}  // namespace
+}  // namespace faces_test
 }  // namespace truetriad

@@ -20,7 +20,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace field_turns_test {
 
 using ::testing::Contains;
 using ::testing::Not;
@@ -156,5 +156,5 @@ TEST(FieldTurns, RefuseDegreesLabelledRadians) {
   EXPECT_THAT(summary->calibration.findings, Contains(HasCode(FindingCode::kWrongUnit)));
 }
 
-}  // namespace
+}  // namespace field_turns_test
 }  // namespace truetriad

@@ -22,7 +22,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace gyroscope_test {
 
 using ::testing::HasSubstr;
 
@@ -587,5 +587,5 @@ TEST(EarthRate, IsRefusedForAUnitThatIsTumbled) {
   EXPECT_THAT(status.error().message, HasSubstr("motion"));
 }
 
-}  // namespace
+}  // namespace gyroscope_test
 }  // namespace truetriad

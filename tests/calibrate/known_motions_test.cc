@@ -23,7 +23,7 @@
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
-namespace {
+namespace known_motions_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -499,5 +499,5 @@ TEST(KnownRates, JacobianOfTheRowsMatchesFiniteDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace known_motions_test
 }  // namespace truetriad

@@ -18,7 +18,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace known_speeds_test {
 
 using ::testing::Contains;
 
@@ -178,5 +178,5 @@ TEST(KnownSpeeds, LeaveOutAStretchThatContradicts) {
   EXPECT_LT(std::abs(off[11]), 5.0 * found.sensitivity_sigma(2, 2));
 }
 
-}  // namespace
+}  // namespace known_speeds_test
 }  // namespace truetriad

@@ -11,13 +11,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "math/dense/cholesky.h"
 #include "math/random.h"
 #include "support/accel_mag_trials.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "verdict/term_search.h"
 
 namespace truetriad {
-namespace {
+namespace nonlinearity_test {
 
 using ::testing::HasSubstr;
 
@@ -64,7 +65,8 @@ TEST(TermSearch, AllowsForAPriorAsTheJointSolutionDoes) {
   const Eigen::MatrixXd information = slope.transpose() * slope;
   // At the b that is best without h.
   const Eigen::MatrixXd B = slope.leftCols(size);
-  const Eigen::VectorXd left = noise - B * (B.transpose() * B).ldlt().solve(B.transpose() * noise);
+  const Eigen::VectorXd left =
+      noise - B * Cholesky(B.transpose() * B).SolveVector(B.transpose() * noise);
   const Eigen::VectorXd gradient = slope.transpose() * left;
   const Eigen::Vector3d sigmas(0.3, 5.0, 2.0);
 
@@ -73,9 +75,9 @@ TEST(TermSearch, AllowsForAPriorAsTheJointSolutionDoes) {
 
   Eigen::MatrixXd joint = information;
   joint.diagonal().tail<3>() += sigmas.cwiseAbs2().cwiseInverse();
-  const Eigen::MatrixXd covariance = joint.inverse();
+  const Eigen::MatrixXd covariance = Cholesky(joint).Inverse();
   const Eigen::VectorXd moved = (covariance * gradient).head(size);
-  const Eigen::MatrixXd alone = information.topLeftCorner(size, size).inverse();
+  const Eigen::MatrixXd alone = Cholesky(information.topLeftCorner(size, size)).Inverse();
   const Eigen::MatrixXd wider =
       covariance.topLeftCorner(size, size) - alone + moved * moved.transpose();
   EXPECT_LT((search.Covariance() - wider).norm(), 1e-9 * wider.norm());
@@ -85,11 +87,11 @@ TEST(TermSearch, AllowsForAPriorAsTheJointSolutionDoes) {
   const Eigen::MatrixXd allowed =
       Eigen::MatrixXd::Identity(rows, rows) +
       slope.rightCols(3) * sigmas.cwiseAbs2().asDiagonal() * slope.rightCols(3).transpose();
-  const Eigen::MatrixXd weight = allowed.inverse();
+  const Eigen::MatrixXd weight = Cholesky(allowed).Inverse();
   const auto best_cost = [&](const Eigen::MatrixXd& columns) {
-    const Eigen::VectorXd off = noise - columns * (columns.transpose() * weight * columns)
-                                                      .ldlt()
-                                                      .solve(columns.transpose() * weight * noise);
+    const Cholesky normal(columns.transpose() * weight * columns);
+    const Eigen::VectorXd off =
+        noise - columns * normal.SolveVector(columns.transpose() * weight * noise);
     return off.dot(weight * off);
   };
   const double fall = best_cost(B) - best_cost(slope.leftCols(size + 1));
@@ -376,5 +378,5 @@ TEST(Nonlinearity, WidensAsTheJointSolutionWithItsTermsAsParameters) {
   }
 }
 
-}  // namespace
+}  // namespace nonlinearity_test
 }  // namespace truetriad

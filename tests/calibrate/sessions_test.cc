@@ -21,7 +21,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace sessions_test {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -279,5 +279,5 @@ TEST(Sessions, NameTheOneThatShowsTooLittle) {
               HasSubstr("in session 1"));
 }
 
-}  // namespace
+}  // namespace sessions_test
 }  // namespace truetriad

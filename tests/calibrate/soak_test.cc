@@ -16,7 +16,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace soak_test {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -271,5 +271,5 @@ TEST(PosesByTemperature, JoinsThoseOfOneSetting) {
                                      ::testing::ElementsAre(2, 5)));
 }
 
-}  // namespace
+}  // namespace soak_test
 }  // namespace truetriad

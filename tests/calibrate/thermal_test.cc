@@ -22,7 +22,7 @@
 #include "verdict/reference_temperature.h"
 
 namespace truetriad {
-namespace {
+namespace thermal_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -345,5 +345,5 @@ TEST(StateAbout, SaysTheSameOfEveryTemperature) {
   EXPECT_TRUE(about_40.covariance.matrix.isApprox(about_25.covariance.matrix, 1e-9));
 }
 
-}  // namespace
+}  // namespace thermal_test
 }  // namespace truetriad

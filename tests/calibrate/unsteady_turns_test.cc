@@ -19,7 +19,7 @@
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
-namespace {
+namespace unsteady_turns_test {
 
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -151,5 +151,5 @@ TEST(UnsteadyTurns, AreNoisyAndNotDisturbedWhereFewTellTheNoise) {
   RecordProperty("variance_ratio", std::to_string(variance_ratio));
 }
 
-}  // namespace
+}  // namespace unsteady_turns_test
 }  // namespace truetriad

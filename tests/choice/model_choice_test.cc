@@ -12,7 +12,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace model_choice_test {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -188,5 +188,5 @@ TEST(ModelChoice, SaysWhatIsMissingWhenNothingIsDetermined) {
   EXPECT_TRUE(summary->calibration.quality.rests.model_choice.empty());
 }
 
-}  // namespace
+}  // namespace model_choice_test
 }  // namespace truetriad

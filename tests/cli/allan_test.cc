@@ -12,7 +12,7 @@
 #include "math/random.h"
 
 namespace truetriad {
-namespace {
+namespace allan_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -121,5 +121,5 @@ TEST(Allan, FindsOutBeforeItReadsThatNothingCanBeWritten) {
   EXPECT_THAT(run.err, HasSubstr(file + ": is a file; name a folder"));
 }
 
-}  // namespace
+}  // namespace allan_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace bad_input_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -217,5 +217,19 @@ TEST(EveryRow, OfALogOfAGyroscopeIsRefusedWithAdvice) {
   EXPECT_THAT(run.err, AllOf(HasSubstr("poses: every_row"), HasSubstr("motion")));
 }
 
-}  // namespace
+TEST(EveryRow, OfALogWithoutTimesIsRefusedByEveryVerb) {
+  const TemporaryFolder folder;
+  std::string text = LogHeader(kSmall);
+  text.erase(0, text.find(',') + 1);
+  std::vector<LogRow> rows = LogRows(kSmall);
+  for (LogRow& row : rows) row.erase(row.begin());
+  const std::string log = folder.Write("log.csv", LogText(text, rows));
+  for (const std::string verb : {"inspect", "calibrate", "init"}) {
+    const Finished run = RunTruetriad({verb, log});
+    EXPECT_EQ(run.exit_code, 2) << verb << run.out;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("no time column"), HasSubstr("rate_hz: 100"))) << verb;
+  }
+}
+
+}  // namespace bad_input_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace calibrate_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -414,5 +414,5 @@ TEST_F(CalibrateVerb, LeavesOutWhatItIsToldTo) {
   }
 }
 
-}  // namespace
+}  // namespace calibrate_test
 }  // namespace truetriad

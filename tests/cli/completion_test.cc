@@ -11,7 +11,7 @@
 #include "cli/command_line_run.h"
 
 namespace truetriad {
-namespace {
+namespace completion_test {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
@@ -77,8 +77,9 @@ TEST(Completion, OffersEveryFlagOfEachVerb) {
 }
 
 TEST(Completion, OffersVerbsOfTwoWords) {
-  EXPECT_THAT(Completed({"fleet", ""}),
-              ElementsAre("run", "watch", "query", "summary", "report", "export", "collect", "dispose"));
+  EXPECT_THAT(
+      Completed({"fleet", ""}),
+      ElementsAre("run", "watch", "query", "summary", "report", "export", "collect", "dispose"));
   EXPECT_THAT(Completed({"fleet", "r"}), ElementsAre("run", "report"));
   EXPECT_THAT(Completed({"fleet", "run", "--"}), IsSupersetOf({"--resume=", "--store=", "--help"}));
   EXPECT_THAT(Completed({"fleet", "query", "--"}), IsSupersetOf({"--sql=", "--store="}));
@@ -122,5 +123,5 @@ TEST(HelpForm, IsOfAllVerbsOrRefused) {
   EXPECT_EQ(RunTruetriad({"help", "calibrate", "--as=man"}).exit_code, 1);
 }
 
-}  // namespace
+}  // namespace completion_test
 }  // namespace truetriad

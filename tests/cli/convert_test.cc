@@ -15,7 +15,7 @@
 #include "io/recording_samples.h"
 
 namespace truetriad {
-namespace {
+namespace convert_test {
 
 namespace fs = std::filesystem;
 
@@ -840,5 +840,5 @@ TEST_F(Convert, ReplacesARecordingAndNothingElse) {
   EXPECT_TRUE(fs::exists(out_ + "/imu.csv"));
 }
 
-}  // namespace
+}  // namespace convert_test
 }  // namespace truetriad

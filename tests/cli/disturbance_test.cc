@@ -18,7 +18,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace disturbance_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -249,5 +249,5 @@ TEST_F(DisturbedRun, SaysThatTheFieldChangedAroundTheUnit) {
   EXPECT_TRUE(change->Value("field"));
 }
 
-}  // namespace
+}  // namespace disturbance_test
 }  // namespace truetriad

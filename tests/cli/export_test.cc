@@ -8,7 +8,7 @@
 #include "cli/command_line_run.h"
 
 namespace truetriad {
-namespace {
+namespace export_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -116,5 +116,5 @@ TEST(ExportVerb, RefusesWhatDoesNotFitItsFlags) {
   EXPECT_EQ(folder.FileCount(), 0U);
 }
 
-}  // namespace
+}  // namespace export_test
 }  // namespace truetriad

@@ -16,7 +16,7 @@
 #include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace fleet_killed_test {
 
 namespace fs = std::filesystem;
 
@@ -107,5 +107,5 @@ TEST_F(KilledFleet, IsResumedToTheStoreOfOneThatWasNot) {
   EXPECT_THAT(litter, ::testing::IsEmpty());
 }
 
-}  // namespace
+}  // namespace fleet_killed_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace fleet_shards_test {
 
 namespace fs = std::filesystem;
 
@@ -195,5 +195,5 @@ TEST_F(FleetShards, AreExportedAsTheyAre) {
                     HasSubstr(",accelerometer.bias.x,accelerometer.bias.x.sigma,")));
 }
 
-}  // namespace
+}  // namespace fleet_shards_test
 }  // namespace truetriad

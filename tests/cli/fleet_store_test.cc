@@ -13,7 +13,7 @@
 #include "support/private_postgres.h"
 
 namespace truetriad {
-namespace {
+namespace fleet_store_test {
 
 namespace fs = std::filesystem;
 
@@ -242,5 +242,5 @@ TEST_F(FleetPostgreSQL, DoesNotShowItsPassword) {
 
 #endif  // TRUETRIAD_HAVE_POSTGRESQL
 
-}  // namespace
+}  // namespace fleet_store_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace fleet_summary_test {
 
 using ::testing::AllOf;
 using ::testing::AnyOf;
@@ -142,5 +142,5 @@ TEST_F(FleetSummary, SaysWhatIsWrongWithTheCall) {
   }
 }
 
-}  // namespace
+}  // namespace fleet_summary_test
 }  // namespace truetriad

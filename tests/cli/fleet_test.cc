@@ -15,7 +15,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace fleet_test {
 
 namespace fs = std::filesystem;
 
@@ -320,5 +320,5 @@ TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {
   EXPECT_THAT(RunTruetriad({"fleet"}).err, HasSubstr("needs a second word"));
 }
 
-}  // namespace
+}  // namespace fleet_test
 }  // namespace truetriad

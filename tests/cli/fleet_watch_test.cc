@@ -13,7 +13,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace fleet_watch_test {
 
 namespace fs = std::filesystem;
 
@@ -215,5 +215,5 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_FALSE(fs::exists(folder_.Path("checks.jsonl")));
 }
 
-}  // namespace
+}  // namespace fleet_watch_test
 }  // namespace truetriad

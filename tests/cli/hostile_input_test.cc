@@ -20,7 +20,7 @@
 #include "cli/command_line_run.h"
 
 namespace truetriad {
-namespace {
+namespace hostile_input_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -260,5 +260,5 @@ TEST_F(DamagedLog, IsRefusedWithTheReasonWhenEveryTurnIsSpoilt) {
   EXPECT_THAT(run.out, HasSubstr("[warning, turn-saturated]"));
 }
 
-}  // namespace
+}  // namespace hostile_input_test
 }  // namespace truetriad

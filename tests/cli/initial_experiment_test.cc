@@ -17,7 +17,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace initial_experiment_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -217,5 +217,5 @@ TEST(InitialExperimentOfALog, LeavesTheOneOfBeforeAsPrevious) {
             "experiment: 1 # mine");
 }
 
-}  // namespace
+}  // namespace initial_experiment_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace inputs_kept_test {
 
 namespace fs = std::filesystem;
 
@@ -105,5 +105,5 @@ TEST_F(InputsKept, ResultsOfBeforeAreReplaced) {
   EXPECT_EQ(Run("report --calibration=cal/calibration.yaml -o cal/report.html").exit_code, 0);
 }
 
-}  // namespace
+}  // namespace inputs_kept_test
 }  // namespace truetriad

@@ -20,7 +20,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace interrupted_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -204,5 +204,5 @@ TEST(ClosedStdout, IsSaid) {
   EXPECT_THAT(run.err, HasSubstr("stdout"));
 }
 
-}  // namespace
+}  // namespace interrupted_test
 }  // namespace truetriad

@@ -14,7 +14,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace json_test {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
@@ -279,5 +279,5 @@ TEST_F(JsonOutput, OfAGateSaysTheSameAsItsExitCode) {
   Run({"compare", calibration, calibration, "--fail-on=worse"}, 1);
 }
 
-}  // namespace
+}  // namespace json_test
 }  // namespace truetriad

@@ -15,7 +15,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace mistakes_test {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
@@ -315,5 +315,5 @@ INSTANTIATE_TEST_SUITE_P(Each,
                          ::testing::ValuesIn(Mistakes()),
                          [](const auto& test) { return test.param.name; });
 
-}  // namespace
+}  // namespace mistakes_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "cli/command_line_run.h"
 
 namespace truetriad {
-namespace {
+namespace motion_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -85,5 +85,5 @@ TEST_F(TumbledByHand, NeedsAGyroscopeAndTimes) {
   EXPECT_THAT(thermal.err, HasSubstr("temperature terms need rests"));
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace odd_names_test {
 
 namespace fs = std::filesystem;
 
@@ -46,5 +46,5 @@ TEST(OddNames, AreShownInFilesThatAreStillUtf8) {
   EXPECT_THAT(again.out + again.err, HasSubstr("made from"));
 }
 
-}  // namespace
+}  // namespace odd_names_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace plan_test {
 
 using ::testing::AllOf;
 using ::testing::DoubleNear;
@@ -242,5 +242,5 @@ TEST_F(PlanVerb, CompletesARecordingThatTheSameFileCalibrates) {
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace sessions_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -104,5 +104,5 @@ TEST_F(SeveralSessions, AreNotTheSameReadingsTwice) {
   EXPECT_THAT(run.err, HasSubstr("has readings of datasets/demo/recording.csv"));
 }
 
-}  // namespace
+}  // namespace sessions_test
 }  // namespace truetriad

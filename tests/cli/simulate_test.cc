@@ -11,7 +11,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace simulate_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -463,5 +463,5 @@ TEST_F(SimulateVerb, RefusesThreadsThatAreNone) {
   EXPECT_THAT(run.err, HasSubstr("--jobs=-1"));
 }
 
-}  // namespace
+}  // namespace simulate_test
 }  // namespace truetriad

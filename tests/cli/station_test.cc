@@ -9,7 +9,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace station_test {
 
 using ::testing::HasSubstr;
 
@@ -96,5 +96,5 @@ TEST_F(CheckStation, AsksByWhichExperimentWhereTheReferenceDoesNotSay) {
   EXPECT_THAT(run.err, HasSubstr("--config"));
 }
 
-}  // namespace
+}  // namespace station_test
 }  // namespace truetriad

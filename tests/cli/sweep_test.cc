@@ -14,7 +14,7 @@
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
-namespace {
+namespace sweep_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -304,5 +304,5 @@ TEST_F(TemperatureSweep, RefusesWhatOnlyASoakTells) {
   EXPECT_THAT(run.err, HasSubstr("cannot separate sensitivity from bias"));
 }
 
-}  // namespace
+}  // namespace sweep_test
 }  // namespace truetriad

@@ -16,7 +16,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace time_stamps_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -112,5 +112,5 @@ TEST(TimeStamps, ThatBeginAnewSayWhereALogWasPutTogether) {
   EXPECT_THAT(calibrate.out, HasSubstr("[warning, joined-recording]"));
 }
 
-}  // namespace
+}  // namespace time_stamps_test
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 #include "cli/command_line_run.h"
 
 namespace truetriad {
-namespace {
+namespace usage_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -44,7 +44,10 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Misuse{"UnknownVerb", {"clibrate"}, "`clibrate` is not a verb (did you mean `calibrate`?)"},
         Misuse{"VerbLikeNoOther", {"xyzzy"}, "`xyzzy` is not a verb; `truetriad help` lists them"},
-        Misuse{"HalfAVerb", {"fleet", "--config=x"}, "needs a second word, one of run, watch, query, summary, report, export, collect, dispose"},
+        Misuse{"HalfAVerb",
+               {"fleet", "--config=x"},
+               "needs a second word, one of run, watch, query, summary, report, export, collect, "
+               "dispose"},
         Misuse{"HelpForAnUnknownVerb", {"help", "aply"}, "did you mean `apply`?"},
         Misuse{"UnknownFlag", {"inspect", "--inptu=x"}, "--inptu is not a flag (did you mean"},
         Misuse{"FlagOfALibrary", {"inspect", "--logtostderr"}, "--logtostderr is not a flag"},
@@ -163,5 +166,5 @@ INSTANTIATE_TEST_SUITE_P(OfEach,
                                            "version"),
                          [](const auto& test) { return test.param; });
 
-}  // namespace
+}  // namespace usage_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad {
-namespace {
+namespace verbs_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -252,5 +252,5 @@ TEST_F(TwoCalibrations, InspectSaysWhatItCanWithoutRests) {
   EXPECT_THAT(run.err, HasSubstr("no rest found"));
 }
 
-}  // namespace
+}  // namespace verbs_test
 }  // namespace truetriad

@@ -16,7 +16,7 @@
 #include "truetriad/model/earth.h"
 
 namespace truetriad {
-namespace {
+namespace earth_field_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -202,5 +202,5 @@ TEST_F(EarthFieldInExperiment, SaysWhenTheFieldCouldNotBeChecked) {
   EXPECT_THAT(unasked.findings, IsEmpty());
 }
 
-}  // namespace
+}  // namespace earth_field_test
 }  // namespace truetriad

@@ -15,7 +15,7 @@
 #include "truetriad/model/mounting.h"
 
 namespace truetriad {
-namespace {
+namespace experiment_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -777,5 +777,5 @@ TEST_F(ExperimentConfig, LoadsEveryShippedPresetForEachSensorThatItDescribes) {
   }
 }
 
-}  // namespace
+}  // namespace experiment_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "truetriad/config/experiment.h"
 
 namespace truetriad {
-namespace {
+namespace plan_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -109,5 +109,5 @@ TEST(ShippedPlans, AreReadable) {
   EXPECT_GE(seen, 3);
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace truetriad

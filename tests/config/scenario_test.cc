@@ -19,7 +19,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace scenario_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -458,5 +458,5 @@ TEST(ShippedScenarios, Load) {
   EXPECT_GE(count, 1);
 }
 
-}  // namespace
+}  // namespace scenario_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace clock_lags_test {
 
 constexpr double kRateHz = 50.0;
 
@@ -113,5 +113,5 @@ TEST(ClockLagFinder, SaysNothingWhereEvenTurnsFitAtSeveralLags) {
 
 TEST(ClockLagFinder, SaysNothingWhereNothingMoves) { EXPECT_FALSE(LagFound({100.0}, 0.0)); }
 
-}  // namespace
+}  // namespace clock_lags_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
-namespace {
+namespace even_source_test {
 
 using ::testing::Contains;
 using ::testing::IsEmpty;
@@ -160,5 +160,5 @@ TEST(EvenSource, TellsASlowClockFromLostSamplesByTheReadings) {
   EXPECT_EQ(Pass({lost}).time_ns[Triad::kAccelerometer], lost.time_ns);
 }
 
-}  // namespace
+}  // namespace even_source_test
 }  // namespace truetriad

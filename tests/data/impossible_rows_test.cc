@@ -14,7 +14,7 @@
 #include "support/finding_matchers.h"
 
 namespace truetriad {
-namespace {
+namespace impossible_rows_test {
 
 using Eigen::Vector3d;
 using ::testing::ContainerEq;
@@ -167,5 +167,5 @@ TEST(ImpossibleRows, AreThoseOverTheEndOf16Bits) {
   EXPECT_THAT(Screen(stream, 11).left, ContainerEq(bad));
 }
 
-}  // namespace
+}  // namespace impossible_rows_test
 }  // namespace truetriad

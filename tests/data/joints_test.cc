@@ -16,7 +16,7 @@
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
-namespace {
+namespace joints_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -192,5 +192,5 @@ TEST(Joints, AreAtBothEndsOfRowsThatComeTwice) {
   EXPECT_EQ(set.joints[1].row, 3300);
 }
 
-}  // namespace
+}  // namespace joints_test
 }  // namespace truetriad

@@ -8,7 +8,7 @@
 #include "math/random.h"
 
 namespace truetriad {
-namespace {
+namespace length_spread_test {
 
 // Directions all over the sphere, lengths of `sigma` about 3; every n-th a spike.
 LengthSpread::Half HalfOf(double sigma, int every, int count = 20000) {
@@ -44,5 +44,5 @@ TEST(LengthSpread, NeedsTwoReadings) {
   EXPECT_EQ(spread.ShortestHalf().length, 1.5);
 }
 
-}  // namespace
+}  // namespace length_spread_test
 }  // namespace truetriad

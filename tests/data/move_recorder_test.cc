@@ -13,7 +13,7 @@
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
-namespace {
+namespace move_recorder_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -284,5 +284,5 @@ TEST_F(RecordedMoves, ThatAreLeftOutForOneReasonAreNamedTogether) {
   EXPECT_EQ(lines, 1);
 }
 
-}  // namespace
+}  // namespace move_recorder_test
 }  // namespace truetriad

@@ -18,7 +18,7 @@
 #include "support/finding_matchers.h"
 
 namespace truetriad {
-namespace {
+namespace pose_collection_test {
 
 // Reads rows of numbers; separators are blanks or commas.
 std::vector<std::vector<double>> ReadNumbers(const std::string& name, int skip_lines) {
@@ -622,5 +622,5 @@ TEST(PoseStatistics, GiveTemperatureAndItsRate) {
   EXPECT_DOUBLE_EQ((*set->temperature_range_degc)[1], 25.0 + 0.02 * 9.98);
 }
 
-}  // namespace
+}  // namespace pose_collection_test
 }  // namespace truetriad

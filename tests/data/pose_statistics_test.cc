@@ -13,7 +13,7 @@
 #include "data/window_statistics.h"
 
 namespace truetriad {
-namespace {
+namespace pose_statistics_test {
 
 constexpr Triad kAccel = Triad::kAccelerometer;
 
@@ -141,5 +141,5 @@ TEST(DetectedPoses, HoldABoundedNumberOfWindowsOfALongRecording) {
   EXPECT_LT(poses.peak_windows(), 18000u);
 }
 
-}  // namespace
+}  // namespace pose_statistics_test
 }  // namespace truetriad

@@ -14,7 +14,7 @@
 #include "support/finding_matchers.h"
 
 namespace truetriad {
-namespace {
+namespace repeated_rows_test {
 
 using Eigen::Vector3d;
 using ::testing::ElementsAre;
@@ -152,5 +152,5 @@ TEST(RepeatedRows, AreToldWithTheirPlace) {
   EXPECT_NEAR(*findings[0].Value("from"), 30.0, 1e-9);
 }
 
-}  // namespace
+}  // namespace repeated_rows_test
 }  // namespace truetriad

@@ -17,7 +17,7 @@
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
-namespace {
+namespace sweep_windows_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -332,5 +332,5 @@ TEST(SweepWindows, NameASmallTurnAsOne) {
   EXPECT_THAT(turn->text, HasSubstr("near row 1"));
 }
 
-}  // namespace
+}  // namespace sweep_windows_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace time_stamps_test {
 
 constexpr std::int64_t kPeriodNs = 10'000'000;
 constexpr std::size_t kSamples = 6000;  // A minute at 100 Hz.
@@ -227,5 +227,5 @@ TEST(StampShare, IsNotKnownAtRest) {
   EXPECT_FALSE(ShareOf(Jittered(Even()), Jittered(Even()), 0.0).StampsAreTrue());
 }
 
-}  // namespace
+}  // namespace time_stamps_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "data/memory_source.h"
 
 namespace truetriad {
-namespace {
+namespace trace_recorder_test {
 
 using Eigen::Vector3d;
 
@@ -87,5 +87,5 @@ TEST(TraceRecorder, HoldsTimesThatAreFurtherApartThanTheirTypeCanSay) {
   EXPECT_EQ(trace.slices.back().highest_raw[0], 1.0F);
 }
 
-}  // namespace
+}  // namespace trace_recorder_test
 }  // namespace truetriad

@@ -15,7 +15,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace collect_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -319,5 +319,5 @@ TEST_F(Collecting, OfAnExportGivesTheStoreAgain) {
   EXPECT_EQ(Lines(folder_.Path("again.db")), Lines(target_));
 }
 
-}  // namespace
+}  // namespace collect_test
 }  // namespace truetriad::fleet

@@ -23,7 +23,7 @@
 #include "support/log_writer.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace fleet_engine_test {
 
 namespace fs = std::filesystem;
 
@@ -411,5 +411,5 @@ TEST(StationOf, IsThatOfTheTagsOrTheExperiment) {
   EXPECT_EQ(StationOf(plan).value(), "S4");
 }
 
-}  // namespace
+}  // namespace fleet_engine_test
 }  // namespace truetriad::fleet

@@ -16,7 +16,7 @@
 #include "json/json.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace fleet_page_test {
 
 namespace fs = std::filesystem;
 
@@ -180,5 +180,5 @@ TEST_F(FleetPage, HasTheLinesStatistics) {
   EXPECT_TRUE(files.contains("data/station-0.js"));
 }
 
-}  // namespace
+}  // namespace fleet_page_test
 }  // namespace truetriad::fleet

@@ -13,7 +13,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace json_lines_store_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -266,5 +266,5 @@ TEST(AShard, IsBelowItsCount) {
   }
 }
 
-}  // namespace
+}  // namespace json_lines_store_test
 }  // namespace truetriad::fleet

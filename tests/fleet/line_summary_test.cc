@@ -17,7 +17,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace line_summary_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -448,5 +448,5 @@ TEST_F(StudyOfUnits, IsOfValuesThatDifferSomewhere) {
   EXPECT_THAT(summary.error().message, HasSubstr("(of part1)"));
 }
 
-}  // namespace
+}  // namespace line_summary_test
 }  // namespace truetriad::fleet

@@ -16,7 +16,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace log_watch_test {
 
 namespace fs = std::filesystem;
 
@@ -272,5 +272,5 @@ TEST_F(Watch, LeavesOutItsOwnResults) {
   EXPECT_THAT(Given(kTwoLooksS), IsEmpty());
 }
 
-}  // namespace
+}  // namespace log_watch_test
 }  // namespace truetriad::fleet

@@ -15,7 +15,7 @@
 #include "support/private_postgres.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace postgres_store_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -289,5 +289,5 @@ TEST_F(PostgreSQLStore, AsksNothingThatWasTypedAsASuperuser) {
 
 #endif  // TRUETRIAD_HAVE_POSTGRESQL
 
-}  // namespace
+}  // namespace postgres_store_test
 }  // namespace truetriad::fleet

@@ -14,7 +14,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace run_table_test {
 
 using ::testing::HasSubstr;
 
@@ -165,5 +165,5 @@ TEST_F(Exporting, TakesEveryRunOnceHoweverManyUnits) {
   EXPECT_EQ(ids.size(), 733u);
 }
 
-}  // namespace
+}  // namespace run_table_test
 }  // namespace truetriad::fleet

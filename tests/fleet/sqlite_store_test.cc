@@ -16,7 +16,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace sqlite_store_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -162,5 +162,5 @@ TEST_F(SqliteStoreTest, SaysWhereItsLocksDoNotHold) {
   EXPECT_EQ(NetworkFileSystemName(0xEF53), "");
 }
 
-}  // namespace
+}  // namespace sqlite_store_test
 }  // namespace truetriad::fleet

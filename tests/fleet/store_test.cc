@@ -21,7 +21,7 @@
 #include "truetriad/base/version.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace store_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -546,5 +546,5 @@ TEST(NameOfStore, IsTheSameBeforeThereIsOneAndAfter) {
   EXPECT_TRUE(std::filesystem::path(before).is_absolute());
 }
 
-}  // namespace
+}  // namespace store_test
 }  // namespace truetriad::fleet

@@ -13,7 +13,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace unit_list_test {
 
 namespace fs = std::filesystem;
 
@@ -267,5 +267,5 @@ TEST(Shard, TakesEachUnitOnce) {
   EXPECT_EQ(ShardOf(units, 0, 1).size(), 400u);
 }
 
-}  // namespace
+}  // namespace unit_list_test
 }  // namespace truetriad::fleet

@@ -13,7 +13,7 @@
 #include "report/sample_calibration.h"
 
 namespace truetriad::fleet {
-namespace {
+namespace unit_run_test {
 
 using ::testing::Lt;
 
@@ -176,5 +176,5 @@ TEST(WorkPlan, ComesBackFromALine) {
   EXPECT_FALSE(PlanWork("", {}, {"px5"}));
 }
 
-}  // namespace
+}  // namespace unit_run_test
 }  // namespace truetriad::fleet

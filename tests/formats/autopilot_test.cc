@@ -15,7 +15,7 @@
 // their files that shares nothing with the exporter.
 
 namespace truetriad {
-namespace {
+namespace autopilot_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::TestEquation;
@@ -416,5 +416,5 @@ TEST(ArduPilot, RefusesAReferenceTemperatureOutsideOfTheCalibratedOnes) {
   EXPECT_THAT(result.error().message, HasSubstr("within the calibrated range (30 to 60 degC"));
 }
 
-}  // namespace
+}  // namespace autopilot_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "truetriad/formats/export.h"
 
 namespace truetriad {
-namespace {
+namespace c_header_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::Signal;
@@ -145,5 +145,5 @@ TEST(CHeader, KeepsACommentACommentWhateverTheSerialNumberIs) {
   EXPECT_EQ(Shell("gcc -std=c99 -o " + folder.Path("program") + " " + folder.Path("program.c")), 0);
 }
 
-}  // namespace
+}  // namespace c_header_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 // Betaflight and INAV: whole numbers in counts.
 
 namespace truetriad {
-namespace {
+namespace counts_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::WorstDisagreement;
@@ -137,5 +137,5 @@ TEST(CountsFormats, TakeTheMeanGainWhenTheSizeOfACountIsNotStated) {
             3e-4);  // gains rounded to 1/4096, offsets whole
 }
 
-}  // namespace
+}  // namespace counts_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "formats/sample_units.h"
 
 namespace truetriad {
-namespace {
+namespace export_test {
 
 using formats_test::RandomUnitCalibration;
 using ::testing::AllOf;
@@ -158,5 +158,5 @@ TEST(ChebyshevFit, GivesBackAPolynomialOfItsDegree) {
   EXPECT_NEAR(fit[3], -1e-4, 1e-17);
 }
 
-}  // namespace
+}  // namespace export_test
 }  // namespace truetriad

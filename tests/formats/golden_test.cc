@@ -17,7 +17,7 @@
 // the difference.
 
 namespace truetriad {
-namespace {
+namespace golden_test {
 
 /// A unit in counts of known size, with terms of every kind.
 Calibration GoldenUnit() {
@@ -156,5 +156,5 @@ INSTANTIATE_TEST_SUITE_P(OfEach,
                            return name;
                          });
 
-}  // namespace
+}  // namespace golden_test
 }  // namespace truetriad

@@ -17,7 +17,7 @@
 #include "truetriad/model/gauge.h"
 
 namespace truetriad {
-namespace {
+namespace import_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::Signal;
@@ -295,5 +295,5 @@ TEST(Import, TakesWhatMagcalReturned) {
   EXPECT_EQ(result->calibration.gauge_sensor, Triad::kMagnetometer);
 }
 
-}  // namespace
+}  // namespace import_test
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 #include "truetriad/model/gauge.h"
 
 namespace truetriad {
-namespace {
+namespace imu_tk_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::WorstDisagreement;
@@ -58,5 +58,5 @@ TEST(ImuTk, AppliesTheCalibrationExactlyInItsOwnFrame) {
   }
 }
 
-}  // namespace
+}  // namespace imu_tk_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "truetriad/formats/export.h"
 
 namespace truetriad {
-namespace {
+namespace matlab_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::WorstDisagreement;
@@ -103,5 +103,5 @@ TEST(Matlab, ScriptsOfPeopleAreRead) {
   EXPECT_EQ(FindVariable(variables, "y"), nullptr);
 }
 
-}  // namespace
+}  // namespace matlab_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 // their files that share nothing with the exporter.
 
 namespace truetriad {
-namespace {
+namespace navigation_test {
 
 using formats_test::RandomUnitCalibration;
 using formats_test::TestEquation;
@@ -515,5 +515,5 @@ TEST(Json, HoldsTheLagsOfASweepAndOthersSayThatTheyDropThem) {
   EXPECT_NE(notes.find("gyroscope: dropped: temperature lag"), std::string::npos) << notes;
 }
 
-}  // namespace
+}  // namespace navigation_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "truetriad/formats/export.h"
 
 namespace truetriad {
-namespace {
+namespace record_test {
 
 using formats_test::RandomUnitCalibration;
 using ::testing::AllOf;
@@ -151,5 +151,5 @@ TEST(CalibrationRecord, SaysThatANominalFieldMakesGainsRelative) {
               HasSubstr("magnetometer's gains are relative"));
 }
 
-}  // namespace
+}  // namespace record_test
 }  // namespace truetriad

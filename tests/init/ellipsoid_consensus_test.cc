@@ -11,7 +11,7 @@
 #include "init/ellipsoid_fit.h"
 
 namespace truetriad {
-namespace {
+namespace ellipsoid_consensus_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -75,5 +75,5 @@ TEST_F(EllipsoidConsensus, HasNothingToSayOfTooFewOrFlatReadings) {
   EXPECT_TRUE(ReadingsOfOneEllipsoid(flat, false).empty());
 }
 
-}  // namespace
+}  // namespace ellipsoid_consensus_test
 }  // namespace truetriad

@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace ellipsoid_fit_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -302,5 +302,5 @@ TEST(Sensitivity, FactorsHaveTheirFormAndMapTheEllipsoidToTheSphere) {
   }
 }
 
-}  // namespace
+}  // namespace ellipsoid_fit_test
 }  // namespace truetriad

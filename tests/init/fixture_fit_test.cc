@@ -8,7 +8,7 @@
 #include "model/attitude_sets.h"
 
 namespace truetriad {
-namespace {
+namespace fixture_fit_test {
 
 using ::testing::HasSubstr;
 
@@ -55,5 +55,5 @@ TEST(FixtureFit, NeedsAttitudesAboutSeveralAxes) {
   EXPECT_THAT(fit.error().message, HasSubstr("several axes"));
 }
 
-}  // namespace
+}  // namespace fixture_fit_test
 }  // namespace truetriad

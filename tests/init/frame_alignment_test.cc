@@ -13,7 +13,7 @@
 #include "support/finding_matchers.h"
 
 namespace truetriad {
-namespace {
+namespace frame_alignment_test {
 
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
@@ -243,5 +243,5 @@ TEST(WahbaAttitude, IsTheMinimumOfTheWeightedSquares) {
   }
 }
 
-}  // namespace
+}  // namespace frame_alignment_test
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace six_position_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -158,5 +158,5 @@ TEST(AssignFaces, RefusesMissingFaces) {
   EXPECT_EQ(AssignFaces(FaceReadings(NastyModel(), faces)).error().kind(), ErrorKind::kNotEnough);
 }
 
-}  // namespace
+}  // namespace six_position_test
 }  // namespace truetriad

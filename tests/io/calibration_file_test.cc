@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace calibration_file_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -383,5 +383,5 @@ TEST_F(FileWriting, RefusesADirectoryThatIsAFile) {
   EXPECT_FALSE(EnsureWritableDirectory(path + "/below"));
 }
 
-}  // namespace
+}  // namespace calibration_file_test
 }  // namespace truetriad

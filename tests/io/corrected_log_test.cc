@@ -14,7 +14,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace corrected_log_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -232,5 +232,5 @@ TEST_F(CorrectedLog, IsNotWrittenAtAllWhenAnythingFails) {
               HasSubstr("not usable"));
 }
 
-}  // namespace
+}  // namespace corrected_log_test
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace decimal_test {
 
 std::optional<double> Double(const std::string& text) {
   Decimal decimal;
@@ -98,5 +98,5 @@ TEST(Decimal, RefusesTimesThatDoNotFit) {
   EXPECT_FALSE(Integer("1700000000123456789", 9));
 }
 
-}  // namespace
+}  // namespace decimal_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
-namespace {
+namespace golden_calibration_test {
 
 using ::testing::Each;
 
@@ -90,5 +90,5 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-}  // namespace
+}  // namespace golden_calibration_test
 }  // namespace truetriad

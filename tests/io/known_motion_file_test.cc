@@ -11,7 +11,7 @@
 #include "truetriad/base/units.h"
 
 namespace truetriad {
-namespace {
+namespace known_motion_file_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -130,5 +130,5 @@ TEST_F(KnownMotionFile, WritesWhatItReads) {
   EXPECT_EQ(rates->front().at.pose, 4);
 }
 
-}  // namespace
+}  // namespace known_motion_file_test
 }  // namespace truetriad

@@ -16,7 +16,7 @@
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
-namespace {
+namespace manifest_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -350,5 +350,5 @@ TEST_F(Manifest, MapsTheTwoXsensFiles) {
   EXPECT_EQ(recording.inputs[1].sha256.substr(0, 16), "e0d6cc7ccbc996ab");
 }
 
-}  // namespace
+}  // namespace manifest_test
 }  // namespace truetriad

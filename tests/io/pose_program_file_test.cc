@@ -7,7 +7,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace pose_program_file_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -76,5 +76,5 @@ TEST_F(PoseProgramFile, SaysWhatIsWrongWithItsLine) {
                     HasSubstr(":8: poses[5].attitude: is not a rotation")));
 }
 
-}  // namespace
+}  // namespace pose_program_file_test
 }  // namespace truetriad

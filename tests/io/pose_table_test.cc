@@ -9,7 +9,7 @@
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
-namespace {
+namespace pose_table_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -109,9 +109,8 @@ TEST_F(PoseTables, AreRefusedWhenReadingsPileUpAtAnExtreme) {
     text += std::to_string(0.1 * k) + "," + std::to_string(1.0 - 0.2 * k) + "," +
             (k % 3 == 0 ? "7.5" : std::to_string(0.3 * k)) + "\n";
   }
-  EXPECT_THAT(
-      ErrorOf(text),
-      AllOf(HasSubstr("accelerometer axis z is clipped"), HasSubstr("in 4 of 12 rows")));
+  EXPECT_THAT(ErrorOf(text),
+              AllOf(HasSubstr("accelerometer axis z is clipped"), HasSubstr("in 4 of 12 rows")));
 }
 
 TEST_F(PoseTables, RefuseWhatTheyWouldHaveToGuess) {
@@ -131,5 +130,5 @@ TEST_F(PoseTables, RefuseALogThatLacksItsTime) {
   EXPECT_THAT(ErrorOf(text), HasSubstr("add `time[s]`"));
 }
 
-}  // namespace
+}  // namespace pose_table_test
 }  // namespace truetriad

@@ -15,7 +15,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace recording_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -103,6 +103,8 @@ TEST_F(Recording, TakesEverySeparatorAndLineEnd) {
         "time[s];accel_x[g];accel_y[g];accel_z[g]\n0;1;2;3\n1;4;5;6",
         "time[s]\taccel_x[g]\taccel_y[g]\taccel_z[g]\n0\t1\t2\t3\n1\t4\t5\t6\n",
         "  time[s] accel_x[g]  accel_y[g] \t accel_z[g]\n  0 1   2\t3  \n 1 4 5 6\n",
+        "time[s],accel_x[g],accel_y[g],accel_z[g]\n0 1 2 3\n1 4 5 6\n",
+        "time[s] accel_x[g] accel_y[g] accel_z[g]\n0;1;2;3\n1;4;5;6\n",
         "time[s] , accel_x [g] , accel_y[g], accel_z[g]\n 0 , +1 , 2 , 3 \n1,4,5,6\n",
         "\xEF\xBB\xBFtime[s],accel_x[g],accel_y[g],accel_z[g]\n\n0,1,2,3\n# pause\n\n1,4,5,6\n"}) {
     EXPECT_EQ(Read(text).streams[Triad::kAccelerometer].x, expected) << text;
@@ -371,5 +373,5 @@ TEST_F(Recording, TakesNoMoreMemoryForALongerLog) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-}  // namespace
+}  // namespace recording_test
 }  // namespace truetriad

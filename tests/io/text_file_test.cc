@@ -10,7 +10,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace text_file_test {
 
 using ::testing::HasSubstr;
 
@@ -120,5 +120,5 @@ TEST(TextFile, RefusesAnEndlessLine) {
               HasSubstr("has a line of more than"));
 }
 
-}  // namespace
+}  // namespace text_file_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace whole_file_test {
 
 namespace fs = std::filesystem;
 
@@ -66,5 +66,5 @@ TEST(WholeFile, RemovesWhatKilledWritersLeftAndNothingElse) {
   EXPECT_TRUE(fs::exists(theirs));
 }
 
-}  // namespace
+}  // namespace whole_file_test
 }  // namespace truetriad

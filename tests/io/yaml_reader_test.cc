@@ -10,7 +10,7 @@
 #include "io/temporary_folder.h"
 
 namespace truetriad {
-namespace {
+namespace yaml_reader_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -115,5 +115,5 @@ TEST(YamlReader, DoesNotChokeOnNestedAliases) {
   EXPECT_EQ(ParseError(text.str()), "");
 }
 
-}  // namespace
+}  // namespace yaml_reader_test
 }  // namespace truetriad

@@ -7,7 +7,7 @@
 #include <yaml-cpp/yaml.h>
 
 namespace truetriad {
-namespace {
+namespace yaml_text_test {
 
 std::string ReadBack(const std::string& text) {
   YamlText yaml;
@@ -40,5 +40,5 @@ TEST(Quoted, HasNoneOfTheEndsOfLinesOfOtherReaders) {
 
 TEST(Quoted, ShowsBytesThatAreNoUtf8) { EXPECT_EQ(ReadBack("log\xFF.csv"), "log\\xFF.csv"); }
 
-}  // namespace
+}  // namespace yaml_text_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "truetriad/config/experiment.h"
 
 namespace truetriad {
-namespace {
+namespace plain_yaml_test {
 
 namespace fs = std::filesystem;
 
@@ -103,5 +103,5 @@ TEST(PlainYamlDeathTest, RefusesWhatThisProgramDoesNotWrite) {
   EXPECT_DEATH(JsonOfPlainYaml("a: 1\n   b: 2\n"), "");
 }
 
-}  // namespace
+}  // namespace plain_yaml_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "line/spread.h"
 
 namespace truetriad::line {
-namespace {
+namespace capability_test {
 
 constexpr double kOpen = std::numeric_limits<double>::infinity();
 
@@ -192,5 +192,5 @@ TEST(Share, HasTheIntervalOfWilson) {
   EXPECT_TRUE(std::isnan(ShareOf(0, 0).value));
 }
 
-}  // namespace
+}  // namespace capability_test
 }  // namespace truetriad::line

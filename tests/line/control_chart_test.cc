@@ -16,7 +16,7 @@
 #include "support/nightly.h"
 
 namespace truetriad::line {
-namespace {
+namespace control_chart_test {
 
 constexpr int kParameters = 33;
 
@@ -472,5 +472,5 @@ TEST(ChartLimits, AllowForUnitsThatAreInTheMeanThemselves) {
   EXPECT_NEAR(weights.Variance(50.0), squares + 0.271 * (0.271 - 2.0 * 0.181) / 50.0, 1e-15);
 }
 
-}  // namespace
+}  // namespace control_chart_test
 }  // namespace truetriad::line

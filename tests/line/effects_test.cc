@@ -11,7 +11,7 @@
 #include "truetriad/math/rotation.h"
 
 namespace truetriad::line {
-namespace {
+namespace effects_test {
 
 UnitRecord UnitOf(std::map<std::string, std::string> tags, const Eigen::VectorXd& values) {
   UnitRecord unit;
@@ -354,5 +354,5 @@ TEST(Tilt, WithoutAnyIsFoundAsOftenAsStated) {
   ExpectNoTiltFound(3, 60);
 }
 
-}  // namespace
+}  // namespace effects_test
 }  // namespace truetriad::line

@@ -13,7 +13,7 @@
 #include "line/type1_study.h"
 
 namespace truetriad::line {
-namespace {
+namespace gauge_study_test {
 
 using ::testing::HasSubstr;
 
@@ -208,5 +208,5 @@ TEST(Type1Study, SaysWhetherTheGaugeRepeatsAndIsRight) {
   EXPECT_TRUE(std::isnan(FindType1Study(values.head(1), 20.3, 0.15).sigma.value));
 }
 
-}  // namespace
+}  // namespace gauge_study_test
 }  // namespace truetriad::line

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad::line {
-namespace {
+namespace golden_history_test {
 
 StationCheck CheckOf(const std::string& station, const std::string& created, double largest) {
   return {.station = station,
@@ -63,5 +63,5 @@ TEST(GoldenHistory, TrustsNoCheckThatHasNoDate) {
   EXPECT_EQ(histories.front().state, GoldenState::kOverdue);
 }
 
-}  // namespace
+}  // namespace golden_history_test
 }  // namespace truetriad::line

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad::line {
-namespace {
+namespace line_data_test {
 
 TEST(LineData, FindsParametersAndTagsByName) {
   const LineData data{.parameters = {"accelerometer.bias.x", "gyroscope.bias.z"}};
@@ -15,5 +15,5 @@ TEST(LineData, FindsParametersAndTagsByName) {
   EXPECT_EQ(TagOf(unit, "station"), "");
 }
 
-}  // namespace
+}  // namespace line_data_test
 }  // namespace truetriad::line

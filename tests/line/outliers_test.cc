@@ -13,7 +13,7 @@
 #include "line/simulated_lines.h"
 
 namespace truetriad::line {
-namespace {
+namespace outliers_test {
 
 // 300 lines: with a level of 5 % 15 ± 3.8 of them have one. Also of as few units as are taken.
 TEST(Outliers, OfNormalUnitsAreAsRareAsStated) {
@@ -181,5 +181,5 @@ TEST(Outliers, AreJudgedByTheParametersOfTheirStation) {
                 "20 units with all 5 parameters, and there are 10"});
 }
 
-}  // namespace
+}  // namespace outliers_test
 }  // namespace truetriad::line

@@ -9,7 +9,7 @@
 #include "math/fast_random.h"
 
 namespace truetriad::line {
-namespace {
+namespace run_length_test {
 
 // Lucas and Saccucci 1990, Technometrics 32, table 3; to the digits printed there (half of the last
 // one, relative where the width is rounded to three decimals: the run length changes by 1.5 a
@@ -98,5 +98,5 @@ TEST(MewmaRunLength, AgreesWithSimulation) {
   EXPECT_NEAR(sum / charts, 100.0, 4.0 * 100.0 / std::sqrt(charts));
 }
 
-}  // namespace
+}  // namespace run_length_test
 }  // namespace truetriad::line

@@ -10,7 +10,7 @@
 #include "math/fast_random.h"
 
 namespace truetriad::line {
-namespace {
+namespace trend_test {
 
 LineData LineOf(const std::vector<double>& values) {
   LineData data;
@@ -121,5 +121,5 @@ TEST(Trend, SaysWhetherTemperatureGoesWithTime) {
   EXPECT_LT(std::abs(Trends(data).temperature_with_time), 0.3);
 }
 
-}  // namespace
+}  // namespace trend_test
 }  // namespace truetriad::line

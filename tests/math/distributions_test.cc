@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace distributions_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -85,5 +85,5 @@ TEST(Median, IsTheMiddleOrTheMeanOfTheTwoInTheMiddle) {
   EXPECT_EQ(Median({-1.0, -1.0, 5.0, 5.0, -1.0}), -1.0);
 }
 
-}  // namespace
+}  // namespace distributions_test
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 #include "support/kolmogorov_smirnov.h"
 
 namespace truetriad {
-namespace {
+namespace fast_random_test {
 
 /// P(|x| > size) of a standard normal.
 double TailProbability(double size) { return std::erfc(size / std::numbers::sqrt2); }
@@ -90,5 +90,5 @@ TEST(FastRandom, UniformsAreUniform) {
   for (const int count : counts) EXPECT_NEAR(count, 1e5 / 7.0, 4.0 * std::sqrt(1e5 * 6.0 / 49.0));
 }
 
-}  // namespace
+}  // namespace fast_random_test
 }  // namespace truetriad

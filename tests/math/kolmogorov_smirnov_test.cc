@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace kolmogorov_smirnov_test {
 
 TEST(KolmogorovSmirnov, AgreesWithPublishedCriticalValues) {
   // Critical values 1.22385, 1.35810, 1.62762 of sqrt(n) D at 10, 5 and 1 % (Smirnov 1948); one
@@ -57,5 +57,5 @@ TEST(KolmogorovSmirnov, SeesTheWrongDistribution) {
   EXPECT_LT(KolmogorovSmirnovUniform(values).p_value, 1e-9);
 }
 
-}  // namespace
+}  // namespace kolmogorov_smirnov_test
 }  // namespace truetriad

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace rotation_test {
 
 const Eigen::Vector3d kAxis = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
 
@@ -56,5 +56,5 @@ INSTANTIATE_TEST_SUITE_P(OfAnyAngle,
                          Rotations,
                          ::testing::Values(0.0, 1e-12, 1e-5, 9.9e-3, 1.01e-2, 0.7, 3.1, 4.0));
 
-}  // namespace
+}  // namespace rotation_test
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace attitude_sets_test {
 
 using Quaternions = std::vector<Eigen::Quaterniond>;
 
@@ -99,5 +99,5 @@ TEST(AttitudeSets, WordsTellTheOrientationsOfACubeApart) {
   EXPECT_THAT(words, testing::Each(testing::Not(testing::HasSubstr("deg"))));
 }
 
-}  // namespace
+}  // namespace attitude_sets_test
 }  // namespace truetriad

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace corrected_error_test {
 
 constexpr double kGravity = 9.8;
 
@@ -102,5 +102,5 @@ TEST(CorrectedError, HasNoRawOneOfCounts) {
   EXPECT_FALSE(CorrectedErrorOf(calibration, Triad::kAccelerometer, kGravity).before);
 }
 
-}  // namespace
+}  // namespace corrected_error_test
 }  // namespace truetriad

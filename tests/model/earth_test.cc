@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace earth_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -118,5 +118,5 @@ TEST_F(Earth, CutDataFileIsNamed) {
   fs::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace earth_test
 }  // namespace truetriad

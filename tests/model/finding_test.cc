@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace finding_test {
 
 std::string SeverityText(const FindingKind& kind) {
   const bool may_refuse = kind.outcome != Outcome::kConverged;
@@ -98,5 +98,5 @@ TEST(Findings, GoAlongWithErrors) {
   EXPECT_EQ(RefusalOf(Error(ErrorCode::kNotEnoughData, "nothing")).text, "nothing");
 }
 
-}  // namespace
+}  // namespace finding_test
 }  // namespace truetriad

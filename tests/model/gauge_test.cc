@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace gauge_test {
 
 // Well and badly conditioned, permuted, mirrored, in counts.
 std::vector<Eigen::Matrix3d> NastySensitivities() {
@@ -86,5 +86,5 @@ TEST(GaugeRotationJacobian, MatchesFiniteDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace gauge_test
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
-namespace {
+namespace gyro_increment_test {
 
 constexpr double kDurationS = 2.0;
 
@@ -181,5 +181,5 @@ INSTANTIATE_TEST_SUITE_P(EachSampling,
                          GyroIncrementOf,
                          ::testing::Values(RateSampling::kInstantaneous, RateSampling::kMeanRate));
 
-}  // namespace
+}  // namespace gyro_increment_test
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace heading_error_test {
 
 constexpr double kGravity = 9.8, kField = 48.0, kDip = 1.1;
 
@@ -117,5 +117,5 @@ TEST(HeadingError, NeedsACompass) {
   EXPECT_FALSE(HeadingErrors(calibration, 4).front().raw_rad);
 }
 
-}  // namespace
+}  // namespace heading_error_test
 }  // namespace truetriad

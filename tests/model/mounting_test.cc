@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace mounting_test {
 
 TEST(AxisMaps, AreFortyEightHalfOfThemMirrored) {
   std::set<std::string> names;
@@ -32,5 +32,5 @@ TEST(AxisMaps, AreNamedByTheBodyAxisOfEachSensingAxis) {
   }
 }
 
-}  // namespace
+}  // namespace mounting_test
 }  // namespace truetriad

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace thermal_test {
 
 TEST(ModelAtTemperature, IsTheStatedModelAtItsReference) {
   TriadModel<double> model;
@@ -80,5 +80,5 @@ TEST(TemperatureFilter, GivesLagAndRateOfASteadyRamp) {
   EXPECT_EQ(filter.Next(5000.0, std::nan("")).degc, state.degc);
 }
 
-}  // namespace
+}  // namespace thermal_test
 }  // namespace truetriad

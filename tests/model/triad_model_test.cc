@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace triad_model_test {
 
 TEST(TriadModel, CorrectionUndoesSensitivity) {
   TriadModel<double> model;
@@ -115,5 +115,5 @@ TEST(TriadModel, TakesAnyScalar) {
   EXPECT_EQ(model.RawFromTruth(Eigen::Vector3f::Zero()), model.bias);
 }
 
-}  // namespace
+}  // namespace triad_model_test
 }  // namespace truetriad

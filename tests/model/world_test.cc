@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace world_test {
 
 // A few roundings of numbers of this size.
 constexpr double kTiny = 1e-13;
@@ -32,5 +32,5 @@ TEST(World, EarthRateLeansToTrueNorth) {
   EXPECT_NEAR(std::atan2(rate.y(), rate.x()), 0.1, kTiny);
 }
 
-}  // namespace
+}  // namespace world_test
 }  // namespace truetriad

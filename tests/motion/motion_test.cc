@@ -21,7 +21,7 @@
 #include "truetriad/model/gauge.h"
 
 namespace truetriad {
-namespace {
+namespace motion_test {
 
 using ::testing::HasSubstr;
 using trials::DrawSixTurns;
@@ -414,5 +414,5 @@ TEST(Motion, SaysWhatOneAxisOfTurningLeavesOpen) {
   EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable);
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace truetriad

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace bounded_step_test {
 
 // A random problem whose components differ by as much as those of turns and magnetometers do.
 struct Problem {
@@ -52,5 +52,5 @@ TEST(BoundedStep, IsTheMaximumAboveTheLimits) {
   }
 }
 
-}  // namespace
+}  // namespace bounded_step_test
 }  // namespace truetriad

@@ -13,7 +13,7 @@
 #include "planning/pose_order.h"
 
 namespace truetriad {
-namespace {
+namespace exchange_test {
 
 std::vector<InformationRows> RandomRows(int count, int rows, int size, Random* random) {
   std::vector<InformationRows> all;
@@ -89,5 +89,5 @@ TEST(OrderForOperator, KeepsEachChamberTemperatureTogether) {
   }));
 }
 
-}  // namespace
+}  // namespace exchange_test
 }  // namespace truetriad

@@ -14,7 +14,7 @@
 #include "support/accel_mag_trials.h"
 
 namespace truetriad {
-namespace {
+namespace plan_test {
 
 constexpr double kAccelSigma = 0.003;  // m/s^2
 constexpr double kMagSigma = 0.05;     // uT
@@ -599,5 +599,5 @@ TEST(MakePlan, AsksForTheRestThatTheNoiseOfAGyroscopeIsOf) {
   EXPECT_NE(plan.error().message.find("`plan: { rest_s: 5 }`"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 #include "model/world.h"
 
 namespace truetriad {
-namespace {
+namespace hemisphere_test {
 
 constexpr Triad kMag = Triad::kMagnetometer;
 
@@ -83,5 +83,5 @@ TEST(HemisphereOfField, StaysWhereTheSensitivityIsHeld) {
   EXPECT_NEAR(graph.shared[graph.layout.reference + kDip], 2.2 - std::numbers::pi, 1e-12);
 }
 
-}  // namespace
+}  // namespace hemisphere_test
 }  // namespace truetriad

@@ -32,7 +32,7 @@
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
-namespace {
+namespace rows_test {
 
 constexpr Triad kAccel = Triad::kAccelerometer;
 constexpr Triad kGyro = Triad::kGyroscope;
@@ -463,5 +463,5 @@ TEST(WhitenedRow, IsItsRowTimesTheRoot) {
   ExpectSame(DerivativesOf(whitened, *row, all, state), expected, 1e-13);
 }
 
-}  // namespace
+}  // namespace rows_test
 }  // namespace truetriad

@@ -15,7 +15,7 @@
 #include "truetriad/report/report.h"
 
 namespace truetriad {
-namespace {
+namespace calibration_report_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -385,5 +385,5 @@ TEST(ComparisonText, JudgesByTheProbability) {
   EXPECT_THAT(ComparisonText({}), StartsWith("NOT COMPARED"));
 }
 
-}  // namespace
+}  // namespace calibration_report_test
 }  // namespace truetriad

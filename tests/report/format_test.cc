@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace format_test {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -87,5 +87,5 @@ TEST(DisplayUnit, UsesTheSignsOfTheSi) {
   EXPECT_EQ(DisplayUnit("counts"), "counts");
 }
 
-}  // namespace
+}  // namespace format_test
 }  // namespace truetriad

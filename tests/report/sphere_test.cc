@@ -10,7 +10,7 @@
 #include "report/sphere_points.h"
 
 namespace truetriad {
-namespace {
+namespace sphere_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -138,5 +138,5 @@ TEST(ResidualChart, KeepsWhatIsFarOffHoweverManyPosesThereAre) {
   EXPECT_THAT(chart, HasSubstr(" 128.8h0"));
 }
 
-}  // namespace
+}  // namespace sphere_test
 }  // namespace truetriad

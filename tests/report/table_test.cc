@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace table_test {
 
 TEST(TextOf, AlignsColumnsByWhatIsSeenNotByBytes) {
   EXPECT_EQ(TextOf({{"name", "value"}, "lr", {{"σ", "0.5"}, {"bias", "12.5"}}}, 0),
@@ -42,5 +42,5 @@ TEST(Wrapped, KeepsWithinTheWidthAndIndentsUnderTheLead) {
   }
 }
 
-}  // namespace
+}  // namespace table_test
 }  // namespace truetriad

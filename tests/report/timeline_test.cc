@@ -10,7 +10,7 @@
 #include "report/timeline_chart.h"
 
 namespace truetriad {
-namespace {
+namespace timeline_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -119,5 +119,5 @@ TEST(Zigzag, IsALineInHalfUnits) {
   EXPECT_THAT(svg.Finish(), HasSubstr("d=\"M2 10h4l2 6v-12h2l2 14\""));
 }
 
-}  // namespace
+}  // namespace timeline_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "truetriad/session/session.h"
 
 namespace truetriad {
-namespace {
+namespace calibrate_experiment_test {
 
 // A log is read once: what was seen of it to make the experiment is what is calibrated, unless the
 // experiment asks for more.
@@ -38,5 +38,5 @@ TEST(InitialExperimentOfALog, IsCalibratedFromWhatWasRead) {
   EXPECT_FALSE(CalibrateExperiment(experiment({"poses=every_row"}), {}, look->loaded));
 }
 
-}  // namespace
+}  // namespace calibrate_experiment_test
 }  // namespace truetriad

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace truetriad {
-namespace {
+namespace chamber_test {
 
 Chamber RampHoldAndSine() {
   Chamber chamber(20.0);
@@ -46,5 +46,5 @@ TEST(LaggedTemperature, SolvesTheEquationOfTheLag) {
   }
 }
 
-}  // namespace
+}  // namespace chamber_test
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 #include "sim/timeline.h"
 
 namespace truetriad {
-namespace {
+namespace motion_test {
 
 /// Every kind of step, with all that moves the unit.
 Scenario EverythingThatMoves() {
@@ -163,5 +163,5 @@ TEST(Gyroscope, MeanAndInstantaneousRatesAgreeAtAHighRate) {
   }
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace truetriad

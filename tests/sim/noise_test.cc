@@ -7,7 +7,7 @@
 #include "sim/sensor.h"
 
 namespace truetriad {
-namespace {
+namespace noise_test {
 
 constexpr double kRateHz = 50.0;
 
@@ -112,5 +112,5 @@ TEST(SimulatedSensor, ReadingsAreMultiplesOfTheResolutionWithinTheRange) {
   EXPECT_EQ(most, 10.75);  // At rest 9.8 * 1.01 + 0.3; a noise of sigma 1 goes beyond it.
 }
 
-}  // namespace
+}  // namespace noise_test
 }  // namespace truetriad

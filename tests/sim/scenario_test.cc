@@ -10,7 +10,7 @@
 #include "sim/scenario_samples.h"
 
 namespace truetriad {
-namespace {
+namespace scenario_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -138,5 +138,5 @@ TEST(Scenario, RefusesNumbersThatAreNone) {
               AllOf(HasSubstr("gravity"), HasSubstr("random walk"), HasSubstr("lag")));
 }
 
-}  // namespace
+}  // namespace scenario_test
 }  // namespace truetriad

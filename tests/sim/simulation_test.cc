@@ -15,7 +15,7 @@
 #include "truetriad/io/recording_writer.h"
 
 namespace truetriad {
-namespace {
+namespace simulation_test {
 
 constexpr Triad kAccel = Triad::kAccelerometer;
 constexpr Triad kGyro = Triad::kGyroscope;
@@ -389,5 +389,5 @@ TEST(DrawUnit, SpreadsAsStatedAndTruthSaysWhichFrameItIsIn) {
   EXPECT_EQ(TruthOf(scenario, 0).outcome, Outcome::kConverged);
 }
 
-}  // namespace
+}  // namespace simulation_test
 }  // namespace truetriad

@@ -9,6 +9,7 @@
 #include <ceres/problem.h>
 #include <gtest/gtest.h>
 
+#include "math/dense/cholesky.h"
 #include "noise/variance_components.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
@@ -22,7 +23,7 @@
 #include "support/accel_mag_trials.h"
 
 namespace truetriad {
-namespace {
+namespace elimination_test {
 
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
@@ -69,7 +70,7 @@ Eigen::MatrixXd CovarianceOf(const SharedLayout& layout, ceres::Problem* problem
     }
   }
   // The shared blocks were added first; each has its own columns of the basis.
-  const Eigen::MatrixXd inverse = (jacobian.transpose() * jacobian).inverse();
+  const Eigen::MatrixXd inverse = Cholesky(jacobian.transpose() * jacobian).Inverse();
   return inverse.topLeftCorner(layout.free_size(), layout.free_size());
 }
 
@@ -115,7 +116,7 @@ TEST(Elimination, HasTheCostAndTheStepOfTheWholeProblem) {
   EXPECT_NEAR(elimination.cost(), system.cost(), 1e-12 * system.cost());
   EXPECT_NEAR(elimination.CostAt(graph.shared), system.cost(), 1e-2 * system.cost());
 
-  const Eigen::VectorXd step = -system.matrix().ldlt().solve(system.gradient());
+  const Eigen::VectorXd step = -PivotedCholesky(system.matrix()).SolveVector(system.gradient());
   PoseGraph moved = graph;
   system.TakeStep(step, &moved);
   const LinearisedGraph after(moved);
@@ -123,7 +124,7 @@ TEST(Elimination, HasTheCostAndTheStepOfTheWholeProblem) {
   EXPECT_NEAR(elimination.cost(), after.cost(), 1e-11 * after.cost());
   // At the optimum of the linear problem nothing is left to go but what is not linear.
   const double promised = -system.gradient().dot(step);
-  const Eigen::VectorXd next = -after.matrix().ldlt().solve(after.gradient());
+  const Eigen::VectorXd next = -PivotedCholesky(after.matrix()).SolveVector(after.gradient());
   EXPECT_LT(-after.gradient().dot(next), 1e-2 * promised);
   EXPECT_NEAR(system.cost() - after.cost(), 0.5 * promised, 1e-2 * promised);
 }
@@ -173,5 +174,5 @@ TEST(LinearManifold, PlusAndMinusUndoEachOther) {
   EXPECT_EQ(y[3] - 4.0, y[2] - 3.0);  // tied
 }
 
-}  // namespace
+}  // namespace elimination_test
 }  // namespace truetriad

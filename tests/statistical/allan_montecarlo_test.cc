@@ -19,7 +19,7 @@
 #include "truetriad/allan/allan.h"
 
 namespace truetriad {
-namespace {
+namespace allan_montecarlo_test {
 
 struct Regime {
   const char* name;
@@ -151,5 +151,5 @@ INSTANTIATE_TEST_SUITE_P(Each,
                                            Regime{"Held", 20000, 1.0, 0.0, 0.0, 0.0, 0.0, 4}),
                          [](const auto& regime) { return std::string(regime.param.name); });
 
-}  // namespace
+}  // namespace allan_montecarlo_test
 }  // namespace truetriad

@@ -12,11 +12,11 @@
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "solve/solve_graph.h"
-#include "support/nightly.h"
 #include "support/accel_mag_trials.h"
+#include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace basin_test {
 
 // The lowest cost near the truth: the same problem, started there.
 double CostFromTruth(const SyntheticUnit& unit,
@@ -96,5 +96,5 @@ TEST(Basin, IsReportedForFewPoses) {
   }
 }
 
-}  // namespace
+}  // namespace basin_test
 }  // namespace truetriad

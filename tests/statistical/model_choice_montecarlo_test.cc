@@ -12,12 +12,12 @@
 
 #include <gtest/gtest.h>
 
-#include "support/nightly.h"
 #include "support/accel_mag_trials.h"
 #include "support/kolmogorov_smirnov.h"
+#include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace model_choice_montecarlo_test {
 
 using trials::JointOptions;
 using trials::ModelNoise;
@@ -159,5 +159,5 @@ INSTANTIATE_TEST_SUITE_P(Of, ModelChoice, ::testing::ValuesIn(kCases), [](const 
   return std::string(test.param.name);
 });
 
-}  // namespace
+}  // namespace model_choice_montecarlo_test
 }  // namespace truetriad

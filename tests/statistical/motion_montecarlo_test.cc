@@ -15,7 +15,7 @@
 #include "support/six_turns.h"
 
 namespace truetriad {
-namespace {
+namespace motion_montecarlo_test {
 
 using trials::DrawSixTurns;
 using trials::RecordSixTurns;
@@ -103,5 +103,5 @@ TEST(Motion, LosesNothingByFewerAttitudes) {
   ExpectEfficient("everything free, an attitude every 0.1 s", false, 0.1, 2000);
 }
 
-}  // namespace
+}  // namespace motion_montecarlo_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace plan_montecarlo_test {
 
 // The gain that an entry of the covariance is measured against; 1 for the dip.
 double GainOf(const std::string& name, const SyntheticUnit& unit) {
@@ -100,5 +100,5 @@ TEST(PlannedSigma, AgreesWithTheErrorsOfAUnitWithAGyroscope) {
   ExpectPredictionComesTrue("the nominal unit with a gyroscope", nullptr, 40000, true);
 }
 
-}  // namespace
+}  // namespace plan_montecarlo_test
 }  // namespace truetriad

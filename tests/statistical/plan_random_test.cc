@@ -17,7 +17,7 @@
 #include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace plan_random_test {
 
 // Of many draws.
 struct Spread {
@@ -135,5 +135,5 @@ TEST_F(PlannedTwelve, DoesNotNeedExactAngles) {
   }
 }
 
-}  // namespace
+}  // namespace plan_random_test
 }  // namespace truetriad

@@ -17,7 +17,7 @@
 #include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace regimes_test {
 
 using trials::ExactPoses;
 using trials::MakeTrial;
@@ -203,5 +203,5 @@ INSTANTIATE_TEST_SUITE_P(All, WorkingRegime, ::testing::ValuesIn(Regimes()), [](
   return std::string(test.param.name);
 });
 
-}  // namespace
+}  // namespace regimes_test
 }  // namespace truetriad

@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include "support/nightly.h"
 #include "support/accel_mag_trials.h"
+#include "support/nightly.h"
 
 namespace truetriad {
-namespace {
+namespace robustness_test {
 
 using trials::JointOptions;
 using trials::ModelNoise;
@@ -107,5 +107,5 @@ TEST(CalibrateAccelMag, NineToTwelvePosesGiveNoNegativeVariance) {
   }
 }
 
-}  // namespace
+}  // namespace robustness_test
 }  // namespace truetriad

@@ -12,13 +12,13 @@
 #include <gtest/gtest.h>
 
 #include "model/attitude_sets.h"
-#include "support/nightly.h"
 #include "support/kolmogorov_smirnov.h"
+#include "support/nightly.h"
 #include "support/soak_trials.h"
 #include "truetriad/planning/plan.h"
 
 namespace truetriad {
-namespace {
+namespace soak_montecarlo_test {
 
 using trials::MakeSoak;
 using trials::Soak;
@@ -302,5 +302,5 @@ INSTANTIATE_TEST_SUITE_P(Of, SoakChoice, ::testing::ValuesIn(kDrifts), [](const 
   return std::string(test.param.name);
 });
 
-}  // namespace
+}  // namespace soak_montecarlo_test
 }  // namespace truetriad

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The two solvers over every working regime: the same optimum and the same covariance. Of a chain of
-// motion: tests/motion.
+// The two solvers over every working regime: the same optimum and the same covariance. Of a chain
+// of motion: tests/motion.
 #include <cmath>
 #include <string>
 
@@ -10,7 +10,7 @@
 #include "statistical/regimes.h"
 
 namespace truetriad {
-namespace {
+namespace solvers_test {
 
 // Parameters in σ, and σ against σ.
 void ExpectSame(const CalibrationSummary& eliminated, const CalibrationSummary& by_ceres) {
@@ -63,5 +63,5 @@ INSTANTIATE_TEST_SUITE_P(EveryRegime,
                          ::testing::ValuesIn(trials::Regimes()),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
+}  // namespace solvers_test
 }  // namespace truetriad

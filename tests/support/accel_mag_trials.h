@@ -8,8 +8,8 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
+#include "math/dense/eigenvalues.h"
 #include "math/distributions.h"
 #include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
@@ -149,13 +149,13 @@ inline double Nees(const Eigen::VectorXd& error,
       scaled(i, j) = covariance(a, b) / std::sqrt(covariance(a, a) * covariance(b, b));
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-  const Eigen::VectorXd turned = solver.eigenvectors().transpose() * e;
+  const SymmetricEigen eigen = EigenOfSymmetric(scaled);
+  const Eigen::VectorXd turned = eigen.vectors.transpose() * e;
   double nees = 0.0;
   *dimension = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    if (solver.eigenvalues()[i] < 1e-9) continue;
-    nees += turned[i] * turned[i] / solver.eigenvalues()[i];
+    if (eigen.values[i] < 1e-9) continue;
+    nees += turned[i] * turned[i] / eigen.values[i];
     ++*dimension;
   }
   return nees;

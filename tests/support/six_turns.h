@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "math/dense/cholesky.h"
 #include "math/random.h"
 #include "model/world.h"
 #include "truetriad/base/units.h"
@@ -188,7 +189,8 @@ inline JointError JointErrorOf(const Eigen::VectorXd& error, const Eigen::Matrix
   const Eigen::VectorXd scaled = inverse_sigma.cwiseProduct(error(free).eval());
   const Eigen::MatrixXd correlation =
       inverse_sigma.asDiagonal() * block * inverse_sigma.asDiagonal();
-  return {scaled.dot(correlation.ldlt().solve(scaled)), static_cast<double>(free.size())};
+  return {scaled.dot(PivotedCholesky(correlation).SolveVector(scaled)),
+          static_cast<double>(free.size())};
 }
 
 }  // namespace truetriad::trials

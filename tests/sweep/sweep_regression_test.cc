@@ -18,7 +18,7 @@
 #include "support/sweep_trials.h"
 
 namespace truetriad {
-namespace {
+namespace sweep_regression_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -228,5 +228,5 @@ TEST(SweepRegression, TableOfStepsGoesUpInFitAndDownInHeldOutError) {
   EXPECT_GT(regression.steps.back().adjusted_r2, 0.9);
 }
 
-}  // namespace
+}  // namespace sweep_regression_test
 }  // namespace truetriad

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "math/dense/cholesky.h"
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
 #include "support/finding_matchers.h"
@@ -18,7 +19,7 @@
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
-namespace {
+namespace sweep_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -90,7 +91,7 @@ double Nees(const Calibration& calibration, const Sweep& sweep, int axis) {
   const Eigen::MatrixXd correlation =
       size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
   const Eigen::VectorXd scaled = error.cwiseQuotient(size);
-  return scaled.dot(correlation.ldlt().solve(scaled));
+  return scaled.dot(PivotedCholesky(correlation).SolveVector(scaled));
 }
 
 Sweep SweepWithRates() {
@@ -474,5 +475,5 @@ TEST(CalibrateSweep, DoesNotLetADwellDecide) {
                      std::to_string(error_at(plain, 53.0, 60.0)));
 }
 
-}  // namespace
+}  // namespace sweep_test
 }  // namespace truetriad

@@ -23,7 +23,7 @@
 #include "trust/recording.h"
 
 namespace truetriad::trust {
-namespace {
+namespace fleet_test {
 
 namespace fs = std::filesystem;
 
@@ -206,5 +206,5 @@ TEST(LikeUnits, HaveTheSameUncertaintyStated) {
   EXPECT_EQ(sigmas.MostOdd(), 0);
 }
 
-}  // namespace
+}  // namespace fleet_test
 }  // namespace truetriad::trust

@@ -22,7 +22,7 @@
 #include "trust/recording.h"
 
 namespace truetriad::trust {
-namespace {
+namespace spoilt_fleet_test {
 
 namespace fs = std::filesystem;
 
@@ -154,5 +154,5 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
   }
 }
 
-}  // namespace
+}  // namespace spoilt_fleet_test
 }  // namespace truetriad::trust

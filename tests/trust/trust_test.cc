@@ -11,7 +11,7 @@
 #include "trust/trial.h"
 
 namespace truetriad::trust {
-namespace {
+namespace trust_test {
 
 namespace fs = std::filesystem;
 
@@ -76,5 +76,5 @@ TEST(Trust, CleanRecordingsAreRight) {
   }
 }
 
-}  // namespace
+}  // namespace trust_test
 }  // namespace truetriad::trust

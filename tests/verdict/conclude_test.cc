@@ -4,7 +4,7 @@
 #include "verdict/result.h"
 
 namespace truetriad {
-namespace {
+namespace conclude_test {
 
 Outcome ConcludedWith(Treatment treatment) {
   Calibration calibration;
@@ -20,5 +20,5 @@ TEST(Conclusion, RefusesWhatNobodyDealtWith) {
   EXPECT_EQ(ConcludedWith(Treatment::kCorrected), Outcome::kConverged);
 }
 
-}  // namespace
+}  // namespace conclude_test
 }  // namespace truetriad

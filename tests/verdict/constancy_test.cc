@@ -13,7 +13,7 @@
 #include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
-namespace {
+namespace constancy_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -231,5 +231,5 @@ TEST(MagnetometerChange, IsNotSeenInASingleDisturbedPose) {
   }
 }
 
-}  // namespace
+}  // namespace constancy_test
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 #include "truetriad/model/limits.h"
 
 namespace truetriad {
-namespace {
+namespace limits_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -167,5 +167,5 @@ TEST(Limits, OfNamesThatAreNotKnownSayWhichAre) {
   EXPECT_EQ(ParseLimitName("gyroscope.bias_per_degc")->Unit(), "rad/s/degC");
 }
 
-}  // namespace
+}  // namespace limits_test
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 #include "math/random.h"
 
 namespace truetriad {
-namespace {
+namespace lost_rows_test {
 
 constexpr double kField = 48.0, kSigma = 0.25, kSpacingS = 0.02;
 
@@ -102,5 +102,5 @@ TEST(LostRows, EveryNthIsFoundWhereStepsAreSmallerThanNoise) {
   }
 }
 
-}  // namespace
+}  // namespace lost_rows_test
 }  // namespace truetriad

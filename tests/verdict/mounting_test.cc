@@ -15,7 +15,7 @@
 #include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
-namespace {
+namespace mounting_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -217,5 +217,5 @@ TEST(Mounting, CommonToAllIsNotSeen) {
   EXPECT_TRUE(CalibrationOf({kAccel}, {{kAccel, "-x+y+z"}}).IsUsable());
 }
 
-}  // namespace
+}  // namespace mounting_test
 }  // namespace truetriad

@@ -14,7 +14,7 @@
 #include "truetriad/base/units.h"
 
 namespace truetriad {
-namespace {
+namespace units_test {
 
 using Eigen::Vector3d;
 using ::testing::ElementsAre;
@@ -171,5 +171,5 @@ TEST(NotRaw, IsASensorWhoseReadingsTurnAtOneLength) {
   EXPECT_FALSE(WhyNotAsStated(set, NineAxis()));
 }
 
-}  // namespace
+}  // namespace units_test
 }  // namespace truetriad

@@ -16,6 +16,14 @@ install(DIRECTORY docs examples DESTINATION ${doc} COMPONENT program
   PATTERN code.md EXCLUDE)
 install(DIRECTORY tools/slurm tools/parallel DESTINATION ${doc}/tools COMPONENT program
   USE_SOURCE_PERMISSIONS)
+# Of what the program holds of others: Debian's packages say it.
+foreach(package IN ITEMS libceres-dev libeigen3-dev libgoogle-glog-dev libgflags-dev libyaml-cpp-dev zlib1g-dev
+                         libsqlite3-dev nettle-dev libgeographiclib-dev nlohmann-json3-dev libboost1.74-dev)
+  if(EXISTS /usr/share/doc/${package}/copyright)
+    install(FILES /usr/share/doc/${package}/copyright DESTINATION ${doc}/licences RENAME ${package}
+      COMPONENT program)
+  endif()
+endforeach()
 install(CODE "include(${CMAKE_CURRENT_LIST_DIR}/InstalledTexts.cmake)
   rewrite_installed_texts(${share} ${doc}/*.md ${doc}/docs/*.md ${CMAKE_INSTALL_MANDIR}/man1/truetriad.1)"
   COMPONENT program)

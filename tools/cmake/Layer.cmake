@@ -5,7 +5,7 @@
 #
 # OF_PROGRAM: not installed; for the program and the tests.
 # BATCH n: compiles n sources at a time as one, since headers are most of every compile. Names in
-# unnamed namespaces are then shared within a room. -DCMAKE_UNITY_BUILD_BATCH_SIZE=1 compiles each alone.
+# unnamed namespaces are then shared within a room. -DCMAKE_UNITY_BUILD=OFF compiles each alone.
 function(truetriad_layer name)
   cmake_parse_arguments(ARG "OF_PROGRAM" "BATCH" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
   set(target truetriad_${name})
@@ -32,6 +32,9 @@ endfunction()
 
 # truetriad_batch(target n): n sources at a time are one to the compiler.
 function(truetriad_batch target size)
+  if(DEFINED CMAKE_UNITY_BUILD)
+    return()
+  endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
 endfunction()
 
@@ -47,6 +50,9 @@ endfunction()
 
 # truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program a folder, found by CTest.
 #
+# The sources are compiled some at a time as one; so that their helpers do not meet, the names of a
+# test x_test.cc are in a namespace x_test.
+#
 # TOGETHER pattern: tests of such names are one to CTest, since they share what takes long to set up.
 function(truetriad_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LABELS" ${ARGN})
@@ -56,6 +62,7 @@ function(truetriad_test name)
   set(target ${name}_test)
   add_executable(${target} ${ARG_SOURCES})
   truetriad_compile_options(${target})
+  truetriad_batch(${target} 6)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${target} PRIVATE

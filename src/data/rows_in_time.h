@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+/// Whether the rows of a table without times may each be a rest of its own.
+/// Error (bad input): they follow each other as readings of a log do, most of which are like the one
+/// before, since a unit turns slower than it is read.
+Status RejectRowsOfALog(const PoseSet& poses);
+
+}  // namespace truetriad

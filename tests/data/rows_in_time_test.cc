@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/rows_in_time.h"
+
+#include <cmath>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "math/random.h"
+
+namespace truetriad {
+namespace rows_in_time_test {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kRows = 1500;
+
+void AddRow(const Eigen::Vector3d& reading, PoseSet* poses) {
+  StaticPose& pose = poses->poses.emplace_back();
+  pose.triads[Triad::kAccelerometer].emplace();
+  pose.triads[Triad::kAccelerometer]->samples = 1;
+  pose.triads[Triad::kAccelerometer]->mean_raw = reading;
+}
+
+// Turned by `step_rad` from each row to the next, with noise of 0.3 % of gravity.
+PoseSet Rows(double step_rad, int count = kRows) {
+  Random random(1);
+  PoseSet poses;
+  poses.source = "log.csv";
+  for (int i = 0; i < count; ++i) {
+    const double angle = step_rad * i;
+    AddRow(9.8 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0) + 0.03 * random.Normal3(),
+           &poses);
+  }
+  return poses;
+}
+
+TEST(RowsInTime, RowsLikeTheOneBeforeAreALog) {
+  const Status status = RejectRowsOfALog(Rows(0.003));
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kMissingTime);
+  EXPECT_THAT(status.error().message,
+              AllOf(HasSubstr("log.csv"), HasSubstr("1500 rows"), HasSubstr("rate_hz: 100")));
+}
+
+TEST(RowsInTime, AttitudesInAnyOrderAreRests) { EXPECT_TRUE(RejectRowsOfALog(Rows(2.4))); }
+
+TEST(RowsInTime, FewRowsAreRests) { EXPECT_TRUE(RejectRowsOfALog(Rows(0.003, 1000))); }
+
+TEST(RowsInTime, WhatHasASigmaIsARest) {
+  PoseSet poses = Rows(0.003);
+  for (StaticPose& pose : poses.poses) pose.triads[Triad::kAccelerometer]->has_covariance = true;
+  EXPECT_TRUE(RejectRowsOfALog(poses));
+}
+
+TEST(RowsInTime, WithTimesNothingIsAsked) {
+  PoseSet poses = Rows(0.003);
+  poses.has_time = true;
+  EXPECT_TRUE(RejectRowsOfALog(poses));
+}
+
+}  // namespace rows_in_time_test
+}  // namespace truetriad
