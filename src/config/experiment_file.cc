@@ -3,7 +3,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -51,6 +53,38 @@ void ReadPreset(const std::string& file,
   errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
 }
 
+/// Limits of a preset on top of which those that the experiment itself states still go: one of all
+/// components takes the place of each of them, and one of a component that of its own alone.
+/// `own`: full names of the experiment's keys.
+std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& preset,
+                                          const std::set<std::string>& own) {
+  // `accelerometer: { bias: { x: 0.5 } }` is none of all components.
+  const auto states = [&own](const std::string& name) {
+    const std::string key = "limits." + name;
+    const auto below = own.lower_bound(key + '.');
+    const bool is_leaf = below == own.end() || !below->starts_with(key + '.');
+    return own.contains(key) &&
+           (is_leaf || own.contains(key + ".upper") || own.contains(key + ".lower"));
+  };
+  std::map<std::string, Limit> left;
+  for (const auto& [name, limit] : preset) {
+    std::vector<std::string> others, stated;
+    for (const char* component :
+         {"x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"}) {
+      const std::string one = name + '.' + component;
+      if (!ParseLimitName(one)) continue;
+      (states(one) ? stated : others).push_back(one);
+    }
+    if (!stated.empty()) {
+      for (const std::string& one : others) left[one] = limit;
+      continue;
+    }
+    const std::string of_all = name.substr(0, name.rfind('.'));
+    if (!ParseLimitName(of_all) || !states(of_all)) left[name] = limit;
+  }
+  return left;
+}
+
 /// Reads the presets that the documents name, the last word of each sensor and of the limits.
 void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
@@ -73,7 +107,10 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
   if (file.empty()) return;
   ReadPreset(file, "limits_preset", *draft, errors, [&](YamlReader* preset) {
     if (YamlReader limits = preset->RequireChild("limits")) {
-      ReadLimitsOfPreset(limits, &draft->experiment.options.limits);
+      LimitOptions of_preset;
+      ReadLimitsOfPreset(limits, &of_preset);
+      of_preset.limits = LeftToPreset(of_preset.limits, draft->given);
+      draft->experiment.options.limits = of_preset;
       CollectNames(limits, "", &draft->given);
     }
   });

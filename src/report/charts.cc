@@ -89,7 +89,7 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
       }
     }
     const auto draw_line = [&](double value, std::string_view style) {
-      svg.Line(x(value), top - 4.0, x(value), top + kBar + 4.0, style);
+      svg.Line(x(value), top - 2.0, x(value), top + kBar + 3.0, style);
     };
     if (limit.target) draw_line(*limit.target, "whisker");
     if (is_from_zero) {
@@ -107,18 +107,23 @@ std::string DifferenceChart(const std::vector<ComparisonEntry>& entries) {
   constexpr double kLeft = 270.0, kWidth = 440.0, kRow = 15.0, kTop = 10.0;
   constexpr std::size_t kMostRows = 100;
   std::vector<const ComparisonEntry*> shown;
-  double largest = 4.0;
+  std::vector<double> sizes;
   for (const ComparisonEntry& entry : entries) {
     if (!(entry.sigma > 0.0)) continue;
     shown.push_back(&entry);
-    largest = std::max(largest, std::abs(entry.difference / entry.sigma) + 1.0);
+    sizes.push_back(std::abs(entry.difference / entry.sigma));
   }
-  if (shown.empty() || shown.size() > kMostRows || !std::isfinite(largest)) return "";
+  if (shown.empty() || shown.size() > kMostRows) return "";
+  std::sort(sizes.begin(), sizes.end());
+  if (!std::isfinite(sizes.back())) return "";
+  // What is far off sits on the edge with its value, and does not flatten the others.
+  const double far = std::max(20.0, 3.0 * sizes[sizes.size() / 2]);
+  const double largest = std::max(4.0, std::min(sizes.back(), far) + 1.0);
   const double height = kRow * static_cast<double>(shown.size());
   Svg svg(730.0, kTop + height + 36.0, "Differences in σ");
   const Range range{-largest, largest};
   const auto x = [&](double sigmas) {
-    return kLeft + kWidth * (sigmas + largest) / (2.0 * largest);
+    return kLeft + kWidth * (std::clamp(sigmas, -largest, largest) + largest) / (2.0 * largest);
   };
   svg.Rectangle(x(-2.0), kTop, x(2.0) - x(-2.0), height, "band");
   svg.Rectangle(kLeft, kTop, kWidth, height, "frame");
@@ -133,6 +138,12 @@ std::string DifferenceChart(const std::vector<ComparisonEntry>& entries) {
     svg.Text(kLeft - 6.0, y + 4.0, entry->parameter, "end");
     svg.Line(x(value - 1.0), y, x(value + 1.0), y, "bar");
     svg.Circle(x(value), y, 2.8, "after");
+    if (std::abs(value) > largest) {
+      svg.Text(x(value) + (value > 0.0 ? -6.0 : 6.0),
+               y + 4.0,
+               Significant(value, 3),
+               value > 0.0 ? "far end" : "far start");
+    }
     y += kRow;
   }
   return svg.Finish();

@@ -139,14 +139,29 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Points points;
   Range both;
   const auto count = static_cast<double>(values.size());
+  // What is further off sits on the edge with its value, and does not flatten the others.
+  constexpr double kFar = 3.0;
+  const double far = kFar * NormalQuantile((count - 0.5) / count);
   for (std::size_t i = 0; i < values.size(); ++i) {
     points.emplace_back(NormalQuantile((static_cast<double>(i) + 0.5) / count), values[i]);
-    both.Add(values[i]), both.Add(points.back().first);
+    both.Add(std::clamp(values[i], -far, far)), both.Add(points.back().first);
   }
   Frame frame(*svg, box, both, both);
   frame.Draw("in σ, against normal", "normal quantile");
   frame.DrawLine({{both.low, both.low}, {both.high, both.high}}, "limit");
   frame.DrawDots(Thinned(points), "dots");
+  if (values.back() > far) {
+    svg->Text(frame.X(points.back().first) - 6.0,
+              frame.Y(values.back()) + 4.0,
+              Significant(values.back(), 3),
+              "far end");
+  }
+  if (values.front() < -far) {
+    svg->Text(frame.X(points.front().first) + 6.0,
+              frame.Y(values.front()) + 4.0,
+              Significant(values.front(), 3),
+              "far start");
+  }
 }
 
 }  // namespace
@@ -180,7 +195,8 @@ std::string ResidualCaption(Triad triad) {
          ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of the noise used "
          "for the weights. Crosses: rejected poses, on the edge if beyond the scale. Right: " +
          (triad == Triad::kGyroscope ? "axes" : "lengths") +
-         " in σ against the normal distribution, dashed if both agree.";
+         " in σ against the normal distribution, dashed if both agree; far ones on the edge with "
+         "their value.";
 }
 
 std::string TurnCaption(const RestQuality& quality) {

@@ -19,6 +19,8 @@ constexpr double kPanel = 62.0, kTitle = 24.0, kTimes = 34.0;
 /// So many rests say what each is; more are too narrow to be met.
 constexpr std::size_t kMostStretches = 150;
 
+bool HasNumbers(const PoseSet& poses) { return poses.poses.size() <= kMostStretches; }
+
 /// Rejected sensors and why, by pose.
 using Reasons = std::map<int, std::string>;
 
@@ -190,7 +192,7 @@ class Timeline {
   /// Many are joined where what is between them is narrower than a line.
   void DrawRests(const Frame& frame, double top, Svg* svg) const {
     constexpr double kNarrowest = 0.5;
-    const bool says_each = leads_to_rows_ && poses_.poses.size() <= kMostStretches;
+    const bool says_each = leads_to_rows_ && HasNumbers(poses_);
     double begin = 0.0, end = -1.0;
     const auto flush = [&] {
       if (end < begin) return;
@@ -230,6 +232,7 @@ class Timeline {
       const double x = frame.X(0.5 * (SecondsOf(pose.start_ns) + SecondsOf(pose.end_ns)));
       const bool is_rejected = reasons_.contains(pose.number);
       if (is_rejected) svg->Cross(x, kTop + 6.0, 4.0, "rejected");
+      if (!is_rejected && !HasNumbers(poses_)) continue;
       double* latest = is_rejected ? &last_rejected : &last;
       if (x - *latest < kApart) continue;
       *latest = x;
@@ -259,10 +262,13 @@ Drawing TimelineDrawing(const PoseSet& poses,
   if (!has_times) return {};
   Timeline timeline(poses, rejected, leads_to_rows);
   if (timeline.IsEmpty()) return {};
-  return {timeline.Draw(),
-          "In each stretch of time every axis from its lowest to its highest reading. Shaded: "
-          "rests, with their numbers; crosses: those with readings that the "
-          "calibration rejects; in another colour: left out."};
+  const std::string shaded = poses.sweep.temperature.empty() ? "rests" : "windows of the sweep";
+  return {
+      timeline.Draw(),
+      "In each stretch of time every axis from its lowest to its highest reading. Shaded: " +
+          shaded + (HasNumbers(poses) ? ", with their numbers" : "") +
+          "; crosses: those with readings that the calibration rejects; in another colour: left "
+          "out."};
 }
 
 }  // namespace truetriad

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -441,6 +442,33 @@ TEST_F(ExperimentConfig, TakesTheLimitsOfEachShippedDataSheetBeforeItsOwn) {
   EXPECT_GE(count, 4);
   EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { preset: none.yaml }\n"),
               HasSubstr("none.yaml"));
+}
+
+TEST_F(ExperimentConfig, LimitsOfItsOwnTakeThePlaceOfAPresetsOfOtherComponents) {
+  Write(
+      "limits_preset: 1\n"
+      "limits: { accelerometer.bias.x: 1, accelerometer.bias.z: 2, gyroscope.bias: 3,\n"
+      "          gyroscope.scale_error: 4 }\n",
+      "preset.yaml");
+  const auto limits = [&](const std::string& own) {
+    std::map<std::string, double> found;
+    const Experiment experiment =
+        LoadWell(std::string(kMinimal) + "limits: { preset: preset.yaml, " + own + " }\n");
+    for (const auto& [name, limit] : experiment.options.limits.limits) found[name] = limit.upper;
+    return found;
+  };
+  using Limits = std::map<std::string, double>;
+  EXPECT_EQ(limits("accelerometer.bias: 9, gyroscope.bias.y: 8"),
+            (Limits{{"accelerometer.bias", 9},
+                    {"gyroscope.bias.x", 3},
+                    {"gyroscope.bias.y", 8},
+                    {"gyroscope.bias.z", 3},
+                    {"gyroscope.scale_error", 4}}));
+  EXPECT_EQ(limits("accelerometer: { bias: { x: 9 } }, gyroscope: { scale_error: { upper: 8 } }"),
+            (Limits{{"accelerometer.bias.x", 9},
+                    {"accelerometer.bias.z", 2},
+                    {"gyroscope.bias", 3},
+                    {"gyroscope.scale_error", 8}}));
 }
 
 TEST_F(ExperimentConfig, RejectsDuplicateKeyWithItsLine) {

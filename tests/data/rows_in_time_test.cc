@@ -29,6 +29,7 @@ PoseSet Rows(double step_rad, int count = kRows) {
   Random random(1);
   PoseSet poses;
   poses.source = "log.csv";
+  poses.has_time = false;
   for (int i = 0; i < count; ++i) {
     const double angle = step_rad * i;
     AddRow(9.8 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0) + 0.03 * random.Normal3(),

@@ -64,10 +64,10 @@ TEST(LimitChart, ShowsEveryValueWhateverSideIsOpen) {
     EXPECT_THAT(svg, AllOf(HasSubstr("class=\"whisker\""), HasSubstr("class=\"limit\"")));
   }
   // Twelve times as far inside as the limit is from zero, so near the middle of what is drawn.
-  EXPECT_THAT(chart(-0.001, kOpen, 0.011, 2e-5, 0.0), HasSubstr("x=\"558.0\""));
+  EXPECT_THAT(chart(-0.001, kOpen, 0.011, 2e-5, 0.0), HasSubstr("x=\"254.0\""));
   // As wide as what is allowed at most.
   const std::string guarded = chart(-0.0001, 0.0001, 0.0131, 0.0021, 2.0);
-  EXPECT_THAT(guarded, HasSubstr("class=\"guard\" x=\"304.0\" y=\"26.0\" width=\"320.0\""));
+  EXPECT_THAT(guarded, HasSubstr("class=\"guard\" x=\"64.0\" y=\"35.0\" width=\"240.0\""));
   EXPECT_THAT(guarded, HasSubstr("»"));
 }
 
