@@ -16,6 +16,7 @@
 # peers that are in Python. The recordings are looked for in $TRUETRIAD_SHARED_DATASETS (default:
 # ../shared/datasets). What drives a peer is in tools/bench/peers/ and says what it does; nothing of a
 # peer is in this repository.
+# shellcheck disable=SC2016  # Headings hold backquotes of Markdown.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -72,7 +73,7 @@ left() { "$python" "$peers/residuals.py" "$@"; }
 
 # --- The pair of files that imu_tk brings with it.
 pair() {
-  local flags commands=(
+  local flags options commands=(
     "truetriad: $(calibrate xsens-imu-tk-pair pair)"
     "truetriad, imu_tk's parameters: $(calibrate xsens-imu-tk-pair plain \
       --set=sensors.gyroscope.g_sensitivity=false)"
@@ -83,7 +84,8 @@ pair() {
     for flags in "-O2 -DNDEBUG" "-O3 -DNDEBUG"; do
       name="imu_tk $flags"
       local program="$folder/imu_tk${flags// /}"
-      g++ -std=c++17 $flags -w "-I$IMU_TK/include" -I/usr/include/eigen3 "$peers/imu_tk_main.cc" \
+      read -ra options <<< "$flags"
+      g++ -std=c++17 "${options[@]}" -w "-I$IMU_TK/include" -I/usr/include/eigen3 "$peers/imu_tk_main.cc" \
         "$IMU_TK"/src/{calibration,filters,io_utils}.cpp -o "$program" -lceres -lglog
       builds+=("$name")
       # Initial rest, gravity and start values: those in its example, apps/test_imu_calib.cpp.
