@@ -31,8 +31,9 @@ trap 'rm -rf "$folder"' EXIT
 
 xsens=$logs/a-xsens-imu-tk-38pose
 points=$logs/b-mag-347-points/mag_out.txt
+still=$logs/a-ck-160pose-and-accmag-tumble/acc_log.csv
 for file in "$build/truetriad" "$xsens"/{xsens_acc.mat,xsens_gyro.mat,reference.json} "$points" \
-  "$logs/a-sap-acc-mag-24pose/sap5_ab.json"; do
+  "$still" "$logs/a-sap-acc-mag-24pose/sap5_ab.json"; do
   [[ -r $file ]] || { echo "$file is missing; see docs/comparison.md" >&2; exit 1; }
 done
 tools/scripts/shared_tables.py --datasets="$logs" --output="$folder/tables"
@@ -143,9 +144,26 @@ magnetometer() {
   row "$folder/mag.txt" '(python3 and numpy)' '' '' ''
 }
 
+# --- An accelerometer held still 160 times.
+accelerometer() {
+  local commands=("truetriad: $(calibrate ck-accelerometer still)")
+  if given ELLIPSOID_FIT ellipsoid_fit.py; then
+    commands+=("ellipsoid_fit: $python $peers/ellipsoid_fit_main.py $ELLIPSOID_FIT $still \
+      $folder/still.json accelerometer 100" "(python3 and numpy): $python -c import\ numpy")
+  fi
+  measure "$folder/still.txt" "${commands[@]}"
+  heading 'Accelerometer, 160 poses (`a-ck-160pose-and-accmag-tumble`)' 'gravity [%]'
+  row "$folder/still.txt" truetriad 9 'of all' \
+    "$(left poses "$still" "$folder/still/calibration.json")"
+  [[ -r $folder/still.json ]] &&
+    row "$folder/still.txt" ellipsoid_fit 9 none "$(left poses "$still" "$folder/still.json")"
+  row "$folder/still.txt" '(python3 and numpy)' '' '' ''
+}
+
 printf '%s, %s, %s, medians of %d turns\n' "$(date +%F)" \
   "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1), $(nproc) cores" \
   "$("$build/truetriad" version | head -1)" "$runs"
 pair
 joint
+accelerometer
 magnetometer

@@ -5,6 +5,7 @@
     residuals.py pair FOLDER CALIBRATION     the Xsens pair: rests and turns
     residuals.py joint TABLE CALIBRATION     accelerometer and magnetometer, a row a pose
     residuals.py field TABLE CALIBRATION     magnetometer alone, a row a reading
+    residuals.py poses TABLE CALIBRATION     accelerometer alone, 100 rows a pose
 
 A CALIBRATION is truetriad's calibration.json, a file of the same `sensors: NAME: {bias, correction}`
 that a driver beside this script wrote, or imu_tk's two files as ACC,GYRO.
@@ -13,7 +14,7 @@ pair: RMS over rests of |C (mean − b)| − g in mm/s², and RMS over turns of 
 gravity that the gyroscope predicts after the turn and that which the accelerometer sees, in degrees.
 The rests are those of the recording's reference.json, found by none of the programs compared.
 joint: RMS of |v| / mean |v| − 1 of each sensor in per cent, and the standard deviation of the angle
-between the two in degrees. field: the first of these.
+between the two in degrees. field, poses: the first of these.
 """
 import csv
 import json
@@ -139,8 +140,15 @@ def field_alone(table, sensors):
     return f"{uneven_percent([corrected(sensors['magnetometer'], row) for row in rows]):.3f}"
 
 
+def poses(table, sensors):
+    with open(table, encoding="utf-8") as file:
+        rows = [[float(word) for word in row] for row in list(csv.reader(file))[1:]]
+    means = [mean(rows[k : k + 100]) for k in range(0, len(rows), 100)]
+    return f"{uneven_percent([corrected(sensors['accelerometer'], row) for row in means]):.4f}"
+
+
 def main():
-    measures = {"pair": pair, "joint": joint, "field": field_alone}
+    measures = {"pair": pair, "joint": joint, "field": field_alone, "poses": poses}
     if len(sys.argv) != 4 or sys.argv[1] not in measures:
         sys.exit(__doc__)
     print(measures[sys.argv[1]](sys.argv[2], sensors_of(sys.argv[3])))
