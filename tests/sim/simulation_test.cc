@@ -155,6 +155,60 @@ TEST(Simulation, OneNoiseSwitchedOffLeavesTheDrawsOfTheOthers) {
   }
 }
 
+/// Of a recording read to its end: what its wandering biases were on average, by truth and by the
+/// readings, which are those of a unit without wander and the wander.
+void ExpectTruthToStateTheMeanWander(const Scenario& wandering, bool over_rests) {
+  Scenario steady = wandering;
+  for (auto& sensor : steady.sensors) sensor->noise = {};
+  const auto simulation = Simulate(wandering);
+  std::vector<SampleBlock> blocks;
+  while (*simulation->Next(&blocks)) {
+  }
+  for (const Triad triad : kTriads) {
+    const Samples with = SamplesOf(wandering, triad), without = SamplesOf(steady, triad);
+    ASSERT_EQ(with.readings.size(), without.readings.size());
+    std::vector<Eigen::Vector3d> means;
+    if (over_rests) {
+      for (const TrueRest& rest : simulation->rests()) {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        int count = 0;
+        for (std::size_t i = 0; i < with.readings.size(); ++i) {
+          const double time_s = 1e-9 * static_cast<double>(with.time_ns[i]);
+          if (time_s < rest.start_s - 1e-6 || time_s >= rest.end_s - 1e-6) continue;
+          sum += with.readings[i] - without.readings[i];
+          ++count;
+        }
+        means.emplace_back(sum / count);
+      }
+    } else {
+      for (std::size_t i = 0; i < with.readings.size(); ++i)
+        means.emplace_back(with.readings[i] - without.readings[i]);
+    }
+    Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& mean : means) expected += mean / static_cast<double>(means.size());
+    const Eigen::Vector3d stated = TruthOf(wandering, 0, *simulation).sensors[triad]->model.bias -
+                                   TruthOf(wandering, 0).sensors[triad]->model.bias;
+    EXPECT_GT(stated.norm(), 1e-5) << "nothing wandered: the test shows nothing";
+    // Readings of 50 uT and 4e-16 of them, over thousands of sums.
+    EXPECT_LT((stated - expected).cwiseAbs().maxCoeff(), 1e-11);
+  }
+}
+
+TEST(Simulation, TruthStatesTheBiasesThatARecordingHadOnAverage) {
+  Scenario scenario = QuietScenario();
+  for (auto& sensor : scenario.sensors) {
+    sensor->noise.instability_sigma.setConstant(0.001);
+    sensor->noise.random_walk.setConstant(1e-4);
+  }
+  ExpectTruthToStateTheMeanWander(scenario, true);
+
+  // Without rests it is that of all the minutes that were recorded, not of the rest they begin
+  // with.
+  scenario.motion = {TumbleStep{}};
+  scenario.first_rest_s = 5.0;
+  ExpectTruthToStateTheMeanWander(scenario, false);
+}
+
 TEST(Simulation, SharedRowsAreReadBackFromTheFileToTheBit) {
   const Scenario scenario = RoughScenario();
   const TemporaryFolder folder;
