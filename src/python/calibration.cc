@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -101,6 +102,13 @@ py::array OutputLike(const Array& readings, const std::optional<py::array>& out)
                          std::equal(shape.begin(), shape.end(), out->shape()) && out->writeable();
   if (!has_shape || !py::isinstance<Array>(*out)) {
     RaiseUsage("out must be a writable C-contiguous float64 array of the shape of the readings");
+  }
+  const auto* const from = static_cast<const double*>(out->data());
+  const std::less<> before;
+  const bool is_apart = !before(from, readings.data() + readings.size()) ||
+                        !before(readings.data(), from + readings.size());
+  if (from != readings.data() && !is_apart) {
+    RaiseUsage("out overlaps the readings; give the readings themselves, or another array");
   }
   return *out;
 }

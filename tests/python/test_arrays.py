@@ -132,11 +132,9 @@ def test_allan_of_an_array_finds_its_noise():
     density, rate = 1e-3, 100.0
     readings = np.random.default_rng(5).normal(size=(400_000, 3)) * density * rate**0.5
     result = truetriad.allan(readings, rate)
-    axes = result["triads"][0]["axes"] if "triads" in result.to_dict() else None
-    assert axes is not None
-    for axis in axes:
+    for axis in result["sensors"]["gyroscope"]["axes"].values():
         # 4 sigma of N over 4000 s of white noise, fitted over a decade of tau: some per cent.
-        assert axis["white_density"]["value"] == pytest.approx(density, rel=0.05)
+        assert axis["noise_density"]["value"] == pytest.approx(density, rel=0.05)
 
 
 def test_plan_says_whether_it_is_met():

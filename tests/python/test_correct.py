@@ -51,6 +51,8 @@ def test_out_is_filled_and_may_be_the_readings(demo, raw):
     expected = sensor.correct(raw)
     assert sensor.correct(raw, out=raw) is raw
     assert np.array_equal(raw, expected)
+    with pytest.raises(truetriad.Usage, match="overlaps"):
+        sensor.correct(raw[1:], out=raw[:-1])
     with pytest.raises(truetriad.Usage, match="out"):
         sensor.correct(raw, out=np.empty((2, 3)))
     with pytest.raises(truetriad.Usage, match="out"):
