@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings in memory. NumPy is imported when the first is made."""
-import re
-
 from . import Usage, _truetriad
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 _PREFIXES = {"accel": "accelerometer", "gyro": "gyroscope", "mag": "magnetometer"}
-_COLUMN = re.compile(r"(?:(accel|gyro|mag)_([xyz])|(time|temperature))\[(.+)\]$|(pose)$")
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+def _column(name):
+    """("accel", "x", None, "m/s^2", None) of "accel_x[m/s^2]"; None of another name."""
+    import re
+    match = re.fullmatch(r"(?:(accel|gyro|mag)_([xyz])|(time|temperature))\[(.+)\]|(pose)", str(name))
+    return match and match.groups()
 
 
 def _fail(text):
@@ -36,7 +40,7 @@ class Recording:
         self.name, self.serial = name, serial
         self.sensors = {}
         units = dict(units or {})
-        if any(isinstance(key, str) and _COLUMN.match(key) and "[" in key for key in data.keys()):
+        if any("[" in str(key) for key in data.keys()):
             data, units = _columns(data, units)
         shared = {key: data[key] for key in ("time", "time_ns", "temperature", "pose") if key in data}
         unknown = [key for key in data.keys() if key not in SENSORS and key not in shared]
@@ -130,11 +134,11 @@ def _columns(table, units):
     import numpy as np
     data, axes = {}, {}
     for column in table.keys():
-        match = _COLUMN.match(str(column))
-        if not match:
+        found = _column(column)
+        if not found:
             raise _fail(f"column `{column}` is not known; expected names as in a CSV (docs/recordings.md), "
                         "or leave it out")
-        prefix, axis, other, unit, pose = match.groups()
+        prefix, axis, other, unit, pose = found
         values = np.asarray(table[column])
         if prefix:
             axes.setdefault(_PREFIXES[prefix], {})[axis] = (values, unit)
