@@ -48,6 +48,9 @@ class CMakeBuild(build_ext):
             if shutil.which("ninja"):
                 configure += ["-G", "Ninja"]
         subprocess.run(configure, check=True)
+        if not (folder / "python" / "truetriad").is_dir():
+            raise SystemExit(f"pybind11 or the headers of {python} are missing; on Debian install pybind11-dev "
+                             "and python3-dev")
 
 
 setup(

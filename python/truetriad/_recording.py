@@ -40,6 +40,9 @@ class Recording:
         self.name, self.serial = name, serial
         self.sensors = {}
         units = dict(units or {})
+        if not hasattr(data, "keys"):
+            raise _fail(f"{name}: expected a mapping of arrays, as {{\"time\": t, \"accelerometer\": a}}, or a "
+                        f"DataFrame; not {type(data).__name__}")
         if any("[" in str(key) for key in data.keys()):
             data, units = _columns(data, units)
         shared = {key: data[key] for key in ("time", "time_ns", "temperature", "pose") if key in data}

@@ -103,6 +103,8 @@ def test_rows_as_poses():
 
 def test_units_and_shapes_are_never_guessed():
     readings = np.zeros((10, 3))
+    with pytest.raises(truetriad.Usage, match="mapping"):
+        truetriad.calibrate(readings)
     with pytest.raises(truetriad.Usage, match="no unit"):
         truetriad.Recording({"accelerometer": readings})
     with pytest.raises(truetriad.Usage, match=r"expected \(N, 3\)"):
