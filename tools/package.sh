@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Usage: tools/package.sh [--check]
-# Builds the Debian packages truetriad and libtruetriad-dev in out/packages. With --check (as root):
-# installs the program into a fresh minimal Debian 12 (debootstrap, some minutes and 500 MB),
-# runs the first example of its README there and converts a table.
+# Builds the Debian packages truetriad, python3-truetriad and libtruetriad-dev in out/packages. With
+# --check (as root): installs the first two into a fresh minimal Debian 12 (debootstrap, some minutes
+# and 500 MB), runs the first example of the README there, converts a table and calibrates in Python.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -31,7 +31,7 @@ mirror=$(apt-cache policy base-files | awk '$2 ~ /^(http|https|file):/ { print $
 debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 ||
   { tail -5 "$root.log" >&2; exit 1; }
 rm -f "$root.log"
-cp out/packages/truetriad_*.deb tests/convert_node/table.parquet "$root/tmp/"
+cp out/packages/truetriad_*.deb out/packages/python3-truetriad_*.deb tests/convert_node/table.parquet "$root/tmp/"
 # The mirror may need this machine's settings.
 cp -rL /etc/resolv.conf "$root/etc/" 2>/dev/null || true
 cp /etc/apt/apt.conf.d/*proxy* "$root/etc/apt/apt.conf.d/" 2>/dev/null || true
@@ -47,6 +47,8 @@ unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /bin/sh -e
   echo "$line"
   eval "$line"
   test -s out/first/report.html -a -s /usr/share/truetriad/magnetic/wmm2025.wmm
+  apt-get install -q -y --no-install-recommends /tmp/python3-truetriad_*.deb
+  python3 -c "import truetriad; print(truetriad.calibrate(\"/usr/share/truetriad/datasets/demo/recording.csv\"))"
   convert=/usr/libexec/truetriad/truetriad-convert-parquet
   if test -e $convert; then
     apt-get install -q -y --no-install-recommends nodejs

@@ -19,6 +19,15 @@ fs::path ProgramFolder() {
   return fs::read_symlink("/proc/self/exe", error).parent_path();
 }
 
+// The folder of the program or shared object that this code is in; empty when it is not told.
+fs::path CodeFolder() {
+  Dl_info info;
+  if (::dladdr(reinterpret_cast<const void*>(&CodeFolder), &info) == 0) return {};
+  std::error_code error;
+  const fs::path file = fs::canonical(info.dli_fname, error);
+  return error ? fs::path() : file.parent_path();
+}
+
 }  // namespace
 
 std::optional<std::string> FindCompanion(std::string_view file_name) {
@@ -52,8 +61,15 @@ Result<std::string> FindSharedFile(std::string_view file_name) {
   std::vector<fs::path> places;
   if (const char* folder = std::getenv("TRUETRIAD_SHARE"); folder != nullptr && *folder != '\0') {
     places.emplace_back(folder);
-  } else if (const fs::path here = ProgramFolder(); !here.empty()) {
-    places = {here / "share" / "truetriad", here.parent_path() / "share" / "truetriad"};
+  } else {
+    const fs::path here = ProgramFolder();
+    if (!here.empty()) {
+      places = {here / "share" / "truetriad", here.parent_path() / "share" / "truetriad"};
+    }
+    // A module that another program has loaded brings its files along.
+    if (const fs::path module = CodeFolder(); !module.empty() && module != here) {
+      places.push_back(module / "share" / "truetriad");
+    }
   }
   std::string tried;
   for (const fs::path& place : places) {

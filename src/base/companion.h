@@ -17,14 +17,14 @@ namespace truetriad {
 // and does without them.
 std::optional<std::string> FindCompanion(std::string_view file_name);
 
-// The address of `function` in a companion that is a module, which is loaded once and kept until the
-// program ends. Error (usage): it is not there, or does not load.
+// The address of `function` in a companion that is a module, which is loaded once and kept until
+// the program ends. Error (usage): it is not there, or does not load.
 Result<void*> CompanionFunction(const char* file_name, const char* function);
 
 // The path of a data file that comes with the program, as "magnetic/wmm2025.wmm": in the folder
 // that the environment variable TRUETRIAD_SHARE names, or else in share/truetriad beside the
-// running program (a build tree) or beside its folder (an installed tree). Error (bad input): there
-// is none; lists the places.
+// running program (a build tree), beside its folder (an installed tree), or beside the module that
+// this code is a part of (Python). Error (bad input): there is none; lists the places.
 Result<std::string> FindSharedFile(std::string_view file_name);
 
 }  // namespace truetriad

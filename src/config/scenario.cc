@@ -160,8 +160,11 @@ void AddLines(const std::string& message,
 
 }  // namespace
 
-Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::string>& overrides) {
-  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromFile(path));
+namespace {
+
+Result<Scenario> ReadOpened(YamlReader main,
+                            const std::string& path,
+                            const std::vector<std::string>& overrides) {
   main.RequireChild("scenario");
   TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
 
@@ -189,6 +192,20 @@ Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::st
   }
   if (!errors.empty()) return Joined(errors);
   return std::move(draft.scenario);
+}
+
+}  // namespace
+
+Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::string>& overrides) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromFile(path));
+  return ReadOpened(std::move(main), path, overrides);
+}
+
+Result<Scenario> ReadScenarioText(const std::string& text,
+                                  const std::string& path,
+                                  const std::vector<std::string>& overrides) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromText(text, path));
+  return ReadOpened(std::move(main), path, overrides);
 }
 
 }  // namespace truetriad

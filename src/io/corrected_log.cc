@@ -10,127 +10,14 @@
 #include <utility>
 #include <vector>
 
+#include "io/reading_corrector.h"
 #include "io/whole_file.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
 
 constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
-
-/// Corrects the readings of one triad: truth = S(T)^-1 u, u what the axes feel of
-/// raw - b(T) - G f (triad_model.h). docs/method.md, "Temperature".
-class Corrector {
- public:
-  /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.
-  static Result<Corrector> Create(const TriadCalibration& calibration, const StreamInfo& stream) {
-    const std::string name(TriadName(stream.triad));
-    TRUETRIAD_ASSIGN_OR_RETURN(const Unit calibrated,
-                               ParseTriadUnit(stream.triad, calibration.input_unit));
-    if (calibrated.is_counts != stream.unit.is_counts) {
-      return Error(ErrorCode::kUnitMismatch,
-                   {stream.file},
-                   "the " + name + " is in " + stream.unit.name + ", but it was calibrated in " +
-                       calibrated.name + "; record it in the same unit");
-    }
-    if (calibration.thermal) {
-      const ThermalTerms& thermal = *calibration.thermal;
-      if (!stream.has_temperature) {
-        return Error(ErrorCode::kMissingTemperature,
-                     {stream.file},
-                     "has no temperature, but the calibration of the " + name +
-                         " depends on it; add a temperature column");
-      }
-      const bool tells_rate =
-          thermal.rate_lag_s || thermal.element_lag_s || thermal.smoothing_s > 0.0;
-      if (thermal.rate.any() && !tells_rate) {
-        return Error(ErrorCode::kMissingTemperature,
-                     "the calibration of the " + name +
-                         " depends on the temperature rate, but does not state how to compute "
-                         "it from a log; calibrate from a sweep (`poses: { sweep: auto }`), or "
-                         "state `smoothing_s:` in the sensor's `thermal:`");
-      }
-    }
-    return Corrector(calibration, stream.unit.truth_per_raw / calibrated.truth_per_raw);
-  }
-
-  bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
-  bool is_thermal() const { return calibration_.thermal.has_value(); }
-
-  /// Readings are to come in time order. `force_mps2` is the corrected specific force, used only
-  /// when needs_force().
-  Eigen::Vector3d Correct(std::int64_t time_ns,
-                          const Eigen::Vector3d& raw,
-                          double temperature_degc,
-                          const Eigen::Vector3d& force_mps2) {
-    if (follows_time_) {
-      FollowTemperature(time_ns, temperature_degc);
-    } else if (is_thermal()) {
-      SetTemperature(temperature_degc);
-    }
-    Eigen::Vector3d reading = raw_scale_ * raw - bias_;
-    if (needs_force()) reading -= *calibration_.g_sensitivity * force_mps2;
-    return correction_ * calibration_.model.Felt(reading);
-  }
-
-  /// True when the last correction used an end of the calibrated temperature range.
-  bool clamped() const { return clamped_; }
-
- private:
-  Corrector(const TriadCalibration& calibration, double raw_scale)
-      : calibration_(calibration),
-        raw_scale_(raw_scale),
-        filter_(calibration.thermal.value_or(ThermalTerms())),
-        bias_(calibration.model.bias),
-        correction_(calibration.model.Correction()) {
-    if (!calibration.thermal) return;
-    const ThermalTerms& thermal = *calibration.thermal;
-    follows_time_ = thermal.element_lag_s || thermal.rate.any();
-  }
-
-  // Lags and rates: the model changes with every reading.
-  void FollowTemperature(std::int64_t time_ns, double temperature_degc) {
-    if (!start_ns_) {
-      if (std::isnan(temperature_degc)) {
-        bias_.setConstant(kNotKnown);
-        return;
-      }
-      start_ns_ = time_ns;
-    }
-    ThermalState state =
-        filter_.Next(static_cast<double>(time_ns - *start_ns_) * 1e-9, temperature_degc);
-    const Eigen::Vector2d& range = calibration_.thermal->range_degc;
-    const Eigen::Vector3d held = state.degc.cwiseMax(range[0]).cwiseMin(range[1]);
-    clamped_ = held != state.degc;
-    state.degc = held;
-    const TriadModel<double> model =
-        ModelAtTemperature(calibration_.model, *calibration_.thermal, state);
-    bias_ = model.bias;
-    if (!calibration_.thermal->sensitivity.empty()) correction_ = model.Correction();
-  }
-
-  void SetTemperature(double temperature_degc) {
-    if (temperature_degc == temperature_degc_) return;  // Temperatures are logged in steps.
-    temperature_degc_ = temperature_degc;
-    const ThermalTerms& thermal = *calibration_.thermal;
-    const double used = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);
-    clamped_ = !std::isnan(temperature_degc) && used != temperature_degc;
-    const TriadModel<double> model = ModelAtTemperature(calibration_.model, thermal, used);
-    bias_ = model.bias;
-    correction_ = model.Correction();
-  }
-
-  TriadCalibration calibration_;
-  double raw_scale_;  ///< Calibrated raw units in one raw unit of the log.
-  double temperature_degc_ = kNotKnown;
-  TemperatureFilter filter_;
-  bool follows_time_ = false;
-  std::optional<std::int64_t> start_ns_;
-  Eigen::Vector3d bias_;
-  Eigen::Matrix3d correction_;
-  bool clamped_ = false;
-};
 
 struct Sample {
   std::int64_t time_ns = 0;
@@ -142,7 +29,7 @@ struct Sample {
 /// A triad that is written, with the samples that wait for those of the others.
 struct Channel {
   Triad triad = Triad::kAccelerometer;
-  Corrector corrector;
+  ReadingCorrector corrector;
   std::deque<Sample> waiting;
 };
 
@@ -307,8 +194,8 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
       summary->left_out.push_back(triad);
       continue;
     }
-    TRUETRIAD_ASSIGN_OR_RETURN(Corrector corrector,
-                               Corrector::Create(*calibration.sensors[triad], *stream));
+    TRUETRIAD_ASSIGN_OR_RETURN(ReadingCorrector corrector,
+                               ReadingCorrector::Create(*calibration.sensors[triad], *stream));
     if (corrector.needs_force() &&
         (channels.empty() || channels[0].triad != Triad::kAccelerometer)) {
       return Error(ErrorCode::kMissingSensor,

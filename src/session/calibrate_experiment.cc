@@ -57,9 +57,10 @@ struct Attempt {
 
 Result<Attempt> CalibrateAsStated(Experiment experiment,
                                   std::optional<LoadedPoses>* first,
-                                  const ProgressCallback& progress) {
+                                  const ProgressCallback& progress,
+                                  const RecordingOpener& opener) {
   Attempt attempt;
-  Result<LoadedPoses> read = LoadSessions(experiment, first, progress);
+  Result<LoadedPoses> read = LoadSessions(experiment, first, progress, opener);
   if (!read) return AtItsKey(experiment, read.error());
   attempt.loaded = *std::move(read);
   TRUETRIAD_RETURN_IF_ERROR(CheckSerial(attempt.loaded, experiment));
@@ -87,8 +88,9 @@ bool IsNearer(const Attempt& next,
 // Takes off what the recording shows of the clocks, and calibrates again.
 Result<Attempt> CalibrateWithClocks(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
-                                    const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateAsStated(stated, &first, progress));
+                                    const ProgressCallback& progress,
+                                    const RecordingOpener& opener) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateAsStated(stated, &first, progress, opener));
   if (!stated.options.corrects_clocks) return attempt;
   PerTriad<std::optional<ClockLeft>> taken_off;
   Findings said;
@@ -106,7 +108,8 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
     if (std::none_of(left.begin(), left.end(), [](const auto& one) { return one.has_value(); })) {
       break;
     }
-    Result<Attempt> next = CalibrateAsStated(WithTimeOffsets(stated, offset_s), &first, progress);
+    Result<Attempt> next =
+        CalibrateAsStated(WithTimeOffsets(stated, offset_s), &first, progress, opener);
     if (!next || !IsNearer(*next, left, attempt)) break;
     const Findings& found = attempt.calibration.findings;
     said.insert(said.end(), found.begin(), found.end());
@@ -125,9 +128,10 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
 Result<Calibration> CalibrateExperiment(Experiment stated,
                                         const ProgressCallback& progress,
                                         std::optional<LoadedPoses> first,
-                                        PoseSet* poses) {
+                                        PoseSet* poses,
+                                        const RecordingOpener& opener) {
   TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt,
-                             CalibrateWithClocks(stated, std::move(first), progress));
+                             CalibrateWithClocks(stated, std::move(first), progress, opener));
   auto& [experiment, loaded, calibration] = attempt;
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   calibration.model = experiment.model;

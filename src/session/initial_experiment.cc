@@ -109,11 +109,12 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
 
 Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
                                     const std::string& folder,
-                                    const ProgressCallback& progress) {
+                                    const ProgressCallback& progress,
+                                    const RecordingOpener& opener) {
   PosesConfig config;
   config.moves = true;  // Where there is a gyroscope, the experiment asks for it.
   FirstLook look;
-  TRUETRIAD_ASSIGN_OR_RETURN(look.loaded, LoadPoses(inputs.front(), config, progress));
+  TRUETRIAD_ASSIGN_OR_RETURN(look.loaded, LoadPoses(inputs.front(), config, progress, opener));
   TRUETRIAD_ASSIGN_OR_RETURN(look.experiment_yaml, ExperimentFor(look.loaded, inputs, folder));
   return look;
 }

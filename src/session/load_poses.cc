@@ -59,9 +59,12 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
 }
 
 /// Where a recording's poses are when nobody said: its manifest, its pose column, or detection.
+/// `input` is empty where it is no file.
 Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
-  TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
-  if (stated) return *std::move(stated);
+  if (!input.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
+    if (stated) return *std::move(stated);
+  }
   PoseSelection selection;
   for (const StreamInfo& stream : info.streams) {
     if (stream.has_pose_column) selection.kind = PoseSelectionKind::kColumn;
@@ -76,10 +79,10 @@ bool MayBeTable(const PosesConfig& config) {
 
 /// What can be said about the streams of a recording without any pose.
 Result<PoseSet> DescribeStreams(const std::string& input,
+                                const RecordingOpener& open,
                                 const OpenRecordingOptions& options,
                                 TimeStamps time_stamps) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
-                             OpenRecording(input, options));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open(input, options));
   PoseSelection everything;
   everything.kind = PoseSelectionKind::kEveryN;
   everything.every = std::numeric_limits<std::int64_t>::max();
@@ -97,9 +100,10 @@ Result<PoseSet> DescribeStreams(const std::string& input,
 }
 
 /// When a recording begins, whichever of its sensors is the first.
-Result<std::int64_t> FirstTime(const std::string& input, const OpenRecordingOptions& options) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
-                             OpenRecording(input, options));
+Result<std::int64_t> FirstTime(const std::string& input,
+                               const RecordingOpener& open,
+                               const OpenRecordingOptions& options) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open(input, options));
   PerTriad<bool> has_begun{};
   std::size_t missing = source->info().streams.size();
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
@@ -117,6 +121,7 @@ Result<std::int64_t> FirstTime(const std::string& input, const OpenRecordingOpti
 }
 
 Status SelectExcluded(const std::string& input,
+                      const RecordingOpener& open,
                       const OpenRecordingOptions& options,
                       const PosesConfig& config,
                       bool has_time,
@@ -127,7 +132,7 @@ Status SelectExcluded(const std::string& input,
                    config.exclude.front().stated_in,
                    input + " has no times; use `exclude_poses:`");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(input, options));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(input, open, options));
   for (const ExcludedSeconds& range : config.exclude) {
     const TimeRange times{first_ns + std::llround(1e9 * range.from_s),
                           first_ns + std::llround(1e9 * range.to_s)};
@@ -138,26 +143,27 @@ Status SelectExcluded(const std::string& input,
 
 Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
-                                  const ProgressCallback& progress) {
+                                  const ProgressCallback& progress,
+                                  const RecordingOpener& open,
+                                  bool is_file) {
   const OpenRecordingOptions options{config.column, config.sweep.ambient, /*may_be_joined=*/true};
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
-                             OpenRecording(input, options));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open(input, options));
   TRUETRIAD_ASSIGN_OR_RETURN(
       PoseSelection selection,
-      config.given ? SelectionOf(config) : StatedSelection(input, source->info()));
+      config.given ? SelectionOf(config) : StatedSelection(is_file ? input : "", source->info()));
 
   selection.moves = config.moves;
   selection.time_offset_s = config.time_offset_s;
   selection.time_stamps = config.time_stamps;
   TRUETRIAD_RETURN_IF_ERROR(
-      SelectExcluded(input, options, config, source->info().has_time, &selection));
+      SelectExcluded(input, open, options, config, source->info().has_time, &selection));
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   LoadedPoses loaded;
   loaded.are_detected = selection.kind == PoseSelectionKind::kDetect;
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
   if (!poses && poses.error().kind() == ErrorKind::kNotEnough) {
     loaded.not_enough = poses.error();
-    poses = DescribeStreams(input, options, config.time_stamps);
+    poses = DescribeStreams(input, open, options, config.time_stamps);
   }
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
@@ -173,10 +179,12 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
 
 Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
                                          const PosesConfig& config,
-                                         const ProgressCallback& progress) {
-  if (!MayBeTable(config)) return LoadRecording(input, config, progress);
+                                         const ProgressCallback& progress,
+                                         const RecordingOpener& opener) {
+  if (opener) return LoadRecording(input, config, progress, opener, /*is_file=*/false);
+  if (!MayBeTable(config)) return LoadRecording(input, config, progress, OpenRecording, true);
   TRUETRIAD_ASSIGN_OR_RETURN(const bool is_table, IsPoseTable(input));
-  if (!is_table) return LoadRecording(input, config, progress);
+  if (!is_table) return LoadRecording(input, config, progress, OpenRecording, true);
   TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(input));
   if (!config.given) TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(table.poses));
   if (!config.exclude.empty()) {
@@ -203,8 +211,9 @@ Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
 
 Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
-                              const ProgressCallback& progress) {
-  Result<LoadedPoses> loaded = LoadTableOrRecording(input, config, progress);
+                              const ProgressCallback& progress,
+                              const RecordingOpener& opener) {
+  Result<LoadedPoses> loaded = LoadTableOrRecording(input, config, progress, opener);
   if (loaded) {
     loaded->input = input;
     loaded->config = config;

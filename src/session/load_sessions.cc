@@ -109,12 +109,13 @@ bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig c
 
 Result<LoadedPoses> LoadSessions(const Experiment& experiment,
                                  std::optional<LoadedPoses>* first,
-                                 const ProgressCallback& progress) {
+                                 const ProgressCallback& progress,
+                                 const RecordingOpener& opener) {
   const std::vector<std::string>& inputs = experiment.inputs;
   const auto load = [&](const std::string& input,
                         const ProgressCallback& part) -> Result<LoadedPoses> {
     if (!*first || !IsAskedFor(**first, input, experiment.poses)) {
-      return LoadPoses(input, experiment.poses, part);
+      return LoadPoses(input, experiment.poses, part, opener);
     }
     LoadedPoses read = *std::move(*first);
     first->reset();

@@ -16,6 +16,7 @@ namespace truetriad {
 /// is what the experiment asks for, is taken for the first of them and left empty.
 Result<LoadedPoses> LoadSessions(const Experiment& experiment,
                                  std::optional<LoadedPoses>* first,
-                                 const ProgressCallback& progress);
+                                 const ProgressCallback& progress,
+                                 const RecordingOpener& opener);
 
 }  // namespace truetriad

@@ -1,5 +1,5 @@
-# What `cmake --install` puts where: the component `program` is what runs, `development` what a
-# project that uses the library needs.
+# What `cmake --install` puts where: the component `program` is what runs, `python` the module,
+# `development` what a project that uses the library needs.
 include(CMakePackageConfigHelpers)
 
 # --- program
@@ -27,6 +27,17 @@ endforeach()
 install(CODE "include(${CMAKE_CURRENT_LIST_DIR}/InstalledTexts.cmake)
   rewrite_installed_texts(${share} ${doc}/*.md ${doc}/docs/*.md ${CMAKE_INSTALL_MANDIR}/man1/truetriad.1)"
   COMPONENT program)
+
+# --- python
+if(TARGET truetriad_python)
+  set(TRUETRIAD_PYTHON_DIR lib/python3/dist-packages CACHE STRING
+    "Where Python's packages go, below the prefix")
+  install(TARGETS truetriad_python LIBRARY DESTINATION ${TRUETRIAD_PYTHON_DIR}/truetriad COMPONENT python)
+  install(DIRECTORY python/truetriad DESTINATION ${TRUETRIAD_PYTHON_DIR} COMPONENT python
+    PATTERN __pycache__ EXCLUDE)
+  install(DIRECTORY share/truetriad/magnetic
+    DESTINATION ${TRUETRIAD_PYTHON_DIR}/truetriad/share/truetriad COMPONENT python)
+endif()
 
 # --- development
 install(DIRECTORY include/truetriad DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)

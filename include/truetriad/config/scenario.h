@@ -22,4 +22,9 @@ namespace truetriad {
 Result<Scenario> ReadScenario(const std::string& path,
                               const std::vector<std::string>& overrides = {});
 
+/// The same of a scenario that would be at `path`.
+Result<Scenario> ReadScenarioText(const std::string& text,
+                                  const std::string& path,
+                                  const std::vector<std::string>& overrides = {});
+
 }  // namespace truetriad

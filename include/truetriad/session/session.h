@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,11 +12,17 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
+#include "truetriad/io/recording.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/planning/plan.h"
 
 namespace truetriad {
+
+/// Opens a recording from its beginning, as often as it is asked for. Unset: the file of that name.
+using RecordingOpener = std::function<Result<std::unique_ptr<SampleSource>>(
+    const std::string& input, const OpenRecordingOptions& options)>;
 
 /// The poses of one recording or pose table, and where they came from.
 struct LoadedPoses {
@@ -30,11 +38,13 @@ struct LoadedPoses {
 };
 
 /// Reads a pose table, or a recording whose poses are where `config` says; unless it does
-/// (`given`), where the recording says, and else where static detection finds them.
+/// (`given`), where the recording says, and else where static detection finds them. What `opener`
+/// opens is no pose table.
 /// Error (bad input): what cannot be read or trusted.
 Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
-                              const ProgressCallback& progress = {});
+                              const ProgressCallback& progress = {},
+                              const RecordingOpener& opener = {});
 
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
@@ -51,7 +61,8 @@ Result<PosesConfig> ParsePoses(const std::string& text);
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {},
                                         std::optional<LoadedPoses> first = std::nullopt,
-                                        PoseSet* poses = nullptr);
+                                        PoseSet* poses = nullptr,
+                                        const RecordingOpener& opener = {});
 
 /// What there is to know of recordings of one unit from the first of them.
 struct FirstLook {
@@ -63,7 +74,8 @@ struct FirstLook {
 /// Error (bad input): a recording that cannot be read. Error (not enough): a gyroscope alone.
 Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
                                     const std::string& folder,
-                                    const ProgressCallback& progress = {});
+                                    const ProgressCallback& progress = {},
+                                    const RecordingOpener& opener = {});
 
 /// What a calibration of every sensor makes of a recording of which nothing else is known, poses
 /// where `config` says. Too little data is an outcome. Errors: as InitialExperiment and

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of accelerometers, magnetometers and gyroscopes.
+
+    import truetriad
+    c = truetriad.calibrate("datasets/demo/recording.csv")
+    print(c)
+    truth = c.accelerometer.correct(raw)         # (N, 3), m/s^2
+
+docs/python.md. Raw readings keep the unit of their log; truth is in m/s^2, rad/s and uT; time in s,
+temperature in degC.
+"""
+
+
+class Error(Exception):
+    """Why something failed.
+
+    code: "missing-column", …, docs/reasons.md. message: all of it. file, line, column: where, or None.
+    """
+
+    code = ""
+    message = ""
+    file = None
+    line = None
+    column = None
+
+
+class Usage(Error, ValueError):
+    """The call itself is wrong (exit code 1 of the command line)."""
+
+
+class BadInput(Error):
+    """A file is malformed, or no number in it can be trusted (exit code 2)."""
+
+
+class NotEnough(Error):
+    """The data do not determine what was asked for (exit code 3). `calibrate` raises it only where there
+    is no calibration to speak of; else it returns one that is not usable."""
+
+
+from . import _truetriad as _core  # noqa: E402  its errors are those above
+from ._answers import AllanDeviation, Comparison, Covariance, Evaluation, Plan  # noqa: E402
+from ._recording import Recording  # noqa: E402
+from ._truetriad import Calibration, Finding, Sensor  # noqa: E402
+from ._verbs import allan, calibrate, compare, evaluate, load, plan, simulate  # noqa: E402
+
+__version__ = _core.version
+__all__ = [
+    "AllanDeviation", "BadInput", "Calibration", "Comparison", "Covariance", "Error", "Evaluation",
+    "Finding", "NotEnough", "Plan", "Recording", "Sensor", "Usage", "allan", "calibrate", "compare",
+    "evaluate", "load", "plan", "simulate",
+]
+
+
+def _to_dict(self):
+    """What calibration.yaml holds, as dicts, lists, numbers and texts."""
+    import json
+    return json.loads(self._json)
+
+
+Calibration.to_dict = _to_dict
+Calibration.covariance = property(
+    lambda self: Covariance(*self._covariance),
+    doc="Of every parameter, in the stated gauge: names and a NumPy matrix.")

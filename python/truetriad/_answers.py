@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What verbs other than calibrate return."""
+
+
+class Covariance:
+    """names: parameters, as "accelerometer.bias.x". matrix: (n, n) float64, in the product of their units;
+    singular where entries are fixed or tied."""
+
+    def __init__(self, names, matrix):
+        self.names = names
+        self.matrix = matrix
+
+    def __getitem__(self, pair):
+        """Of two parameters: covariance["accelerometer.bias.x", "accelerometer.bias.y"]."""
+        a, b = pair
+        return float(self.matrix[self._index(a), self._index(b)])
+
+    def sigma(self, name):
+        """The standard deviation of a parameter."""
+        return self[name, name] ** 0.5
+
+    def _index(self, name):
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise KeyError(name) from None
+
+    def __len__(self):
+        return len(self.names)
+
+    def __array__(self, dtype=None):
+        return self.matrix if dtype is None else self.matrix.astype(dtype)
+
+    def __repr__(self):
+        return f"<truetriad.Covariance of {len(self)} parameters>"
+
+
+class _Answer:
+    """print() gives the text of the command line; answer["key"] and to_dict() its --json."""
+
+    def __init__(self, core):
+        self._core = core
+        self._dict = None
+
+    @property
+    def text(self):
+        return self._core.text
+
+    def to_dict(self):
+        if self._dict is None:
+            import json
+            self._dict = json.loads(self._core.json)
+        return self._dict
+
+    def report(self, path):
+        """Writes it as one HTML page."""
+        self._core.report(path)
+
+    def __getitem__(self, key):
+        return self.to_dict()[key]
+
+    def __str__(self):
+        return self.text
+
+    def __repr__(self):
+        return f"<truetriad.{type(self).__name__}: {self.text.splitlines()[0]}>"
+
+
+class Evaluation(_Answer):
+    """How good a calibration is on a recording."""
+
+    @property
+    def verdict(self):
+        """"as-predicted", "worse", "no-test" (it was made from this recording), "no-prediction" or
+        "not-evaluated"."""
+        return self["verdict"]
+
+
+class Comparison(_Answer):
+    """Two calibrations, after taking out the gauge."""
+
+    @property
+    def verdict(self):
+        """"agree", "differ" or "not-compared"."""
+        return self["agreement"]
+
+
+class Plan(_Answer):
+    """Which poses to take, and what comes of them."""
+
+    @property
+    def met(self):
+        """Everything is determined and every wanted sigma is reached."""
+        return self["met"]
+
+
+class AllanDeviation(_Answer):
+    """Noise of each axis at rest."""

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad::python {
+
+/// The readings of one triad, in their order.
+struct ArrayStream {
+  Triad triad = Triad::kAccelerometer;
+  Unit unit;
+  std::vector<std::int64_t> time_ns;     ///< Empty: rows only.
+  std::vector<double> x, y, z;           ///< Raw.
+  std::vector<double> temperature_degc;  ///< Empty, or as long as x; NaN where not known.
+  std::vector<std::int32_t> pose;        ///< Empty, or as long as x.
+  std::vector<std::int64_t> row;         ///< Of the arrays that were given.
+
+  std::size_t size() const { return x.size(); }
+};
+
+/// A recording in memory.
+struct ArrayRecording {
+  std::string name;  ///< Stands for the file in messages and results.
+  std::string serial;
+  std::vector<ArrayStream> streams;  ///< At most one a triad.
+  bool has_time = true;
+
+  /// Drops rows without a reading. Error (bad input): no stream, streams with and without time, an
+  /// infinite reading, times that go back.
+  Status Settle();
+};
+
+/// Streams it once, from its beginning.
+std::unique_ptr<SampleSource> OpenArrays(std::shared_ptr<const ArrayRecording> recording);
+
+}  // namespace truetriad::python

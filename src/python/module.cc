@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <glog/logging.h>
+#include <pybind11/pybind11.h>
+
+#include "python/calibration.h"
+#include "truetriad/base/version.h"
+
+PYBIND11_MODULE(_truetriad, module) {
+  // What the library and the solver log is for developers, unless the process has set it up.
+  if (!google::IsGoogleLoggingInitialized()) {
+    FLAGS_logtostderr = true;
+    FLAGS_minloglevel = google::GLOG_FATAL;
+  }
+  module.doc() = "What truetriad for Python is made of; import truetriad.";
+  module.attr("version") = truetriad::Version();
+  truetriad::python::BindCalibration(module);
+  truetriad::python::BindVerbs(module);
+}

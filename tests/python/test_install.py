@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+
+def test_pip_installs_what_is_built(tmp_path, program):
+    """A wheel of the build folder that is there, in an environment of its own."""
+    pytest.importorskip("setuptools")
+    pytest.importorskip("pip")
+    venv = pytest.importorskip("venv")
+    build = pathlib.Path(program).resolve().parent
+    try:
+        venv.create(tmp_path / "env", system_site_packages=True, with_pip=True)
+    except subprocess.CalledProcessError:
+        pytest.skip("python3-venv is not installed")
+    python = tmp_path / "env" / "bin" / "python"
+    environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "TRUETRIAD_SHARE")}
+    environment["TRUETRIAD_BUILD_FOLDER"] = str(build)
+    # Out of the source's folder, so that nothing is left in it.
+    done = subprocess.run([python, "-m", "pip", "install", "--no-build-isolation", "--no-deps", "--quiet",
+                           str(copy_of_source(tmp_path))], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    demo = pathlib.Path("datasets/demo/recording.csv").resolve()
+    script = ("import pathlib, truetriad; here = pathlib.Path(truetriad.__file__).parent;"
+              "assert 'env' in here.parts and (here / 'py.typed').exists() and (here / '__init__.pyi').exists();"
+              "assert (here / 'share/truetriad/magnetic/wmm2025.wmm').exists();"
+              f"print(truetriad.calibrate({str(demo)!r}).verdict)")
+    text = subprocess.run([python, "-c", script], env=environment, cwd=tmp_path, check=True,
+                          capture_output=True, text=True).stdout
+    assert text.startswith("USABLE")
+
+
+def copy_of_source(folder):
+    """Links to what setup.py reads, so that its own leavings are not in the source."""
+    copy = folder / "source"
+    copy.mkdir()
+    for name in os.listdir("."):
+        if name not in ("python", "build") and not name.startswith(".") and not name.endswith(".egg-info"):
+            (copy / name).symlink_to(pathlib.Path(name).resolve())
+    package = copy / "python" / "truetriad"
+    package.mkdir(parents=True)
+    for path in pathlib.Path("python/truetriad").iterdir():
+        if path.is_file():
+            (package / path.name).write_bytes(path.read_bytes())
+    return copy
