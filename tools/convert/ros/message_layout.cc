@@ -91,16 +91,16 @@ std::optional<std::uint32_t> WholeNumber(std::string_view text) {
 }
 
 bool IsFieldName(std::string_view name) {
-  return !name.empty() &&
-         std::all_of(name.begin(), name.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                  c == '_';
-         });
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
 }
 
 /// A line `float32[3] acc`, `int32 count 0` or `Header header`; `package`: of the type around it.
 /// Unset where it is none.
-std::optional<LaidOutField> ParseField(std::string_view line, const std::string& package) {
+std::optional<LaidOutField> ParseField(std::string_view line,
+                                       const std::string& package,
+                                       Encoding encoding) {
   const std::size_t blank = line.find_first_of(" \t");
   if (blank == std::string_view::npos) return std::nullopt;
   std::string_view type = line.substr(0, blank);
@@ -127,6 +127,8 @@ std::optional<LaidOutField> ParseField(std::string_view line, const std::string&
     if (primitive.name != name) continue;
     field.kind = primitive.kind;
     field.size = primitive.size;
+    // Of ROS 1 it is another word for int8, of ROS 2 for uint8.
+    if (name == "byte" && encoding == Encoding::kCdr) field.kind = Kind::kUnsigned;
     return field;
   }
   field.kind = Kind::kMessage;
@@ -166,7 +168,7 @@ Status MessageLayouts::Define(const std::string& type, std::string_view text) {
       continue;
     }
     const std::string package = current.substr(0, current.find('/') + 1);
-    const std::optional<LaidOutField> field = ParseField(line, package);
+    const std::optional<LaidOutField> field = ParseField(line, package, encoding_);
     if (!field || current.empty()) {
       return Error(ErrorCode::kWrongFormat,
                    (current.empty() ? "the layout" : "the layout of " + Printable(current)) +
@@ -240,7 +242,8 @@ const LaidOutField* MessageNumbers::FieldAt(const std::string& path) const {
 std::string MessageNumbers::Fields() const {
   constexpr std::size_t kMost = 40;
   std::vector<std::string> names;
-  const auto list = [&](const auto& self, std::string_view type, const std::string& prefix) -> void {
+  const auto list =
+      [&](const auto& self, std::string_view type, const std::string& prefix) -> void {
     for (const LaidOutField& field : *layouts_->Find(type)) {
       if (names.size() > kMost) return;
       const std::string name = prefix + field.name;
@@ -258,7 +261,8 @@ std::string MessageNumbers::Fields() const {
 Result<std::string> MessageNumbers::Single(const std::string& reference) const {
   std::string path = reference;
   if (const std::size_t colon = path.find(':'); colon != std::string::npos) {
-    const std::optional<std::uint32_t> index = WholeNumber(std::string_view(path).substr(colon + 1));
+    const std::optional<std::uint32_t> index =
+        WholeNumber(std::string_view(path).substr(colon + 1));
     if (index && *index > 0) path = path.substr(0, colon) + '.' + std::to_string(*index - 1);
   }
   const LaidOutField* const field = FieldAt(path);
@@ -307,7 +311,8 @@ Result<std::vector<std::string>> MessageNumbers::Vector(const std::string& refer
   }
   std::vector<std::vector<std::string>> found;
   const auto consider = [&](const LaidOutField& field, const std::string& path) {
-    if (field.array != Array::kNone && field.kind != Kind::kString && field.kind != Kind::kMessage) {
+    if (field.array != Array::kNone && field.kind != Kind::kString &&
+        field.kind != Kind::kMessage) {
       if (field.array == Array::kSequence || field.count == 3)
         found.push_back({path + ".0", path + ".1", path + ".2"});
     } else if (field.kind == Kind::kMessage && field.array == Array::kNone) {

@@ -62,8 +62,8 @@ class MessageNumbers {
   /// `layouts` and `type` must have been checked, and live longer.
   MessageNumbers(const MessageLayouts* layouts, std::string type, Encoding encoding);
 
-  /// The three numbers that a user calls "acc", "vector", "gx+gy+gz" or "data:4-6" (counted from 1);
-  /// empty: the only field with three. Error (usage): says which fields there are.
+  /// The three numbers that a user calls "acc", "vector", "gx+gy+gz" or "data:4-6" (counted from
+  /// 1); empty: the only field with three. Error (usage): says which fields there are.
   Result<std::vector<std::string>> Vector(const std::string& reference) const;
   /// The one number that a user calls "temp" or "data:7". Error (usage): as Vector.
   Result<std::string> Single(const std::string& reference) const;
