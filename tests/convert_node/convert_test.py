@@ -442,7 +442,7 @@ class Converters(unittest.TestCase):
                 self.convert(kind, source, code=2)
             program = PROGRAMS / f"truetriad-convert-{kind}"
             for arguments in ([], [text], [text, "--output="], [text, "--output=x", "--nothing=1"],
-                              [text, text, "--output=x"], ["--output=x"]):
+                              *([[text, text, "--output=x"]] if kind != "mcap" else []), ["--output=x"]):
                 self.assertEqual(run([program, *arguments], cwd=self.folder).returncode, 1, arguments)
             done = run([program, "--help"])
             self.assertEqual(done.returncode, 0)

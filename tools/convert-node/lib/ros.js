@@ -183,7 +183,7 @@ function laidOutTaker(options, topics) {
     checked.add(topic);
     for (const [role, { topic: name, fields, time }] of Object.entries(roles)) {
       if (name !== topic) continue;
-      const isThere = role === 'temperature' ? !Number.isNaN(columns.numberAt(message, fields)) : columns.vectorAt(message, fields) !== null;
+      const isThere = columns.isNamed(message, fields, role === 'temperature' ? 1 : 3);
       const hasTime = !time || columns.timeAt(message, time, 1) !== null;
       if (!isThere || !hasTime) {
         throw new UsageError(

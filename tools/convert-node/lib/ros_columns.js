@@ -130,6 +130,19 @@ function timeAt(message, path, nsPerUnit) {
   return BigInt(Math.round(value * nsPerUnit));
 }
 
+/** Whether `fields` names `count` numbers in messages like this one, whose arrays may be longer. */
+function isNamed(message, fields, count) {
+  const mayBeThere = (path) => {
+    const array = /^(.+?)(?::\d+|\.\d+)$/.exec(path);
+    return !Number.isNaN(numberAt(message, path)) || Boolean(array && isArray(at(message, array[1])));
+  };
+  if (count === 1) return mayBeThere(fields);
+  const range = /^([^:+]+):([1-9]\d*)-([1-9]\d*)$/.exec(fields);
+  if (range) return Number(range[3]) === Number(range[2]) + 2 && isArray(at(message, range[1]));
+  const parts = fields.split('+');
+  return parts.length === 3 ? parts.every(mayBeThere) : vectorAt(message, fields) !== null;
+}
+
 /** "header.stamp, acc[3], gx": what a message has, for messages. */
 function fieldsOf(message, prefix = '', most = 40) {
   const names = [];
@@ -142,4 +155,4 @@ function fieldsOf(message, prefix = '', most = 40) {
   return names;
 }
 
-module.exports = { at, fieldsOf, isTime, kNsPer, numberAt, parseColumns, parseUnits, timeAt, vectorAt };
+module.exports = { at, fieldsOf, isNamed, isTime, kNsPer, numberAt, parseColumns, parseUnits, timeAt, vectorAt };
