@@ -8,7 +8,7 @@
 #include <sstream>
 #include <utility>
 
-#include "io/text_file.h"
+#include "io/yaml_reader.h"
 #include "tools/convert/common/named_readings.h"
 #include "truetriad/base/units.h"
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +15,7 @@
 #include "tools/convert/common/recording_folder.h"
 #include "tools/convert/ros/imu_log.h"
 #include "tools/convert/ros/message_layout.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad::convert {
 
