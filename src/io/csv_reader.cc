@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/decimal.h"
+#include "io/recording_layout.h"
 
 namespace truetriad {
 namespace {
@@ -128,6 +129,30 @@ bool CountsColumns(std::vector<std::string_view> fields) {
   return true;
 }
 
+bool IsWholeNumber(std::string_view field) {
+  return !field.empty() && field.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// Whether the rows of a table begin with their numbers, which the header `names` leaves out, as
+/// pandas and R write them. A header that leaves out the last column is told from that by its first
+/// name: a reading or a time does not count rows from 0 or 1.
+bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
+                         const std::vector<std::string_view>& rows,
+                         char separator) {
+  if (names.empty() || SeeminglyCalled(ParseHeaderColumn(std::string(names[0])).name).empty())
+    return false;
+  std::string expected;
+  for (const std::string_view row : rows) {
+    const std::vector<std::string_view> fields = SplitFields(row, separator);
+    if (fields.size() != names.size() + 1 || fields.back().empty()) return false;
+    if (expected.empty() && fields[0] == "0") expected = "0";
+    if (expected.empty()) expected = "1";
+    if (fields[0] != expected) return false;
+    expected = std::to_string(std::stoi(expected) + 1);
+  }
+  return true;
+}
+
 /// At most 40 characters of `text`, with unprintable ones made visible.
 std::string ShownField(std::string_view text) {
   constexpr std::size_t kShownOfField = 40;
@@ -166,10 +191,11 @@ Status CsvReader::ReadHeader() {
   const char* next = chunk.data();
   chunk_end_ = next + chunk.size();
   std::int64_t number = 0;
-  // The first two lines that say something, and the last comment before them.
+  // The first lines that say something, and the last comment before them.
+  constexpr std::size_t kLines = 3;
   std::vector<Line> lines;
   Line comment;
-  while (lines.size() < 2 && next != chunk_end_) {
+  while (lines.size() < kLines && next != chunk_end_) {
     const char* const begin = std::exchange(next, LineEnd(next, chunk_end_) + 1);
     const Line line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
     const std::string_view content = Trimmed(line.text);
@@ -192,7 +218,7 @@ Status CsvReader::ReadHeader() {
     lines.erase(lines.begin());
   }
   const bool may_count = layout_.header == CsvLayout::Header::kAuto && header.number == 0;
-  if (may_count && lines.size() == 2 &&
+  if (may_count && lines.size() >= 2 &&
       CountsColumns(SplitFields(lines[0].text, FindSeparator(lines[0].text)))) {
     lines.erase(lines.begin());
   }
@@ -206,22 +232,29 @@ Status CsvReader::ReadHeader() {
   }
   const Line& data = lines[0];
   if (layout_.separator == '\0') layout_.separator = FindSeparator(data.text);
-  if (header.number > 0) {
-    // Some write commas between the names and blanks between the numbers.
-    const std::size_t fields = SplitFields(data.text, layout_.separator).size();
-    std::vector<std::string_view> names = SplitFields(header.text, layout_.separator);
-    if (names.size() != fields) {
-      std::vector<std::string_view> others = SplitFields(header.text, FindSeparator(header.text));
-      if (others.size() == fields) names = std::move(others);
-    }
-    for (const std::string_view name : names) header_.emplace_back(name);
-  }
+  std::vector<std::string_view> rows;
+  for (const Line& line : lines) rows.push_back(line.text);
+  if (header.number > 0) NameColumns(header.text, rows);
   header_line_ = header.number;
   columns_.resize(header_.empty() ? SplitFields(data.text, layout_.separator).size()
                                   : header_.size());
   cursor_ = data.text.data();
   line_ = data.number - 1;
   return {};
+}
+
+void CsvReader::NameColumns(std::string_view header, const std::vector<std::string_view>& rows) {
+  // Some write commas between the names and blanks between the numbers.
+  const std::vector<std::string_view> fields = SplitFields(rows[0], layout_.separator);
+  std::vector<std::string_view> names = SplitFields(header, layout_.separator);
+  if (names.size() != fields.size()) {
+    std::vector<std::string_view> others = SplitFields(header, FindSeparator(header));
+    if (others.size() == fields.size()) names = std::move(others);
+  }
+  has_unnamed_count_ = LeavesOutRowNumbers(names, rows, layout_.separator);
+  if (has_unnamed_count_) header_.emplace_back();
+  for (const std::string_view name : names) header_.emplace_back(name);
+  begins_with_whole_number_ = IsWholeNumber(fields[0]);
 }
 
 std::string CsvReader::ColumnName(std::size_t column) const {

@@ -51,6 +51,11 @@ class CsvReader {
   const CsvLayout& layout() const { return layout_; }  ///< With the separator that was found.
   const std::vector<std::string>& header() const { return header_; }  ///< Empty without.
   std::int64_t header_line() const { return header_line_; }
+  /// True where rows begin with a field that the header does not name at all, and it counts them;
+  /// the header then begins with an empty name.
+  bool has_unnamed_count() const { return has_unnamed_count_; }
+  /// True where the first row begins with a whole number, as a table of pandas does.
+  bool begins_with_whole_number() const { return begins_with_whole_number_; }
   std::size_t column_count() const { return columns_.size(); }
   /// "column `ax`" or, without a header, "column 3 (counted from 0)".
   std::string ColumnName(std::size_t column) const;
@@ -87,6 +92,7 @@ class CsvReader {
 
   CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout);
   Status ReadHeader();
+  void NameColumns(std::string_view header, const std::vector<std::string_view>& rows);
   template <bool kBlanks>
   Result<std::size_t> ReadRows();
   /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
@@ -107,6 +113,8 @@ class CsvReader {
   CsvLayout layout_;
   std::vector<std::string> header_;
   std::int64_t header_line_ = 0;
+  bool has_unnamed_count_ = false;
+  bool begins_with_whole_number_ = false;
   std::vector<Column> columns_;
   std::vector<std::int64_t> rows_;
   std::vector<std::int64_t> lines_;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <utility>
 
+#include "io/burst_windows.h"
 #include "io/recording_layout.h"
 #include "io/tags_yaml.h"
 #include "io/text_file.h"
@@ -69,6 +71,15 @@ void ReadTime(YamlReader time, ManifestStream* stream) {
                               "` is not a unit of time; expected s, ms, us, ns or samples");
     }
   }
+  if (time.Optional("window_samples", &layout.window_samples)) {
+    if (layout.window_samples < 1 || layout.window_samples > BurstWindows::kMost) {
+      time.Child("window_samples").Fail("must be from 1 to " + std::to_string(BurstWindows::kMost));
+      layout.window_samples = 1;
+    }
+    if (unit == "samples") {
+      time.Child("window_samples").Fail("needs the time of each window; state its column and unit");
+    }
+  }
   if (unit == "samples" && !time.Child("column")) {
     layout.kind = TimeColumn::Kind::kRowNumber;
   } else {
@@ -109,7 +120,25 @@ void ReadCsvLayout(YamlReader* yaml, CsvLayout* layout) {
   }
 }
 
-/// `{ column, unit }`. The column is found when the file is open.
+/// How a chip's register states a temperature: `scale` units a count, 0 counts at `offset`.
+void ReadRegister(YamlReader* reader, TemperatureColumn* temperature) {
+  constexpr int kMostBits = 32;
+  double scale = 1.0, offset = 0.0;
+  if (reader->Optional("scale", &scale) && (!std::isfinite(scale) || scale == 0.0)) {
+    reader->Child("scale").Fail("must be a number other than zero");
+  }
+  if (reader->Optional("offset", &offset) && !std::isfinite(offset)) {
+    reader->Child("offset").Fail("must be a number");
+  }
+  if (reader->Optional("wrap_bits", &temperature->wrap_bits) &&
+      (temperature->wrap_bits < 8 || temperature->wrap_bits > kMostBits)) {
+    reader->Child("wrap_bits").Fail("must be from 8 to 32, the bits of the register");
+  }
+  TemperatureUnit& unit = temperature->unit;
+  unit = {unit.scale * scale, unit.scale * offset + unit.offset};
+}
+
+/// `{ column, unit, scale, offset, wrap_bits }`. The column is found when the file is open.
 std::optional<ColumnReference> ReadTemperature(YamlReader reader,
                                                std::optional<TemperatureColumn>* temperature) {
   if (!reader) return std::nullopt;
@@ -121,6 +150,7 @@ std::optional<ColumnReference> ReadTemperature(YamlReader reader,
     if (!unit) reader.Child("unit").Fail("`" + name + "` is neither degC nor K");
     (*temperature)->unit = unit.value_or(TemperatureUnit{});
   }
+  ReadRegister(&reader, &**temperature);
   reader.RejectUnknown();
   return reference;
 }
@@ -395,6 +425,10 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
     layout.info.has_time = stream.layout.time.kind != TimeColumn::Kind::kNone;
     file->streams.push_back(std::move(stream.layout));
   }
+  const bool leaves_out = std::any_of(layout.files.begin(), layout.files.end(), [](const auto& f) {
+    return f.csv->has_unnamed_count();
+  });
+  if (leaves_out) layout.info.ignored_columns.emplace_back(kUnnamedRowNumbers);
 
   // Not every file of a recording needs to number the poses, but one has to.
   std::optional<ColumnReference> pose = manifest.pose_column;

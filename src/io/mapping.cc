@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "io/csv_reader.h"
 #include "io/text_file.h"
@@ -19,6 +21,7 @@ namespace {
 
 struct ColumnUnit {
   std::string column, unit;
+  std::vector<std::pair<std::string, double>> more;  ///< Keys that a manifest has, too.
 };
 
 /// One way in which a file may hold a triad.
@@ -39,16 +42,21 @@ struct Mapping {
   std::vector<Candidate> candidates;
 };
 
-std::optional<ColumnUnit> ReadColumnUnit(YamlReader yaml) {
+std::optional<ColumnUnit> ReadColumnUnit(YamlReader yaml,
+                                         const std::vector<std::string>& more_keys) {
   if (!yaml) return std::nullopt;
   ColumnUnit read;
   yaml.Require("column", &read.column);
   yaml.Require("unit", &read.unit);
+  for (const std::string& key : more_keys) {
+    if (double value = 0.0; yaml.Optional(key, &value)) read.more.emplace_back(key, value);
+  }
   yaml.RejectUnknown();
   return read;
 }
 
 Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
+  const std::vector<std::string> register_keys = {"scale", "offset", "wrap_bits"};
   Candidate candidate;
   candidate.triad = triad;
   if (yaml.Optional("input", &candidate.input) &&
@@ -56,13 +64,13 @@ Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
     yaml.Child("input").Fail("is not among the inputs, which are counted from 1");
     candidate.input = 1;
   }
-  candidate.time = ReadColumnUnit(yaml.Child("time"));
+  candidate.time = ReadColumnUnit(yaml.Child("time"), {"window_samples"});
   for (std::size_t axis = 0; axis < 3; ++axis)
     yaml.Require(kAxisLetters.substr(axis, 1), &candidate.axes[axis]);
   yaml.Require("unit", &candidate.unit);
   if (double value = 0.0; yaml.Optional("si_per_count", &value)) candidate.si_per_count = value;
-  candidate.temperature = ReadColumnUnit(yaml.Child("temperature"));
-  candidate.ambient_temperature = ReadColumnUnit(yaml.Child("ambient_temperature"));
+  candidate.temperature = ReadColumnUnit(yaml.Child("temperature"), register_keys);
+  candidate.ambient_temperature = ReadColumnUnit(yaml.Child("ambient_temperature"), register_keys);
   yaml.Optional("separator", &candidate.separator);
   yaml.Optional("header", &candidate.header);
   yaml.RejectUnknown();
@@ -150,8 +158,9 @@ void WriteStream(const Candidate& candidate, const std::string& path, YamlText* 
   *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path} << "\n";
   const auto write = [&](std::string_view key, const std::optional<ColumnUnit>& what) {
     if (!what) return;
-    *yaml << "    " << key << ": {column: " << Quoted{what->column} << ", unit: " << what->unit
-          << "}\n";
+    *yaml << "    " << key << ": {column: " << Quoted{what->column} << ", unit: " << what->unit;
+    for (const auto& [more_key, value] : what->more) *yaml << ", " << more_key << ": " << value;
+    *yaml << "}\n";
   };
   write("time", candidate.time);
   for (std::size_t axis = 0; axis < 3; ++axis) {

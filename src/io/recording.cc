@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/rounded_text.h"
+#include "io/burst_windows.h"
 #include "io/clock_pieces.h"
 #include "io/recording_layout.h"
 
@@ -43,6 +44,7 @@ class Stream {
   Result<SampleBlock> Take(const CsvReader& csv,
                            std::size_t row_count,
                            std::span<const std::int64_t> shifts_ns) {
+    if (windows_ && row_count == 0) return TakeLastWindows();
     SelectRows(csv, row_count);
     SampleBlock block;
     block.triad = triad();
@@ -52,13 +54,20 @@ class Stream {
     block.row = Selected(csv.Rows(), &rows_);
     block.time_ns = Times(csv, block.row);
     if (!shifts_ns.empty()) block.time_ns = Shifted(block.time_ns, shifts_ns);
-    TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
+    std::span<const std::int64_t> known_ns = block.time_ns;
+    if (windows_) {
+      known_ns = LastKnown(block.time_ns);
+    } else {
+      TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
+    }
     if (layout_.temperature) {
-      block.temperature_degc =
-          Temperatures(csv, *layout_.temperature, block.time_ns, row_count, &temperature_);
+      TRUETRIAD_ASSIGN_OR_RETURN(
+          block.temperature_degc,
+          Temperatures(csv, *layout_.temperature, known_ns, row_count, &temperature_));
     }
     if (layout_.ambient) {
-      block.ambient_degc = Temperatures(csv, *layout_.ambient, block.time_ns, row_count, &ambient_);
+      TRUETRIAD_ASSIGN_OR_RETURN(
+          block.ambient_degc, Temperatures(csv, *layout_.ambient, known_ns, row_count, &ambient_));
     }
     if (layout_.applied) TRUETRIAD_RETURN_IF_ERROR(UndoApplied(csv, &block));
     if (layout_.pose) {
@@ -67,15 +76,40 @@ class Stream {
     }
     counts_.samples += static_cast<std::int64_t>(selected_count_);
     counts_.dropped_empty += static_cast<std::int64_t>(row_count - selected_count_);
-    return block;
+    if (!windows_) return block;
+    lines_.resize(selected_count_);
+    for (std::size_t i = 0; i < selected_count_; ++i) lines_[i] = csv.Line(SelectedRow(i));
+    Result<SampleBlock> spread = windows_->Spread(block, lines_);
+    if (spread && !spread->time_ns.empty()) last_time_ns_ = spread->time_ns.back();
+    return spread;
   }
 
  private:
-  explicit Stream(StreamLayout layout) : layout_(std::move(layout)) {}
+  explicit Stream(StreamLayout layout) : layout_(std::move(layout)) {
+    if (layout_.time.window_samples > 1)
+      windows_.emplace(layout_.time.window_samples, layout_.info.file);
+  }
+
+  /// What the file's end completes.
+  Result<SampleBlock> TakeLastWindows() { return windows_->Finish(triad()); }
+
+  /// Times with the last one that is known where a row has none, or the first before it.
+  std::span<const std::int64_t> LastKnown(std::span<const std::int64_t> times_ns) {
+    known_.assign(times_ns.begin(), times_ns.end());
+    const auto is_known = [](std::int64_t time_ns) { return time_ns != CsvReader::kMissingTime; };
+    const auto first = std::find_if(times_ns.begin(), times_ns.end(), is_known);
+    if (last_known_ns_ == 0 && first != times_ns.end()) last_known_ns_ = *first;
+    for (std::int64_t& time_ns : known_) {
+      if (is_known(time_ns)) last_known_ns_ = time_ns;
+      time_ns = last_known_ns_;
+    }
+    return known_;
+  }
 
   /// Finds the rows that have this triad's time and readings.
   void SelectRows(const CsvReader& csv, std::size_t row_count) {
-    const bool has_time_column = layout_.time.kind == TimeColumn::Kind::kColumn;
+    // Of a window one row with a time is enough.
+    const bool has_time_column = layout_.time.kind == TimeColumn::Kind::kColumn && !windows_;
     all_ = !(has_time_column && csv.AnyMissing(layout_.time.column)) &&
            std::none_of(layout_.axes.begin(), layout_.axes.end(), [&](std::size_t column) {
              return csv.AnyMissing(column);
@@ -152,15 +186,17 @@ class Stream {
     double degc = std::numeric_limits<double>::quiet_NaN();
     std::int64_t time_ns = 0;
     bool is_new = false;
-    std::vector<double> values;  ///< Of the block.
+    std::optional<double> count;  ///< Of a register, taken on where it began anew.
+    std::vector<double> values;   ///< Of the block.
   };
 
   /// A temperature that is logged more rarely holds until the next one, but not for ever.
-  std::span<const double> Temperatures(const CsvReader& csv,
-                                       const TemperatureColumn& column,
-                                       std::span<const std::int64_t> times_ns,
-                                       std::size_t row_count,
-                                       HeldTemperature* held) const {
+  /// Error: what is no number of a register.
+  Result<std::span<const double>> Temperatures(const CsvReader& csv,
+                                               const TemperatureColumn& column,
+                                               std::span<const std::int64_t> times_ns,
+                                               std::size_t row_count,
+                                               HeldTemperature* held) const {
     // A minute: chips are logged far more often, chambers and units change by less than a degree in
     // it.
     constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
@@ -169,7 +205,20 @@ class Stream {
     std::size_t sample = 0;
     for (std::size_t row = 0; row < row_count; ++row) {
       if (!std::isnan(stated[row])) {
-        held->degc = column.unit.scale * stated[row] + column.unit.offset;
+        double count = stated[row];
+        if (column.wrap_bits > 0) {
+          const std::optional<double> continued = Continued(count, column.wrap_bits, held->count);
+          if (!continued) {
+            return Error(ErrorCode::kValueOutOfRange,
+                         {csv.path(), csv.Line(row)},
+                         csv.ColumnName(column.column) + ": " + RoundedText(count, 9) +
+                             " is no number of a register of wrap_bits: " +
+                             std::to_string(column.wrap_bits));
+          }
+          held->count = continued;
+          count = *continued;
+        }
+        held->degc = column.unit.scale * count + column.unit.offset;
         held->is_new = true;
       }
       if (sample < selected_count_ && SelectedRow(sample) == row) {
@@ -179,7 +228,16 @@ class Stream {
         held->values[sample++] = is_known ? held->degc : std::numeric_limits<double>::quiet_NaN();
       }
     }
-    return held->values;
+    return std::span<const double>(held->values);
+  }
+
+  /// The number of a register of so many bits, signed or not, where the one `before` leaves it: a
+  /// chip warms by steps smaller than half of what its register holds. The first has a sign.
+  static std::optional<double> Continued(double count, int bits, std::optional<double> before) {
+    const double all = std::ldexp(1.0, bits);
+    if (count != std::floor(count) || count < -0.5 * all || count >= all) return std::nullopt;
+    if (!before) return count >= 0.5 * all ? count - all : count;
+    return count + all * std::round((*before - count) / all);
   }
 
   /// Makes readings raw that were logged corrected.
@@ -236,7 +294,9 @@ class Stream {
   std::size_t selected_count_ = 0;
   std::array<std::vector<double>, 3> axes_;
   std::array<std::vector<double>, 3> raw_;  ///< Used only where a correction is undone.
-  std::vector<std::int64_t> rows_, times_;
+  std::optional<BurstWindows> windows_;
+  std::vector<std::int64_t> rows_, times_, lines_, known_;
+  std::int64_t last_known_ns_ = 0;
   std::vector<std::int32_t> poses_;
 };
 
@@ -261,7 +321,7 @@ std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files
   const bool is_common =
       std::all_of(files[0].streams.begin(), files[0].streams.end(), [&](const auto& stream) {
         return stream.time.kind == TimeColumn::Kind::kColumn && stream.time.rate_hz == 1.0 &&
-               stream.time.column == first.column;
+               stream.time.window_samples == 1 && stream.time.column == first.column;
       });
   return is_common ? std::optional(first.column) : std::nullopt;
 }

@@ -25,12 +25,14 @@ struct TimeColumn {
   std::size_t column = 0;
   int power = 9;         ///< time_ns = value * 10^power / rate.
   double rate_hz = 1.0;  ///< Other than 1 only for a column of sample numbers, or row numbers.
+  std::int64_t window_samples = 1;  ///< Rows that share a time, that of the last of them.
 };
 
 /// The temperature column and its unit.
 struct TemperatureColumn {
   std::size_t column = 0;
   TemperatureUnit unit;
+  int wrap_bits = 0;  ///< Of a register that begins anew behind its last number; 0: it does not.
 };
 
 /// Which columns of a file hold one triad.
@@ -84,6 +86,9 @@ struct HeaderColumn {
 };
 HeaderColumn ParseHeaderColumn(const std::string& field);
 
+/// What stands for the name of a column that has none.
+inline constexpr std::string_view kUnnamedRowNumbers = "without a name (row numbers)";
+
 /// Names are read in large and small letters alike.
 std::string LowerCase(std::string text);
 
@@ -107,7 +112,7 @@ class HeaderColumns {
                                    std::string_view example) const;
   /// "file:line: column `accel_x`: " + message.
   Error Fail(ErrorCode code, std::size_t column, const std::string& message) const;
-  /// The columns that nobody took, without that of row numbers. Error: one that may be a reading,
+  /// The columns that nobody took. Error: one that may be a reading,
   /// time or temperature which the table otherwise lacks; proposes a header, or lists the names
   /// that were asked for.
   Result<std::vector<std::string>> Ignored() const;
@@ -133,6 +138,7 @@ class HeaderColumns {
   std::vector<HeaderColumn> columns_;
   std::vector<bool> taken_;
   std::vector<std::string> asked_;
+  bool may_number_rows_ = false;  ///< The first column.
 };
 
 /// The time column of a self-describing header; kNone without. The unit is s, ms, us or ns.

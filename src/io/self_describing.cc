@@ -71,6 +71,7 @@ std::optional<int> TimePower(std::string_view unit) {
 Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
   HeaderColumns header;
   header.place_ = {csv.path(), csv.header_line()};
+  header.may_number_rows_ = csv.begins_with_whole_number();
   if (csv.header().empty()) {
     return Error(ErrorCode::kNoHeader,
                  {csv.path()},
@@ -209,10 +210,20 @@ std::string HeaderColumns::Understandable() const {
 Result<std::vector<std::string>> HeaderColumns::Ignored() const {
   std::vector<std::string> ignored, unknown;
   for (std::size_t column = 0; column < columns_.size(); ++column) {
-    // Tables of pandas begin with a column of row numbers that has no name.
-    const bool numbers_rows = column == 0 && columns_[column].name.empty();
-    if (taken_[column] || numbers_rows) continue;
+    if (taken_[column]) continue;
     const std::string& name = columns_[column].name;
+    if (column == 0 && name.empty()) {
+      // Tables of pandas begin with a column of row numbers that has no name, but what has no name
+      // may as well be the time.
+      if (!may_number_rows_ && !HasTaken("time")) {
+        return Error(ErrorCode::kUnknownColumn,
+                     place_,
+                     "the first column has no name, and does not number the rows; name it, like "
+                     "`time[s]`, or remove it");
+      }
+      ignored.emplace_back(kUnnamedRowNumbers);
+      continue;
+    }
     (MayBeNeeded(columns_[column]) ? unknown : ignored).push_back(name);
   }
   if (unknown.empty()) return ignored;

@@ -74,6 +74,18 @@ class Convert : public ::testing::Test {
     return recording ? std::move(*recording) : RecordingSamples();
   }
 
+  /// With every `unknown` of the manifest completed by hand.
+  RecordingSamples SamplesAsIfRaw() {
+    std::string manifest = Manifest();
+    constexpr std::string_view kUnknown = ": unknown";
+    for (std::size_t at = manifest.find(kUnknown); at != std::string::npos;
+         at = manifest.find(kUnknown)) {
+      manifest.replace(at, kUnknown.size(), ": none");
+    }
+    std::ofstream(out_ + "/recording.yaml") << manifest;
+    return Samples();
+  }
+
   /// Neither the folder nor a temporary one is left.
   void ExpectNothingWritten() {
     for (const auto& entry : fs::directory_iterator(folder_.Path("."))) {
@@ -289,7 +301,30 @@ TEST_F(Convert, ReadsWhatArduCopterLoggedIn2014) {
   const Finished other = Run("dataflash", folder_.Write("other.bin", bytes));
   EXPECT_EQ(other.exit_code, 0) << other.err;
   EXPECT_THAT(other.err, HasSubstr("Copter or Plane up to 3.2"));
-  EXPECT_THAT(Manifest(), HasSubstr("accelerometer: unknown"));
+  EXPECT_THAT(Manifest(),
+              AllOf(HasSubstr("accelerometer: unknown"), Not(HasSubstr("magnetometer: unknown"))));
+}
+
+/// No release that logs milliseconds knows a compass matrix; of an unnamed firmware it is only
+/// known that its log has none, as long as nothing of the log is lost.
+TEST_F(Convert, RefusesToGuessACompassMatrixThatDamageMayHaveTaken) {
+  const std::string whole = TemporaryFolder::Read(MakeLog("dataflash-2014", 300));
+  std::string damaged = whole;
+  const std::size_t at = damaged.find("COMPASS_OFS_Z");
+  ASSERT_NE(at, std::string::npos);
+  damaged.replace(at - 3, 2, "??");  // Behind it, a record less is found.
+  damaged.insert(at - 3 + 16 + 4 + 3, "????");
+  std::string restored = damaged;
+  restored.replace(at - 3, 2, "\xa3\x95");
+  for (const bool is_named : {true, false}) {
+    std::string bytes = restored;
+    if (!is_named) bytes.replace(bytes.find("ArduCopter V3.1.5"), 17, "MyCopter   V3.1.5");
+    const Finished run = Run("dataflash", folder_.Write("log.bin", bytes));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(Manifest().find("magnetometer: unknown") == std::string::npos, is_named) << run.err;
+  }
+  EXPECT_EQ(Run("dataflash", folder_.Write("log.bin", damaged)).exit_code, 0);
+  EXPECT_THAT(Manifest(), HasSubstr("magnetometer: unknown"));
 }
 
 /// The parameters of a real log, its first rows, and the equations of its firmware by hand.
@@ -801,6 +836,78 @@ TEST_F(Convert, SaysThatAVectorNavUnitHasCompensatedWhatItWrote) {
   const Finished other = Run("vectornav", folder_.Write("text.txt", "1,2\n3,4\n"));
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("no intact VectorNav sentence"));
+}
+
+TEST_F(Convert, ReadsVectorNavSentencesWithWhatRegister30Appends) {
+  SKIP_WITHOUT("vectornav");
+  const std::string log = VectorNavLog(&folder_,
+                                       {// Of the unit's manual.
+                                        "=$VNYPR,+010.071,+000.278,-002.026,T1162704*2F",
+                                        "=$VNYPR,+010.071,+000.278,-002.026,S0000*1F",
+                                        "VNGYR,+01.0,+02.0,+03.0,S04CB,T1162704",
+                                        "crc:VNGYR,+02.0,+02.0,+03.0,T1162705",
+                                        "VNGYR,+03.0,+02.0,+03.0,S04cB",
+                                        "VNGYR,+04.0,+02.0,+03.0,T1,S04CB",  // Never in this order.
+                                        "VNGYR,+05.0,+02.0,+03.0,S04CB,T1,7",  // A number too many.
+                                        "VNGYR,+06.0,+02.0,S0000",             // A number too few.
+                                        "VNGYR,+07.0,+02.0,+03.0"});
+  const Finished run = Run("vectornav", log, {"--columns=time=100Hz"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("3 bad sentences"),
+                    HasSubstr("3 sentences end with a status or counter (register 30)")));
+  RecordingSamples samples = SamplesAsIfRaw();
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].x, (std::vector<double>{1, 2, 3, 7}));
+  EXPECT_EQ(samples.streams[Triad::kGyroscope].time_ns,
+            (std::vector<std::int64_t>{0, 10'000'000, 20'000'000, 60'000'000}));
+}
+
+TEST_F(Convert, BelievesVectorNavSentencesWithoutChecksumOnlyWhereNoneHasOne) {
+  SKIP_WITHOUT("vectornav");
+  const std::vector<std::string> sentences = {
+      "=$VNACC,+00.1,+00.2,+09.8", "=$VNACC,+00.2,+00", "=$VNACC,+00.3,+00.2,+09.8*XX"};
+  const Finished run =
+      Run("vectornav", VectorNavLog(&folder_, sentences), {"--columns=time=100Hz"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("have no checksums; damage goes unnoticed"));
+  EXPECT_THAT(Manifest(), HasSubstr("checksums: none"));
+  RecordingSamples samples = SamplesAsIfRaw();
+  EXPECT_EQ(samples.streams[Triad::kAccelerometer].x, (std::vector<double>{0.1, 0.3}));
+  EXPECT_EQ(samples.streams[Triad::kAccelerometer].time_ns,
+            (std::vector<std::int64_t>{0, 20'000'000}));
+  std::vector<std::string> one_checked = sentences;
+  one_checked.push_back("VNACC,+00.4,+00.2,+09.8");
+  ASSERT_EQ(
+      Run("vectornav", VectorNavLog(&folder_, one_checked), {"--columns=time=100Hz"}).exit_code, 0);
+  EXPECT_EQ(SamplesAsIfRaw().streams[Triad::kAccelerometer].x, (std::vector<double>{0.4}));
+}
+
+TEST_F(Convert, GivesAnUnreadableVectorNavLineToTheKindWhoseTurnItIs) {
+  SKIP_WITHOUT("vectornav");
+  std::vector<std::string> sentences;
+  for (int i = 0; i < 50; ++i) {
+    const std::string number = std::to_string(i);
+    sentences.push_back("VNACC," + number + ",2,3");
+    sentences.push_back(i == 20 ? "=$VN" : "VNGYR," + number + ",2,3");
+    sentences.push_back(i == 30 ? "=?" : "VNYPR,1,2,3");
+  }
+  const Finished run =
+      Run("vectornav", VectorNavLog(&folder_, sentences), {"--columns=time=100Hz"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, AllOf(HasSubstr("2 bad sentences"), Not(HasSubstr("may be of any kind"))));
+  RecordingSamples samples = SamplesAsIfRaw();
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+    const StreamSamples& stream = samples.streams[triad];
+    ASSERT_EQ(stream.x.size(), triad == Triad::kGyroscope ? 49U : 50U);
+    for (std::size_t i = 0; i < stream.x.size(); ++i)
+      EXPECT_EQ(stream.time_ns[i], static_cast<std::int64_t>(stream.x[i]) * 10'000'000);
+  }
+  // Without turns nobody knows.
+  sentences = {"VNACC,0,2,3", "=?", "VNGYR,1,2,3", "VNACC,1,2,3", "VNACC,2,2,3", "VNGYR,2,2,3"};
+  const Finished mixed =
+      Run("vectornav", VectorNavLog(&folder_, sentences), {"--columns=time=100Hz"});
+  ASSERT_EQ(mixed.exit_code, 0) << mixed.err;
+  EXPECT_THAT(mixed.err, HasSubstr("1 unreadable line may be of any kind"));
 }
 
 TEST_F(Convert, SaysHowToDecodeABlackboxLog) {

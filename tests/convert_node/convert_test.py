@@ -244,6 +244,26 @@ class Converters(unittest.TestCase):
         self.assertIn("damaged", self.convert("ulog", path).stderr)
         self.assertGreaterEqual(len(self.rows("gyroscope.csv")), 248)
 
+    def test_ulog_knows_a_begun_message_from_damage(self):
+        def damage(crashed):
+            path = self.folder / "crashed.ulg"
+            path.write_bytes(writers.appended_ulog(crashed)[0])
+            shutil.rmtree(self.out, ignore_errors=True)
+            done = self.convert("ulog", path)
+            self.assertEqual(len(self.rows("gyroscope.csv")), 250)
+            return "damage" in done.stderr
+        message = writers.message
+        sync = bytes([0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12])
+        for begun in (message(b"S", sync)[:6], message(b"O", b"\1\2")[:4], message(b"A", b"\0\1\0sensor_mag")[:9],
+                      message(b"F", b"sensor_mag:float x;float y;")[:12], message(b"I", b"\x09char[3] kabc")[:9],
+                      message(b"P", b"\x09float OFF\0\0\0\0")[:14], message(b"L", b"6" + bytes(8) + b"text")[:7]):
+            self.assertFalse(damage(begun), begun)
+        for broken in (message(b"S", sync + bytes(300))[:6], message(b"S", bytes(8))[:6], message(b"O", bytes(9))[:4],
+                       message(b"A", b"\0\1\0????????")[:9], message(b"F", b"sensor\0mag:float x;")[:12],
+                       message(b"I", b"\x09!!!!!!!!!abc")[:9], message(b"P", b"\0float OFF\0\0\0\0")[:14],
+                       message(b"L", b"\1" + bytes(8) + b"text")[:7], message(b"z", bytes(9))[:7]):
+            self.assertTrue(damage(broken), broken)
+
     def test_ulog_clock_that_jumps_for_one_row_leaves_that_row_out(self):
         fields = "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float z;"
         times = [1000 * i for i in range(1, 4001)]
@@ -422,7 +442,7 @@ class Converters(unittest.TestCase):
                 self.convert(kind, source, code=2)
             program = PROGRAMS / f"truetriad-convert-{kind}"
             for arguments in ([], [text], [text, "--output="], [text, "--output=x", "--nothing=1"],
-                              [text, text, "--output=x"], ["--output=x"]):
+                              *([[text, text, "--output=x"]] if kind != "mcap" else []), ["--output=x"]):
                 self.assertEqual(run([program, *arguments], cwd=self.folder).returncode, 1, arguments)
             done = run([program, "--help"])
             self.assertEqual(done.returncode, 0)

@@ -5,16 +5,18 @@ import struct
 OFFSETS_AT = 16 + 3 + 16  # Where the flag bits of a ULog state what was appended.
 
 
-def appended_ulog():
+def message(kind, body):
+    """A message of a ULog."""
+    return struct.pack("<Hc", len(body), kind) + body
+
+
+def appended_ulog(crashed=message(b"M", b"\0\x0bchar[9] key123456789")[:-4]):
     """(bytes, offsets) of a ULog of sensor_gyro whose flag bits state three places of appended data.
 
     Row i has the stamp 4000 i (us) and the values i, -i, 0.5; there are 0 to 99 and 150 to 299. The last
-    message before each place was not written to its end. Each of the first hundred rows is followed by
+    message before each place was not written to its end, before the third it is `crashed`. Each of the first hundred rows is followed by
     information whose name has a hyphen and whose text holds letters that are types of messages.
     """
-    def message(kind, body):
-        return struct.pack("<Hc", len(body), kind) + body
-
     def row(i):
         return message(b"D", struct.pack("<HQQ3f", 0, 4000 * i, 4000 * i, i, -i, 0.5))
 
@@ -30,7 +32,7 @@ def appended_ulog():
     for i in range(100):
         data += row(i) + information(i)
     offsets = []
-    for begun in (row(100)[:-9], row(100)[:2], message(b"M", b"\0\x0bchar[9] key123456789")[:-4]):
+    for begun in (row(100)[:-9], row(100)[:2], crashed):
         data += begun
         offsets.append(len(data))
         data += b"".join(map(row, range(100 + 50 * len(offsets), 150 + 50 * len(offsets))))

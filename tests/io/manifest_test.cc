@@ -100,6 +100,113 @@ TEST_F(Manifest, CountsSamplesByColumnOrByRow) {
   EXPECT_FALSE(Read(WriteStream(axes_)).info.has_time);
 }
 
+// An MPU-6050: 340 counts a degree, 0 counts at 36.53.
+TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
+  const std::string keys =
+      "    time: {column: t, unit: s}\n" + axes_ +
+      "    temperature: {column: T, unit: degC, scale: 0.0029411764705882353, offset: 36.53, "
+      "wrap_bits: 16}\n";
+  // Two's complement logged without its sign, and a number that goes on behind the last.
+  folder_.Write("log.csv",
+                "t,a,b,c,T\n0,1,1,1,65196\n1,1,1,1,\n2,1,1,1,340\n3,1,1,1,17000\n"
+                "4,1,1,1,32767\n5,1,1,1,-32768\n6,1,1,1,32768\n");
+  const RecordingSamples recording = Read(WriteStream(keys));
+  const std::vector<double>& degc = recording.streams[Triad::kAccelerometer].temperature_degc;
+  const std::vector<double> expected = {35.53,
+                                        35.53,
+                                        37.53,
+                                        86.53,
+                                        32767 / 340.0 + 36.53,
+                                        32768 / 340.0 + 36.53,
+                                        32768 / 340.0 + 36.53};
+  ASSERT_EQ(degc.size(), expected.size());
+  for (std::size_t i = 0; i < degc.size(); ++i) EXPECT_NEAR(degc[i], expected[i], 1e-11) << i;
+  folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,0\n1,1,1,1,65536\n");
+  const auto wide = ReadRecording(WriteStream(keys));
+  ASSERT_FALSE(wide);
+  EXPECT_THAT(
+      wide.error().message,
+      HasSubstr("log.csv:3: column `T`: 65536 is no number of a register of wrap_bits: 16"));
+  folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,3000\n");
+  const RecordingSamples kelvin =
+      Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
+                       "    temperature: {column: T, unit: K, scale: 0.1, offset: -1}\n"));
+  EXPECT_NEAR(kelvin.streams[Triad::kAccelerometer].temperature_degc[0], 299.0 - 273.15, 1e-12);
+  for (const std::string wrong : {"scale: 0", "scale: .inf", "offset: .nan", "wrap_bits: 7"}) {
+    EXPECT_FALSE(ReadRecording(
+        WriteStream(axes_ + "    temperature: {column: T, unit: K, " + wrong + "}\n")))
+        << wrong;
+  }
+}
+
+class ManifestWindows : public Manifest {
+ protected:
+  StreamSamples Read(const std::string& rows, int size) {
+    return Manifest::Read(WriteRows(rows, size)).streams[Triad::kAccelerometer];
+  }
+  std::string ErrorOf(const std::string& rows, int size) {
+    const auto recording = ReadRecording(WriteRows(rows, size));
+    return recording ? "" : recording.error().message;
+  }
+
+ private:
+  std::string WriteRows(const std::string& rows, int size) {
+    folder_.Write("log.csv", "t,a,b,c,T\n" + rows);
+    return WriteStream("    time: {column: t, unit: ms, window_samples: " + std::to_string(size) +
+                       "}\n    temperature: {column: T, unit: degC}\n" + axes_);
+  }
+};
+
+TEST_F(ManifestWindows, SpreadSamplesEvenlyUpToTheirTime) {
+  // The time on each row, on the first or on the last; a row without a reading; a gap; a cut end.
+  for (const std::string rows :
+       {"100,0,1,1,20\n100,1,1,1,\n100,2,1,1,\n100,3,1,1,\n140,4,1,1,\n140,5,1,1,\n140,,1,1,\n"
+        "140,7,1,1,\n300,8,1,1,21\n300,9,1,1,\n300,10,1,1,\n300,11,1,1,\n336,12,1,1,\n336,13,1,1,"
+        "\n",
+        "100,0,1,1,20\n,1,1,1,\n,2,1,1,\n,3,1,1,\n140,4,1,1,\n,5,1,1,\n,,1,1,\n,7,1,1,\n"
+        "300,8,1,1,21\n,9,1,1,\n,10,1,1,\n,11,1,1,\n336,12,1,1,\n,13,1,1,\n"}) {
+    const StreamSamples stream = Read(rows, 4);
+    EXPECT_THAT(stream.x, ElementsAre(0, 1, 2, 3, 4, 5, 7, 8, 9, 10, 11, 12, 13));
+    std::vector<double> ms;
+    for (const std::int64_t time_ns : stream.time_ns) ms.push_back(1e-6 * time_ns);
+    EXPECT_THAT(ms, ElementsAre(70, 80, 90, 100, 110, 120, 140, 270, 280, 290, 300, 309, 318));
+    EXPECT_EQ(stream.temperature_degc.front(), 20.0);
+    EXPECT_EQ(stream.temperature_degc.back(), 21.0);
+  }
+}
+
+TEST_F(ManifestWindows, DoNotDependOnHowTheFileIsRead) {
+  std::string rows;
+  constexpr int kSize = 1000;
+  for (int i = 0; i < 9500; ++i) {
+    const bool is_last = i % kSize == kSize - 1 || i == 9499;
+    rows += (is_last ? std::to_string(i / kSize * 1000 + 1000) : "") + "," + std::to_string(i) +
+            ",1,1,\n";
+  }
+  const StreamSamples stream = Read(rows, kSize);
+  ASSERT_EQ(stream.x.size(), 9500U);
+  for (std::size_t i = 0; i < stream.x.size(); ++i) {
+    ASSERT_EQ(stream.x[i], static_cast<double>(i));
+    ASSERT_EQ(stream.time_ns[i], static_cast<std::int64_t>(i + 1) * 1'000'000);
+  }
+}
+
+TEST_F(ManifestWindows, RefuseWhatIsNoWindow) {
+  EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n1,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
+              HasSubstr("log.csv:5: has another time than rows before it that are of the same 2"));
+  EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n,1,1,1,\n,1,1,1,\n", 2),
+              HasSubstr("log.csv:4: begins a window of window_samples without a time"));
+  EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
+              HasSubstr("log.csv:4: begins a window of window_samples whose time is not behind"));
+  EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n", 2),
+              HasSubstr("log.csv:2: begins the only window of window_samples"));
+  EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n9e12,1,1,1,\n", 2), HasSubstr("more than a day"));
+  EXPECT_THAT(ErrorOf("-9.2e12,1,1,1,\n-9.2e12,1,1,1,\n9.2e12,1,1,1,\n", 2),
+              HasSubstr("more than a day"));
+  EXPECT_THAT(ErrorOf("2,1,1,1,\n3,1,1,1,\n", 0), HasSubstr("window_samples: must be from 1"));
+  EXPECT_THAT(ErrorOf("2,1,1,1,\n3,1,1,1,\n", 99999), HasSubstr("window_samples: must be from 1"));
+}
+
 TEST_F(Manifest, ReadsAFileSharedByStreamsOnce) {
   folder_.Write("log.csv", "t,a,b,c,d,e,f\n1,2,3,4,5,6,7\n");
   const RecordingSamples recording = Read(Write(

@@ -196,6 +196,34 @@ TEST_F(Recording, PassesOverAFirstColumnWithoutAName) {
   const RecordingSamples recording =
       Read(",time[s],accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n1,0.5,4,5,6\n");
   EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0));
+  EXPECT_THAT(recording.info.ignored_columns, ElementsAre("without a name (row numbers)"));
+  EXPECT_THAT(ErrorOf(",accel_x[g],accel_y[g],accel_z[g]\n0.01,1,2,3\n0.02,4,5,6\n"),
+              HasSubstr("log.csv:1: the first column has no name, and does not number the rows"));
+}
+
+// As pandas (`index_label=False`) and R write a table.
+TEST_F(Recording, PassesOverRowNumbersThatTheHeaderLeavesOut) {
+  for (const std::string rows : {"0,0,1,2,3\n1,0.5,4,5,6\n", "\"1\",0,1,2,3\n\"2\",0.5,4,5,6\n"}) {
+    const RecordingSamples recording = Read("time[s],accel_x[g],accel_y[g],accel_z[g]\n" + rows);
+    EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0));
+    EXPECT_THAT(recording.streams[Triad::kAccelerometer].time_ns, ElementsAre(0, 500'000'000));
+    EXPECT_THAT(recording.info.ignored_columns, ElementsAre("without a name (row numbers)"));
+  }
+  const RecordingSamples blanks =
+      Read("accel_x[g] accel_y[g] accel_z[g]\n1 1 2 3\n2 4 5 6\n3 7 8 9\n");
+  EXPECT_THAT(blanks.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0, 7.0));
+}
+
+TEST_F(Recording, DoesNotTakeANumberTooManyForThatOfItsRow) {
+  // No numbers of rows; a named column that counts; an empty field at the end; one row of them.
+  for (const std::string text :
+       {"time[s],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3,9\n0.5,4,5,6,9\n",
+        "time[s],accel_x[g],accel_y[g],accel_z[g]\n5,0,1,2,3\n7,1,4,5,6\n",
+        "n,accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3,9\n1,4,5,6,9\n",
+        "time[s],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3,\n1,4,5,6,\n",
+        "time[s],accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n1,4,5,6\n"}) {
+    EXPECT_THAT(ErrorOf(text), HasSubstr("fields; expected")) << text;
+  }
 }
 
 // Rows of a piece that begins at zero, 10 ms apart.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
+const fs = require('fs');
+const path = require('path');
+
 /** The call is wrong; exit code 1. `reason` is its code in docs/reasons.md. */
 class UsageError extends Error {
   constructor(message, reason = 'invalid-argument') {
@@ -37,11 +40,12 @@ function usage(converter) {
   const topic = converter.takesTopics ? ' [--topic=NAME,…]' : '';
   const instance = converter.takesInstance ? ' [--instance=N]' : '';
   const program = `truetriad-convert-${converter.format}`;
-  return `Usage:\n${program} INPUT --output=DIR${topic}${instance}${others}\n${program} INPUT --list\n`;
+  const input = converter.takesSeveral ? 'INPUT…' : 'INPUT';
+  return `Usage:\n${program} ${input} --output=DIR${topic}${instance}${others}\n${program} ${input} --list\n`;
 }
 
 function parse(converter, words) {
-  const found = { input: '', output: '', topics: [], instance: null, list: false, others: {} };
+  const found = { input: '', inputs: [], output: '', topics: [], instance: null, list: false, others: {} };
   for (let i = 0; i < words.length; ++i) {
     const word = words[i];
     if (word === '--list') {
@@ -50,8 +54,12 @@ function parse(converter, words) {
     }
     if (word === '--json') continue; // Has been read.
     if (!word.startsWith('-')) {
-      if (found.input) throw new UsageError(`\`${word}\`: give one log at a time`, 'extra-argument');
-      found.input = word;
+      if (found.input && !converter.takesSeveral) {
+        throw new UsageError(`\`${word}\`: give one log at a time`, 'extra-argument');
+      }
+      const isList = converter.takesSeveral && !fs.existsSync(word);
+      found.inputs.push(...(isList ? word.split(',').filter((name) => name) : [word]));
+      [found.input] = found.inputs;
       continue;
     }
     const equals = word.indexOf('=');
@@ -83,8 +91,22 @@ function parse(converter, words) {
   return found;
 }
 
+/** The inputs, where a folder stands for the files in it that end with `ending`, by the numbers in their names. */
+function inputFiles(options, ending) {
+  return options.inputs.flatMap((input) => {
+    if (!fs.existsSync(input) || !fs.statSync(input).isDirectory()) return [input];
+    const names = fs.readdirSync(input).filter((name) => name.endsWith(ending));
+    if (names.length === 0) {
+      throw new BadInput(`${input}: is a folder without any file that ends with ${ending}`, 'unreadable-file');
+    }
+    // log_10 comes after log_9.
+    names.sort((a, b) => a.length - b.length || (a < b ? -1 : 1));
+    return names.map((name) => path.join(input, name));
+  });
+}
+
 /**
- * The `main` of a converter { format, input, details, takesTopics, takesInstance, others, run }.
+ * The `main` of a converter { format, input, details, takesSeveral, takesTopics, takesInstance, others, run }.
  * Exit code: 0 good, 1 usage, 2 bad input.
  */
 async function runConverter(converter) {
@@ -123,4 +145,4 @@ async function runConverter(converter) {
   }
 }
 
-module.exports = { BadInput, UsageError, count, listOf, printable, runConverter };
+module.exports = { BadInput, UsageError, count, inputFiles, listOf, printable, runConverter };

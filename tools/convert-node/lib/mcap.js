@@ -6,7 +6,7 @@
 // be followed, reading goes on at the next chunk that the file's index names.
 
 const fs = require('fs');
-const { BadInput, printable } = require('./arguments.js');
+const { BadInput, UsageError, printable } = require('./arguments.js');
 const { breathe } = require('./recording.js');
 
 const kMagic = Buffer.from([0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a]);
@@ -176,7 +176,7 @@ class Mcap {
       if (!isCut && crc !== 0 && crc32(records) !== crc) throw new RangeError(what);
       this.chunkRecords(records, isCut);
     } catch (error) {
-      if (error instanceof BadInput) throw error;
+      if (error instanceof BadInput || error instanceof UsageError) throw error;
       this.count(what);
     }
   }

@@ -197,10 +197,10 @@ function quoted(text) {
  * where DIR exists, moved into it file by file, the manifests last.
  */
 class RecordingFolder {
-  /** `input`: the file that is read. */
-  constructor(directory, input) {
+  /** `inputs`: the file that is read, or several. */
+  constructor(directory, inputs) {
     this.directory = path.resolve(directory);
-    this.input = input;
+    this.inputs = [inputs].flat();
     this.shown = directory;
     if (fs.existsSync(this.directory) && !fs.statSync(this.directory).isDirectory()) {
       throw new BadInput(`${directory}: is a file; give the name of a folder`, 'output-in-the-way');
@@ -275,8 +275,8 @@ class RecordingFolder {
   checkIsNoInput(target) {
     if (!fs.existsSync(target)) return;
     const there = fs.statSync(target);
-    const input = fs.statSync(this.input);
-    if (input.dev === there.dev && input.ino === there.ino) {
+    const isInput = this.inputs.map((input) => fs.statSync(input)).some(({ dev, ino }) => dev === there.dev && ino === there.ino);
+    if (isInput) {
       throw new UsageError(
         `${target}: would be overwritten, and it is an input; choose another output`, 'conflicting-arguments');
     }

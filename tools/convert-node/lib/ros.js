@@ -7,9 +7,10 @@
 const path = require('path');
 const { parse: parseDefinition } = require('@foxglove/rosmsg');
 const { MessageReader } = require('@foxglove/rosmsg2-serialization');
-const { BadInput, UsageError, count, listOf, printable } = require('./arguments.js');
+const { BadInput, UsageError, count, inputFiles, listOf, printable } = require('./arguments.js');
 const { Mcap } = require('./mcap.js');
 const { RecordingFolder, breathe, converterName } = require('./recording.js');
+const columns = require('./ros_columns.js');
 
 const kFormat = 'mcap';
 const kRoles = {
@@ -23,27 +24,39 @@ function roleOf(channel) {
   return (channel.schema && kRoles[channel.schema.name]) ?? null;
 }
 
-function openLog(file) {
-  return new Mcap(file, (schema) => schema in kRoles);
+/** `isLaidOut`: messages of every type are of use. */
+function openLog(file, isLaidOut = false) {
+  return new Mcap(file, (schema) => isLaidOut || schema in kRoles);
 }
 
 function isReadable(channel) {
   return channel.encoding === 'cdr' && channel.schema?.encoding === 'ros2msg';
 }
 
-/** Topics with their messages: [{ name, type, messages, role, readable }]. */
-async function topicsOf(log) {
+/**
+ * The files, in the order of their first messages, and the topics of all with their messages:
+ * { files: [{ file, damage }], topics: [{ name, type, messages, role, readable }] }.
+ */
+async function survey(files, isLaidOut) {
   const topics = new Map();
-  await log.read((channel) => {
-    let topic = topics.get(channel.topic);
-    if (!topic) {
-      topic = { name: channel.topic, type: channel.schema?.name ?? '', messages: 0, role: roleOf(channel),
-        readable: isReadable(channel) };
-      topics.set(channel.topic, topic);
-    }
-    ++topic.messages;
-  });
-  return [...topics.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
+  const read = [];
+  for (const file of files) {
+    let firstNs = null;
+    const log = openLog(file, isLaidOut);
+    await log.read((channel, { logNs }) => {
+      if (firstNs === null || logNs < firstNs) firstNs = logNs;
+      let topic = topics.get(channel.topic);
+      if (!topic) {
+        topic = { name: channel.topic, type: channel.schema?.name ?? '', messages: 0, role: roleOf(channel),
+          readable: isReadable(channel), channel };
+        topics.set(channel.topic, topic);
+      }
+      ++topic.messages;
+    });
+    read.push({ file, firstNs: firstNs ?? 1n << 64n, damage: log.damage() });
+  }
+  read.sort((a, b) => (a.firstNs < b.firstNs ? -1 : a.firstNs > b.firstNs ? 1 : 0));
+  return { files: read, topics: [...topics.values()].sort((a, b) => (a.name < b.name ? -1 : 1)) };
 }
 
 function list(topics) {
@@ -120,66 +133,182 @@ function decode(channel, { logNs, data }, readers) {
   }
 }
 
+/** Takes messages of sensor_msgs into tables. */
+function standardTaker(chosen, folder) {
+  const tables = {};
+  const wanted = [...(chosen.imu ? ['accelerometer', 'gyroscope'] : []), ...(chosen.field ? ['magnetometer'] : [])];
+  for (const triad of wanted) tables[triad] = folder.addTable(triad, `${triad}.csv`, false);
+  const readers = new Map();
+  return {
+    tables,
+    units: { accelerometer: 'm/s^2', gyroscope: 'rad/s', magnetometer: 'T' },
+    topics: [chosen.imu, chosen.field].filter((topic) => topic).map((topic) => topic.name),
+    wants: (channel) => Boolean(roleOf(channel)) && chosen[roleOf(channel)]?.name === channel.topic,
+    take(channel, message) {
+      const decoded = decode(channel, message, readers);
+      if (!decoded) return null;
+      for (const [triad, [x, y, z]] of decoded.readings) tables[triad].add(decoded.timeNs, x, y, z);
+      return decoded;
+    },
+  };
+}
+
+/** The topics that --columns names. */
+function chooseLaidOut(roles, topics) {
+  for (const { topic: name } of Object.values(roles)) {
+    const topic = topics.find((candidate) => candidate.name === name);
+    if (!topic) {
+      throw new UsageError(`--columns: no topic ${printable(name)}; the file contains ${listOf(topics.map((t) => `${t.name} (${t.type})`))}`, 'unknown-name');
+    }
+    if (!topic.readable) {
+      throw new BadInput(`${printable(name)}: is not ROS 2 (CDR with a ros2msg schema); convert the log to a ROS 2 bag`);
+    }
+  }
+}
+
+/** Takes the fields that --columns names into tables; the first message of a topic must have them. */
+function laidOutTaker(options, topics) {
+  const roles = columns.parseColumns(options.others.columns);
+  if (options.topics.length > 0 || options.instance !== null) {
+    throw new UsageError('--topic and --instance do not go with --columns, which names its topics', 'conflicting-arguments');
+  }
+  chooseLaidOut(roles, topics);
+  const sensors = Object.entries(roles).filter(([role]) => role !== 'temperature');
+  const readers = new Map();
+  const checked = new Set();
+  let units = null;
+  let degrees = NaN;
+  const check = (topic, message) => {
+    if (checked.has(topic)) return;
+    checked.add(topic);
+    for (const [role, { topic: name, fields, time }] of Object.entries(roles)) {
+      if (name !== topic) continue;
+      const isThere = columns.isNamed(message, fields, role === 'temperature' ? 1 : 3);
+      const hasTime = !time || columns.timeAt(message, time, 1) !== null;
+      if (!isThere || !hasTime) {
+        throw new UsageError(
+          `--columns: \`${printable(isThere ? time : fields)}\` is not ${isThere ? 'a time' : role === 'temperature' ? 'a number' : 'three numbers'} ` +
+            `of ${printable(topic)}, whose first message has ${listOf(columns.fieldsOf(message), 40)}; as in acc, gx+gy+gz or data:4-6`, 'unknown-name');
+      }
+    }
+  };
+  const taker = {
+    tables: {},
+    units: {},
+    topics: [...new Set(Object.values(roles).map(({ topic }) => topic))],
+    wants: (channel) => taker.topics.includes(channel.topic),
+    open(folder) {
+      for (const [role] of sensors) taker.tables[role] = folder.addTable(role, `${role}.csv`, false);
+    },
+    take(channel, { logNs, data }) {
+      let message;
+      try {
+        message = readerOf(channel, readers).readMessage(data);
+      } catch {
+        return null;
+      }
+      check(channel.topic, message);
+      if (!units) {
+        // A time of ROS has a unit already.
+        const needsTime = sensors.some(([, { topic, time }]) => time && topic === channel.topic && !columns.isTime(columns.at(message, time)));
+        units = columns.parseUnits(options.others.units ?? '', roles, needsTime);
+        Object.assign(taker.units, units);
+      }
+      const warmth = roles.temperature;
+      if (warmth && warmth.topic === channel.topic) {
+        degrees = columns.numberAt(message, warmth.fields) - (units.temperature === 'K' ? 273.15 : 0);
+      }
+      let stamped = true;
+      for (const [role, { topic, fields, time }] of sensors) {
+        if (topic !== channel.topic) continue;
+        if (time && !columns.isTime(columns.at(message, time)) && !units.time) {
+          Object.assign(units, columns.parseUnits(options.others.units ?? '', roles, true));
+        }
+        const vector = columns.vectorAt(message, fields);
+        let timeNs = columns.timeAt(message, time, columns.kNsPer[units.time] ?? 1);
+        if (!vector || timeNs === null) return null;
+        if (timeNs === 0n && (!time || !units.time)) {
+          timeNs = logNs;
+          stamped = false;
+        }
+        taker.tables[role].add(timeNs, ...vector, degrees);
+      }
+      return { stamped, frame: printable(columns.at(message, 'header.frame_id') ?? '').slice(0, 100) };
+    },
+  };
+  return taker;
+}
+
+/** Lets `taker` take what it wants of every file. */
+async function takeAll(files, isLaidOut, taker) {
+  const said = { frames: new Set(), damaged: 0, unstamped: 0, damage: [] };
+  for (const { file } of files) {
+    const log = openLog(file, isLaidOut);
+    await log.read((channel, message) => {
+      if (!taker.wants(channel)) return;
+      const taken = taker.take(channel, message);
+      if (!taken) {
+        ++said.damaged;
+        return;
+      }
+      if (!taken.stamped) ++said.unstamped;
+      if (said.frames.size < 4) said.frames.add(taken.frame);
+    });
+    if (log.damage()) said.damage.push(files.length > 1 ? `${file}: ${log.damage()}` : log.damage());
+  }
+  return said;
+}
+
 async function run(options, note) {
-  const log = openLog(options.input);
-  const topics = await topicsOf(log);
+  const isLaidOut = options.others.columns !== undefined;
+  if (!isLaidOut && options.others.units) throw new UsageError('--units needs --columns', 'missing-argument');
+  const { files, topics } = await survey(inputFiles(options, '.mcap'), isLaidOut);
   if (options.list) {
-    if (log.damage()) note(`${options.input}: ${log.damage()}`);
+    for (const { file, damage } of files) if (damage) note(`${file}: ${damage}`);
     list(topics);
     return;
   }
-  const chosen = choose(topics, options);
-  const folder = new RecordingFolder(options.output, options.input);
-  const tables = {};
-  const units = { accelerometer: 'm/s^2', gyroscope: 'rad/s', magnetometer: 'T' };
-  const wanted = [...(chosen.imu ? ['accelerometer', 'gyroscope'] : []), ...(chosen.field ? ['magnetometer'] : [])];
-  for (const triad of wanted) tables[triad] = folder.addTable(triad, `${triad}.csv`, false);
-
-  const readers = new Map();
-  const frames = new Set();
-  let damaged = 0;
-  let unstamped = 0;
-  const again = openLog(options.input);
-  await again.read((channel, message) => {
-    const role = roleOf(channel);
-    if (!role || chosen[role]?.name !== channel.topic) return;
-    const decoded = decode(channel, message, readers);
-    if (!decoded) {
-      ++damaged;
-      return;
-    }
-    if (!decoded.stamped) ++unstamped;
-    if (frames.size < 4) frames.add(decoded.frame);
-    for (const [triad, [x, y, z]] of decoded.readings) tables[triad].add(decoded.timeNs, x, y, z);
-  });
+  const laidOut = isLaidOut ? laidOutTaker(options, topics) : null;
+  const chosen = isLaidOut ? null : choose(topics, options);
+  const folder = new RecordingFolder(options.output, files.map(({ file }) => file));
+  if (laidOut) laidOut.open(folder);
+  const taker = laidOut ?? standardTaker(chosen, folder);
+  const { frames, damaged, unstamped, damage } = await takeAll(files, isLaidOut, taker);
   folder.closeTables();
-  const names = [chosen.imu, chosen.field].filter((topic) => topic).map((topic) => topic.name);
-  const source = { format: 'mcap', file: path.basename(options.input), converter: converterName(kFormat), topics: names.join(' ') };
-  if (again.damage()) source.damage = again.damage();
+  const source = { format: 'mcap', file: path.basename(options.input), converter: converterName(kFormat), topics: taker.topics.join(' ') };
+  if (files.length > 1) source.bags = String(files.length);
+  if (isLaidOut) source.columns = options.others.columns;
+  if (damage.length > 0) source.damage = damage.join('; ');
   if (unstamped > 0) source.time = `of receipt for ${unstamped} messages without a stamp`;
   const written = folder.writeManifest('recording.yaml', {
     source,
     frame: [...frames].filter((frame) => frame).join(' '),
-    streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: units[triad] })),
+    streams: Object.entries(taker.tables).map(([triad, table]) => ({ table, unit: taker.units[triad] })),
   });
   if (!written) throw new BadInput(`${options.input}: the log contains no complete reading`, 'no-readings');
   await breathe();
   folder.commit();
-  for (const table of Object.values(tables)) note(table.summary());
+  for (const table of Object.values(taker.tables)) note(table.summary());
   if (damaged > 0) note(`${count(damaged, 'message', 'messages')} could not be decoded`);
   if (unstamped > 0) note(`${count(unstamped, 'message has', 'messages have')} no time stamp; used the time of receipt`);
-  if (again.damage()) note(`${options.input}: ${again.damage()}`);
+  for (const text of damage) note(files.length > 1 ? text : `${options.input}: ${text}`);
   process.stdout.write(`${path.join(options.output, 'recording.yaml')}\n`);
 }
 
 module.exports = {
   format: kFormat,
   input: 'a ROS 2 bag (.mcap)',
+  takesSeveral: true,
   takesTopics: true,
   takesInstance: true,
+  others: ['columns', 'units'],
   run,
   details:
     'Converts one topic of sensor_msgs/msg/Imu and one of sensor_msgs/msg/MagneticField; if there\n' +
     'are several, choose with --topic, or with --instance (from 0, in the order of --list). A message\n' +
-    'does not state what the driver corrected: check that it publishes raw readings.\n',
+    'does not state what the driver corrected: check that it publishes raw readings.\n' +
+    '\nOther messages: --columns=accelerometer=/topic:fields,gyroscope=… says which fields are the\n' +
+    'readings (acc, gx+gy+gz, or data:4-6, counted from 1), `@field` behind them which is their time,\n' +
+    'temperature=/topic:field; --units=us,m/s^2,rad/s,uT,degC. Several bags, or a folder of them, are\n' +
+    'one recording.\n',
 };

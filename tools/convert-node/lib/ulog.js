@@ -143,9 +143,47 @@ class Ulog {
   isBegun(begun, size) {
     if (begun.length < 3) return true;
     const type = String.fromCharCode(begun[2]);
-    if (type !== 'D' || begun.length < 5) return 'DAIMPQLCFSOR'.includes(type);
-    const subscription = this.subscriptions.get(begun.readUInt16LE(3));
-    return Boolean(subscription?.layout) && size - 2 >= subscription.layout.least && size - 2 <= subscription.layout.size;
+    const part = begun.subarray(3);
+    const text = part.toString('latin1');
+    switch (type) {
+      case 'D': {
+        if (size < 2) return false;
+        if (part.length < 2) return true;
+        const subscription = this.subscriptions.get(part.readUInt16LE(0));
+        return Boolean(subscription?.layout) && size - 2 >= subscription.layout.least &&
+               size - 2 <= subscription.layout.size;
+      }
+      case 'A':
+        return size > 3 && /^[a-zA-Z0-9_]*$/.test(text.slice(3));
+      case 'F':
+        return size > 2 && /^[a-zA-Z0-9_/]*(:[ -~]*)?$/.test(text);
+      case 'P':
+      case 'I':
+        return Ulog.isBegunKey(part, 0, size);
+      case 'M':
+      case 'Q':
+        return Ulog.isBegunKey(part, 1, size);
+      case 'S':
+        return size === kSync.length && part.equals(kSync.subarray(0, part.length));
+      case 'O':
+      case 'R':
+        return size === 2;
+      case 'L':
+        return size >= 9 && (part.length === 0 || isLogLevel(part[0]));
+      case 'C':
+        return size >= 11 && (part.length === 0 || isLogLevel(part[0]));
+      default:
+        return false;
+    }
+  }
+
+  /** True when `part` may be the begin of a message of `size` bytes with a key at byte `at`. */
+  static isBegunKey(part, at, size) {
+    if (part.length <= at) return size > at + 1;
+    const end = at + 1 + part[at];
+    if (part[at] === 0 || end > size) return false;
+    if (part.length >= end) return Ulog.key(part, at) !== null;
+    return /^[a-zA-Z0-9_/]*(\[\d*(\]( [!-~]*)?)?)?( [!-~]*)?$/.test(part.toString('latin1', at + 1));
   }
 
   take(type, message, offset) {

@@ -128,6 +128,39 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
 
 }  // namespace
 
+Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::string_view ending) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> inputs = {arguments.input};
+  inputs.insert(inputs.end(), arguments.more_inputs.begin(), arguments.more_inputs.end());
+  std::vector<std::string> files;
+  for (const std::string& input : inputs) {
+    std::error_code failure;
+    if (!fs::is_directory(input, failure)) {
+      files.push_back(input);
+      continue;
+    }
+    std::vector<std::string> found;
+    for (fs::directory_iterator entry(input, failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+      if (entry->path().string().ends_with(ending)) found.push_back(entry->path().string());
+    }
+    if (found.empty()) {
+      return Error(ErrorCode::kUnreadableFile,
+                   {input},
+                   "is a folder without any file that ends with " + std::string(ending));
+    }
+    // log_10 comes after log_9.
+    std::sort(found.begin(), found.end(), [](const std::string& a, const std::string& b) {
+      return a.size() != b.size() ? a.size() < b.size() : a < b;
+    });
+    for (std::string& file : found) {
+      InputGuard::Add(file);
+      files.push_back(std::move(file));
+    }
+  }
+  return files;
+}
+
 int Report(const Error& error) {
   // A process of its own may have said it.
   if (!error.message.empty()) {

@@ -42,6 +42,10 @@ struct Converter {
 /// The `main` of a converter. Exit code: 0 good, 1 usage, 2 bad input.
 int RunConverter(const Converter& converter, int argc, char** argv);
 
+/// The inputs, where one that is a folder stands for the files in it that end with `ending`
+/// (".db3"), by the numbers in their names. Error: a folder without any.
+Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::string_view ending);
+
 /// Says why there is nothing: on stderr, and with --json as an object on stdout. The exit code.
 int Report(const Error& error);
 

@@ -230,8 +230,10 @@ Status TakeUnit(const std::string& role, const std::string& unit, ByRole* units)
                    "; give one");
 }
 
-/// Units by role; `counts` for every triad that has no other.
-Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
+}  // namespace
+
+Result<std::map<std::string, std::string>> ReadUnits(
+    const std::map<std::string, std::string>& columns, const Arguments& arguments) {
   ByRole units;
   const auto stated = arguments.others.find("units");
   bool counts = false;
@@ -277,6 +279,8 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
   }
   return units;
 }
+
+namespace {
 
 /// A column reference: a variable, some of its columns (data:2-4, counted from 1), three variables
 /// (ax+ay+az), or x, y and z in turn in one list (data:xyz). `file`: where its first one is.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -13,6 +14,12 @@ namespace truetriad::convert {
 
 /// What --columns and --units say, for --help.
 std::string_view NamedReadingsHelp();
+
+/// Units by role ("time", "accelerometer", …) as --units says; `counts` for every triad that has no
+/// other. `columns`: what the user calls each role, "acc@t" where it has a time of its own.
+/// Error (usage): unknown, given twice, or missing.
+Result<std::map<std::string, std::string>> ReadUnits(
+    const std::map<std::string, std::string>& columns, const Arguments& arguments);
 
 /// Converts, or lists, files of named matrices whose meaning the user states (--columns, --units)
 /// or their names make clear. `open` reads one. Runs in a process of its own: a damaged file can

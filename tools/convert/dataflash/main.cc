@@ -131,15 +131,30 @@ void ReadMessage(const DataflashLog::Record& record, Contents* contents) {
   if (words.starts_with("Ardu")) contents->firmware = words;
 }
 
-/// Firmware that logs milliseconds and has no parameter of a compass matrix applies none.
-void AssumeNoCompassMatrix(Parameters* parameters) {
-  for (const auto& [name, value] : *parameters) {
+/// Whether the log names Copter or Plane up to 3.2 as its firmware.
+bool IsOf2014(const Contents& contents) {
+  for (const std::string_view vehicle : {"ArduCopter V", "ArduPlane V"}) {
+    if (!contents.firmware.starts_with(vehicle)) continue;
+    const std::string_view version = std::string_view(contents.firmware).substr(vehicle.size());
+    for (const std::string_view known : {"2.", "3.0", "3.1", "3.2"}) {
+      if (version.starts_with(known)) return true;
+    }
+  }
+  return false;
+}
+
+/// Firmware of 2014 knows no compass matrix. Of other firmware that logs milliseconds that is known
+/// only where the log names none and nothing of it is lost.
+void StateNoCompassMatrix(Contents* contents) {
+  if (!contents->in_milliseconds || (!IsOf2014(*contents) && contents->damages > 0)) return;
+  Parameters& parameters = contents->parameters;
+  for (const auto& [name, value] : parameters) {
     if (name.starts_with("COMPASS_DIA") || name.starts_with("COMPASS_ODI")) return;
   }
   for (const std::string compass : {"", "2", "3"}) {
     for (const std::string axis : {"_X", "_Y", "_Z"}) {
-      parameters->emplace("COMPASS_DIA" + compass + axis, 1.0);
-      parameters->emplace("COMPASS_ODI" + compass + axis, 0.0);
+      parameters.emplace("COMPASS_DIA" + compass + axis, 1.0);
+      parameters.emplace("COMPASS_ODI" + compass + axis, 0.0);
     }
   }
 }
@@ -150,13 +165,7 @@ Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
   if (!contents.in_milliseconds || triad == Triad::kMagnetometer) {
     return CorrectionOrder::kSensorFrame;
   }
-  for (const std::string_view vehicle : {"ArduCopter V", "ArduPlane V"}) {
-    if (!contents.firmware.starts_with(vehicle)) continue;
-    const std::string_view version = std::string_view(contents.firmware).substr(vehicle.size());
-    for (const std::string_view known : {"2.", "3.0", "3.1", "3.2"}) {
-      if (version.starts_with(known)) return CorrectionOrder::kVehicleFrame;
-    }
-  }
+  if (IsOf2014(contents)) return CorrectionOrder::kVehicleFrame;
   return Error(ErrorCode::kMissingKey,
                "the log is older than 2015, and Copter or Plane up to 3.2 is not what it names as "
                "its firmware");
@@ -188,10 +197,10 @@ Result<Contents> Survey(const std::string& path) {
   }
   if (log->read_failed())
     return Error(ErrorCode::kDamagedFile, {path}, "could not be read to its end");
-  if (contents.in_milliseconds) AssumeNoCompassMatrix(&contents.parameters);
   contents.records = log->records();
   contents.skipped_bytes = log->skipped_bytes();
   contents.damages = log->damages();
+  StateNoCompassMatrix(&contents);
   return contents;
 }
 

@@ -22,6 +22,7 @@ struct Topic {
   std::uint64_t messages = 0;
   bool is_counted = true;                  ///< False: nobody knows how many messages.
   std::int64_t first_ns = 0, last_ns = 0;  ///< When the bag received them.
+  std::string definition{};                ///< Of the type, where the bag holds it.
 };
 
 /// What a topic is to a recording.

@@ -221,7 +221,10 @@ void Rosbag::TakeConnection(const Record& record) {
     return topic.name == name && topic.type == type;
   });
   const auto index = static_cast<std::size_t>(found - topics_.begin());
-  if (found == topics_.end()) topics_.push_back({.name = name, .type = type});
+  if (found == topics_.end()) {
+    topics_.push_back({.name = name, .type = type});
+    topics_.back().definition = FieldOf(record.data, "message_definition");
+  }
   connections_.emplace(*connection, index);
 }
 

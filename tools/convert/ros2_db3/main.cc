@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // ROS 2 bags in SQLite (.db3) to a recording. docs/converting.md.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <sqlite3.h>
 
 #include "tools/convert/common/converter.h"
-#include "tools/convert/ros/imu_log.h"
+#include "tools/convert/ros/bag_recording.h"
 #include "tools/convert/ros2_db3/cdr_messages.h"
 #include "tools/truetriad/progress.h"
 
@@ -58,10 +62,7 @@ class Bag {
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
     std::error_code missing;
     if (!fs::is_regular_file(path, missing)) {
-      return Error(
-          ErrorCode::kUnreadableFile,
-          path + (fs::is_directory(path, missing) ? ": is a folder; name the .db3 file in it"
-                                                  : ": cannot be read"));
+      return Error(ErrorCode::kUnreadableFile, path + ": cannot be read");
     }
     if (path.ends_with(".zstd")) {
       return Error(
@@ -114,14 +115,17 @@ class Bag {
     for (Topic& topic : topics_) topic.is_counted = false;
   }
 
-  /// Hands the chosen topics' messages to `recording`, in the order in which they were written.
-  Status ReadMessages(const TopicChoice& choice, ImuRecording* recording) {
+  /// Hands messages to `take`, in the order in which they were written: of the topics, by their
+  /// place in topics(), that are `wanted`.
+  Status ReadMessages(
+      const std::function<bool(std::size_t topic)>& wanted,
+      const std::function<void(std::size_t topic, std::int64_t received_ns, std::string_view)>&
+          take) {
     std::string ids;
     for (std::size_t i = 0; i < ids_.size(); ++i) {
-      if (choice.RoleOfTopic(&topics_[i]) != Role::kNone) {
-        ids += (ids.empty() ? "" : ",") + std::to_string(ids_[i]);
-      }
+      if (wanted(i)) ids += (ids.empty() ? "" : ",") + std::to_string(ids_[i]);
     }
+    if (ids.empty()) return {};
     // Row by row along the table, not along an index: fast, and it survives a damaged index.
     const std::string query =
         "SELECT id, topic_id, timestamp, data FROM messages NOT INDEXED WHERE id >= ?1 AND "
@@ -141,7 +145,7 @@ class Bag {
         id = sqlite3_column_int64(statement.get(), 0);
         if (id < from) break;  // Rows of a damaged table that go round in a circle.
         from = id + 1;
-        Take(statement.get(), choice, recording);
+        Take(statement.get(), take);
         if (progress && count % 10000 == 0 && last > 0) {
           progress(static_cast<double>(id) / static_cast<double>(last));
         }
@@ -185,7 +189,9 @@ class Bag {
     int step = SQLITE_DONE;
     while ((step = sqlite3_step(all.get())) == SQLITE_ROW) {
       Topic topic{.name = Text(all.get(), 1), .type = Text(all.get(), 2)};
-      if (RoleOf(topic.type) != Role::kNone && Text(all.get(), 3) != "cdr") {
+      topic.definition = DefinitionOf(topic.type);
+      if (Text(all.get(), 3) != "cdr") {
+        topic.definition.clear();
         topic.type += " as " + Text(all.get(), 3) + ", not cdr";
       }
       ids_.push_back(sqlite3_column_int64(all.get(), 0));
@@ -228,48 +234,80 @@ class Bag {
     return whole;
   }
 
-  void Take(sqlite3_stmt* row, const TopicChoice& choice, ImuRecording* recording) {
-    const std::int64_t topic_id = sqlite3_column_int64(row, 1);
-    Role role = Role::kNone;
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      if (ids_[i] == topic_id) role = choice.RoleOfTopic(&topics_[i]);
-    }
+  template <typename TakeBytes>
+  void Take(sqlite3_stmt* row, const TakeBytes& take) const {
+    const auto found = std::find(ids_.begin(), ids_.end(), sqlite3_column_int64(row, 1));
+    if (found == ids_.end()) return;
     const void* const bytes = sqlite3_column_blob(row, 3);
-    const int size = sqlite3_column_bytes(row, 3);
-    const std::optional<ImuMessage> message =
-        bytes == nullptr ? std::nullopt
-                         : messages_.Read(role, bytes, static_cast<std::size_t>(size));
-    if (message) {
-      recording->Add(role, sqlite3_column_int64(row, 2), *message);
-    } else {
-      recording->CountDamaged();
-    }
+    const auto size = static_cast<std::size_t>(sqlite3_column_bytes(row, 3));
+    take(static_cast<std::size_t>(found - ids_.begin()),
+         sqlite3_column_int64(row, 2),
+         bytes == nullptr ? std::string_view()
+                          : std::string_view(static_cast<const char*>(bytes), size));
+  }
+
+  /// The definition of a type, which bags since 2023 hold.
+  std::string DefinitionOf(const std::string& type) const {
+    Statement found = Prepare(
+        "SELECT encoded_message_definition FROM message_definitions WHERE topic_type = ?1 AND "
+        "encoding = 'ros2msg'");
+    if (!found) return {};
+    sqlite3_bind_text(found.get(), 1, type.data(), static_cast<int>(type.size()), SQLITE_TRANSIENT);
+    return sqlite3_step(found.get()) == SQLITE_ROW ? Text(found.get(), 0) : std::string();
   }
 
   std::string path_;
   Database database_;
   std::vector<Topic> topics_;
   std::vector<std::int64_t> ids_;  ///< Of topics_.
-  CdrMessages messages_;
   std::uint64_t damages_ = 0;
 };
 
+/// One bag of the recording.
+struct Part {
+  std::unique_ptr<Bag> bag;
+  std::vector<std::size_t> topics;  ///< Where its topics are in those of all.
+};
+
 Status Run(const Arguments& arguments) {
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Bag> bag, Bag::Open(arguments.input));
-  bag->CountMessages();
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> paths, InputFiles(arguments, ".db3"));
+  BagTopics topics;
+  std::vector<Part> parts;
+  for (const std::string& path : paths) {
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Bag> bag, Bag::Open(path));
+    bag->CountMessages();
+    std::vector<std::size_t> places = topics.Add(bag->topics());
+    parts.push_back({std::move(bag), std::move(places)});
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return BeginOf(a.bag->topics()) < BeginOf(b.bag->topics());
+  });
   if (arguments.list) {
-    ListTopics(bag->topics());
+    ListTopics(topics.all());
     return {};
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const TopicChoice choice, ChooseTopics(bag->topics(), arguments));
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      std::unique_ptr<ImuRecording> recording,
-      ImuRecording::Create(
-          choice, arguments, "ros2-db3", "truetriad-convert-ros2-db3 " TRUETRIAD_VERSION));
-  TRUETRIAD_RETURN_IF_ERROR(bag->ReadMessages(choice, recording.get()));
-  if (bag->damages() > 0) {
-    recording->SetSource("damaged places", std::to_string(bag->damages()));
+  CdrMessages messages;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<BagRecording> recording,
+                             BagRecording::Create(topics.all(),
+                                                  arguments,
+                                                  Encoding::kCdr,
+                                                  "ros2-db3",
+                                                  "truetriad-convert-ros2-db3 " TRUETRIAD_VERSION,
+                                                  [&](Role role, std::string_view bytes) {
+                                                    return messages.Read(
+                                                        role, bytes.data(), bytes.size());
+                                                  }));
+  std::uint64_t damages = 0;
+  for (const Part& part : parts) {
+    TRUETRIAD_RETURN_IF_ERROR(part.bag->ReadMessages(
+        [&](std::size_t topic) { return recording->Wants(part.topics[topic]); },
+        [&](std::size_t topic, std::int64_t received_ns, std::string_view bytes) {
+          recording->Take(part.topics[topic], received_ns, bytes);
+        }));
+    damages += part.bag->damages();
   }
+  if (parts.size() > 1) recording->SetSource("bags", std::to_string(parts.size()));
+  if (damages > 0) recording->SetSource("damaged places", std::to_string(damages));
   return recording->Commit();
 }
 
@@ -277,17 +315,18 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {
-      .format = "ros2-db3",
-      .input = "a ROS 2 bag in SQLite (.db3)",
-      .details =
-          "\nReads topics of type sensor_msgs/msg/Imu, MagneticField and Temperature. By default "
-          "the\nonly Imu and the only MagneticField topic are converted; if there are several, "
-          "choose\nwith --topic=A,B. A Temperature topic is converted only if named. Times are "
-          "those of the\nmessage headers.\n",
-      .takes_topics = true,
-      .takes_instance = false,
-      .others = {},
-      .run = truetriad::convert::Run};
+  const std::string details =
+      "\nReads topics of type sensor_msgs/msg/Imu, MagneticField and Temperature. By default "
+      "the\nonly Imu and the only MagneticField topic are converted; if there are several, "
+      "choose\nwith --topic=A,B. A Temperature topic is converted only if named. Times are "
+      "those of the\nmessage headers.\n" +
+      std::string(truetriad::convert::LaidOutHelp());
+  const truetriad::convert::Converter converter = {.format = "ros2-db3",
+                                                   .input = "a ROS 2 bag in SQLite (.db3)",
+                                                   .details = details,
+                                                   .takes_several = true,
+                                                   .takes_topics = true,
+                                                   .others = {"columns", "units", "layout"},
+                                                   .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/convert/common/byte_stream.h"
@@ -32,10 +33,46 @@ struct Tally {
   std::uint64_t bad = 0;  ///< Of a wrong checksum, or not as many numbers as the kind has.
 };
 
+/// Which sentence comes after which: a unit that writes several kinds does so in turns.
+class Turns {
+ public:
+  void Learn(const std::string& name) {
+    if (!previous_.empty()) ++followers_[previous_][name];
+    previous_ = name;
+  }
+  /// What came here is not known.
+  void Interrupt() { previous_.clear(); }
+
+  /// The kind that comes after `name`; null where it is now one and now another.
+  const std::string* After(std::string_view name) const {
+    // One in a hundred for sentences that were lost.
+    constexpr std::uint64_t kAgainstOther = 99;
+    const auto found = followers_.find(name);
+    if (found == followers_.end()) return nullptr;
+    std::uint64_t sum = 0;
+    const std::string* most = nullptr;
+    std::uint64_t most_often = 0;
+    for (const auto& [follower, times] : found->second) {
+      sum += times;
+      if (times <= most_often) continue;
+      most_often = times;
+      most = &follower;
+    }
+    return most_often >= kAgainstOther * (sum - most_often) ? most : nullptr;
+  }
+
+ private:
+  std::map<std::string, std::map<std::string, std::uint64_t>, std::less<>> followers_;
+  std::string previous_;
+};
+
 struct Contents {
   std::map<std::string, Tally, std::less<>> kinds;   ///< With readings, by name.
   std::map<std::string, Tally, std::less<>> others;  ///< Without: VNYPR, VNRRG, ….
   std::uint64_t unreadable = 0;                      ///< Lines without the name of a sentence.
+  std::uint64_t with_appended = 0;                   ///< That end with a status or counter.
+  bool has_checksums = false;
+  Turns turns;
 
   std::uint64_t bad() const {
     std::uint64_t sum = unreadable;
@@ -46,7 +83,8 @@ struct Contents {
 };
 
 /// Calls `take(text)` with what is between each `$` and the next one or the end of its line, and
-/// with an empty text for a line without any. Error: the file cannot be read.
+/// with an empty text for a line without any, until it returns false. Error: the file cannot be
+/// read.
 template <typename Take>
 Status EachSentence(const std::string& path, const Take& take) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
@@ -59,11 +97,13 @@ Status EachSentence(const std::string& path, const Take& take) {
     const std::string_view whole = ahead.substr(0, ahead.find_first_of(kEndOfLine));
     const std::size_t begin = whole.find('$');
     if (begin == std::string_view::npos) {
-      if (whole.find_first_not_of(" \t") != std::string_view::npos) take(std::string_view());
+      const bool is_empty = whole.find_first_not_of(" \t") == std::string_view::npos;
+      if (!is_empty && !take(std::string_view())) return {};
     } else {
       for (std::size_t at = begin; at != std::string_view::npos;) {
         const std::size_t next = whole.find('$', at + 1);
-        take(whole.substr(at + 1, next == std::string_view::npos ? next : next - at - 1));
+        const std::size_t size = next == std::string_view::npos ? next : next - at - 1;
+        if (!take(whole.substr(at + 1, size))) return {};
         at = next;
       }
     }
@@ -75,24 +115,55 @@ Status EachSentence(const std::string& path, const Take& take) {
   return {};
 }
 
+/// Whether the bytes of a sentence may be believed. A unit can be told to write no checksums.
+bool IsIntact(const Sentence& sentence, bool has_checksums) {
+  return sentence.checksum == (has_checksums ? Checksum::kRight : Checksum::kNone);
+}
+
 bool IsName(std::string_view name) {
   return name.size() == 5 && name.starts_with("VN") &&
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") == std::string_view::npos;
 }
 
+/// Whether a line names the kind of its sentence, so that it keeps that kind's place in time; a
+/// name that stands in no list needs a checksum that proves it.
+bool IsNamed(const Sentence& sentence, bool has_checksums) {
+  if (FindSentenceKind(sentence.name) != nullptr) return true;
+  return IsName(sentence.name) && IsIntact(sentence, has_checksums);
+}
+
+/// Where a single sentence has a right checksum, the unit writes them, and one without is cut.
+Result<bool> HasChecksums(const std::string& path) {
+  bool found = false;
+  TRUETRIAD_RETURN_IF_ERROR(EachSentence(path, [&](std::string_view text) {
+    // A damaged digit can make XX of a checksum, but not a checksum of XX.
+    found = found || ParseSentence(text).checksum == Checksum::kRight;
+    return !found;
+  }));
+  return found;
+}
+
 Result<Contents> Survey(const std::string& path) {
   Contents contents;
+  TRUETRIAD_ASSIGN_OR_RETURN(contents.has_checksums, HasChecksums(path));
   TRUETRIAD_RETURN_IF_ERROR(EachSentence(path, [&](std::string_view text) {
     const Sentence sentence = ParseSentence(text);
-    if (const SentenceKind* const kind = FindSentenceKind(sentence.name)) {
-      Tally& tally = contents.kinds[std::string(kind->name)];
-      const bool is_whole = sentence.is_intact && !NumbersOf(sentence.body, kind->fields).empty();
-      ++(is_whole ? tally.intact : tally.bad);
-    } else if (IsName(sentence.name) && sentence.is_intact) {
-      ++contents.others[std::string(sentence.name)].intact;
+    const std::string name(sentence.name);
+    const bool is_named = IsNamed(sentence, contents.has_checksums);
+    if (const SentenceKind* const kind = FindSentenceKind(name)) {
+      const bool is_whole = IsIntact(sentence, contents.has_checksums) &&
+                            !NumbersOf(sentence.body, kind->fields).empty();
+      ++(is_whole ? contents.kinds[name].intact : contents.kinds[name].bad);
+      if (is_whole && HasAppended(sentence.body)) ++contents.with_appended;
     } else {
-      ++contents.unreadable;
+      ++(is_named ? contents.others[name].intact : contents.unreadable);
     }
+    if (is_named) {
+      contents.turns.Learn(name);
+    } else {
+      contents.turns.Interrupt();
+    }
+    return true;
   }));
   return contents;
 }
@@ -207,27 +278,62 @@ std::map<std::string_view, Route> OpenTables(const std::vector<const SentenceKin
   return routes;
 }
 
-void TakeSentence(std::string_view text,
-                  double rate_hz,
-                  std::map<std::string_view, Route>* routes) {
-  constexpr double kNsPerS = 1e9;
-  const Sentence sentence = ParseSentence(text);
-  auto found = routes->find(sentence.name);
-  if (found == routes->end()) {
-    // What cannot be read is of the only kind that there is.
-    const bool is_other = IsName(sentence.name) && sentence.is_intact;
-    if (!is_other && FindSentenceKind(sentence.name) == nullptr && routes->size() == 1)
-      ++routes->begin()->second.sentences;
-    return;
+/// The second reading: rows into tables.
+class Conversion {
+ public:
+  Conversion(const Contents& contents, double rate_hz, std::map<std::string_view, Route> routes)
+      : contents_(contents), rate_hz_(rate_hz), routes_(std::move(routes)) {
+    is_alone_ = contents.kinds.size() == 1 && routes_.size() == 1;
   }
-  Route& route = found->second;
-  const auto time_ns = std::llround(static_cast<double>(route.sentences++) * (kNsPerS / rate_hz));
-  if (!sentence.is_intact) return;
-  const std::vector<double> numbers = NumbersOf(sentence.body, route.kind->fields);
-  if (numbers.empty()) return;
-  if (route.kind->temperature) route.table->SetTemperature(numbers[*route.kind->temperature]);
-  route.table->Add(time_ns, numbers.data() + route.kind->first);
-}
+
+  void Take(std::string_view text) {
+    const Sentence sentence = ParseSentence(text);
+    if (!IsNamed(sentence, contents_.has_checksums)) {
+      TakeUnreadable();
+      return;
+    }
+    previous_ = sentence.name;
+    const auto found = routes_.find(sentence.name);
+    if (found == routes_.end()) return;
+    Route& route = found->second;
+    const std::int64_t time_ns = NextTime(&route);
+    if (!IsIntact(sentence, contents_.has_checksums)) return;
+    const std::vector<double> numbers = NumbersOf(sentence.body, route.kind->fields);
+    if (numbers.empty()) return;
+    if (route.kind->temperature) route.table->SetTemperature(numbers[*route.kind->temperature]);
+    route.table->Add(time_ns, numbers.data() + route.kind->first);
+  }
+
+  std::uint64_t unplaced() const { return unplaced_; }
+
+ private:
+  std::int64_t NextTime(Route* route) const {
+    constexpr double kNsPerS = 1e9;
+    return std::llround(static_cast<double>(route->sentences++) * (kNsPerS / rate_hz_));
+  }
+
+  /// A line without a name is of the only kind that there is, or of the one whose turn it is.
+  void TakeUnreadable() {
+    const std::string* const due =
+        is_alone_ && contents_.others.empty() ? nullptr : contents_.turns.After(previous_);
+    if (due != nullptr) previous_ = *due;
+    const auto route = due == nullptr ? routes_.end() : routes_.find(*due);
+    if (route != routes_.end()) {
+      NextTime(&route->second);
+    } else if (due == nullptr && is_alone_) {
+      NextTime(&routes_.begin()->second);
+    } else if (due == nullptr) {
+      ++unplaced_;
+    }
+  }
+
+  const Contents& contents_;
+  double rate_hz_ = 0.0;
+  std::map<std::string_view, Route> routes_;
+  bool is_alone_ = false;  ///< No other kind with readings is in the log.
+  std::string previous_;   ///< The kind of the line before.
+  std::uint64_t unplaced_ = 0;
+};
 
 void List(const Contents& contents) {
   std::printf("%-8s %10s %10s\n", "topic", "intact", "bad");
@@ -249,6 +355,11 @@ Status Run(const Arguments& arguments) {
     Note(arguments.input + ": " + Count(contents.bad(), "bad sentence", "bad sentences") +
          " left out (wrong checksum, or cut)");
   }
+  if (!contents.has_checksums && !contents.kinds.empty()) {
+    Note(arguments.input +
+         ": its sentences have no checksums; damage goes unnoticed unless it "
+         "leaves other than numbers");
+  }
   if (arguments.list) {
     List(contents);
     return {};
@@ -263,10 +374,21 @@ Status Run(const Arguments& arguments) {
   folder->SetSource("converter", "truetriad-convert-vectornav " TRUETRIAD_VERSION);
   folder->SetSource("rate", arguments.others.at("columns"));
   if (contents.bad() > 0) folder->SetSource("bad sentences", std::to_string(contents.bad()));
+  if (!contents.has_checksums) folder->SetSource("checksums", "none");
+  if (contents.with_appended > 0) {
+    Note(Count(contents.with_appended, "sentence ends", "sentences end") +
+         " with a status or counter (register 30), which is not used");
+  }
   folder->SetFrame("unit, after its reference frame rotation (register 26)");
-  std::map<std::string_view, Route> routes = OpenTables(kinds, folder.get());
-  TRUETRIAD_RETURN_IF_ERROR(EachSentence(
-      arguments.input, [&](std::string_view text) { TakeSentence(text, rate_hz, &routes); }));
+  Conversion conversion(contents, rate_hz, OpenTables(kinds, folder.get()));
+  TRUETRIAD_RETURN_IF_ERROR(EachSentence(arguments.input, [&](std::string_view text) {
+    conversion.Take(text);
+    return true;
+  }));
+  if (conversion.unplaced() > 0) {
+    Note(Count(conversion.unplaced(), "unreadable line", "unreadable lines") +
+         " may be of any kind: what comes after may be stamped too early by as many samples");
+  }
   for (const SentenceKind* const kind : kinds) {
     if (!kind->compensated) continue;
     Note(std::string(kind->name) +

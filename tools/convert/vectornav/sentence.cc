@@ -3,10 +3,14 @@
 
 #include <charconv>
 #include <cstdint>
+#include <optional>
 #include <system_error>
 
 namespace truetriad::convert {
 namespace {
+
+/// Stands for a checksum that nobody counted.
+constexpr std::string_view kNotCounted = "XX";
 
 std::uint8_t XorOf(std::string_view text) {
   std::uint8_t sum = 0;
@@ -33,6 +37,28 @@ bool ChecksumIsRight(std::string_view text, std::string_view digits) {
   if (failure != std::errc() || end != digits.data() + digits.size()) return false;
   if (digits.size() == 2) return stated == XorOf(text);
   return digits.size() == 4 && stated == CrcOf(text);
+}
+
+/// What is before the next comma; `rest` is unset where there is none.
+std::string_view TakeField(std::optional<std::string_view>* rest) {
+  const std::string_view text = **rest;
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos) {
+    rest->reset();
+  } else {
+    *rest = text.substr(comma + 1);
+  }
+  return text.substr(0, comma);
+}
+
+bool IsStatus(std::string_view field) {
+  return field.size() == 5 && field[0] == 'S' &&
+         field.find_first_not_of("0123456789ABCDEFabcdef", 1) == std::string_view::npos;
+}
+
+bool IsCounter(std::string_view field) {
+  return field.size() > 1 && field[0] == 'T' &&
+         field.find_first_not_of("0123456789", 1) == std::string_view::npos;
 }
 
 }  // namespace
@@ -72,26 +98,36 @@ Sentence ParseSentence(std::string_view text) {
   std::string_view digits = text.substr(star + 1);
   const std::size_t last = digits.find_last_not_of(" \t");
   digits = digits.substr(0, last == std::string_view::npos ? 0 : last + 1);
-  sentence.is_intact = ChecksumIsRight(checked, digits);
+  if (digits == kNotCounted) return sentence;
+  sentence.checksum = ChecksumIsRight(checked, digits) ? Checksum::kRight : Checksum::kWrong;
   return sentence;
 }
 
 std::vector<double> NumbersOf(std::string_view body, std::size_t count) {
   std::vector<double> numbers;
+  std::optional<std::string_view> rest = body;
   while (numbers.size() < count) {
-    const std::size_t comma = body.find(',');
-    std::string_view field = body.substr(0, comma);
+    if (!rest) return {};
+    std::string_view field = TakeField(&rest);
     if (field.starts_with('+')) field.remove_prefix(1);
     double number = 0.0;
     const char* const end = field.data() + field.size();
     const auto [stop, failure] = std::from_chars(field.data(), end, number);
     if (field.empty() || failure != std::errc() || stop != end) return {};
     numbers.push_back(number);
-    const bool is_last = comma == std::string_view::npos;
-    if (is_last != (numbers.size() == count)) return {};
-    if (!is_last) body.remove_prefix(comma + 1);
   }
-  return numbers;
+  std::optional<std::string_view> behind = rest;
+  if (behind && IsStatus(TakeField(&behind))) rest = behind;
+  behind = rest;
+  if (behind && IsCounter(TakeField(&behind))) rest = behind;
+  return rest ? std::vector<double>() : numbers;
+}
+
+bool HasAppended(std::string_view body) {
+  const std::size_t comma = body.rfind(',');
+  if (comma == std::string_view::npos) return false;
+  const std::string_view last = body.substr(comma + 1);
+  return IsStatus(last) || IsCounter(last);
 }
 
 }  // namespace truetriad::convert

@@ -25,18 +25,30 @@ const std::vector<SentenceKind>& SentenceKinds();
 /// Null where `name` is no kind with readings.
 const SentenceKind* FindSentenceKind(std::string_view name);
 
+/// What a sentence says of its own bytes.
+enum class Checksum {
+  kNone,   ///< Nothing: it ends without `*`, or with `*XX`.
+  kWrong,  ///< What stands behind `*` is not that of the sentence.
+  kRight,
+};
+
 /// What stands between `$` and the next `$` or end of line.
 struct Sentence {
-  std::string_view name;   ///< Up to the first comma; empty: none.
-  std::string_view body;   ///< Behind that comma, up to `*`.
-  bool is_intact = false;  ///< It ends with `*` and the right checksum.
+  std::string_view name;  ///< Up to the first comma; empty: none.
+  std::string_view body;  ///< Behind that comma, up to `*`.
+  Checksum checksum = Checksum::kNone;
 };
 
 /// Splits a sentence and checks it: two digits are the XOR of what is between `$` and `*`, four its
 /// CRC-16 (x^16 + x^12 + x^5 + 1, from 0).
 Sentence ParseSentence(std::string_view text);
 
-/// The numbers of `body`; empty unless there are `count`, and all of them are numbers.
+/// The numbers of `body`; empty unless there are `count`, and all of them are numbers. Behind them
+/// may stand what register 30 appends: the status, `S` and four hexadecimal digits, and a counter
+/// or time, `T` and digits.
 std::vector<double> NumbersOf(std::string_view body, std::size_t count);
+
+/// True where `body` ends with a status or counter of register 30.
+bool HasAppended(std::string_view body);
 
 }  // namespace truetriad::convert

@@ -33,6 +33,9 @@ DEFINE_string(columns,
               "",
               "which variable of a file without a layout of its own is what, as in "
               "time=t,accelerometer=imu.acc,gyroscope=gyr");
+DEFINE_string(layout,
+              "",
+              "file with the definition of a ROS message type (.msg), where the bag has none");
 
 namespace truetriad {
 namespace {
@@ -110,6 +113,7 @@ Result<VerbResult> ConvertLog(const LogFormat& format) {
   pass("instance", FLAGS_instance);
   pass("columns", FLAGS_columns);
   pass("units", FLAGS_units);
+  pass("layout", FLAGS_layout);
   if (FLAGS_list) arguments.push_back("--list");
   if (FLAGS_json) arguments.push_back("--json");
   TRUETRIAD_ASSIGN_OR_RETURN(const ProgramRun conversion,
@@ -133,11 +137,12 @@ Result<std::string> DescribeStreams(const std::string& manifest) {
 
 Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapping) {
   if (FLAGS_list || !FLAGS_topic.empty() || !FLAGS_instance.empty() || !FLAGS_columns.empty() ||
-      !FLAGS_units.empty()) {
-    return Error(
-        ErrorCode::kConflictingArguments,
-        "--from=" + name +
-            " has fixed columns: --list, --topic, --instance, --columns and --units do not apply");
+      !FLAGS_units.empty() || !FLAGS_layout.empty()) {
+    return Error(ErrorCode::kConflictingArguments,
+                 "--from=" + name +
+                     " has fixed columns: --list, --topic, --instance, --columns, --units and "
+                     "--layout do not "
+                     "apply");
   }
   const std::vector<std::string> inputs = CommaSeparated(FLAGS_input);
   const bool is_new = !fs::exists(FLAGS_output);
@@ -240,7 +245,8 @@ Command ConvertCommand() {
                     {"topic", "NAME[,NAME]"},
                     {"instance", "N"},
                     {"columns", "WHAT=NAME[,WHAT=NAME]"},
-                    {"units", "UNIT[,UNIT]"}},
+                    {"units", "UNIT[,UNIT]"},
+                    {"layout", "FILE.msg"}},
           .more_words = "input",
           .run = RunConvert};
 }

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// Gives the samples of a log that was read in windows of `size` rows, each window with one time,
+/// a time each.
+///
+/// A chip's FIFO is read when it holds `size` samples, and the time is that of the last one, on any
+/// row of the window or on all. The samples lie evenly between the time before and theirs; those of
+/// the first window, and behind a gap, as closely as in the window beside.
+class BurstWindows {
+ public:
+  static constexpr std::int64_t kMost = 65536;  ///< Waiting samples are held in memory.
+
+  /// `size`: 2 … kMost rows of a window; the first row of the file begins one.
+  BurstWindows(std::int64_t size, std::string file) : size_(size), file_(std::move(file)) {}
+
+  /// Takes samples whose time is CsvReader::kMissingTime where their row has none; `lines`: where
+  /// each stands. Gives back what is complete, which stays valid until the next call.
+  /// Error: a window with two times or none, times that do not grow.
+  Result<SampleBlock> Spread(const SampleBlock& block, const std::vector<std::int64_t>& lines);
+
+  /// What is left at the end of the file. Error: as Spread; a single window.
+  Result<SampleBlock> Finish(Triad triad);
+
+ private:
+  /// Samples, as columns.
+  struct Samples {
+    std::vector<std::int64_t> time_ns, row, line;
+    std::vector<double> x, y, z, temperature_degc, ambient_degc;
+    std::vector<std::int32_t> pose;
+
+    void Append(const SampleBlock& block, const std::vector<std::int64_t>& lines);
+    void MoveFirstTo(std::size_t count, Samples* other);
+    SampleBlock AsBlock(Triad triad) const;
+  };
+
+  /// Samples [begin, end) of those that wait.
+  struct Window {
+    std::size_t begin = 0, end = 0;
+    std::int64_t number = 0;  ///< Of the windows of the file, from 0.
+    std::int64_t time_ns = 0;
+  };
+
+  Status SpreadWindows(bool at_end);
+  /// The window that begins with a sample; unset where more of it may come.
+  Result<std::optional<Window>> WindowAt(std::size_t begin, bool at_end) const;
+  Status MeasureInterval(const Window& earlier, const Window& later);
+  Error Fail(ErrorCode code, std::size_t sample, const std::string& text) const;
+
+  std::int64_t size_;
+  std::string file_;
+  Samples waiting_, done_;
+  std::optional<Window> last_;    ///< That has its times; its samples are gone.
+  std::int64_t interval_ns_ = 0;  ///< Between two windows; 0: not known yet.
+};
+
+}  // namespace truetriad

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad::convert {
+
+/// How messages lie in a bag.
+enum class Encoding {
+  kRos1,  ///< Fields one after another, little-endian.
+  kCdr,   ///< ROS 2: 4 bytes that state the byte order, then fields aligned from there on.
+};
+
+/// A field of a message.
+struct LaidOutField {
+  enum class Kind { kNumber, kSigned, kUnsigned, kString, kTime, kMessage };
+  enum class Array { kNone, kFixed, kSequence };
+
+  std::string name;
+  Kind kind = Kind::kNumber;
+  std::size_t size = 0;  ///< Bytes of a number.
+  std::string type;      ///< Of kMessage: "geometry_msgs/Vector3".
+  Array array = Array::kNone;
+  std::uint32_t count = 1;  ///< Of kFixed.
+};
+
+/// Which fields messages have, in their order, as `.msg` files define it.
+class MessageLayouts {
+ public:
+  /// With the types of std_msgs and geometry_msgs that hold readings.
+  explicit MessageLayouts(Encoding encoding);
+
+  /// Takes a definition of `type`: lines of `type name`, and behind lines of `=` and `MSG: NAME`
+  /// those of other types. Where `type` is empty the text has to name each.
+  /// Error: what is no field, with its line.
+  Status Define(const std::string& type, std::string_view text);
+
+  /// The fields of a type ("pkg/msg/Name" is "pkg/Name"); null where it is not defined.
+  const std::vector<LaidOutField>* Find(std::string_view type) const;
+
+  /// Error: a type that is not defined, or that holds itself; says how to define it.
+  Status Check(const std::string& type) const;
+
+ private:
+  Encoding encoding_;
+  std::map<std::string, std::vector<LaidOutField>, std::less<>> types_;
+};
+
+/// The numbers of one message that are asked for.
+///
+/// A number is named by its path, "vector.x"; of an array by its position from 0, "data.3".
+class MessageNumbers {
+ public:
+  /// `layouts` and `type` must have been checked, and live longer.
+  MessageNumbers(const MessageLayouts* layouts, std::string type, Encoding encoding);
+
+  /// The three numbers that a user calls "acc", "vector", "gx+gy+gz" or "data:4-6" (counted from
+  /// 1); empty: the only field with three. Error (usage): says which fields there are.
+  Result<std::vector<std::string>> Vector(const std::string& reference) const;
+  /// The one number that a user calls "temp" or "data:7". Error (usage): as Vector.
+  Result<std::string> Single(const std::string& reference) const;
+  /// The path of the time in the message's header, or of its only field of a time; empty: none.
+  std::string Stamp() const;
+  bool IsTime(const std::string& path) const;
+
+  /// Reads a number from now on; its place in what Read gives.
+  std::size_t Ask(const std::string& path);
+
+  struct Number {
+    double value = 0.0;
+    std::int64_t integer = 0;  ///< Where it is one; nanoseconds of a time.
+  };
+  /// False where the bytes are no such message, or an array is too short.
+  bool Read(std::string_view bytes);
+  const Number& operator[](std::size_t place) const { return numbers_[place]; }
+
+ private:
+  struct Asked {
+    std::optional<std::size_t> place;
+    std::map<std::string, Asked, std::less<>> parts;
+  };
+  class Walk;
+
+  const LaidOutField* FieldAt(const std::string& path) const;
+  /// "ax, acc.x, data": what has numbers.
+  std::string Fields() const;
+
+  const MessageLayouts* layouts_;
+  std::string type_;
+  Encoding encoding_;
+  Asked asked_;
+  std::vector<Number> numbers_;
+  std::vector<bool> found_;
+};
+
+}  // namespace truetriad::convert
