@@ -24,10 +24,17 @@ std::string WithoutMarks(const std::string& yaml) {
   return text;
 }
 
+/// What experiments name: defaults of a sensor.
+std::string Surroundings() {
+  fuzz::WriteInput("preset.yaml",
+                   "sensor_preset: 1\naccelerometer: { noise: { sigma: [1.5e-3, 1.5e-3, 1.5e-3] } }\n");
+  return fuzz::Folder() + "/experiment.yaml";
+}
+
 }  // namespace
 
 TRUETRIAD_FUZZ_TARGET(experiment) {
-  const std::string path = fuzz::Folder() + "/experiment.yaml";
+  static const std::string path = Surroundings();
   const Result<Experiment> experiment =
       ReadExperimentText(std::string(fuzz::TextOf(input)), path);
   if (!experiment) {
