@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "allan/allan_file.h"
+
 #include "fuzz/fuzz_target.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.
@@ -13,7 +14,8 @@ TRUETRIAD_FUZZ_TARGET(allan_file) {
   }
   const std::string written = AllanToYaml(*result);
   const Result<AllanResult> again = ReadAllanFile(fuzz::WriteInput("again.yaml", written));
-  fuzz::Must(again.has_value(), "what was written can be read",
+  fuzz::Must(again.has_value(),
+             "what was written can be read",
              again ? written : again.error().message + "\n" + written);
   fuzz::Must(AllanToYaml(*again) == written, "allan.yaml reads back to the same bits", written);
   return 0;

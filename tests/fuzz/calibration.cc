@@ -40,8 +40,10 @@ TRUETRIAD_FUZZ_TARGET(calibration) {
   }
   const std::string written = CalibrationToYaml(*calibration);
   const Result<Calibration> again = CalibrationFromYaml(written, "again.yaml");
-  if (!again) fuzz::Must(false, "what was written can be read", again.error().message + "\n" + written);
-  fuzz::Must(CalibrationToYaml(*again) == written, "calibration.yaml reads back to the same bits",
+  if (!again)
+    fuzz::Must(false, "what was written can be read", again.error().message + "\n" + written);
+  fuzz::Must(CalibrationToYaml(*again) == written,
+             "calibration.yaml reads back to the same bits",
              written + CalibrationToYaml(*again));
   // One of these at a time is enough: the fuzzer varies the first byte.
   static const std::vector<FormatInfo> formats = Formats();

@@ -38,7 +38,8 @@ void MustRead(const std::string& manifest) {
 
 }  // namespace
 
-void TryConversion(Status (*run)(const convert::Arguments& arguments), convert::Arguments arguments) {
+void TryConversion(Status (*run)(const convert::Arguments& arguments),
+                   convert::Arguments arguments) {
   std::error_code failure;
   if (!arguments.list) arguments.output = FreshOutput();
   Status status;

@@ -71,7 +71,8 @@ std::string FreshOutput() {
 
 void Must(bool holds, const char* what, std::string_view detail) {
   if (holds) return;
-  std::fprintf(stderr, "does not hold: %s\n%.*s\n", what, static_cast<int>(detail.size()), detail.data());
+  std::fprintf(
+      stderr, "does not hold: %s\n%.*s\n", what, static_cast<int>(detail.size()), detail.data());
   std::abort();
 }
 

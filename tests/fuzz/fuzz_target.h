@@ -47,7 +47,7 @@ void MustSay(const Error& error);
 }  // namespace truetriad::fuzz
 
 /// Defines the target `id` (of the name `id`): TRUETRIAD_FUZZ_TARGET(manifest) { … `input` … }
-#define TRUETRIAD_FUZZ_TARGET(id)                                                       \
-  static int FuzzOne(truetriad::fuzz::Bytes input);                                     \
+#define TRUETRIAD_FUZZ_TARGET(id)                                                        \
+  static int FuzzOne(truetriad::fuzz::Bytes input);                                      \
   static const truetriad::fuzz::Registration registration({#id, &FuzzOne}); /* NOLINT */ \
   static int FuzzOne([[maybe_unused]] truetriad::fuzz::Bytes input)

@@ -9,10 +9,11 @@ using namespace truetriad;  // NOLINT: of this source alone.
 namespace {
 
 std::string Manifest() {
-  fuzz::WriteInput("recording.csv",
-                   "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],gyro_x[rad/s],gyro_y[rad/s],"
-                   "gyro_z[rad/s],temperature[degC],pose\n0,1,2,3,4,5,6,20,1\n0.01,1,2,3,4,5,6,20,1\n"
-                   "0.02,1,2,3,,,,,2\n");
+  fuzz::WriteInput(
+      "recording.csv",
+      "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],gyro_x[rad/s],gyro_y[rad/s],"
+      "gyro_z[rad/s],temperature[degC],pose\n0,1,2,3,4,5,6,20,1\n0.01,1,2,3,4,5,6,20,1\n"
+      "0.02,1,2,3,,,,,2\n");
   fuzz::WriteInput("mag.csv", "t;x;y;z\n1;2;3;4\n2;2;3;4\n3;2;3;5\n");
   fuzz::WriteInput("bare.csv", "0 1 2 3 4 5 6\n1 1 2 3 4 5 6\n");
   fuzz::WriteInput("poses.yaml", "poses: [ { first: 0, last: 1, face: +x } ]\n");

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// By the first byte: turns.yaml, rates.yaml, a pose program, a mapping, a laboratory.
+// By the first byte: turns.yaml, rates.yaml, a pose program, a mapping.
 #include "fuzz/fuzz_target.h"
 #include "io/known_motion_file.h"
 #include "io/mapping.h"
 #include "io/pose_program_file.h"
-#include "truetriad/formats/laboratory.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.
 
@@ -32,9 +31,11 @@ void TryMapping(std::string_view text) {
   const Result<MappingInfo> about = ReadMappingInfo(copy, "mapping.yaml");
   if (!about) fuzz::MustSay(about.error());
   for (const std::size_t count : {std::size_t{1}, std::size_t{2}}) {
-    const Result<std::string> manifest = ManifestFromMapping(
-        copy, "mapping.yaml", {inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(count)},
-        fuzz::Folder());
+    const Result<std::string> manifest =
+        ManifestFromMapping(copy,
+                            "mapping.yaml",
+                            {inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(count)},
+                            fuzz::Folder());
     if (!manifest) fuzz::MustSay(manifest.error());
   }
 }
@@ -44,26 +45,28 @@ void TryMapping(std::string_view text) {
 TRUETRIAD_FUZZ_TARGET(motion_files) {
   if (input.empty()) return -1;
   const std::string_view text = fuzz::TextOf(input.subspan(1));
-  switch (input[0] % 5) {
+  switch (input[0] % 4) {
     case 0:
-      ComesBack([](const std::string& path) { return ReadStatedTurns(path, {0.01, 0.01}); },
-                &StatedTurnsToYaml, text);
+      ComesBack(
+          [](const std::string& path) {
+            return ReadStatedTurns(path, {0.01, 0.01});
+          },
+          &StatedTurnsToYaml,
+          text);
       break;
     case 1:
-      ComesBack([&](const std::string& path) {
-                  return ReadStatedRates(path, {0.01, 0.01, (input[0] & 64U) == 0});
-                },
-                &StatedRatesToYaml, text);
+      ComesBack(
+          [&](const std::string& path) {
+            return ReadStatedRates(path, {0.01, 0.01, (input[0] & 64U) == 0});
+          },
+          &StatedRatesToYaml,
+          text);
       break;
     case 2:
       ComesBack(&ReadPoseProgram, &PoseProgramToYaml, text);
       break;
-    case 3:
-      TryMapping(text);
-      break;
     default:
-      if (const auto read = ReadLaboratory(fuzz::WriteInput("laboratory.yaml", text)); !read)
-        fuzz::MustSay(read.error());
+      TryMapping(text);
   }
   return 0;
 }

@@ -17,7 +17,8 @@ TRUETRIAD_FUZZ_TARGET(pose_table) {
     if (!table) fuzz::MustSay(table.error());
     return 0;
   }
-  const Result<std::vector<PoseRange>> ranges = ReadPoseRanges(fuzz::WriteInput("poses.yaml", text));
+  const Result<std::vector<PoseRange>> ranges =
+      ReadPoseRanges(fuzz::WriteInput("poses.yaml", text));
   if (!ranges) {
     fuzz::MustSay(ranges.error());
     return 0;

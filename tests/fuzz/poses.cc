@@ -80,7 +80,8 @@ class MadeSource : public SampleSource {
     constexpr std::array<double, 8> kSizes = {1.0, 0.01, 100.0, 1e6, 1e-9, 1e15, 1e150, 1e300};
     const double size = kSizes[kind & 7U];
     for (int i = 0; i < length; ++i) {
-      time_ns_ += std::int64_t{stretch[2]} * (kind & 8U ? 1 : 100'000) + (kind & 16U ? noise_ >> 20U : 1);
+      time_ns_ +=
+          std::int64_t{stretch[2]} * (kind & 8U ? 1 : 100'000) + (kind & 16U ? noise_ >> 20U : 1);
       times_.push_back(info_.has_time ? time_ns_ : row_);
       for (std::size_t k = 0; k < level_.size(); ++k) {
         if (i == 0 || (kind & 32U) != 0)
@@ -91,9 +92,8 @@ class MadeSource : public SampleSource {
         values_[k].push_back(level_[k] + scatter);
       }
       degc_ += 0.01 * static_cast<std::int8_t>(stretch[6]);
-      temperatures_.push_back((kind & 128U) != 0 && i % 3 != 0
-                                  ? std::numeric_limits<double>::quiet_NaN()
-                                  : degc_);
+      temperatures_.push_back(
+          (kind & 128U) != 0 && i % 3 != 0 ? std::numeric_limits<double>::quiet_NaN() : degc_);
       pose_.push_back(stretch[8]);
       rows_.push_back(row_++);
     }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A log as text, read to its end and reduced to poses. The first two bytes say where poses are.
+#include "truetriad/io/recording.h"
+
 #include "fuzz/fuzz_target.h"
 #include "fuzz/selection.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/io/recording.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.
 

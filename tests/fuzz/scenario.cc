@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A scenario. None is simulated: how long it takes is up to what it says.
-#include "fuzz/fuzz_target.h"
 #include "truetriad/config/scenario.h"
+
+#include "fuzz/fuzz_target.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.
 

@@ -7,7 +7,8 @@
 
 namespace truetriad::fuzz {
 
-/// Where poses are looked for: the mode by `mode` (of 8), what belongs to it by the bits of `detail`.
+/// Where poses are looked for: the mode by `mode` (of 8), what belongs to it by the bits of
+/// `detail`.
 inline PoseSelection SelectionOf(std::uint8_t mode, std::uint8_t detail) {
   PoseSelection selection;
   selection.kind = static_cast<PoseSelectionKind>(mode % 7);
@@ -41,7 +42,8 @@ inline PoseSelection SelectionOf(std::uint8_t mode, std::uint8_t detail) {
     rate.covariance_radps2.setIdentity();
     selection.rates.push_back(rate);
   }
-  if (mode & 32U) selection.excluded.push_back({{std::int64_t{detail} * 1'000'000, 2'000'000'000}, "here"});
+  if (mode & 32U)
+    selection.excluded.push_back({{std::int64_t{detail} * 1'000'000, 2'000'000'000}, "here"});
   if (mode & 64U) selection.time_offset_s[Triad::kMagnetometer] = 0.001 * detail;
   selection.time_stamps = static_cast<TimeStamps>((detail >> 5U) % 3);
   return selection;
