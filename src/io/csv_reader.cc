@@ -362,7 +362,7 @@ const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row
   }
   if (column->kind == Kind::kTime) {
     const std::optional<std::int64_t> time = ToInteger(decimal, column->power);
-    if (!time) return nullptr;
+    if (!time || *time > kFarthestTime || *time < -kFarthestTime) return nullptr;
     column->times[row] = *time;
   } else {
     const std::optional<double> number = ToDouble(decimal);

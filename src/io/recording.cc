@@ -52,7 +52,7 @@ class Stream {
     block.row = Selected(csv.Rows(), &rows_);
     block.time_ns = Times(csv, block.row);
     if (!shifts_ns.empty()) block.time_ns = Shifted(block.time_ns, shifts_ns);
-    TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
+    TRUETRIAD_RETURN_IF_ERROR(CheckTimes(csv, block.time_ns));
     if (layout_.temperature) {
       block.temperature_degc =
           Temperatures(csv, *layout_.temperature, block.time_ns, row_count, &temperature_);
@@ -118,9 +118,12 @@ class Stream {
       for (std::int64_t& value : times_) value *= 1'000'000'000;
     }
     // Sample numbers, in units of 1e-9: long double has the 64 bits that they may need.
+    // What lies beyond the farthest time CheckTimes refuses.
+    constexpr auto kBeyond = static_cast<long double>(CsvReader::kFarthestTime) + 1.0L;
     for (std::int64_t& value : times_) {
-      value =
-          std::llround(static_cast<long double>(value) / static_cast<long double>(time.rate_hz));
+      const long double time_ns =
+          static_cast<long double>(value) / static_cast<long double>(time.rate_hz);
+      value = std::llround(std::clamp(time_ns, -kBeyond, kBeyond));
     }
     return times_;
   }
@@ -132,7 +135,7 @@ class Stream {
     return times_;
   }
 
-  Status CheckTimeOrder(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
+  Status CheckTimes(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
     for (std::size_t i = 0; i < times_ns.size(); ++i) {
       if (times_ns[i] < last_time_ns_) {
         return Error(ErrorCode::kTimeGoesBack,
@@ -143,6 +146,13 @@ class Stream {
                          " s; sort the log, or split it where the clock was set");
       }
       last_time_ns_ = times_ns[i];
+    }
+    // In order, so that the first and the last are farthest.
+    if (!times_ns.empty() && (times_ns.front() < -CsvReader::kFarthestTime ||
+                              times_ns.back() > CsvReader::kFarthestTime)) {
+      return Error(ErrorCode::kValueOutOfRange,
+                   {csv.path(), csv.Line(SelectedRow(times_ns.size() - 1))},
+                   "times until here are out of range; check their unit, or the rate");
     }
     return {};
   }
