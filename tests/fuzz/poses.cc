@@ -72,11 +72,11 @@ class MadeSource : public SampleSource {
 
  private:
   static constexpr std::size_t kStretch = 9;
-  static constexpr std::int64_t kMostRows = 1200;
+  static constexpr std::int64_t kMostRows = 300;
 
   void Make(fuzz::Bytes stretch) {
     const std::uint8_t kind = stretch[0];
-    const int length = 1 + stretch[1] % 32 * 8;
+    const int length = 1 + stretch[1] % 32 * 2;
     constexpr std::array<double, 8> kSizes = {1.0, 0.01, 100.0, 1e6, 1e-9, 1e15, 1e150, 1e300};
     const double size = kSizes[kind & 7U];
     for (int i = 0; i < length; ++i) {
