@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds everything and runs all tests but the nightly ones. Arguments go to ctest.
 # With --nightly: the long tests instead: a thousand damaged files for each converter, four thousand
-# spoilt recordings, some thousand clean units, and the whole of the statistical tests. Further
+# spoilt recordings, some thousand clean units, ten minutes of each fuzzer where there is clang
+# (tests/fuzz/run.sh), and the whole of the statistical tests. Further
 # arguments go to tools/bench/accuracy.py, which then runs alone.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,6 +23,7 @@ if [[ "${1:-}" == --nightly ]]; then
   damaged=0
   ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-regex nightly \
     --tests-regex 'SurvivesAThousand|convert_node|nightly_trust|nightly_fleet|nightly_run_lengths|nightly_docs' || damaged=$?
+  nice tests/fuzz/run.sh || damaged=$?
   tools/bench/accuracy.py
   exit "$damaged"
 fi

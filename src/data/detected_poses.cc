@@ -173,6 +173,9 @@ Status DetectedPoses::Start() {
       std::find(streams.begin(), streams.end(), Triad::kMagnetometer) != streams.end()) {
     witnesses.push_back(known(*info_.Find(Triad::kMagnetometer)));
   }
+  // Rows that are years apart: all of them are one window.
+  constexpr double kLongestNs = 4.6e18;
+  width_ns = std::min(width_ns, kLongestNs);
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
   detector_.emplace(options_, triads, witnesses, width_ns * 1e-9);
   stuck_.emplace(origin_ns);

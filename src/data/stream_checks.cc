@@ -144,7 +144,9 @@ void StreamMonitor::Excuse(const std::vector<RepeatedStretch>& repeated) {
 void StreamMonitor::CountFirst() {
   usual_ns_ = spacing_ns();
   if (!(usual_ns_ > 0.0)) return;
-  longest_usual_ns_ = static_cast<std::int64_t>(kGapSpacings * usual_ns_);
+  // Over years, where what is usual is: no gap is longer then.
+  constexpr double kLongestNs = 9.2e18;
+  longest_usual_ns_ = static_cast<std::int64_t>(std::min(kGapSpacings * usual_ns_, kLongestNs));
   for (std::size_t i = 1; i < first_times_ns_.size(); ++i) {
     const std::int64_t spacing_ns = first_times_ns_[i] - first_times_ns_[i - 1];
     if (spacing_ns > longest_usual_ns_) CountGap(first_times_ns_[i - 1], spacing_ns);

@@ -306,7 +306,9 @@ void EvenFit::FitPieces(EvenTimes* even) {
   const double half_width =
       std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
   double squares = 0.0;
-  std::int64_t last_ns = stamps_.front() - static_cast<std::int64_t>(1e3 * period_);
+  constexpr double kLongestNs = 4.6e18;  // Times are no farther from zero.
+  std::int64_t last_ns =
+      stamps_.front() - static_cast<std::int64_t>(std::min(1e3 * period_, kLongestNs));
   for (const Piece& piece : counted_.pieces) {
     std::vector<Point> points = PointsOf(piece);
     const double last = counted_.number[piece.end - 1];

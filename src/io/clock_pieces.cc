@@ -17,7 +17,11 @@ constexpr std::int64_t kFewestRows = 20;
 
 // All times here as stated.
 bool ClockPieces::BeginsAnew(std::int64_t stated_ns) const {
-  return *last_ns_ - stated_ns > kFewestRows * spacing_ns_ && rows_ >= kFewestRows;
+  const std::int64_t back_ns = *last_ns_ - stated_ns;
+  if (rows_ < kFewestRows || back_ns <= 0 || (back_ns - 1) / kFewestRows < spacing_ns_)
+    return false;
+  // Pieces that are together longer than times can be are left for the reader to refuse, too.
+  return back_ns <= CsvReader::kFarthestTime - shift_ns_ - spacing_ns_;
 }
 
 void ClockPieces::Follow(const CsvReader& csv, std::size_t row_count) {

@@ -180,7 +180,11 @@ Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
 }
 
 CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
-    : file_(std::move(file)), layout_(layout), rows_(kMaxRows), lines_(kMaxRows) {}
+    : file_(std::move(file)),
+      layout_(layout),
+      // A row has at least its end.
+      rows_(std::min(kMaxRows, file_->MostBytes() + 1)),
+      lines_(rows_.size()) {}
 
 Status CsvReader::ReadHeader() {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view chunk, file_->Next());
@@ -273,9 +277,9 @@ Status CsvReader::Map(std::size_t column, Kind kind, int power) {
   }
   mapped.kind = kind;
   mapped.power = power;
-  if (kind == Kind::kNumber) mapped.numbers.resize(kMaxRows);
-  if (kind == Kind::kTime) mapped.times.resize(kMaxRows);
-  if (kind == Kind::kText) mapped.texts.resize(kMaxRows);
+  if (kind == Kind::kNumber) mapped.numbers.resize(rows_.size());
+  if (kind == Kind::kTime) mapped.times.resize(rows_.size());
+  if (kind == Kind::kText) mapped.texts.resize(rows_.size());
   return {};
 }
 
@@ -306,7 +310,7 @@ Result<std::size_t> CsvReader::ReadRows() {
   };
   std::size_t row = 0;
   const char* p = cursor_;
-  while (row < kMaxRows && p != chunk_end_) {
+  while (row < rows_.size() && p != chunk_end_) {
     const char* const line_begin = p;
     ++line_;
     p = skip_blanks(p);
@@ -391,7 +395,7 @@ const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row
   }
   if (column->kind == Kind::kTime) {
     const std::optional<std::int64_t> time = ToInteger(decimal, column->power);
-    if (!time) return nullptr;
+    if (!time || *time > kFarthestTime || *time < -kFarthestTime) return nullptr;
     column->times[row] = *time;
   } else {
     const std::optional<double> number = ToDouble(decimal);

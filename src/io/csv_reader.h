@@ -42,6 +42,8 @@ class CsvReader {
     kText,    ///< The characters, without surrounding blanks.
   };
   static constexpr std::int64_t kMissingTime = std::numeric_limits<std::int64_t>::min();
+  /// Of a time, in ns 146 years: the difference of two times is a number, too.
+  static constexpr std::int64_t kFarthestTime = (std::int64_t{1} << 62U) - 1;
   static constexpr std::size_t kMaxRows = 4096;
 
   /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.

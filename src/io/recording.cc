@@ -58,7 +58,7 @@ class Stream {
     if (windows_) {
       known_ns = LastKnown(block.time_ns);
     } else {
-      TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
+      TRUETRIAD_RETURN_IF_ERROR(CheckTimes(csv, block.time_ns));
     }
     if (layout_.temperature) {
       TRUETRIAD_ASSIGN_OR_RETURN(
@@ -152,9 +152,13 @@ class Stream {
       for (std::int64_t& value : times_) value *= 1'000'000'000;
     }
     // Sample numbers, in units of 1e-9: long double has the 64 bits that they may need.
+    // What lies beyond the farthest time CheckTimes refuses.
+    constexpr auto kBeyond = static_cast<long double>(CsvReader::kFarthestTime) + 1.0L;
     for (std::int64_t& value : times_) {
-      value =
-          std::llround(static_cast<long double>(value) / static_cast<long double>(time.rate_hz));
+      if (value == CsvReader::kMissingTime) continue;
+      const long double time_ns =
+          static_cast<long double>(value) / static_cast<long double>(time.rate_hz);
+      value = std::llround(std::clamp(time_ns, -kBeyond, kBeyond));
     }
     return times_;
   }
@@ -162,21 +166,30 @@ class Stream {
   std::span<const std::int64_t> Shifted(std::span<const std::int64_t> times_ns,
                                         std::span<const std::int64_t> shifts_ns) {
     if (times_ns.data() != times_.data()) times_.assign(times_ns.begin(), times_ns.end());
-    for (std::size_t i = 0; i < times_.size(); ++i) times_[i] += shifts_ns[SelectedRow(i)];
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      if (times_[i] != CsvReader::kMissingTime) times_[i] += shifts_ns[SelectedRow(i)];
+    }
     return times_;
   }
 
-  Status CheckTimeOrder(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
+  Status CheckTimes(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
     for (std::size_t i = 0; i < times_ns.size(); ++i) {
       if (times_ns[i] < last_time_ns_) {
         return Error(ErrorCode::kTimeGoesBack,
                      {csv.path(), csv.Line(SelectedRow(i))},
-                     "" + csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
+                     csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
                          RoundedText(1e-9 * static_cast<double>(times_ns[i]), 14) + " s after " +
                          RoundedText(1e-9 * static_cast<double>(last_time_ns_), 14) +
                          " s; sort the log, or split it where the clock was set");
       }
       last_time_ns_ = times_ns[i];
+    }
+    // In order, so that the first and the last are farthest.
+    if (!times_ns.empty() && (times_ns.front() < -CsvReader::kFarthestTime ||
+                              times_ns.back() > CsvReader::kFarthestTime)) {
+      return Error(ErrorCode::kValueOutOfRange,
+                   {csv.path(), csv.Line(SelectedRow(times_ns.size() - 1))},
+                   "times until here are out of range; check their unit, or the rate");
     }
     return {};
   }

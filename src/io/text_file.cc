@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,8 @@ namespace {
 constexpr std::size_t kChunkBytes = 256U << 10;
 /// No log has longer lines; without a bound a binary file without '\n' would fill the memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
+/// Of the buffer, however small the file.
+constexpr std::size_t kLeastRoom = 8U << 10;
 
 struct Magic {
   std::string_view bytes;
@@ -111,6 +114,7 @@ class TextFile::Bytes {
     return size_ > 0 ? std::min(1.0, static_cast<double>(read_) / static_cast<double>(size_)) : 1.0;
   }
   const std::string& digest() const { return digest_; }
+  std::int64_t size() const { return size_; }
 
  private:
   int descriptor_;
@@ -204,7 +208,19 @@ Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path) {
 }
 
 TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes)
-    : path_(std::move(path)), bytes_(std::move(bytes)), buffer_(2 * kChunkBytes, '\0') {}
+    : path_(std::move(path)), bytes_(std::move(bytes)), buffer_(Room(), '\0') {}
+
+std::size_t TextFile::Room() const {
+  if (inflater_ != nullptr) return 2 * kChunkBytes;
+  // A file that still grows is read on by the same steps.
+  const auto stored = static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
+  return std::min(stored, kChunkBytes) + std::min(stored, kChunkBytes) + kLeastRoom;
+}
+
+std::size_t TextFile::MostBytes() const {
+  if (inflater_ != nullptr) return std::numeric_limits<std::size_t>::max();
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
+}
 
 TextFile::~TextFile() = default;
 
@@ -291,7 +307,7 @@ Result<std::string_view> TextFile::Next() {
                    "has a line of more than " + std::to_string(kMaxLineBytes) +
                        " bytes; expected a text log");
     }
-    if (buffer_.size() - filled_ < kChunkBytes) buffer_.resize(filled_ + 2 * kChunkBytes);
+    if (buffer_.size() - filled_ < std::min(Room(), kChunkBytes)) buffer_.resize(filled_ + Room());
     TRUETRIAD_RETURN_IF_ERROR(Fill());
   }
   return std::string_view(buffer_.data(), handed_over_);

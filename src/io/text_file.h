@@ -38,6 +38,9 @@ class TextFile {
   /// complete once Next has returned nothing.
   std::string Sha256() const;
 
+  /// No more bytes of text than this are to be expected: the file's size, or, compressed, any.
+  std::size_t MostBytes() const;
+
   const std::string& path() const { return path_; }
 
  private:
@@ -46,6 +49,8 @@ class TextFile {
 
   TextFile(std::string path, std::unique_ptr<Bytes> bytes);
   Status RecogniseContent();
+  /// What the buffer should hold beyond what is in it: a small file needs no large one.
+  std::size_t Room() const;
   /// Appends to the buffer what fits; sets at_end_ when there is no more.
   Status Fill();
 

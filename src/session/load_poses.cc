@@ -133,9 +133,13 @@ Status SelectExcluded(const std::string& input,
                    input + " has no times; use `exclude_poses:`");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(input, open, options));
+  // To the end is what a time beyond any recording's means.
+  const auto after_first_ns = [first_ns](double seconds) {
+    constexpr double kLongestNs = 4.6e18;
+    return first_ns + std::llround(std::min(1e9 * seconds, kLongestNs));
+  };
   for (const ExcludedSeconds& range : config.exclude) {
-    const TimeRange times{first_ns + std::llround(1e9 * range.from_s),
-                          first_ns + std::llround(1e9 * range.to_s)};
+    const TimeRange times{after_first_ns(range.from_s), after_first_ns(range.to_s)};
     selection->excluded.push_back({times, range.stated_in});
   }
   return {};

@@ -404,6 +404,10 @@ TEST_F(CalibrateVerb, LeavesOutWhatItIsToldTo) {
   for (const YAML::Node& finding : Written()["status"]["findings"]) {
     EXPECT_NE(finding["code"].as<std::string>(), "time-gaps");
   }
+  // To the end, in more seconds than a time of a log can be.
+  const std::string last_s = std::to_string(3.5 * (kEnough.rests - 1) - 0.5);
+  EXPECT_EQ(run("exclude=[{from_s: " + last_s + ", to_s: 1e12}]").exit_code, 0);
+  EXPECT_EQ(poses(), kEnough.rests - 1);
   EXPECT_EQ(run("exclude_poses=[2, 5]").exit_code, 0);
   EXPECT_EQ(poses(), kEnough.rests - 2);
   EXPECT_EQ(value("poses"), 2.0);

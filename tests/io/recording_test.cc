@@ -158,6 +158,12 @@ TEST_F(Recording, AcceptsEqualTimesButNotTimeGoingBackwards) {
               HasSubstr("log.csv:4: column `time[s]`: time goes backwards to 1.5 s after 2 s"));
 }
 
+TEST_F(Recording, RefusesTimesWhoseDifferencesAreNoTime) {
+  EXPECT_THAT(ErrorOfRows("-9e9,1,1,1\n9e9,1,1,1\n"),
+              HasSubstr("log.csv:2: column `time[s]`: `-9e9` is out of range for a time"));
+  EXPECT_EQ(ErrorOfRows("-4.6e9,1,1,1\n4.6e9,1,1,1\n"), "");
+}
+
 // As `to_csv` of pandas writes an index.
 TEST_F(Recording, ReadsFieldsInQuotationMarks) {
   const RecordingSamples recording = Read(
@@ -250,6 +256,21 @@ TEST_F(Recording, TakesTimesOnWhereAnotherPieceBeginsIfItMay) {
   ASSERT_EQ(joints.size(), 1U);
   EXPECT_EQ(joints[0].row, 100);
   EXPECT_EQ(joints[0].time_ns, 1'000'000'000);
+}
+
+TEST_F(Recording, RefusesPiecesThatAreTogetherLongerThanTimesCanBe) {
+  std::string rows;
+  for (int piece = 0; piece < 3; ++piece) {
+    for (int i = 0; i < 20; ++i) rows += "-4.6e9,1,2,3\n";
+    for (int i = 0; i < 20; ++i) rows += std::to_string(4.5e9 + i) + ",1,2,3\n";
+  }
+  const auto source = OpenRecording(folder_.Write("log.csv", kHeader + rows),
+                                    {.pose_column = "", .may_be_joined = true});
+  ASSERT_TRUE(source) << source.error().message;
+  std::vector<SampleBlock> blocks;
+  const auto more = (*source)->Next(&blocks);
+  ASSERT_FALSE(more);
+  EXPECT_THAT(more.error().message, HasSubstr("log.csv:"));
 }
 
 TEST_F(Recording, IsNotSortedByReadingItInPieces) {

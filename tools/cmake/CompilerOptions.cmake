@@ -20,4 +20,10 @@ function(truetriad_compile_options target)
                            -fno-sanitize-recover=undefined)
     target_link_options(${target} PUBLIC -fsanitize=address,undefined)
   endif()
+  if(TRUETRIAD_FUZZ)
+    # -O1 compiles in a third of the time; Eigen's and our own assertions stay on.
+    target_compile_options(${target} PRIVATE -O1 -gline-tables-only -UNDEBUG -fno-omit-frame-pointer
+                           -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined)
+    target_link_options(${target} PUBLIC -fsanitize=address,undefined)
+  endif()
 endfunction()

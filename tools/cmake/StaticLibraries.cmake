@@ -2,7 +2,7 @@
 # libraries less to find and relocate, which took longer than a calibration's estimate. Changes imported
 # targets within this build alone: who uses the installed library links as Debian's packages say.
 option(TRUETRIAD_STATIC "Link libraries from their archives, where these are installed" ON)
-if(NOT TRUETRIAD_STATIC OR TRUETRIAD_SANITIZE)
+if(NOT TRUETRIAD_STATIC OR TRUETRIAD_SANITIZE OR TRUETRIAD_FUZZ)
   return()
 endif()
 

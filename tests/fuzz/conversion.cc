@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fuzz/conversion.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include "tools/convert/common/isolation.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad::convert {
+
+/// In place of common/isolation.cc, which hides a crash in a process of its own: here it is what is
+/// looked for.
+Status Isolated(const std::vector<std::string>& /*paths*/, const std::function<Status()>& work) {
+  return work();
+}
+
+}  // namespace truetriad::convert
+
+namespace truetriad::fuzz {
+namespace {
+
+/// Rows that a recording holds must be readable; that its readings say nothing may be.
+void MustRead(const std::string& manifest) {
+  Result<std::unique_ptr<SampleSource>> source = OpenRecording(manifest);
+  if (!source) {
+    // `applied: unknown` and the like are for a person to complete.
+    MustSay(source.error());
+    return;
+  }
+  std::vector<SampleBlock> blocks;
+  for (;;) {
+    const Result<bool> more = (*source)->Next(&blocks);
+    if (!more) Must(false, "a row that was written can be read", more.error().message);
+    if (!*more) break;
+  }
+}
+
+}  // namespace
+
+void TryConversion(Status (*run)(const convert::Arguments& arguments),
+                   convert::Arguments arguments) {
+  std::error_code failure;
+  if (!arguments.list) arguments.output = FreshOutput();
+  Status status;
+  try {
+    status = run(arguments);
+  } catch (const std::exception& thrown) {
+    status = Error(ErrorCode::kDamagedFile, thrown.what());  // As RunConverter has it.
+  }
+  if (status && arguments.list) return;
+  if (status) {
+    MustRead(arguments.output + "/recording.yaml");
+  } else {
+    MustSay(status.error());
+    Must(arguments.list || !std::filesystem::exists(arguments.output, failure),
+         "a failed conversion leaves nothing");
+  }
+}
+
+}  // namespace truetriad::fuzz

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fuzz/conversion.h"
+#define main ConverterMain  // The program's own, whose functions are wanted.
+#include "tools/convert/ros2_db3/main.cc"
+#undef main
+
+TRUETRIAD_FUZZ_TARGET(convert_ros2_db3) {
+  if (input.empty()) return -1;
+  truetriad::convert::Arguments arguments;
+  arguments.input =
+      truetriad::fuzz::WriteInput("log.db3", truetriad::fuzz::TextOf(input.subspan(1)));
+  arguments.list = (input[0] & 1U) != 0;
+  if ((input[0] & 2U) != 0) arguments.topics = {"/imu", "/mag", "/temperature"};
+  truetriad::fuzz::TryConversion(&truetriad::convert::Run, arguments);
+  return 0;
+}
