@@ -158,13 +158,9 @@ void AddLines(const std::string& message,
   }
 }
 
-}  // namespace
-
-namespace {
-
-Result<Scenario> ReadOpened(YamlReader main,
-                            const std::string& path,
-                            const std::vector<std::string>& overrides) {
+Result<Scenario> ReadOpenedScenario(YamlReader main,
+                                    const std::string& path,
+                                    const std::vector<std::string>& overrides) {
   main.RequireChild("scenario");
   TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
 
@@ -198,14 +194,14 @@ Result<Scenario> ReadOpened(YamlReader main,
 
 Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::string>& overrides) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromFile(path));
-  return ReadOpened(std::move(main), path, overrides);
+  return ReadOpenedScenario(std::move(main), path, overrides);
 }
 
 Result<Scenario> ReadScenarioText(const std::string& text,
                                   const std::string& path,
                                   const std::vector<std::string>& overrides) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromText(text, path));
-  return ReadOpened(std::move(main), path, overrides);
+  return ReadOpenedScenario(std::move(main), path, overrides);
 }
 
 }  // namespace truetriad

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
-#define main ConverterMain  // The program's own, whose functions are wanted.
+#define main DataflashConverterMain  // The program's own, whose functions are wanted.
 #include "tools/convert/dataflash/main.cc"
 #undef main
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "fuzz/conversion.h"
-#define main ConverterMain  // The program's own, whose functions are wanted.
+#define main GnssInsSimConverterMain  // The program's own, whose functions are wanted.
 #include "tools/convert/tables/gnss_ins_sim.cc"
 #undef main
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
-#define main ConverterMain  // The program's own, whose functions are wanted.
+#define main Ros1ConverterMain  // The program's own, whose functions are wanted.
 #include "tools/convert/ros1/main.cc"
 #undef main
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
-#define main ConverterMain  // The program's own, whose functions are wanted.
+#define main VectornavConverterMain  // The program's own, whose functions are wanted.
 #include "tools/convert/vectornav/main.cc"
 #undef main
 
