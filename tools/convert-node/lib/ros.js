@@ -186,9 +186,12 @@ function laidOutTaker(options, topics) {
       const isThere = columns.isNamed(message, fields, role === 'temperature' ? 1 : 3);
       const hasTime = !time || columns.timeAt(message, time, 1) !== null;
       if (!isThere || !hasTime) {
+        const wanted = role === 'temperature' ? 'number' : 'three readings';
+        const kind = isThere ? 'a time' : role === 'temperature' ? 'a number' : 'three numbers';
+        const isUnnamed = !isThere && !fields;
         throw new UsageError(
-          `--columns: \`${printable(isThere ? time : fields)}\` is not ${isThere ? 'a time' : role === 'temperature' ? 'a number' : 'three numbers'} ` +
-            `of ${printable(topic)}, whose first message has ${listOf(columns.fieldsOf(message), 40)}; as in acc, gx+gy+gz or data:4-6`, 'unknown-name');
+          `--columns: ${isUnnamed ? `name the ${wanted} of` : `\`${printable(isThere ? time : fields)}\` is not ${kind} of`} ` +
+            `${printable(topic)}, whose first message has ${listOf(columns.fieldsOf(message), 40)}; as in acc, gx+gy+gz or data:4-6`, 'unknown-name');
       }
     }
   };
