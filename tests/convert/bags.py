@@ -114,23 +114,27 @@ def db3(path, topics, messages):
     database.close()
 
 
-def mcap(path, topics, messages):
-    """As ros1."""
+def mcap(path, topics, messages, most=10**9, is_checked=True):
+    """As ros1; `most` messages a chunk, `is_checked`: with its checksum."""
     def record(kind, body):
         return struct.pack("<BQ", kind, len(body)) + body
 
     def text(words):
         return struct.pack("<I", len(words.encode())) + words.encode()
 
-    body = b""
+    known = b""
     for number, (name, (kind, definition)) in enumerate(topics.items()):
-        body += record(3, struct.pack("<H", number + 1) + text(kind) + text("ros2msg") + text(definition))
-        body += record(4, struct.pack("<HH", number, number + 1) + text(name) + text("cdr") + struct.pack("<I", 0))
+        known += record(3, struct.pack("<H", number + 1) + text(kind) + text("ros2msg") + text(definition))
+        known += record(4, struct.pack("<HH", number, number + 1) + text(name) + text("cdr") + struct.pack("<I", 0))
     numbers = {name: number for number, name in enumerate(topics)}
-    for name, ns, data in messages:
-        body += record(5, struct.pack("<HIQQ", numbers[name], 0, ns, ns) + data)
-    chunk = struct.pack("<QQQI", 0, 0, len(body), zlib.crc32(body)) + text("") + struct.pack("<Q", len(body)) + body
-    path.write_bytes(b"\x89MCAP0\r\n" + record(1, text("ros2") + text("")) + record(6, chunk) + record(15, bytes(4)) +
+    chunks = b""
+    for begin in range(0, len(messages), most):
+        body = known
+        for name, ns, data in messages[begin:begin + most]:
+            body += record(5, struct.pack("<HIQQ", numbers[name], 0, ns, ns) + data)
+        checksum = zlib.crc32(body) if is_checked else 0
+        chunks += record(6, struct.pack("<QQQI", 0, 0, len(body), checksum) + text("") + struct.pack("<Q", len(body)) + body)
+    path.write_bytes(b"\x89MCAP0\r\n" + record(1, text("ros2") + text("")) + chunks + record(15, bytes(4)) +
                      record(2, bytes(20)) + b"\x89MCAP0\r\n")
 
 
@@ -149,13 +153,13 @@ def custom_values(i):
             0.1 * i, -0.2 * i, 0.3, [1, 2, 3, 4, 5]]
 
 
-def write_custom(kind, path, first, count):
+def write_custom(kind, path, first, count, **more):
     """Messages first … of CUSTOM on /driver; `ros2-db3` without the definition."""
     write, is_cdr = {"ros1": (ros1, False), "ros2-db3": (db3, True), "mcap": (mcap, True)}[kind]
     text = "" if kind == "ros2-db3" else CUSTOM_TEXT.format("msg/" if is_cdr else "")
     write(path, {"/driver": ("mine/msg/Reading" if is_cdr else "mine/Reading", text)},
           [("/driver", START_NS + 2_500_000 * i, message(CUSTOM, custom_values(i), is_cdr))
-           for i in range(first, first + count)])
+           for i in range(first, first + count)], **more)
 
 
 def main():

@@ -109,6 +109,14 @@ class Bags(unittest.TestCase):
                 self.assertEqual([row[:2] for row in self.rows("gyroscope")],
                                  [(START_NS + 10**7 * i + 5, [i, 2 * i, 0.25]) for i in range(40)])
 
+    def test_a_bag_without_topics_is_bad_input(self):
+        for kind in AVAILABLE:
+            with self.subTest(kind=kind):
+                path = self.write(kind, "empty", {}, [])
+                done = self.convert(kind, path, "--columns=accelerometer=/driver:low.acc", "--units=g", code=2)
+                self.assertIn("no topic that can be read", done.stderr)
+                self.assertIn("no topic that can be read", self.convert(kind, path, "--topic=/imu", code=2).stderr)
+
     def test_an_array_of_six_is_not_three(self):
         array = ("std_msgs/MultiArrayLayout layout\nfloat64[] data\n" + "=" * 80 + "\nMSG: std_msgs/MultiArrayLayout\n"
                  "float64[] dim\nuint32 data_offset\n")

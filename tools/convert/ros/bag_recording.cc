@@ -132,6 +132,8 @@ Result<std::size_t> BagRecording::FindTopic(const std::string& name) const {
     found = i;
   }
   if (found) return *found;
+  if (held.empty())
+    return Error(ErrorCode::kNoReadings, "the bag contains no topic that can be read");
   return Error(ErrorCode::kUnknownName,
                "--columns: no topic " + Printable(name) + "; the bag contains " + ListOf(held));
 }
