@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/burst_windows.h"
 
-#include <limits>
-
 #include "io/csv_reader.h"
 
 namespace truetriad {
@@ -54,6 +52,12 @@ SampleBlock BurstWindows::Samples::AsBlock(Triad triad) const {
   return {triad, time_ns, x, y, z, temperature_degc, pose, row, ambient_degc};
 }
 
+void BurstWindows::AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t line) {
+  const bool is_known = !other_times_.empty() && other_times_.back().time_ns == time_ns &&
+                        other_times_.back().row / size_ == row / size_;
+  if (!is_known) other_times_.push_back({row, time_ns, line});
+}
+
 Result<SampleBlock> BurstWindows::Spread(const SampleBlock& block,
                                          const std::vector<std::int64_t>& lines) {
   waiting_.Append(block, lines);
@@ -91,6 +95,9 @@ Status BurstWindows::SpreadWindows(bool at_end) {
     }
     last_ = window;
     begin = window->end;
+    while (!other_times_.empty() && other_times_.front().row / size_ <= window->number) {
+      other_times_.pop_front();
+    }
   }
   waiting_.MoveFirstTo(begin, &done_);
   return {};
@@ -104,25 +111,49 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
   while (window.end < rows.size() && rows[window.end] / size_ == window.number) ++window.end;
   if (window.end == rows.size() && !at_end) return std::optional<Window>();
   for (std::size_t i = begin; i < window.end; ++i) {
-    const std::int64_t stated = waiting_.time_ns[i];
-    if (stated == CsvReader::kMissingTime || stated == window.time_ns) continue;
-    if (window.time_ns != CsvReader::kMissingTime) {
-      return Fail(ErrorCode::kInvalidValue,
-                  i,
-                  "has another time than rows before it that are of the same " +
-                      std::to_string(size_) +
-                      " of window_samples; the first row of the file begins a window");
-    }
-    window.time_ns = stated;
+    TRUETRIAD_RETURN_IF_ERROR(TakeTime(waiting_.time_ns[i], waiting_.line[i], &window));
   }
-  if (window.time_ns >= std::numeric_limits<std::int64_t>::min() + kLongestInterval)
+  for (const Stated& stated : other_times_) {
+    const std::int64_t number = stated.row / size_;
+    if (number > window.number) break;
+    if (number == window.number)
+      TRUETRIAD_RETURN_IF_ERROR(TakeTime(stated.time_ns, stated.line, &window));
+  }
+  if (window.time_ns != CsvReader::kMissingTime) return std::optional(window);
+  // The time may be on the last row, which a cut file has not: as if it followed evenly.
+  const bool is_cut = at_end && window.end == rows.size() && (rows.back() + 1) % size_ != 0;
+  if (is_cut && last_ && window.number == last_->number + 1) {
+    window.time_ns = last_->time_ns + interval_ns_;
     return std::optional(window);
+  }
+  if (is_cut && !last_ && begin > 0)
+    return std::optional<Window>();  // The one before is the only one.
   return Fail(ErrorCode::kInvalidValue, begin, "begins a window of window_samples without a time");
 }
 
+Status BurstWindows::TakeTime(std::int64_t time_ns, std::int64_t line, Window* window) const {
+  if (time_ns == CsvReader::kMissingTime || time_ns == window->time_ns) return {};
+  // Samples lie up to an interval before the first time and behind the last one.
+  constexpr std::int64_t kFarthest = CsvReader::kFarthestTime - kLongestInterval;
+  if (time_ns < -kFarthest || time_ns > kFarthest) {
+    return Error(ErrorCode::kValueOutOfRange,
+                 {file_, line},
+                 "has a time that is out of range; check its unit, or the rate");
+  }
+  if (window->time_ns != CsvReader::kMissingTime) {
+    return Error(ErrorCode::kInvalidValue,
+                 {file_, line},
+                 "has another time than other rows of the same " + std::to_string(size_) +
+                     " of window_samples; the first row of the file begins a window");
+  }
+  window->time_ns = time_ns;
+  return {};
+}
+
 Status BurstWindows::MeasureInterval(const Window& earlier, const Window& later) {
-  // What is longer than the interval before by as much is a gap.
+  // What is longer than the interval before by as much is a gap; so many alike are the interval.
   constexpr double kGap = 1.5;
+  constexpr int kMostGapsAlike = 2;
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,
@@ -133,10 +164,13 @@ Status BurstWindows::MeasureInterval(const Window& earlier, const Window& later)
   const std::uint64_t between =
       (static_cast<std::uint64_t>(later.time_ns) - static_cast<std::uint64_t>(earlier.time_ns)) /
       static_cast<std::uint64_t>(later.number - earlier.number);
-  const auto longest = static_cast<double>(interval_ns_ > 0 ? interval_ns_ : kLongestInterval);
-  const bool is_gap = static_cast<double>(between) > (interval_ns_ > 0 ? kGap : 1.0) * longest ||
-                      between > static_cast<std::uint64_t>(kLongestInterval);
-  if (!is_gap) {
+  const auto length = static_cast<double>(between);
+  const bool is_long = interval_ns_ > 0 && length > kGap * static_cast<double>(interval_ns_);
+  const bool is_alike = length < kGap * last_gap_ns_ && length > last_gap_ns_ / kGap;
+  gaps_alike_ = !is_long ? 0 : is_alike ? gaps_alike_ + 1 : 1;
+  last_gap_ns_ = is_long ? length : 0.0;
+  const bool is_interval = gaps_alike_ == 0 || gaps_alike_ > kMostGapsAlike;
+  if (is_interval && length <= static_cast<double>(kLongestInterval)) {
     interval_ns_ = static_cast<std::int64_t>(between);
   } else if (interval_ns_ == 0) {
     return Fail(ErrorCode::kInvalidValue,

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,12 +27,16 @@ class BurstWindows {
   /// `size`: 2 … kMost rows of a window; the first row of the file begins one.
   BurstWindows(std::int64_t size, std::string file) : size_(size), file_(std::move(file)) {}
 
+  /// Takes the time on a row without a reading, before the first Spread that has a later row.
+  void AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t line);
+
   /// Takes samples whose time is CsvReader::kMissingTime where their row has none; `lines`: where
   /// each stands. Gives back what is complete, which stays valid until the next call.
   /// Error: a window with two times or none, times that do not grow.
   Result<SampleBlock> Spread(const SampleBlock& block, const std::vector<std::int64_t>& lines);
 
-  /// What is left at the end of the file. Error: as Spread; a single window.
+  /// What is left at the end of the file; a last window that is cut and has no time follows evenly.
+  /// Error: as Spread; a single window.
   Result<SampleBlock> Finish(Triad triad);
 
  private:
@@ -53,17 +58,27 @@ class BurstWindows {
     std::int64_t time_ns = 0;
   };
 
+  /// A time that a row states, and where it stands.
+  struct Stated {
+    std::int64_t row, time_ns, line;
+  };
+
   Status SpreadWindows(bool at_end);
   /// The window that begins with a sample; unset where more of it may come.
   Result<std::optional<Window>> WindowAt(std::size_t begin, bool at_end) const;
+  /// Gives a window a time that one of its rows states. Error: it has another.
+  Status TakeTime(std::int64_t time_ns, std::int64_t line, Window* window) const;
   Status MeasureInterval(const Window& earlier, const Window& later);
   Error Fail(ErrorCode code, std::size_t sample, const std::string& text) const;
 
   std::int64_t size_;
   std::string file_;
   Samples waiting_, done_;
-  std::optional<Window> last_;    ///< That has its times; its samples are gone.
-  std::int64_t interval_ns_ = 0;  ///< Between two windows; 0: not known yet.
+  std::deque<Stated> other_times_;  ///< On rows without a reading, of windows that wait.
+  std::optional<Window> last_;      ///< That has its times; its samples are gone.
+  std::int64_t interval_ns_ = 0;    ///< Between two windows; 0: not known yet.
+  int gaps_alike_ = 0;              ///< Of about the same length, one after another until now.
+  double last_gap_ns_ = 0.0;
 };
 
 }  // namespace truetriad

@@ -76,7 +76,7 @@ void ReadTime(YamlReader time, ManifestStream* stream) {
       time.Child("window_samples").Fail("must be from 1 to " + std::to_string(BurstWindows::kMost));
       layout.window_samples = 1;
     }
-    if (unit == "samples") {
+    if (unit == "samples" && !time.Child("column")) {
       time.Child("window_samples").Fail("needs the time of each window; state its column and unit");
     }
   }

@@ -64,7 +64,7 @@ Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
     yaml.Child("input").Fail("is not among the inputs, which are counted from 1");
     candidate.input = 1;
   }
-  candidate.time = ReadColumnUnit(yaml.Child("time"), {"window_samples"});
+  candidate.time = ReadColumnUnit(yaml.Child("time"), {"rate_hz", "window_samples"});
   for (std::size_t axis = 0; axis < 3; ++axis)
     yaml.Require(kAxisLetters.substr(axis, 1), &candidate.axes[axis]);
   yaml.Require("unit", &candidate.unit);

@@ -77,6 +77,7 @@ class Stream {
     counts_.samples += static_cast<std::int64_t>(selected_count_);
     counts_.dropped_empty += static_cast<std::int64_t>(row_count - selected_count_);
     if (!windows_) return block;
+    GiveTimesOfOtherRows(csv, row_count);
     lines_.resize(selected_count_);
     for (std::size_t i = 0; i < selected_count_; ++i) lines_[i] = csv.Line(SelectedRow(i));
     Result<SampleBlock> spread = windows_->Spread(block, lines_);
@@ -92,6 +93,20 @@ class Stream {
 
   /// What the file's end completes.
   Result<SampleBlock> TakeLastWindows() { return windows_->Finish(triad()); }
+
+  /// Of a window, the row with the time may be one without a reading.
+  void GiveTimesOfOtherRows(const CsvReader& csv, std::size_t row_count) {
+    if (all_) return;
+    const std::int64_t* const stated = csv.Times(layout_.time.column);
+    auto next_selected = selection_.begin();
+    for (std::size_t row = 0; row < row_count; ++row) {
+      if (next_selected != selection_.end() && *next_selected == row) {
+        ++next_selected;
+      } else if (stated[row] != CsvReader::kMissingTime) {
+        windows_->AddTime(csv.Rows()[row], Scaled(stated[row]), csv.Line(row));
+      }
+    }
+  }
 
   /// Times with the last one that is known where a row has none, or the first before it.
   std::span<const std::int64_t> LastKnown(std::span<const std::int64_t> times_ns) {
@@ -151,16 +166,19 @@ class Stream {
       times_.assign(rows.begin(), rows.end());
       for (std::int64_t& value : times_) value *= 1'000'000'000;
     }
-    // Sample numbers, in units of 1e-9: long double has the 64 bits that they may need.
-    // What lies beyond the farthest time CheckTimes refuses.
-    constexpr auto kBeyond = static_cast<long double>(CsvReader::kFarthestTime) + 1.0L;
-    for (std::int64_t& value : times_) {
-      if (value == CsvReader::kMissingTime) continue;
-      const long double time_ns =
-          static_cast<long double>(value) / static_cast<long double>(time.rate_hz);
-      value = std::llround(std::clamp(time_ns, -kBeyond, kBeyond));
-    }
+    for (std::int64_t& value : times_) value = Scaled(value);
     return times_;
+  }
+
+  /// A time, of the number of a sample in units of 1e-9 where the rate is not 1.
+  std::int64_t Scaled(std::int64_t value) const {
+    const double rate_hz = layout_.time.rate_hz;
+    if (value == CsvReader::kMissingTime || rate_hz == 1.0) return value;
+    // What lies beyond the farthest time CheckTimes refuses. Long double has the 64 bits that
+    // sample numbers may need.
+    constexpr auto kBeyond = static_cast<long double>(CsvReader::kFarthestTime) + 1.0L;
+    const long double time_ns = static_cast<long double>(value) / static_cast<long double>(rate_hz);
+    return std::llround(std::clamp(time_ns, -kBeyond, kBeyond));
   }
 
   std::span<const std::int64_t> Shifted(std::span<const std::int64_t> times_ns,

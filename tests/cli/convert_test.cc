@@ -644,6 +644,9 @@ TEST_F(Convert, TakesAMappingWithTemperatureAndOneWithoutTime) {
   EXPECT_EQ(warm.streams[Triad::kAccelerometer].time_ns[1], 8'000'000'000);
   EXPECT_THAT(Manifest(),
               AllOf(HasSubstr("temperature: {column: \"T\", unit: K}"), HasSubstr("si_per_count")));
+  ASSERT_EQ(Run(mapping("time: {column: n, unit: samples, rate_hz: 4}, unit: g"), log).exit_code,
+            0);
+  EXPECT_EQ(Samples().streams[Triad::kAccelerometer].time_ns[0], 1'750'000'000);
   ASSERT_EQ(Run(mapping("unit: m/s^2"), log).exit_code, 0);
   const Finished run = RunTruetriad({"inspect", out_ + "/recording.yaml"});
   EXPECT_THAT(run.out, HasSubstr("2 poses by every row"));

@@ -133,6 +133,130 @@ INSTANTIATE_TEST_SUITE_P(
         Writer{"Convert", "convert --from=six-face --input=faces --output=out/recording"}),
     [](const auto& test) { return test.param.name; });
 
+// A converter that is a program of its own.
+struct Converted {
+  std::string format;
+  std::string prepare;  // writes `log` below the folder $folder; run in the folder of the sources
+  std::string flags;
+
+  friend std::ostream& operator<<(std::ostream& out, const Converted& converted) {
+    return out << converted.format;
+  }
+};
+
+class KilledConverter : public ::testing::TestWithParam<Converted> {
+ protected:
+  void SetUp() override {
+    const std::string program = "truetriad-convert-" + GetParam().format;
+    if (!fs::exists(fs::path(TRUETRIAD_BINARY).parent_path() / program)) {
+      GTEST_SKIP() << program << " was not built";
+    }
+    const Finished made =
+        RunShell("export folder='" + folder_.Path(".") + "'; " + GetParam().prepare);
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+
+  std::string Line() const {
+    return std::string(kProgram) + " convert --from=" + GetParam().format +
+           " --input=log --output=out " + GetParam().flags;
+  }
+
+  // Kills with `kill` when some time has passed ($p: the process of truetriad), and waits until
+  // each process that was started has ended, also one that outlives its parent.
+  Finished RunKilled(const std::string& kill, double after_s) const {
+    char moment[32];
+    std::snprintf(moment, sizeof moment, "%.4f", after_s);
+    return RunShell("exec 9>lock; flock 9; " + Line() + " & p=$!; exec 9>&-; sleep " + moment +
+                        "; " + kill + "; wait $p; status=$?; flock lock true; exit $status",
+                    folder_.Path("."));
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_P(KilledConverter, LeavesAWholeRecordingOrNoneAndTheNextRunNoLitter) {
+  constexpr int kKills = 50;
+  // Who dies: truetriad and what it started; what it started, which it must say; truetriad alone.
+  const std::string children = "$(cat /proc/$p/task/$p/children 2>/dev/null)";
+  const std::string kills[] = {"kill -KILL $p " + children + " 2>/dev/null",
+                               "kill -KILL " + children + " 2>/dev/null",
+                               "kill -KILL $p 2>/dev/null"};
+  double took_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 5; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Finished finished = RunShell(Line(), folder_.Path("."));
+    ASSERT_EQ(finished.exit_code, 0) << finished.err;
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    took_s = std::min(took_s, took.count());
+  }
+  const std::map<std::string, std::string> whole = FilesIn(folder_.Path("out"));
+  ASSERT_TRUE(whole.contains("recording.yaml"));
+  Random random(11);
+  int killed = 0, said = 0;
+  for (int i = 0; i < kKills; ++i) {
+    const bool onto_nothing = i % 2 == 0;
+    if (onto_nothing) fs::remove_all(folder_.Path("out"));
+    const Finished run = RunKilled(kills[i % 3], took_s * random.Uniform());
+    const bool is_there = fs::exists(folder_.Path("out"));
+    EXPECT_TRUE(is_there || (onto_nothing && run.exit_code != 0));
+    if (is_there) EXPECT_EQ(FilesIn(folder_.Path("out")), whole) << i;
+    killed += run.exit_code == 0 ? 0 : 1;
+    if (i % 3 != 1 || run.exit_code == 0) continue;
+    ++said;
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_THAT(run.err, HasSubstr("was stopped by signal 9; its output is there as a whole, or"));
+  }
+  EXPECT_GT(killed, kKills / 4);
+  EXPECT_GT(said, 0);
+  ASSERT_EQ(RunShell(Line(), folder_.Path(".")).exit_code, 0);
+  EXPECT_EQ(FilesIn(folder_.Path("out")), whole);
+  EXPECT_THAT(LitterIn(folder_.Path(".")), IsEmpty());
+}
+
+constexpr char kOfDriver[] =
+    "--units=us,counts,rad/s --columns=accelerometer=/driver:low.acc@t_us,"
+    "gyroscope=/driver:gx+gy+gz@t_us";
+
+INSTANTIATE_TEST_SUITE_P(
+    Each,
+    KilledConverter,
+    ::testing::Values(
+        Converted{"dataflash", "tools/bench/make_log.py dataflash-2014 $folder/log 20000", ""},
+        Converted{"vectornav",
+                  "tools/bench/make_log.py vectornav $folder/log 20000",
+                  "--columns=time=100Hz"},
+        Converted{"ros1", "tests/convert/bags.py ros1 $folder/log 0 20000", kOfDriver},
+        Converted{"ros2-db3",
+                  "tests/convert/bags.py ros2-db3 $folder/log 0 10000; "
+                  "tests/convert/bags.py layout $folder/Reading.msg",
+                  std::string(kOfDriver) + " --layout=Reading.msg"},
+        Converted{"mcap", "tests/convert/bags.py mcap $folder/log 0 5000", kOfDriver},
+        Converted{
+            "ulog",
+            "cd tests/convert_node; python3 -c 'import os, writers; "
+            "open(os.environ[\"folder\"] + \"/log\", \"wb\").write(writers.appended_ulog()[0])'",
+            ""},
+        Converted{"parquet", "cp tests/convert_node/table.parquet $folder/log", ""},
+        Converted{"json",
+                  "python3 -c 'import json; print(json.dumps({\"acc\": [[i, 2, 3] for i in "
+                  "range(20000)]}))' > $folder/log",
+                  "--units=g --columns=accelerometer=acc@100Hz"},
+        Converted{"mat",
+                  "\"$(dirname '" TRUETRIAD_BINARY
+                  "')\"/tests/convert/truetriad_make_mat 5z $folder/log 20000",
+                  "--units=s,m/s^2 --columns=accelerometer=imu.acc@t"},
+        Converted{
+            "gnss-ins-sim",
+            "mkdir $folder/log; cd $folder/log; (echo 'time (sec)'; seq 0 0.01 200) > time.csv; "
+            "(echo 'accel_x (m/s^2),accel_y (m/s^2),accel_z (m/s^2)'; seq -f '%g,1,2' 0 20000) "
+            "> accel-0.csv",
+            ""}),
+    [](const auto& test) {
+      std::string name = test.param.format;
+      std::erase(name, '-');
+      return name;
+    });
+
 TEST(TwoWriters, OfOneFolderLeaveAWholeResult) {
   const TemporaryFolder folder;
   folder.Write("log.csv", LogText({.rests = 16}));

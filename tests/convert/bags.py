@@ -1,5 +1,9 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes ROS bags of any messages, from the formats' descriptions: for the tests to compare with.
+
+    bags.py ros1|ros2-db3|mcap FILE FIRST COUNT     messages FIRST … of CUSTOM on /driver; ros2-db3 has no definition
+    bags.py layout FILE                             that definition, for --layout
 
 A layout is [(type, name)], as a .msg file lists fields; types are those of ROS, `float32[3]`, `float64[]`,
 `Header` (stamp in ns and frame), `time` (ns), or another layout.
@@ -7,8 +11,11 @@ A layout is [(type, name)], as a .msg file lists fields; types are those of ROS,
 import re
 import sqlite3
 import struct
+import sys
 import zlib
+from pathlib import Path
 
+START_NS = 1_700_000_000 * 10**9
 CODES = {"bool": "?", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
          "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"}
 
@@ -107,21 +114,61 @@ def db3(path, topics, messages):
     database.close()
 
 
-def mcap(path, topics, messages):
-    """As ros1."""
+def mcap(path, topics, messages, most=10**9, is_checked=True):
+    """As ros1; `most` messages a chunk, `is_checked`: with its checksum."""
     def record(kind, body):
         return struct.pack("<BQ", kind, len(body)) + body
 
     def text(words):
         return struct.pack("<I", len(words.encode())) + words.encode()
 
-    body = b""
+    known = b""
     for number, (name, (kind, definition)) in enumerate(topics.items()):
-        body += record(3, struct.pack("<H", number + 1) + text(kind) + text("ros2msg") + text(definition))
-        body += record(4, struct.pack("<HH", number, number + 1) + text(name) + text("cdr") + struct.pack("<I", 0))
+        known += record(3, struct.pack("<H", number + 1) + text(kind) + text("ros2msg") + text(definition))
+        known += record(4, struct.pack("<HH", number, number + 1) + text(name) + text("cdr") + struct.pack("<I", 0))
     numbers = {name: number for number, name in enumerate(topics)}
-    for name, ns, data in messages:
-        body += record(5, struct.pack("<HIQQ", numbers[name], 0, ns, ns) + data)
-    chunk = struct.pack("<QQQI", 0, 0, len(body), zlib.crc32(body)) + text("") + struct.pack("<Q", len(body)) + body
-    path.write_bytes(b"\x89MCAP0\r\n" + record(1, text("ros2") + text("")) + record(6, chunk) + record(15, bytes(4)) +
+    chunks = b""
+    for begin in range(0, len(messages), most):
+        body = known
+        for name, ns, data in messages[begin:begin + most]:
+            body += record(5, struct.pack("<HIQQ", numbers[name], 0, ns, ns) + data)
+        checksum = zlib.crc32(body) if is_checked else 0
+        chunks += record(6, struct.pack("<QQQI", 0, 0, len(body), checksum) + text("") + struct.pack("<Q", len(body)) + body)
+    path.write_bytes(b"\x89MCAP0\r\n" + record(1, text("ros2") + text("")) + chunks + record(15, bytes(4)) +
                      record(2, bytes(20)) + b"\x89MCAP0\r\n")
+
+
+# A driver's own message.
+SAMPLE = [("int16[3]", "acc"), ("float32", "temp")]
+CUSTOM = [("uint8", "unit"), ("uint64", "t_us"), ("string", "note"), (SAMPLE, "low"), ("float64[]", "all"),
+          ("bool", "ok"), ("float32", "gx"), ("float32", "gy"), ("float32", "gz"), ("int8[5]", "rest")]
+CUSTOM_TEXT = ("# of a driver\nuint8 RANGE=4\nuint8 unit 1\nuint64 t_us # counts up\nstring note\nmine/{0}Sample low\n"
+               "float64[] all\n\nbool ok\nfloat32 gx\nfloat32 gy\nfloat32 gz\nint8[5] rest\n" + "=" * 80 +
+               "\nMSG: mine/{0}Sample\nint16[3] acc\nfloat32 temp\n")
+
+
+def custom_values(i):
+    """Message i of CUSTOM, 2.5 ms behind the one before."""
+    return [3, 10**9 + 2500 * i, "n" * (i % 5), [[i, -i, 4096], 20 + i / 8], [0.5] * (i % 4) + [i, 2, 3], i % 2,
+            0.1 * i, -0.2 * i, 0.3, [1, 2, 3, 4, 5]]
+
+
+def write_custom(kind, path, first, count, **more):
+    """Messages first … of CUSTOM on /driver; `ros2-db3` without the definition."""
+    write, is_cdr = {"ros1": (ros1, False), "ros2-db3": (db3, True), "mcap": (mcap, True)}[kind]
+    text = "" if kind == "ros2-db3" else CUSTOM_TEXT.format("msg/" if is_cdr else "")
+    write(path, {"/driver": ("mine/msg/Reading" if is_cdr else "mine/Reading", text)},
+          [("/driver", START_NS + 2_500_000 * i, message(CUSTOM, custom_values(i), is_cdr))
+           for i in range(first, first + count)], **more)
+
+
+def main():
+    kind, path = sys.argv[1], Path(sys.argv[2])
+    if kind == "layout":
+        path.write_text(CUSTOM_TEXT.format(""))
+    else:
+        write_custom(kind, path, *map(int, sys.argv[3:]))
+
+
+if __name__ == "__main__":
+    main()

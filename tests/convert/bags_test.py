@@ -14,29 +14,18 @@ import unittest
 from pathlib import Path
 
 import bags
+from bags import CUSTOM, CUSTOM_TEXT, START_NS, custom_values
 
 PROGRAMS = Path(os.environ["PROGRAMS"])
-START_NS = 1_700_000_000 * 10**9
 FORMATS = {"ros1": (bags.ros1, ".bag"), "ros2-db3": (bags.db3, ".db3"), "mcap": (bags.mcap, ".mcap")}
 AVAILABLE = [kind for kind in FORMATS if (PROGRAMS / f"truetriad-convert-{kind}").exists()]
 
-SAMPLE = [("int16[3]", "acc"), ("float32", "temp")]
-CUSTOM = [("uint8", "unit"), ("uint64", "t_us"), ("string", "note"), (SAMPLE, "low"), ("float64[]", "all"),
-          ("bool", "ok"), ("float32", "gx"), ("float32", "gy"), ("float32", "gz"), ("int8[5]", "rest")]
-CUSTOM_TEXT = ("# of a driver\nuint8 RANGE=4\nuint8 unit 1\nuint64 t_us # counts up\nstring note\nmine/{0}Sample low\n"
-               "float64[] all\n\nbool ok\nfloat32 gx\nfloat32 gy\nfloat32 gz\nint8[5] rest\n" + "=" * 80 +
-               "\nMSG: mine/{0}Sample\nint16[3] acc\nfloat32 temp\n")
 STAMPED = [("Header", "header"), ("float64", "x"), ("float64", "y"), ("float64", "z")]
 ARRAY = [([("float64[]", "dim"), ("uint32", "offset")], "layout"), ("float64[]", "data")]
 
 
 def float32(value):
     return struct.unpack("f", struct.pack("f", value))[0]
-
-
-def custom_values(i):
-    return [3, 10**9 + 2500 * i, "n" * (i % 5), [[i, -i, 4096], 20 + i / 8], [0.5] * (i % 4) + [i, 2, 3], i % 2,
-            0.1 * i, -0.2 * i, 0.3, [1, 2, 3, 4, 5]]
 
 
 class Bags(unittest.TestCase):
@@ -119,6 +108,37 @@ class Bags(unittest.TestCase):
                                  [(START_NS + 10**7 * i, [i, -i, 9.5]) for i in range(40)])
                 self.assertEqual([row[:2] for row in self.rows("gyroscope")],
                                  [(START_NS + 10**7 * i + 5, [i, 2 * i, 0.25]) for i in range(40)])
+
+    def test_a_bag_without_topics_is_bad_input(self):
+        for kind in AVAILABLE:
+            with self.subTest(kind=kind):
+                path = self.write(kind, "empty", {}, [])
+                done = self.convert(kind, path, "--columns=accelerometer=/driver:low.acc", "--units=g", code=2)
+                self.assertIn("no topic that can be read", done.stderr)
+                self.assertIn("no topic that can be read", self.convert(kind, path, "--topic=/imu", code=2).stderr)
+
+    def test_an_array_of_six_is_not_three(self):
+        array = ("std_msgs/MultiArrayLayout layout\nfloat64[] data\n" + "=" * 80 + "\nMSG: std_msgs/MultiArrayLayout\n"
+                 "float64[] dim\nuint32 data_offset\n")
+        topics = {"/imu": ("std_msgs/Float64MultiArray", array, ARRAY)}
+        for kind in AVAILABLE:
+            with self.subTest(kind=kind):
+                path = self.write(kind, "six", topics, [("/imu", START_NS + i, [[[], 0], [i, 1, 2, 3, 4, -i]])
+                                                        for i in range(40)])
+                for fields in ("", ":data"):
+                    done = self.convert(kind, path, f"--columns=accelerometer=/imu{fields}", "--units=g",
+                                        code=1 if kind == "mcap" else 2)
+                    self.assertIn("data:4-6", done.stderr)
+                self.convert(kind, path, "--columns=accelerometer=/imu:data:1-3,gyroscope=/imu:data:4-6",
+                             "--units=g,deg/s")
+                self.assertEqual([row[1] for row in self.rows("accelerometer")], [[i, 1, 2] for i in range(40)])
+                self.assertEqual([row[1] for row in self.rows("gyroscope")], [[3, 4, -i] for i in range(40)])
+                # One message of another length, as of a sensor that restarts.
+                path = self.write(kind, "mixed", topics, [("/imu", START_NS + i, [[[], 0], [i, 1, 2][:3 - i // 39]])
+                                                          for i in range(40)])
+                done = self.convert(kind, path, "--columns=accelerometer=/imu:data", "--units=g")
+                self.assertEqual(len(self.rows("accelerometer")), 39)
+                self.assertIn("1 message", done.stderr)
 
     def test_a_definition_that_the_bag_has_not(self):
         if "ros2-db3" not in AVAILABLE:

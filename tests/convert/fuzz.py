@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a converter on damaged variants of a valid log.
 
-    fuzz.py CONVERTER LOG COUNT [--seed=N] [--inspect=TRUETRIAD] [ARGUMENT]...
+    fuzz.py CONVERTER LOG COUNT [--seed=N] [--inspect=TRUETRIAD] [--layout-of=BAG] [ARGUMENT]...
 
 Bits flipped, bytes overwritten, cut out, put in or doubled, the end cut off, lengths replaced by lies.
-Each run must end by itself within 20 s, with exit code 0, 1 or 2 and a message where it is not 0,
-without a sanitizer's report, with bounded memory, and leave a recording that can be read to its end, or
-nothing. Prints how many of which; exit code 1 when one did not, with the variant kept in fuzz-failures/.
+With --layout-of, LOG is the --layout of a bag that is whole. Each run must end by itself within 20 s, with
+exit code 0, 1 or 2 and a message where it is not 0, without a sanitizer's report, with bounded memory, and
+leave a recording that can be read to its end, or nothing. Prints how many of which; exit code 1 when one did not, with the variant kept in fuzz-failures/.
 """
 
 import os
@@ -109,12 +109,14 @@ def unreadable(truetriad, folder):
 
 def main():
     converter, log, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
-    seed, inspect, more = 1, None, []
+    seed, inspect, bag, more = 1, None, None, []
     for argument in sys.argv[4:]:
         if argument.startswith("--seed="):
             seed = int(argument[7:])
         elif argument.startswith("--inspect="):
             inspect = argument[10:]
+        elif argument.startswith("--layout-of="):
+            bag = argument[12:]
         else:
             more.append(argument)
     valid = open(log, "rb").read()
@@ -126,8 +128,9 @@ def main():
             with open(path, "wb") as file:
                 file.write(damaged(valid, random.Random(seed * 1_000_003 + number)))
             with open(os.path.join(folder, "stderr"), "wb") as errors:
+                damaged_input = [bag, f"--layout={path}"] if bag else [path]
                 code, seconds, memory = run(
-                    [converter, path, f"--output={folder}/out", *more], errors)
+                    [converter, *damaged_input, f"--output={folder}/out", *more], errors)
             said = open(os.path.join(folder, "stderr"), "rb").read().decode("utf-8", "replace")
             ended += "the reader crashed on it" in said
             wrong = complaint(code, memory, said, folder, name)

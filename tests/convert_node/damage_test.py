@@ -16,6 +16,9 @@ from pathlib import Path
 
 import writers
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "convert"))
+import bags  # noqa: E402
+
 PROGRAMS = Path(os.environ["PROGRAMS"])
 DATASETS = Path(os.environ["DATASETS"])
 SKIPPED = 77
@@ -27,6 +30,8 @@ SOURCES = (("ulog", DATASETS / "e-ulog-px4" / "sample_log_small.ulg", []),
            ("ulog", DATASETS / "e-ulog-px4" / "sample.ulg", ["--topic=sensor_combined"]),
            ("ulog", "appended.ulg", []),
            ("mcap", DATASETS / "e-rosbag2-format" / "test_bag_mcap.mcap", []),
+           ("mcap", "driver.mcap", ["--units=us,counts,rad/s,degC", "--columns=accelerometer=/driver:low.acc@t_us,"
+                                    "gyroscope=/driver:gx+gy+gz@t_us,temperature=/driver:low.temp"]),
            ("parquet", Path(__file__).resolve().parent / "table.parquet", []))
 
 
@@ -89,6 +94,7 @@ def main():
     failures = 0
     made = tempfile.TemporaryDirectory()
     (Path(made.name) / "appended.ulg").write_bytes(writers.appended_ulog()[0])
+    bags.write_custom("mcap", Path(made.name) / "driver.mcap", 0, 400, most=50, is_checked=False)
     for kind, source, flags in SOURCES:
         if sys.argv[2:] and kind not in sys.argv[2:]:
             continue

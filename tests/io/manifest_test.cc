@@ -19,6 +19,7 @@ namespace truetriad {
 namespace manifest_test {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -175,6 +176,109 @@ TEST_F(ManifestWindows, SpreadSamplesEvenlyUpToTheirTime) {
   }
 }
 
+// Of two sensors in one file, the rows of one have no reading of the other.
+TEST_F(ManifestWindows, TakeTheirTimeFromARowWithoutAReading) {
+  for (const std::string time : {"40", "40\n40,,,,"}) {
+    const std::string rows =
+        ",0,1,1,\n,1,1,1,\n,2,1,1,\n40,,,,\n,4,1,1,\n80,,,,\n,6,1,1,\n,7,1,1,\n";
+    const StreamSamples stream = Read(rows, 4);
+    EXPECT_THAT(stream.x, ElementsAre(0, 1, 2, 4, 6, 7));
+    EXPECT_THAT(
+        stream.time_ns,
+        ElementsAre(10'000'000, 20'000'000, 30'000'000, 50'000'000, 70'000'000, 80'000'000));
+  }
+  // A window without any reading, which has a time all the same; one with two times.
+  const StreamSamples stream = Read("20,0,1,1,\n,1,1,1,\n40,,,,\n,,,,\n60,4,1,1,\n,5,1,1,\n", 2);
+  EXPECT_THAT(stream.time_ns, ElementsAre(10'000'000, 20'000'000, 50'000'000, 60'000'000));
+  EXPECT_THAT(ErrorOf("1,1,1,1,\n2,,,,\n3,1,1,1,\n3,1,1,1,\n", 2),
+              HasSubstr("log.csv:3: has another time than other rows of the same 2 of window"));
+}
+
+TEST_F(ManifestWindows, MayHaveNumbersOfSamplesForTimes) {
+  const auto read = [&](const std::string& rows, const std::string& rate_hz) {
+    folder_.Write("log.csv", "t,a,b,c\n" + rows);
+    return ReadRecording(WriteStream("    time: {column: t, unit: samples, rate_hz: " + rate_hz +
+                                     ", window_samples: 4}\n" + axes_));
+  };
+  // On the last row of a window; a row without a reading; lost samples behind the second window.
+  const std::string rows =
+      ",0,1,1\n,1,1,1\n,2,1,1\n4,3,1,1\n,4,1,1\n,,,\n,6,1,1\n8,7,1,1\n"
+      ",8,1,1\n,9,1,1\n,10,1,1\n40,11,1,1\n44,12,1,1\n";
+  const Result<RecordingSamples> recording = read(rows, "100");
+  ASSERT_TRUE(recording) << recording.error().message;
+  const StreamSamples& stream = recording->streams[Triad::kAccelerometer];
+  EXPECT_THAT(stream.x, ElementsAre(0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12));
+  std::vector<double> samples;
+  for (const std::int64_t time_ns : stream.time_ns) samples.push_back(1e-7 * time_ns);
+  EXPECT_THAT(samples, ElementsAre(1, 2, 3, 4, 5, 7, 8, 37, 38, 39, 40, 41));
+  // Rates at which numbers are no times any more.
+  for (const std::string rate_hz : {"1e-300", "1e-9", "1e-7"}) {
+    const Result<RecordingSamples> slow = read(rows, rate_hz);
+    ASSERT_FALSE(slow) << rate_hz;
+    EXPECT_THAT(slow.error().message,
+                AnyOf(HasSubstr("out of range"), HasSubstr("more than a day")));
+  }
+  folder_.Write("log.csv", "t,a,b,c\n1,1,1,1\n");
+  EXPECT_THAT(ReadingError(WriteStream(
+                  "    time: {unit: samples, rate_hz: 9, window_samples: 4}\n" + axes_)),
+              HasSubstr("window_samples: needs the time of each window"));
+}
+
+// With the time on the last row, a log that was cut ends with samples without one.
+TEST_F(ManifestWindows, GoOnEvenlyWhereTheFileIsCut) {
+  const std::string rows = ",0,1,1,\n,1,1,1,\n20,2,1,1,\n,3,1,1,\n,4,1,1,\n50,5,1,1,\n";
+  const StreamSamples stream = Read(rows + ",6,1,1,\n,7,1,1,\n", 3);
+  EXPECT_THAT(stream.x, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+  std::vector<double> ms;
+  for (const std::int64_t time_ns : stream.time_ns) ms.push_back(1e-6 * time_ns);
+  EXPECT_THAT(ms, ElementsAre(0, 10, 20, 30, 40, 50, 60, 70));
+  EXPECT_THAT(ErrorOf(rows + ",6,1,1,\n,7,1,1,\n,8,1,1,\n", 3),
+              HasSubstr("log.csv:8: begins a window of window_samples without a time"));
+  EXPECT_THAT(ErrorOf(",0,1,1,\n,1,1,1,\n20,2,1,1,\n,3,1,1,\n", 3),
+              HasSubstr("log.csv:2: begins the only window of window_samples"));
+  EXPECT_THAT(ErrorOf(",0,1,1,\n,1,1,1,\n", 3),
+              HasSubstr("log.csv:2: begins a window of window_samples without a time"));
+}
+
+// Windows that come early and late, lost ones, and one that comes twice.
+TEST_F(ManifestWindows, WithJitterKeepTheirSamplesInOrder) {
+  std::string rows;
+  std::vector<int> times;
+  for (int w = 1; w <= 400; ++w) {
+    if (w % 50 == 0) continue;
+    times.push_back(80 * w + 7919 * w % 31);
+    for (int i = 1; i <= 8; ++i) {
+      rows += (i == 8 ? std::to_string(times.back()) : "") + "," + std::to_string(8 * w + i) +
+              ",1,1,\n";
+    }
+  }
+  const StreamSamples stream = Read(rows, 8);
+  ASSERT_EQ(stream.x.size(), 8 * times.size());
+  for (std::size_t i = 0; i < stream.x.size(); ++i) {
+    if (i > 0) ASSERT_LT(stream.time_ns[i - 1], stream.time_ns[i]) << i;
+    const std::int64_t window_ns = std::int64_t{1'000'000} * times[i / 8];
+    EXPECT_LE(stream.time_ns[i], window_ns);
+    if (i % 8 == 7) EXPECT_EQ(stream.time_ns[i], window_ns);
+    // A window is 50 to 110 ms behind the one before, where none was lost.
+    EXPECT_GT(stream.time_ns[i], window_ns - 110'000'000);
+  }
+  EXPECT_THAT(ErrorOf(rows + ",1,1,1,\n" + std::to_string(times.back()) + ",1,1,1,\n", 8),
+              HasSubstr("whose time is not behind that of the one before"));
+}
+
+// A logger's first windows may come at once, and its rate may change; two lost windows are neither.
+TEST_F(ManifestWindows, AreNoGapsForEverWhereTheIntervalGrows) {
+  std::string rows;
+  for (const int ms : {60, 80, 160, 240, 320, 400, 560, 720, 800}) {
+    for (int i = 1; i <= 4; ++i) rows += (i == 4 ? std::to_string(ms) : "") + ",1,1,1,\n";
+  }
+  const StreamSamples stream = Read(rows, 4);
+  std::vector<double> ms_of_third;
+  for (std::size_t i = 2; i < stream.time_ns.size(); i += 4)
+    ms_of_third.push_back(1e-6 * stream.time_ns[i]);
+  EXPECT_THAT(ms_of_third, ElementsAre(55, 75, 155, 235, 300, 380, 540, 700, 780));
+}
+
 TEST_F(ManifestWindows, DoNotDependOnHowTheFileIsRead) {
   std::string rows;
   constexpr int kSize = 1000;
@@ -193,7 +297,7 @@ TEST_F(ManifestWindows, DoNotDependOnHowTheFileIsRead) {
 
 TEST_F(ManifestWindows, RefuseWhatIsNoWindow) {
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n1,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
-              HasSubstr("log.csv:5: has another time than rows before it that are of the same 2"));
+              HasSubstr("log.csv:5: has another time than other rows of the same 2 of window"));
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n,1,1,1,\n,1,1,1,\n", 2),
               HasSubstr("log.csv:4: begins a window of window_samples without a time"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),

@@ -110,7 +110,7 @@ Result<ProgramRun> RunProgram(const std::string& program,
   }
   return Error(ErrorCode::kDamagedFile,
                program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
-                   "; nothing was written");
+                   "; its output is there as a whole, or not at all");
 }
 
 }  // namespace truetriad

@@ -186,9 +186,12 @@ function laidOutTaker(options, topics) {
       const isThere = columns.isNamed(message, fields, role === 'temperature' ? 1 : 3);
       const hasTime = !time || columns.timeAt(message, time, 1) !== null;
       if (!isThere || !hasTime) {
+        const wanted = role === 'temperature' ? 'number' : 'three readings';
+        const kind = isThere ? 'a time' : role === 'temperature' ? 'a number' : 'three numbers';
+        const isUnnamed = !isThere && !fields;
         throw new UsageError(
-          `--columns: \`${printable(isThere ? time : fields)}\` is not ${isThere ? 'a time' : role === 'temperature' ? 'a number' : 'three numbers'} ` +
-            `of ${printable(topic)}, whose first message has ${listOf(columns.fieldsOf(message), 40)}; as in acc, gx+gy+gz or data:4-6`, 'unknown-name');
+          `--columns: ${isUnnamed ? `name the ${wanted} of` : `\`${printable(isThere ? time : fields)}\` is not ${kind} of`} ` +
+            `${printable(topic)}, whose first message has ${listOf(columns.fieldsOf(message), 40)}; as in acc, gx+gy+gz or data:4-6`, 'unknown-name');
       }
     }
   };
@@ -268,6 +271,10 @@ async function run(options, note) {
     list(topics);
     return;
   }
+  if (topics.length === 0) {
+    const damages = files.map(({ damage }) => damage).filter((text) => text);
+    throw new BadInput(`${options.input}: contains no topic that can be read${damages.length > 0 ? `: ${damages.join('; ')}` : ''}`, 'no-readings');
+  }
   const laidOut = isLaidOut ? laidOutTaker(options, topics) : null;
   const chosen = isLaidOut ? null : choose(topics, options);
   const folder = new RecordingFolder(options.output, files.map(({ file }) => file));
@@ -285,7 +292,10 @@ async function run(options, note) {
     frame: [...frames].filter((frame) => frame).join(' '),
     streams: Object.entries(taker.tables).map(([triad, table]) => ({ table, unit: taker.units[triad] })),
   });
-  if (!written) throw new BadInput(`${options.input}: the log contains no complete reading`, 'no-readings');
+  if (!written) {
+    const why = damage.length > 0 ? `: ${damage.join('; ')}` : '';
+    throw new BadInput(`${options.input}: the log contains no complete reading${why}`, 'no-readings');
+  }
   await breathe();
   folder.commit();
   for (const table of Object.values(taker.tables)) note(table.summary());

@@ -2,12 +2,16 @@
 #include "tools/convert/common/isolation.h"
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <system_error>
 
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -36,6 +40,14 @@ void BoundMemory([[maybe_unused]] const std::vector<std::string>& paths) {
 #endif
 }
 
+/// Nobody waits for the child of a process that was killed.
+void EndWith([[maybe_unused]] pid_t parent) {
+#ifdef __linux__
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(static_cast<int>(ErrorKind::kBadInput));
+#endif
+}
+
 int Work(const std::function<Status()>& work) {
   try {
     if (const Status status = work(); !status) return Report(status.error());
@@ -51,11 +63,13 @@ int Work(const std::function<Status()>& work) {
 
 Status Isolated(const std::vector<std::string>& paths, const std::function<Status()>& work) {
   std::fflush(stdout);
+  const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0)
     return Error(ErrorCode::kSystemFailure,
                  std::string("cannot start a process: ") + std::strerror(errno));
   if (child == 0) {
+    EndWith(parent);
     BoundMemory(paths);
     _exit(Work(work));  // What the parent holds is the parent's to clear away.
   }

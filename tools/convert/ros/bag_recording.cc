@@ -132,6 +132,8 @@ Result<std::size_t> BagRecording::FindTopic(const std::string& name) const {
     found = i;
   }
   if (found) return *found;
+  if (held.empty())
+    return Error(ErrorCode::kNoReadings, "the bag contains no topic that can be read");
   return Error(ErrorCode::kUnknownName,
                "--columns: no topic " + Printable(name) + "; the bag contains " + ListOf(held));
 }
@@ -221,9 +223,8 @@ Status BagRecording::AddRole(const std::string& role,
   }
   Sensor sensor;
   sensor.triad = *triad;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> paths,
-                             numbers.Vector(reference.fields));
-  for (std::size_t axis = 0; axis < 3; ++axis) sensor.places[axis] = numbers.Ask(paths[axis]);
+  TRUETRIAD_ASSIGN_OR_RETURN(const MessageNumbers::Three three, numbers.Vector(reference.fields));
+  sensor.places = numbers.Ask(three);
   std::string time = numbers.Stamp();
   if (!reference.time.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(time, numbers.Single(reference.time));
@@ -261,7 +262,7 @@ void BagRecording::TakeLaidOut(LaidOutTopic* topic,
   ++messages_;
   MessageNumbers& numbers = *topic->numbers;
   if (!numbers.Read(bytes)) {
-    ++damaged_;
+    ++(numbers.WasNotThree() ? not_three_ : damaged_);
     return;
   }
   if (topic->temperature) {
@@ -305,6 +306,12 @@ Status BagRecording::Commit() {
     Note(Count(damaged_, "message", "messages") +
          " skipped (too short, malformed, or not of the layout)");
     folder_->SetSource("messages skipped", std::to_string(damaged_));
+  }
+  if (not_three_ > 0) {
+    Note(Count(not_three_, "message", "messages") +
+         " skipped (an array that is not of three numbers; say which three, as in data:4-6)");
+    folder_->SetSource("messages skipped for an array of another length",
+                       std::to_string(not_three_));
   }
   if (without_stamp_ > 0) {
     Note(Count(without_stamp_, "message", "messages") + " of " + std::to_string(messages_) +

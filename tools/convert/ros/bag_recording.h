@@ -89,7 +89,7 @@ class BagRecording {
   std::optional<MessageLayouts> layouts_;
   std::unique_ptr<RecordingFolder> folder_;
   std::map<std::size_t, LaidOutTopic> laid_out_;
-  std::uint64_t damaged_ = 0, without_stamp_ = 0, messages_ = 0;
+  std::uint64_t damaged_ = 0, not_three_ = 0, without_stamp_ = 0, messages_ = 0;
 };
 
 /// What --columns, --units and --layout say, for --help.

@@ -61,6 +61,8 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
   for (const std::string& name : arguments.topics) {
     const auto found = std::find_if(
         topics.begin(), topics.end(), [&](const Topic& topic) { return topic.name == name; });
+    if (found == topics.end() && held.empty())
+      return Error(ErrorCode::kNoReadings, "the bag contains no topic that can be read");
     if (found == topics.end()) {
       return Error(ErrorCode::kUnknownName,
                    "--topic=" + name + ": no such topic; the bag contains " + ListOf(held));

@@ -278,14 +278,14 @@ Result<std::string> MessageNumbers::Single(const std::string& reference) const {
                    ", which has " + Fields());
 }
 
-Result<std::vector<std::string>> MessageNumbers::Vector(const std::string& reference) const {
-  const auto of_parts = [&](std::array<std::string, 3> parts) -> Result<std::vector<std::string>> {
-    std::vector<std::string> paths;
+Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& reference) const {
+  const auto of_parts = [&](std::array<std::string, 3> parts) -> Result<Three> {
+    Three three;
     for (const std::string& part : parts) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::string path, Single(part));
-      paths.push_back(std::move(path));
+      three.paths.push_back(std::move(path));
     }
-    return paths;
+    return three;
   };
   const std::size_t plus = reference.find('+');
   const std::size_t second = plus == std::string::npos ? plus : reference.find('+', plus + 1);
@@ -309,12 +309,13 @@ Result<std::vector<std::string>> MessageNumbers::Vector(const std::string& refer
                        name + ':' + std::to_string(*last)});
     }
   }
-  std::vector<std::vector<std::string>> found;
+  std::vector<Three> found;
   const auto consider = [&](const LaidOutField& field, const std::string& path) {
     if (field.array != Array::kNone && field.kind != Kind::kString &&
         field.kind != Kind::kMessage) {
-      if (field.array == Array::kSequence || field.count == 3)
-        found.push_back({path + ".0", path + ".1", path + ".2"});
+      const bool is_sequence = field.array == Array::kSequence;
+      if (is_sequence || field.count == 3)
+        found.push_back({{path + ".0", path + ".1", path + ".2"}, is_sequence ? path : ""});
     } else if (field.kind == Kind::kMessage && field.array == Array::kNone) {
       const auto parts = of_parts({path + ".x", path + ".y", path + ".z"});
       if (parts && layouts_->Find(field.type)->size() == 3) found.push_back(*parts);
@@ -340,8 +341,10 @@ std::string MessageNumbers::Stamp() const {
   std::vector<std::string> times;
   for (const LaidOutField& field : fields) {
     if (field.array != Array::kNone) continue;
-    if (field.kind == Kind::kMessage && TypeName(field.type) == "std_msgs/Header")
-      return field.name + ".stamp";
+    // A layout may have a header of its own.
+    const bool is_header =
+        field.kind == Kind::kMessage && TypeName(field.type) == "std_msgs/Header";
+    if (is_header && IsTime(field.name + ".stamp")) return field.name + ".stamp";
     if (field.kind == Kind::kTime) times.push_back(field.name);
   }
   return times.size() == 1 ? times[0] : "";
@@ -352,7 +355,7 @@ bool MessageNumbers::IsTime(const std::string& path) const {
   return field != nullptr && field->kind == Kind::kTime;
 }
 
-std::size_t MessageNumbers::Ask(const std::string& path) {
+MessageNumbers::Asked* MessageNumbers::Find(const std::string& path) {
   Asked* asked = &asked_;
   std::string_view rest = path;
   while (!rest.empty()) {
@@ -360,11 +363,23 @@ std::size_t MessageNumbers::Ask(const std::string& path) {
     rest.remove_prefix(std::min(part.size() + 1, rest.size()));
     asked = &asked->parts[part];
   }
+  return asked;
+}
+
+std::size_t MessageNumbers::Ask(const std::string& path) {
+  Asked* const asked = Find(path);
   if (!asked->place) {
     asked->place = numbers_.size();
     numbers_.emplace_back();
   }
   return *asked->place;
+}
+
+std::array<std::size_t, 3> MessageNumbers::Ask(const Three& three) {
+  std::array<std::size_t, 3> places{};
+  for (std::size_t axis = 0; axis < 3; ++axis) places[axis] = Ask(three.paths[axis]);
+  if (!three.sequence.empty()) Find(three.sequence)->has_three = true;
+  return places;
 }
 
 /// Goes through one message.
@@ -412,6 +427,8 @@ class MessageNumbers::Walk {
       count = Load(4);
       // Every element has a byte at least.
       if (count > left_.size()) failed_ = true;
+      if (!failed_ && asked != nullptr && asked->has_three && count != 3)
+        numbers_->was_not_three_ = failed_ = true;
     }
     if (asked == nullptr && field.size > 0 && field.kind != Kind::kTime) {
       if (count > 0 && !failed_) Skip(field.size, count * field.size);
@@ -514,6 +531,7 @@ class MessageNumbers::Walk {
 
 bool MessageNumbers::Read(std::string_view bytes) {
   found_.assign(numbers_.size(), false);
+  was_not_three_ = false;
   Walk walk(this, bytes);
   return walk.Run() && std::find(found_.begin(), found_.end(), false) == found_.end();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -62,9 +63,15 @@ class MessageNumbers {
   /// `layouts` and `type` must have been checked, and live longer.
   MessageNumbers(const MessageLayouts* layouts, std::string type, Encoding encoding);
 
+  /// Three numbers of a message.
+  struct Three {
+    std::vector<std::string> paths;
+    std::string sequence;  ///< The array that they are the whole of, of any length by its type.
+  };
+
   /// The three numbers that a user calls "acc", "vector", "gx+gy+gz" or "data:4-6" (counted from
   /// 1); empty: the only field with three. Error (usage): says which fields there are.
-  Result<std::vector<std::string>> Vector(const std::string& reference) const;
+  Result<Three> Vector(const std::string& reference) const;
   /// The one number that a user calls "temp" or "data:7". Error (usage): as Vector.
   Result<std::string> Single(const std::string& reference) const;
   /// The path of the time in the message's header, or of its only field of a time; empty: none.
@@ -73,22 +80,28 @@ class MessageNumbers {
 
   /// Reads a number from now on; its place in what Read gives.
   std::size_t Ask(const std::string& path);
+  std::array<std::size_t, 3> Ask(const Three& three);
 
   struct Number {
     double value = 0.0;
     std::int64_t integer = 0;  ///< Where it is one; nanoseconds of a time.
   };
-  /// False where the bytes are no such message, or an array is too short.
+  /// False where the bytes are no such message, or an array is too short, or has not the three
+  /// numbers that are asked for.
   bool Read(std::string_view bytes);
+  /// The last message was refused for an array of not three numbers.
+  bool WasNotThree() const { return was_not_three_; }
   const Number& operator[](std::size_t place) const { return numbers_[place]; }
 
  private:
   struct Asked {
     std::optional<std::size_t> place;
+    bool has_three = false;  ///< Of an array: no more and no less.
     std::map<std::string, Asked, std::less<>> parts;
   };
   class Walk;
 
+  Asked* Find(const std::string& path);
   const LaidOutField* FieldAt(const std::string& path) const;
   /// "ax, acc.x, data": what has numbers.
   std::string Fields() const;
@@ -99,6 +112,7 @@ class MessageNumbers {
   Asked asked_;
   std::vector<Number> numbers_;
   std::vector<bool> found_;
+  bool was_not_three_ = false;
 };
 
 }  // namespace truetriad::convert
