@@ -53,14 +53,6 @@ Spread SpreadOf(const AboutWord& about, int axis) {
 
 }  // namespace
 
-bool IsWord(double value) {
-  if (value == 0.0) return true;
-  const double size = std::abs(value);
-  if (size < kLeastWord) return false;
-  return size == 999.0 || size == 9999.0 || size == 99999.0 || size == 32767.0 || size == 32768.0 ||
-         size == 65535.0 || size == 2147483647.0 || size == 2147483648.0 || size >= kNoSensorReads;
-}
-
 bool IsOneWord(const Eigen::Vector3d& reading) {
   return reading.x() == reading.y() && reading.y() == reading.z();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -15,7 +16,13 @@ inline constexpr double kLeastWord = 999.0;
 
 /// What drivers and file formats put where there is no reading: zero, ends of 16 and 32 bits, rows
 /// of nines.
-bool IsWord(double value);
+inline bool IsWord(double value) {
+  const double size = std::abs(value);
+  if (size < kLeastWord) return size == 0.0;
+  if (size < 32767.0) return size == 999.0 || size == 9999.0;
+  if (size <= 65535.0) return size == 32767.0 || size == 32768.0 || size == 65535.0;
+  return size == 99999.0 || size == 2147483647.0 || size == 2147483648.0 || size >= kNoSensorReads;
+}
 
 /// All axes read the same.
 bool IsOneWord(const Eigen::Vector3d& reading);

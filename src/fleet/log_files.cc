@@ -56,7 +56,7 @@ LogStamp StampOfAll(const std::vector<std::string>& files) {
 /// A table with a column that is called like a reading; or one that cannot be read, which its run
 /// will say.
 bool HasReadings(const std::string& table) {
-  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(table, CsvLayout());
+  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::OpenHead(table);
   if (!csv) return true;
   const std::vector<std::string>& header = (*csv)->header();
   return std::any_of(header.begin(), header.end(), [](const std::string& column) {

@@ -30,6 +30,8 @@ constexpr int kRefinements = 8;
 constexpr double kSmallStep = 1e-5;
 // A turn that misses by so many times the median miss is not one: something happened in between.
 constexpr double kWildMiss = 10.0;
+// Readings over so long are one, which turns as they did: a start is wanted.
+constexpr double kLongestStepS = 0.05;
 // Share of a direction's length below which a miss is rounding.
 constexpr double kExact = 1e-9;
 // Turns whose smallest singular value is below this share of the largest turn about too few axes.
@@ -53,6 +55,37 @@ Matrix39 DirectionChange(const DirectionMove& move, const Eigen::Vector3d& bias_
     }
   }
   return change;
+}
+
+// The same turn by fewer readings, each the mean of those over kLongestStepS.
+GyroMove Condensed(const GyroMove& move) {
+  const std::size_t count = move.time_s.size();
+  GyroMove condensed;
+  std::size_t begin = 1;
+  condensed.time_s.push_back(move.time_s.front());
+  condensed.reading_raw.push_back(move.reading_raw.front());
+  while (begin + 1 < count) {
+    std::size_t end = begin;
+    double time_s = 0.0;
+    Eigen::Vector3d reading = Eigen::Vector3d::Zero();
+    for (; end + 1 < count && move.time_s[end] - move.time_s[begin - 1] <= kLongestStepS; ++end) {
+      time_s += move.time_s[end];
+      reading += move.reading_raw[end];
+    }
+    if (end == begin) {  // Farther apart than that.
+      time_s = move.time_s[end];
+      reading = move.reading_raw[end++];
+    }
+    const double share = 1.0 / static_cast<double>(end - begin);
+    condensed.time_s.push_back(share * time_s);
+    condensed.reading_raw.emplace_back(share * reading);
+    begin = end;
+  }
+  if (count > 1) {
+    condensed.time_s.push_back(move.time_s.back());
+    condensed.reading_raw.push_back(move.reading_raw.back());
+  }
+  return condensed;
 }
 
 }  // namespace
@@ -83,11 +116,13 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   std::vector<Matrix39> by_sensitivity(moves.size());
   std::vector<Eigen::Vector3d> missed(moves.size());
   std::vector<double> sizes(moves.size());
+  std::vector<GyroMove> turns;
+  for (const DirectionMove& move : moves) turns.push_back(Condensed(move.move));
   for (int round = 0; round < kRefinements; ++round) {
     for (std::size_t i = 0; i < moves.size(); ++i) {
       const DirectionMove& move = moves[i];
       const GyroIncrement increment =
-          IntegrateMove(move.move, model, Eigen::Vector3d::Ones(), RateSampling::kInstantaneous);
+          IntegrateMove(turns[i], model, Eigen::Vector3d::Ones(), RateSampling::kInstantaneous);
       const Eigen::Vector3d predicted = increment.rotation.conjugate() * move.before;
       // Exp(-J d) u = u + [u]_x J d.
       by_sensitivity[i] = Skew(predicted) * increment.by_sensitivity;

@@ -139,7 +139,9 @@ bool IsWholeNumber(std::string_view field) {
 bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& rows,
                          char separator) {
-  if (names.empty() || SeeminglyCalled(ParseHeaderColumn(std::string(names[0])).name).empty())
+  constexpr std::size_t kFewest = 2;  // One row counts nothing.
+  if (rows.size() < kFewest || names.empty() ||
+      SeeminglyCalled(ParseHeaderColumn(std::string(names[0])).name).empty())
     return false;
   std::string expected;
   for (const std::string_view row : rows) {
@@ -171,6 +173,14 @@ std::string ShownField(std::string_view text) {
 
 }  // namespace
 
+Result<std::unique_ptr<CsvReader>> CsvReader::OpenHead(const std::string& path) {
+  constexpr std::size_t kHeadBytes = 16U << 10;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path, kHeadBytes));
+  std::unique_ptr<CsvReader> reader(new CsvReader(std::move(file), {}));
+  if (!reader->ReadHeader()) return Open(path, {});  // Long remarks before it.
+  return reader;
+}
+
 Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
                                                    const CsvLayout& layout) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path));
@@ -183,7 +193,7 @@ CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
     : file_(std::move(file)),
       layout_(layout),
       // A row has at least its end.
-      rows_(std::min(kMaxRows, file_->MostBytes() + 1)),
+      rows_(std::min(kMaxRows - 1, file_->MostBytes()) + 1),
       lines_(rows_.size()) {}
 
 Status CsvReader::ReadHeader() {

@@ -49,6 +49,9 @@ class CsvReader {
   /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.
   static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
 
+  /// The same for the header alone, of which less is read at once: no rows of it.
+  static Result<std::unique_ptr<CsvReader>> OpenHead(const std::string& path);
+
   const std::string& path() const { return file_->path(); }
   const CsvLayout& layout() const { return layout_; }  ///< With the separator that was found.
   const std::vector<std::string>& header() const { return header_; }  ///< Empty without.

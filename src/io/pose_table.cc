@@ -316,7 +316,7 @@ Status RejectClipped(const PoseSet& poses) {
 
 Result<bool> IsPoseTable(const std::string& path) {
   if (IsManifest(path)) return false;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv, CsvReader::Open(path, {}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv, CsvReader::OpenHead(path));
   bool is_log = csv->header().empty();
   for (const std::string& field : csv->header()) {
     const std::string name = LowerCase(ParseHeaderColumn(field).name);

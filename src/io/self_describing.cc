@@ -278,7 +278,7 @@ Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header,
 
 Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
                                            const std::string& pose_column) {
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, CsvReader::Open(path, {}));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, CsvReader::OpenHead(path));
   TRUETRIAD_ASSIGN_OR_RETURN(HeaderColumns header, HeaderColumns::Of(*csv));
 
   StreamLayout common;

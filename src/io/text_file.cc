@@ -20,9 +20,6 @@
 namespace truetriad {
 namespace {
 
-/// Bytes read at a time: small enough to be still in the second-level cache when they are parsed
-/// after hashing, large enough to make system calls rare.
-constexpr std::size_t kChunkBytes = 256U << 10;
 /// No log has longer lines; without a bound a binary file without '\n' would fill the memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
 /// Of the buffer, however small the file.
@@ -182,7 +179,7 @@ class TextFile::Inflater {
   bool between_members_ = false;
 };
 
-Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path) {
+Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path, std::size_t chunk_bytes) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0)
     return Error(ErrorCode::kUnreadableFile,
@@ -202,19 +199,22 @@ Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path) {
   }
   InputGuard::Add(path);
   posix_fadvise(descriptor, 0, 0, POSIX_FADV_SEQUENTIAL);  // A hint; its failure does no harm.
-  std::unique_ptr<TextFile> file(new TextFile(path, std::move(bytes)));
+  std::unique_ptr<TextFile> file(new TextFile(path, std::move(bytes), chunk_bytes));
   TRUETRIAD_RETURN_IF_ERROR(file->RecogniseContent());
   return file;
 }
 
-TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes)
-    : path_(std::move(path)), bytes_(std::move(bytes)), buffer_(Room(), '\0') {}
+TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t chunk_bytes)
+    : path_(std::move(path)),
+      chunk_bytes_(chunk_bytes),
+      bytes_(std::move(bytes)),
+      buffer_(Room(), '\0') {}
 
 std::size_t TextFile::Room() const {
-  if (inflater_ != nullptr) return 2 * kChunkBytes;
+  if (inflater_ != nullptr) return 2 * chunk_bytes_;
   // A file that still grows is read on by the same steps.
   const auto stored = static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
-  return std::min(stored, kChunkBytes) + std::min(stored, kChunkBytes) + kLeastRoom;
+  return std::min(stored, chunk_bytes_) + std::min(stored, chunk_bytes_) + kLeastRoom;
 }
 
 std::size_t TextFile::MostBytes() const {
@@ -257,7 +257,7 @@ Status TextFile::RecogniseContent() {
 }
 
 Status TextFile::Fill() {
-  const std::size_t wanted = std::min(buffer_.size() - filled_, kChunkBytes);
+  const std::size_t wanted = std::min(buffer_.size() - filled_, chunk_bytes_);
   std::size_t count = 0;
   if (inflater_ != nullptr) {
     const Result<std::size_t> inflated =
@@ -307,7 +307,7 @@ Result<std::string_view> TextFile::Next() {
                    "has a line of more than " + std::to_string(kMaxLineBytes) +
                        " bytes; expected a text log");
     }
-    if (buffer_.size() - filled_ < std::min(Room(), kChunkBytes)) buffer_.resize(filled_ + Room());
+    if (buffer_.size() - filled_ < std::min(Room(), chunk_bytes_)) buffer_.resize(filled_ + Room());
     TRUETRIAD_RETURN_IF_ERROR(Fill());
   }
   return std::string_view(buffer_.data(), handed_over_);

@@ -17,8 +17,13 @@ namespace truetriad {
 /// program cuts short meanwhile is then an error and not a signal, and pages do not pile up.
 class TextFile {
  public:
+  /// Bytes read at a time: small enough to be still in the second-level cache when they are parsed
+  /// after hashing, large enough to make system calls rare.
+  static constexpr std::size_t kChunkBytes = 256U << 10;
+
   /// Error: missing, unreadable, a folder or device, empty, or (named where known) a binary format.
-  static Result<std::unique_ptr<TextFile>> Open(const std::string& path);
+  static Result<std::unique_ptr<TextFile>> Open(const std::string& path,
+                                                std::size_t chunk_bytes = kChunkBytes);
   ~TextFile();
   TextFile(const TextFile&) = delete;
   TextFile& operator=(const TextFile&) = delete;
@@ -47,7 +52,7 @@ class TextFile {
   class Bytes;
   class Inflater;
 
-  TextFile(std::string path, std::unique_ptr<Bytes> bytes);
+  TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t chunk_bytes);
   Status RecogniseContent();
   /// What the buffer should hold beyond what is in it: a small file needs no large one.
   std::size_t Room() const;
@@ -55,6 +60,7 @@ class TextFile {
   Status Fill();
 
   std::string path_;
+  std::size_t chunk_bytes_;
   std::unique_ptr<Bytes> bytes_;
   std::unique_ptr<Inflater> inflater_;  ///< Null for plain text.
   std::string buffer_;

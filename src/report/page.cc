@@ -249,29 +249,43 @@ std::string HtmlPage(std::string_view title,
   // Drawings say how wide they are in an attribute.
   std::string policy = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src " + own +
                        "'unsafe-inline'; img-src data:";
-  std::string scripts;
+  std::size_t script_bytes = 0;
   if (!looks.scripts.empty()) policy += "; script-src";
   for (const EmbeddedScript& script : looks.scripts) {
     policy += is_alone ? " '" + std::string(script.hash) + '\'' : " 'self'";
-    scripts += is_alone ? "<script>" + std::string(script.text) + "</script>\n"
-                        : "<script src=" + file("report.js") + "></script>\n";
+    script_bytes += script.text.size();
   }
-  std::string head = "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
+  std::string page =
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n";
+  // What draws the spheres is most of it: copied once.
+  constexpr std::size_t kFrameBytes = 16U << 10;
+  page.reserve(kFrameBytes + PageStyle().size() + looks.style.size() + body.size() +
+               (is_alone ? script_bytes : 0));
+  page += Element("title", std::string(title) + ": " + verdict.headline) +
+          "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
   if (!is_alone) {
-    head +=
+    page +=
         "<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=" + file("report.css") +
         ">\n";
   }
-  head += "<style>\n" + (is_alone ? std::string(PageStyle()) + std::string(looks.style) : "") +
-          PageFoot(title) + "</style>\n";
-  return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-         "<meta name=\"color-scheme\" content=\"light dark\">\n" +
-         Element("title", std::string(title) + ": " + verdict.headline) + head +
-         "</head>\n<body>\n<main>\n" + Element("h1", title) + "<div class=\"verdict " +
-         std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) + "<span>" +
-         Sentence(verdict.explanation) + "</span>\n</div>\n" + body + "</main>\n" + scripts +
-         "</body>\n</html>\n";
+  page += "<style>\n";
+  if (is_alone) page.append(PageStyle()).append(looks.style);
+  page += PageFoot(title) + "</style>\n</head>\n<body>\n<main>\n" + Element("h1", title) +
+          "<div class=\"verdict " + std::string(CssClass(verdict.grade)) + "\">" +
+          Element("b", verdict.headline) + "<span>" + Sentence(verdict.explanation) +
+          "</span>\n</div>\n";
+  page.append(body).append("</main>\n");
+  for (const EmbeddedScript& script : looks.scripts) {
+    if (is_alone) {
+      page.append("<script>").append(script.text).append("</script>\n");
+    } else {
+      page += "<script src=" + file("report.js") + "></script>\n";
+    }
+  }
+  page += "</body>\n</html>\n";
+  return page;
 }
 
 }  // namespace truetriad

@@ -48,7 +48,8 @@ Eigen::VectorXd ChangeOfRows(Triad triad,
     if (edge.accelerometer_raw.empty()) continue;
     IncrementEdge corrected = edge;
     corrected.accelerometer_raw = ShiftedBy(later_s, edge.move.time_s, edge.accelerometer_raw);
-    corrected.Integrate(graph.layout, graph.shared.data());
+    // Where they are integrated is where the graph stands: no derivative counts.
+    corrected.increment.rotation = corrected.RotationAt(graph.layout, graph.shared.data());
     change.segment<3>(system.factors()[graph.nodes.size() + i].row) =
         ResidualOf(corrected, graph) - ResidualOf(edge, graph);
   }

@@ -40,6 +40,13 @@ class Recording : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(Recording, MayBeginWithManyRemarks) {
+  std::string remarks;
+  for (int line = 0; line < 1000; ++line) remarks += "# the shaker was switched off and on again\n";
+  const RecordingSamples recording = Read(remarks + kHeader + "0,1,2,3\n1,4,5,6\n");
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].z, ElementsAre(3.0, 6.0));
+}
+
 TEST_F(Recording, CarriesTheAmbientTemperatureOnlyWhereItIsAskedFor) {
   const std::string path = folder_.Write(
       "log.csv",

@@ -169,16 +169,14 @@ void ExpectTruthToStateTheMeanWander(const Scenario& wandering, bool over_rests)
     ASSERT_EQ(with.readings.size(), without.readings.size());
     std::vector<Eigen::Vector3d> means;
     if (over_rests) {
-      for (const TrueRest& rest : simulation->rests()) {
+      // All sensors have every row.
+      for (const PoseRange& rest : simulation->rest_rows()) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        int count = 0;
-        for (std::size_t i = 0; i < with.readings.size(); ++i) {
-          const double time_s = 1e-9 * static_cast<double>(with.time_ns[i]);
-          if (time_s < rest.start_s - 1e-6 || time_s >= rest.end_s - 1e-6) continue;
+        for (std::int64_t row = rest.first; row <= rest.last; ++row) {
+          const auto i = static_cast<std::size_t>(row);
           sum += with.readings[i] - without.readings[i];
-          ++count;
         }
-        means.emplace_back(sum / count);
+        means.emplace_back(sum / static_cast<double>(rest.last + 1 - rest.first));
       }
     } else {
       for (std::size_t i = 0; i < with.readings.size(); ++i)
