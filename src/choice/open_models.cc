@@ -2,7 +2,6 @@
 #include "choice/open_models.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 #include "problem/graph_builder.h"
@@ -86,12 +85,12 @@ std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatur
           name, temperatures > 0 ? std::min(most, HighestOrder(temperatures)) : most, order);
     };
   };
-  for (const RateTermInfo& info : std::views::reverse(kRateTerms)) {
+  for (auto info = kRateTerms.rbegin(); info != kRateTerms.rend(); ++info) {
     add_where([](const TriadOptions& sensor) { return sensor.thermal.rate_auto; },
               PartKind::kThermalTerm,
-              [&info](Triad) {
-                return TermLevels(std::string(info.letters),
-                                  [term = info.term](TriadOptions* options, bool is_there) {
+              [info](Triad) {
+                return TermLevels(std::string(info->letters),
+                                  [term = info->term](TriadOptions* options, bool is_there) {
                                     options->thermal.rate[term] = is_there;
                                   });
               });

@@ -173,8 +173,8 @@ Status DetectedPoses::Start() {
       std::find(streams.begin(), streams.end(), Triad::kMagnetometer) != streams.end()) {
     witnesses.push_back(known(*info_.Find(Triad::kMagnetometer)));
   }
-  // Rows that are years apart: all of them are one window.
-  constexpr double kLongestNs = 4.6e18;
+  // Rows that are months apart are at no rest; the end of the last window must still be a time.
+  constexpr double kLongestNs = 1e16;
   width_ns = std::min(width_ns, kLongestNs);
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
   detector_.emplace(options_, triads, witnesses, width_ns * 1e-9);

@@ -44,10 +44,15 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
   }
   Eigen::Vector3d vector;
   if (!reader.Read(&vector)) return;
-  if (vector.norm() > 0.0) {
-    *axis = vector.normalized();
-  } else {
+  // Lengths within rounding are kept as they are, so that a file reads back to the same bits.
+  constexpr double kExactUnitLength = 1e-14;
+  const double length = vector.norm();
+  if (!(length > 0.0)) {
     reader.Fail("expected a vector other than zero");
+  } else if (!std::isfinite(length)) {
+    reader.Fail("is too long; a vector of any length that is a number will do, such as [0, 0, 1]");
+  } else {
+    *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
   }
 }
 

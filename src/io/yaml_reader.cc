@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/spelling.h"
+#include "base/utf8.h"
 #include "io/input_guard.h"
 namespace truetriad {
 namespace {
@@ -196,8 +197,9 @@ bool YamlReader::ReadName(std::string* value, std::size_t longest) {
     Fail("has a line break or another control character; expected one line of text");
     return false;
   }
-  if (text.size() > longest) {
-    Fail("has " + std::to_string(text.size()) + " characters; expected at most " +
+  // As it will be written: a byte that is no UTF-8 takes four characters.
+  if (const std::size_t size = AsUtf8(text).size(); size > longest) {
+    Fail("has " + std::to_string(size) + " characters; expected at most " +
          std::to_string(longest));
     return false;
   }

@@ -160,8 +160,10 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
     }
     for (const auto& [term, at] : whole.axis_terms[triad]) {
       const auto& known = has.axis_terms[triad];
-      const bool is_known = std::any_of(
-          known.begin(), known.end(), [&](const auto& block) { return block.term == term; });
+      const bool is_known =
+          std::any_of(known.begin(), known.end(), [&term = term](const auto& block) {
+            return block.term == term;
+          });
       if (!is_known) add(triad, LeftOutKind::kAxisTerm, term, at, 3);
     }
     const ThermalBlock& thermal = whole.thermal[triad];

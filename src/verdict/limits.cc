@@ -330,7 +330,7 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
       double outside = 0.0;
     };
     std::map<std::string, Component> components;  // each at its worst temperature
-    const auto is_worse = [&](const JudgedValue& judged, const JudgedValue* than) {
+    const auto is_worse = [&limit = limit, k](const JudgedValue& judged, const JudgedValue* than) {
       return than == nullptr || Room(judged, limit, k) < Room(*than, limit, k);
     };
     for (const JudgedValue& judged : *values) {

@@ -337,6 +337,18 @@ TEST(StaticDetection, FindsNoRestInATumble) {
   EXPECT_THAT(set.error().message, testing::HasSubstr("no rest found"));
 }
 
+TEST(StaticDetection, FindsNoRestInRowsThatAreMonthsOrYearsApart) {
+  constexpr std::int64_t kFarthestNs = 4'600'000'000'000'000'000;
+  for (const std::int64_t spacing_ns : {kFarthestNs / 500, kFarthestNs / 3, kFarthestNs}) {
+    MemoryStream accel(Triad::kAccelerometer);
+    for (std::int64_t at_ns = -kFarthestNs; at_ns <= kFarthestNs; at_ns += spacing_ns)
+      accel.Add(at_ns, {0.0, 0.0, 100.0 + static_cast<double>(accel.x.size() % 2)});
+    const Result<PoseSet> set = Collect({accel});
+    ASSERT_FALSE(set) << spacing_ns;
+    EXPECT_THAT(set.error().message, testing::HasSubstr("no rest found")) << spacing_ns;
+  }
+}
+
 TEST(StaticDetection, TakesARecordingWithoutMotionForOneRest) {
   SyntheticRecording recording;
   recording.Rest(60.0);

@@ -130,5 +130,24 @@ TEST_F(KnownMotionFile, WritesWhatItReads) {
   EXPECT_EQ(rates->front().at.pose, 4);
 }
 
+// Making a unit vector of one again may change its last bits.
+TEST_F(KnownMotionFile, KeepsTheBitsOfAnAxisThatItWrote) {
+  const auto turns = ReadStatedTurns(
+      File("turns: [ { after_pose: 3, axis: [5, 0.6, 0.9], turns: -2 } ]\n"), {0.1, 0.1});
+  ASSERT_TRUE(turns) << turns.error().message;
+  const auto again = ReadStatedTurns(File(StatedTurnsToYaml(*turns)), {0.1, 0.1});
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->front().axis, turns->front().axis);
+}
+
+TEST_F(KnownMotionFile, RefusesAnAxisWhoseLengthIsNoNumber) {
+  for (const char* const axis : {"[0, 0, 0]", "[1e200, 0, 0]"}) {
+    const auto turns = ReadStatedTurns(
+        File("turns: [ { after_pose: 3, axis: " + std::string(axis) + ", turns: 1 } ]\n"), {});
+    ASSERT_FALSE(turns) << axis;
+    EXPECT_THAT(turns.error().message, HasSubstr("motions.yaml:1: turns[0].axis: "));
+  }
+}
+
 }  // namespace known_motion_file_test
 }  // namespace truetriad

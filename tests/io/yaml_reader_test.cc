@@ -80,6 +80,16 @@ TEST(YamlReader, CollectsAllErrors) {
   EXPECT_THAT(message, HasSubstr("file.yaml:1: c: is missing"));
 }
 
+TEST(YamlReader, CountsTheCharactersOfANameAsTheyAreWritten) {
+  const std::string bytes(YamlReader::kLongestName / 2, '\xFF');  // Each is written as \\xFF.
+  YamlReader yaml = *YamlReader::FromText("name: " + bytes + "\n", "file.yaml");
+  std::string name;
+  YamlReader child = yaml.Child("name");
+  EXPECT_FALSE(child.ReadName(&name));
+  EXPECT_THAT(yaml.status().error().message,
+              HasSubstr("name: has " + std::to_string(4 * bytes.size()) + " characters"));
+}
+
 TEST(YamlReader, RejectsWrongTypes) {
   YamlReader yaml = *YamlReader::FromText("map: {}\nempty:\nfloat: 1.5\nbig: 9999999999\n", "f");
   double number = 0.0;

@@ -28,13 +28,16 @@ Result<std::unique_ptr<ByteStream>> ByteStream::Open(const std::string& path) {
 }
 
 void ByteStream::Fill(std::size_t count) {
-  constexpr std::size_t kChunk = std::size_t{1} << 20U;
+  // A small file needs no large buffer; one that still grows is read on by the same steps.
+  constexpr std::uint64_t kLeastChunk = std::uint64_t{1} << 12U,
+                          kMostChunk = std::uint64_t{1} << 20U;
+  const auto chunk = static_cast<std::size_t>(std::clamp(size_, kLeastChunk, kMostChunk));
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
   // Grows with what the file holds, not with what is asked for.
   while (end_ < count && !read_failed_) {
-    if (buffer_.size() < end_ + kChunk) buffer_.resize(end_ + kChunk);
+    if (buffer_.size() < end_ + chunk) buffer_.resize(end_ + chunk);
     const std::size_t got =
         std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_.get());
     end_ += got;
