@@ -346,7 +346,7 @@ py::tuple SimulateVerb(const Document& document, int unit, const py::object& pro
   }));
   py::list streams;
   for (const ArrayStream& stream : recording.streams) streams.append(ArraysOf(stream));
-  return py::make_tuple(truth->serial, streams, HeldCalibration(*std::move(truth)));
+  return py::make_tuple(NameOrText(recording.serial), streams, HeldCalibration(*std::move(truth)));
 }
 
 py::str SaveRecording(const std::shared_ptr<ArrayRecording>& recording, const fs::path& folder) {
