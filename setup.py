@@ -15,6 +15,10 @@ ROOT = pathlib.Path(__file__).resolve().parent
 VERSION = re.search(r"project\(truetriad VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
 
 
+def build_folder():
+    return ROOT / os.environ.get("TRUETRIAD_BUILD_FOLDER", "build")
+
+
 def is_configured_for(folder, python):
     """Whether the module of this Python is built there: then nothing is said anew."""
     cache = folder / "CMakeCache.txt"
@@ -24,7 +28,7 @@ def is_configured_for(folder, python):
 
 class CMakeBuild(build_ext):
     def build_extension(self, ext):
-        folder = ROOT / os.environ.get("TRUETRIAD_BUILD_FOLDER", "build")
+        folder = build_folder()
         # That of a virtual environment goes with it.
         python = getattr(sys, "_base_executable", sys.executable)
         if not is_configured_for(folder, python):
@@ -53,6 +57,8 @@ class CMakeBuild(build_ext):
                              "and python3-dev")
 
 
+LEAVINGS = build_folder() / "pip"
+LEAVINGS.mkdir(parents=True, exist_ok=True)
 setup(
     version=VERSION,
     packages=["truetriad"],
@@ -60,4 +66,7 @@ setup(
     package_data={"truetriad": ["py.typed", "*.pyi"]},
     ext_modules=[Extension("truetriad._truetriad", sources=[])],
     cmdclass={"build_ext": CMakeBuild},
+    # Beside what CMake builds; nothing is left in the source.
+    options={"build": {"build_base": str(LEAVINGS)}, "egg_info": {"egg_base": str(LEAVINGS)},
+             "bdist_wheel": {"bdist_dir": str(LEAVINGS / "wheel")}},
 )

@@ -16,7 +16,7 @@ from ._truetriad import Sensor as Sensor
 
 __version__: str
 
-_Path = str | PathLike[str]
+_Path = str | bytes | PathLike[str]
 _Log = _Path | Recording | Mapping[str, Any]  # or a DataFrame
 _Document = _Path | Mapping[str, Any]
 _Progress = Callable[[float], object]

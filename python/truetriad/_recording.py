@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings in memory. NumPy is imported when the first is made."""
+from types import MappingProxyType
+
 from . import Usage, _truetriad
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
@@ -31,21 +33,29 @@ class Recording:
     where the unit moves. "time_ns" (integers) in place of "time" is exact. Rows with NaN readings are
     dropped, as empty fields are.
 
+    The arrays are copied and then read-only: what is changed afterwards changes no calibration.
+    Masked values are NaN. time may hold datetime64 or timedelta64.
+
     units: unit of each sensor, {"gyroscope": "deg/s"}; else m/s^2, rad/s and uT must be stated, too:
     a unit is never guessed. rate_hz: in place of time, for even times.
     name stands for the file in messages and results.
     """
 
     def __init__(self, data, units=None, *, rate_hz=None, name="recording", serial=""):
-        self.name, self.serial = name, serial
-        self.sensors = {}
+        self.name, self.serial = str(name), str(serial)
+        if not hasattr(units or {}, "keys"):
+            raise _fail(f"{name}: units is {units!r}; expected a mapping, as {{\"accelerometer\": \"g\"}}")
         units = dict(units or {})
+        for sensor in units:
+            if sensor not in SENSORS:
+                raise _fail(f"{name}: units has `{sensor}`; expected {', '.join(SENSORS)}")
         if not hasattr(data, "keys"):
             raise _fail(f"{name}: expected a mapping of arrays, as {{\"time\": t, \"accelerometer\": a}}, or a "
                         f"DataFrame; not {type(data).__name__}")
         if any("[" in str(key) for key in data.keys()):
             data, units = _columns(data, units)
         shared = {key: data[key] for key in ("time", "time_ns", "temperature", "pose") if key in data}
+        sensors = {}
         unknown = [key for key in data.keys() if key not in SENSORS and key not in shared]
         if unknown:
             raise _fail(f"{name}: `{unknown[0]}` is not known; expected {', '.join(SENSORS)}, time, "
@@ -54,43 +64,65 @@ class Recording:
             if sensor not in data:
                 continue
             stated = data[sensor]
-            stated = dict(stated) if hasattr(stated, "keys") else {"readings": stated}
+            # The columns of a table are readings, the keys of a dict are not.
+            is_table = not hasattr(stated, "keys") or hasattr(stated, "columns")
+            stated = {"readings": stated} if is_table else dict(stated)
+            unknown = [key for key in stated if key not in _OF_SENSOR]
+            if unknown or "readings" not in stated:
+                raise _fail(f"{name}: the {sensor} has "
+                            + (f"`{unknown[0]}`, which is not known" if unknown else "no readings")
+                            + f"; expected {', '.join(_OF_SENSOR)}")
             unit = stated.pop("unit", None) or units.get(sensor)
+            if not isinstance(unit, (str, type(None))):
+                raise _fail(f"{name}: the unit of the {sensor} is {unit!r}; expected a text, as "
+                            f"\"{_EXAMPLE[sensor]}\"")
             if unit is None:
                 raise _fail(f"{name}: the {sensor} has no unit; state it, as in "
                             f"units={{\"{sensor}\": \"{_EXAMPLE[sensor]}\"}}")
-            self.sensors[sensor] = self._stream(sensor, {**shared, **stated}, unit, rate_hz)
-        self._core_of = None
+            common = dict(shared)
+            if "time" in stated or "time_ns" in stated:  # In place of the shared one.
+                common.pop("time", None), common.pop("time_ns", None)
+            sensors[sensor] = MappingProxyType(self._stream(sensor, {**common, **stated}, unit, rate_hz))
+        self.sensors = MappingProxyType(sensors)
 
     def _stream(self, sensor, stated, unit, rate_hz):
         import numpy as np
-        readings = np.ascontiguousarray(stated["readings"], dtype=np.float64)
+        what = f"{self.name}: {sensor}"
+        readings = _truetriad.numbers(stated["readings"], what)
         if readings.ndim != 2 or readings.shape[1] != 3:
-            raise _fail(f"{self.name}: {sensor} has the shape {readings.shape}; expected (N, 3)")
+            hint = "; give its transpose, .T" if readings.ndim == 2 and readings.shape[0] == 3 else ""
+            raise _fail(f"{what} has the shape {readings.shape}; expected (N, 3){hint}")
         stream = {"unit": unit, "readings": readings}
+        if "time" in stated and "time_ns" in stated:
+            raise _fail(f"{what}: time and time_ns are both stated; leave one out")
         if rate_hz is not None:
             if "time" in stated or "time_ns" in stated:
                 raise _fail(f"{self.name}: rate_hz and time are both stated; leave one out")
-            if not rate_hz > 0:
-                raise _fail(f"{self.name}: rate_hz is {rate_hz}; expected > 0")
-            stated = {**stated, "time": np.arange(len(readings)) / rate_hz}
-        if "time_ns" in stated:
-            stream["time_ns"] = np.ascontiguousarray(stated["time_ns"])
-            if stream["time_ns"].dtype.kind not in "iu":
-                raise _fail(f"{self.name}: time_ns must be integers; state seconds as time")
+            if not _is_number(rate_hz) or not 0 < rate_hz < float("inf"):
+                raise _fail(f"{self.name}: rate_hz is {rate_hz!r}; expected a number > 0")
+            stream["time_ns"] = _nanoseconds(np.arange(len(readings)) / rate_hz, what)
+        elif "time_ns" in stated:
+            if np.asarray(stated["time_ns"]).dtype.kind not in "iu":
+                raise _fail(f"{what}: time_ns must be integers; state seconds as time")
+            stream["time_ns"] = _integers(stated["time_ns"], f"{what}, time_ns", np.int64)
         elif "time" in stated:
-            time = np.asarray(stated["time"], dtype=np.float64)
-            missing = ~np.isfinite(time)
-            if missing.any():
-                raise _fail(f"{self.name}: {sensor}, row {missing.argmax()}: time is {time[missing][0]}")
-            stream["time_ns"] = np.rint(time * 1e9).astype(np.int64)
-        for key in ("temperature", "pose"):
-            if key in stated:
-                stream[key] = np.ascontiguousarray(stated[key], dtype=np.float64)
+            stream["time_ns"] = _nanoseconds(stated["time"], what)
+        if "temperature" in stated:
+            stream["temperature"] = _truetriad.numbers(stated["temperature"], f"{what}, temperature")
+            infinite = np.isinf(stream["temperature"])
+            if infinite.any():
+                raise _fail(f"{what}, row {infinite.argmax()}: the temperature is infinite; NaN is one that is "
+                            "not known")
+        if "pose" in stated:
+            stream["pose"] = _integers(stated["pose"], f"{what}, pose", np.int32)
         for key in ("time_ns", "temperature", "pose"):
             if key in stream and stream[key].shape != (len(readings),):
-                raise _fail(f"{self.name}: {sensor} has {len(readings)} readings, but {key} has the shape "
+                raise _fail(f"{what} has {len(readings)} readings, but {key.split('_')[0]} has the shape "
                             f"{stream[key].shape}")
+        for key, values in stream.items():
+            if key != "unit":
+                stream[key] = np.array(values)
+                stream[key].flags.writeable = False
         return stream
 
     def __getattr__(self, sensor):
@@ -114,14 +146,23 @@ class Recording:
 
     def _core(self):
         """The same for C++, which copies it."""
-        if self._core_of is None:
-            core = _truetriad.ArrayRecording(self.name, self.serial)
+        key = self.name, self.serial
+        made, core = self.__dict__.get("_made", (None, None))
+        if made != key:
+            core = _truetriad.ArrayRecording(*(str(text).encode("utf-8", "surrogateescape") for text in key))
             for sensor, stream in self.sensors.items():
                 core.add(sensor, stream["unit"], stream["readings"], stream.get("time_ns"),
                          stream.get("temperature"), stream.get("pose"))
             core.settle()
-            self._core_of = core
-        return self._core_of
+            self._made = key, core
+        return core
+
+    def __reduce__(self):
+        data = {sensor: dict(stream) for sensor, stream in self.sensors.items()}
+        return _again, (data, self.name, self.serial)
+
+    def __copy__(self):
+        return _again({sensor: dict(stream) for sensor, stream in self.sensors.items()}, self.name, self.serial)
 
     def __repr__(self):
         parts = (f"{sensor} {len(stream['readings'])} x 3 {stream['unit']}"
@@ -129,6 +170,52 @@ class Recording:
         return f"<truetriad.Recording {self.name}: {', '.join(parts)}>"
 
 
+def _again(data, name, serial):
+    return Recording(data, name=name, serial=serial)
+
+
+def _is_number(value):
+    """One number, of Python or NumPy."""
+    return isinstance(value, (int, float)) or getattr(value, "shape", None) == () and hasattr(value, "__float__")
+
+
+def _integers(values, what, type_):
+    """As an array of type_; refuses what is no integer or does not fit."""
+    import numpy as np
+    array = np.asarray(values)
+    if array.dtype.kind not in "iu" or np.ma.isMaskedArray(values):
+        numbers = _truetriad.numbers(values, what)
+        wrong = ~(np.rint(numbers) == numbers)
+        if wrong.any():
+            raise _fail(f"{what}, row {wrong.argmax()}: {numbers[wrong][0]} is no integer")
+        array = numbers
+    range_ = np.iinfo(type_)
+    if array.size and not range_.min <= array.min() <= array.max() <= range_.max:
+        raise _fail(f"{what}: values do not fit into {range_.bits} bits")
+    return array.astype(type_)
+
+
+def _nanoseconds(values, what):
+    """(N,) integers of times in s, datetime64 or timedelta64."""
+    import numpy as np
+    array = np.asarray(values)
+    if array.dtype.kind in "mM":
+        missing = np.isnat(array) | np.ma.getmaskarray(values)
+        if missing.any():
+            raise _fail(f"{what}, row {missing.argmax()}: time is NaT; drop the row")
+        in_ns = array.astype(f"{array.dtype.kind}8[ns]")
+        if (in_ns.astype(array.dtype) != array).any():
+            raise _fail(f"{what}: times are of a finer unit than ns, or too far from 1970 for it")
+        return in_ns.astype(np.int64)
+    time = _truetriad.numbers(values, f"{what}, time")
+    wrong = ~(np.abs(time) < 9.2e9)  # In ns it still fits into 64 bits.
+    if wrong.any():
+        raise _fail(f"{what}, row {wrong.argmax()}: time is {time[wrong][0]}; expected seconds"
+                    ", with none missing")
+    return np.rint(time * 1e9).astype(np.int64)
+
+
+_OF_SENSOR = ("readings", "unit", "time", "time_ns", "temperature", "pose")
 _EXAMPLE = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"}
 
 
@@ -142,19 +229,29 @@ def _columns(table, units):
             raise _fail(f"column `{column}` is not known; expected names as in a CSV (docs/recordings.md), "
                         "or leave it out")
         prefix, axis, other, unit, pose = found
-        values = np.asarray(table[column])
+        values = table[column]
         if prefix:
-            axes.setdefault(_PREFIXES[prefix], {})[axis] = (values, unit)
+            of_sensor = axes.setdefault(_PREFIXES[prefix], {})
+            if axis in of_sensor:
+                raise _fail(f"column `{column}` is a second {prefix}_{axis}; leave one out")
+            of_sensor[axis] = (_truetriad.numbers(values, f"column `{column}`"), unit)
         elif other == "time":
             if unit not in _SECONDS:
                 raise _fail(f"column `{column}`: unknown unit of time; expected s, ms, us or ns")
-            if unit == "ns" and values.dtype.kind in "iu":
+            if "time" in data or "time_ns" in data:
+                raise _fail(f"column `{column}` is a second time; leave one out")
+            if unit == "ns" and np.asarray(values).dtype.kind in "iu":
                 data["time_ns"] = values
+            elif np.asarray(values).dtype.kind in "mM":  # Knows its unit.
+                data["time"] = values
             else:
-                data["time"] = values * _SECONDS[unit]
+                data["time"] = _truetriad.numbers(values, f"column `{column}`") * _SECONDS[unit]
         elif other:
             if unit not in ("degC", "K"):
                 raise _fail(f"column `{column}`: unknown unit of temperature; expected degC or K")
+            if "temperature" in data:
+                raise _fail(f"column `{column}` is a second temperature; leave one out")
+            values = _truetriad.numbers(values, f"column `{column}`")
             data["temperature"] = values - 273.15 if unit == "K" else values
         else:
             data[pose] = values
@@ -163,5 +260,8 @@ def _columns(table, units):
             raise _fail(f"the {sensor} needs columns x, y and z in one unit; found "
                         + ", ".join(f"{axis}[{unit}]" for axis, (_, unit) in sorted(columns.items())))
         data[sensor] = np.column_stack([columns[axis][0] for axis in "xyz"])
-        units.setdefault(sensor, columns["x"][1])
+        unit = columns["x"][1]
+        if units.setdefault(sensor, unit) != unit:
+            raise _fail(f"the {sensor} is in {unit} by its columns and in {units[sensor]} by units=; leave units= "
+                        "out, or rename the columns")
     return data, units

@@ -2,9 +2,9 @@
 """The verbs of the command line, as functions."""
 import os
 
-from . import _truetriad
+from . import Calibration, _truetriad
 from ._answers import AllanDeviation, Comparison, Evaluation, Plan
-from ._recording import Recording, _fail
+from ._recording import SENSORS, Recording, _fail, _is_number
 
 
 def calibrate(recording=None, config=None, *, set=None, units=None, folder=None, progress=None):
@@ -23,12 +23,13 @@ def calibrate(recording=None, config=None, *, set=None, units=None, folder=None,
     findings say why. Raises BadInput, Usage, or NotEnough where the recording leads to no experiment.
     """
     files, recordings = _inputs(recording, units)
-    return _truetriad.calibrate(files, recordings, _document(config, set), folder, progress)
+    folder = None if folder is None else _path(folder, "folder")
+    return _truetriad.calibrate(files, recordings, _document(config, set), folder, _callable(progress))
 
 
 def load(path):
     """Reads calibration.yaml."""
-    return _truetriad.load(path)
+    return _truetriad.load(_path(path, "path"))
 
 
 def evaluate(calibration, recording, *, units=None, poses="", progress=None):
@@ -40,7 +41,7 @@ def evaluate(calibration, recording, *, units=None, poses="", progress=None):
     files, recordings = _inputs(recording, units)
     if len(files) + len(recordings) != 1:
         raise _fail("evaluate takes one recording")
-    return Evaluation(_truetriad.evaluate(_calibration(calibration), files, recordings, poses, progress))
+    return Evaluation(_truetriad.evaluate(_calibration(calibration), files, recordings, str(poses), _callable(progress)))
 
 
 def compare(a, b):
@@ -51,8 +52,8 @@ def compare(a, b):
 def plan(config, measured=None, *, set=None, progress=None):
     """Which poses to take, and how good the calibration will be. config: as calibrate's, with `plan:`.
     measured: path of a recording of poses that are already taken."""
-    measured = "" if measured is None else os.fspath(measured)
-    return Plan(_truetriad.plan(_document(config, set), measured, progress))
+    measured = b"" if measured is None else _path(measured, "measured")
+    return Plan(_truetriad.plan(_document(config, set), measured, _callable(progress)))
 
 
 def allan(recording, rate_hz=None, *, sensor="gyroscope", unit="rad/s", progress=None):
@@ -60,13 +61,19 @@ def allan(recording, rate_hz=None, *, sensor="gyroscope", unit="rad/s", progress
 
     recording: path of a log, a Recording, or an array (N, 3) of one sensor in unit at rate_hz.
     """
-    if isinstance(recording, (str, os.PathLike, Recording)):
+    if recording is None or hasattr(recording, "keys") and not hasattr(recording, "columns"):
+        raise _fail("allan takes the path of a log, a Recording, or an array (N, 3); make a Recording of a mapping")
+    if rate_hz is not None and not (_is_number(rate_hz) and 0 < rate_hz < float("inf")):
+        raise _fail(f"rate_hz is {rate_hz!r}; expected a number > 0")
+    if _is_path(recording) or isinstance(recording, Recording):
         files, recordings = _inputs(recording, None)
     else:
         if rate_hz is None:
             raise _fail("allan of an array needs rate_hz")
+        if sensor not in SENSORS:
+            raise _fail(f"sensor is `{sensor}`; expected {', '.join(SENSORS)}")
         files, recordings = _inputs(Recording({sensor: recording}, {sensor: unit}), None)
-    return AllanDeviation(_truetriad.allan(files, recordings, rate_hz or 0.0, progress))
+    return AllanDeviation(_truetriad.allan(files, recordings, float(rate_hz or 0.0), _callable(progress)))
 
 
 def simulate(scenario, *, set=None, unit=0, progress=None):
@@ -74,7 +81,8 @@ def simulate(scenario, *, set=None, unit=0, progress=None):
 
     unit: which of the scenario's `count`, from 0. Returns (Recording, Calibration), the second being the truth.
     """
-    serial, streams, truth = _truetriad.simulate(_document(scenario, set), unit, progress)
+    unit = _unit_of(unit)
+    serial, streams, truth = _truetriad.simulate(_document(scenario, set), unit, _callable(progress))
     data = {}
     for sensor, of_readings, readings, time_ns, temperature in streams:
         data[sensor] = {"unit": of_readings, "readings": readings, "time_ns": time_ns}
@@ -88,33 +96,90 @@ def _inputs(recording, units):
     if recording is None:
         return [], []
     several = list(recording) if isinstance(recording, (list, tuple)) else [recording]
-    files = [os.fspath(one) for one in several if isinstance(one, (str, os.PathLike))]
+    files = [_path(one, "recording") for one in several if _is_path(one)]
     if files and len(files) == len(several):
         if units:
             raise _fail("units= is for arrays; a file states its own")
         return files, []
     if files:
         raise _fail("files and arrays cannot be mixed; read the files, or save the arrays")
-    recordings = []
+    recordings, names = [], []
     for k, one in enumerate(several):
         if not isinstance(one, Recording):
             one = Recording(one, units, name="recording" if len(several) == 1 else f"recording-{k + 1}")
+        if one.name in names:
+            raise _fail(f"two recordings have the name `{one.name}`; give each its own, as in "
+                        "Recording(…, name=\"cold\")")
+        names.append(one.name)
         recordings.append(one._core())
     return [], recordings
 
 
+def _is_path(value):
+    return isinstance(value, (str, bytes, os.PathLike))
+
+
+def _path(value, what):
+    """Its bytes: names of files need not be UTF-8."""
+    if not _is_path(value):
+        raise _fail(f"{what} is of the type {type(value).__name__}; expected a path")
+    name = os.fsencode(value)
+    if not name or b"\0" in name:
+        raise _fail(f"{what} is {value!r}; expected the name of a file")
+    return name
+
+
+def _callable(progress):
+    if progress is not None and not callable(progress):
+        raise _fail(f"progress is {progress!r}; expected a function of the share that is done")
+    return progress
+
+
+def _unit_of(unit):
+    import operator
+    try:
+        unit = operator.index(unit)
+    except TypeError:
+        raise _fail(f"unit is {unit!r}; expected an integer from 0") from None
+    if not 0 <= unit < 2**31:
+        raise _fail(f"unit is {unit}; units count from 0, below the scenario's `count`")
+    return unit
+
+
+def _plain(value):
+    """What JSON does not know: paths, NumPy's numbers and arrays."""
+    if _is_path(value):
+        return os.fsdecode(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise _fail(f"a config has numbers, texts, lists and dicts; not {type(value).__name__}: {value!r}")
+
+
 def _document(config, overrides):
-    import_json = config is not None and not isinstance(config, (str, os.PathLike)) or overrides
-    if import_json:
-        import json
-    items = [f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in (overrides or {}).items()]
-    if config is None:
-        return _truetriad.Document(None, None, items)
-    if isinstance(config, (str, os.PathLike)):
-        return _truetriad.Document(os.fspath(config), None, items)
-    # A line a value, so that an error's line says which. JSON is YAML.
-    return _truetriad.Document(None, json.dumps(config, indent=1, ensure_ascii=False), items)
+    if overrides is not None and not hasattr(overrides, "items"):
+        raise _fail(f"set is {overrides!r}; expected a mapping, as {{\"reference.gravity_mps2\": 9.81}}")
+    if _is_path(config):
+        path, text = _path(config, "config"), None
+    elif config is None:
+        path, text = None, None
+    elif hasattr(config, "keys"):
+        # A line a value, so that an error's line says which. JSON is YAML.
+        path, text = None, _json(dict(config), indent=1)
+    else:
+        raise _fail(f"a config is a path or a dict; not {type(config).__name__}")
+    return _truetriad.Document(path, text, [str(key).encode("utf-8", "surrogateescape") + b"=" + _json(value)
+                                            for key, value in (overrides or {}).items()])
+
+
+def _json(value, indent=None):
+    import json
+    text = json.dumps(value, indent=indent, ensure_ascii=False, default=_plain)
+    return text.encode("utf-8", "surrogateescape")
 
 
 def _calibration(calibration):
-    return load(calibration) if isinstance(calibration, (str, os.PathLike)) else calibration
+    if isinstance(calibration, Calibration):
+        return calibration
+    if not _is_path(calibration):
+        raise _fail(f"expected a Calibration or the path of one; not {type(calibration).__name__}")
+    return load(calibration)

@@ -19,14 +19,13 @@
 #include "io/reading_corrector.h"
 #include "json/plain_yaml.h"
 #include "python/errors.h"
+#include "python/numbers.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad::python {
 namespace py = pybind11;
 namespace {
-
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// truetriad.Sensor: one triad of a calibration.
 struct HeldSensor {
@@ -52,7 +51,12 @@ struct Column {
   double operator[](std::size_t i) const { return values[stride * i]; }
 };
 
-Column ColumnOf(const std::optional<Array>& array, const char* name, std::size_t count) {
+/// None is no array.
+std::optional<Doubles> OptionalNumbers(const py::object& values, const std::string& what) {
+  return values.is_none() ? std::nullopt : std::optional(NumbersOf(values, what));
+}
+
+Column ColumnOf(const std::optional<Doubles>& array, const char* name, std::size_t count) {
   if (!array) return {};
   const auto size = static_cast<std::size_t>(array->size());
   if (size != 1 && (array->ndim() != 1 || size != count)) {
@@ -60,6 +64,33 @@ Column ColumnOf(const std::optional<Array>& array, const char* name, std::size_t
                std::to_string(count) + " readings; expected one number, or one for each");
   }
   return {array->data(), size == 1 ? 0U : 1U};
+}
+
+void CheckTemperature(const Doubles& temperature) {
+  const double* const values = temperature.data();
+  const auto infinite =
+      std::find_if(values, values + temperature.size(), [](double t) { return std::isinf(t); });
+  if (infinite == values + temperature.size()) return;
+  Raise(Error(ErrorCode::kValueOutOfRange,
+              "temperature " + std::to_string(infinite - values) +
+                  " is infinite; expected degC, NaN where it is not known"));
+}
+
+/// Times that a filter runs along.
+void CheckTime(const Doubles& time) {
+  constexpr double kLongest = 9.2e9;  // In ns it still is a 64-bit integer.
+  const double* const values = time.data();
+  for (py::ssize_t i = 0; i < time.size(); ++i) {
+    if (!(std::abs(values[i]) < kLongest)) {
+      Raise(Error(
+          ErrorCode::kValueOutOfRange,
+          "time " + std::to_string(i) + " is " + std::to_string(values[i]) + "; expected seconds"));
+    }
+    if (i > 0 && values[i] < values[i - 1]) {
+      Raise(Error(ErrorCode::kTimeGoesBack,
+                  "time " + std::to_string(i) + " goes back; sort the readings"));
+    }
+  }
 }
 
 bool IsListOf3(const py::array& array) {
@@ -95,12 +126,12 @@ struct Correction {
   }
 };
 
-py::array OutputLike(const Array& readings, const std::optional<py::array>& out) {
+py::array OutputLike(const Doubles& readings, const std::optional<py::array>& out) {
   const std::vector<py::ssize_t> shape(readings.shape(), readings.shape() + readings.ndim());
-  if (!out) return Array(shape);
+  if (!out) return Doubles(shape);
   const bool has_shape = out->ndim() == readings.ndim() &&
                          std::equal(shape.begin(), shape.end(), out->shape()) && out->writeable();
-  if (!has_shape || !py::isinstance<Array>(*out)) {
+  if (!has_shape || !py::isinstance<Doubles>(*out)) {
     RaiseUsage("out must be a writable C-contiguous float64 array of the shape of the readings");
   }
   const auto* const from = static_cast<const double*>(out->data());
@@ -114,12 +145,16 @@ py::array OutputLike(const Array& readings, const std::optional<py::array>& out)
 }
 
 py::array Correct(const HeldSensor& sensor,
-                  const Array& readings,
-                  const std::optional<Array>& temperature,
-                  const std::optional<Array>& time,
-                  const std::optional<Array>& specific_force,
+                  const py::object& stated_readings,
+                  const py::object& stated_temperature,
+                  const py::object& stated_time,
+                  const py::object& stated_force,
                   const std::optional<py::array>& out) {
   const std::string name(TriadName(sensor.triad));
+  const Doubles readings = NumbersOf(stated_readings, "readings");
+  const auto temperature = OptionalNumbers(stated_temperature, "temperature");
+  const auto time = OptionalNumbers(stated_time, "time");
+  const auto specific_force = OptionalNumbers(stated_force, "specific_force");
   if (!IsListOf3(readings)) RaiseUsage(name + ": readings must have the shape (N, 3) or (3,)");
   StreamInfo stream;
   stream.triad = sensor.triad;
@@ -136,6 +171,8 @@ py::array Correct(const HeldSensor& sensor,
                     " follows the rate of temperature, or with a lag; give the time of each "
                     "reading, s"));
   }
+  if (sensor.needs_temperature() && temperature) CheckTemperature(*temperature);
+  if (sensor.needs_time() && time) CheckTime(*time);
   if (sensor.needs_force()) {
     if (!specific_force) {
       Raise(Error(ErrorCode::kMissingSensor,
@@ -197,16 +234,34 @@ void Report(const HeldCalibration& held, const std::filesystem::path& path) {
 }
 
 py::object OptionalText(const std::optional<std::string>& text) {
-  return text ? py::object(py::str(*text)) : py::none();
+  return text ? py::object(Printable(*text)) : py::none();
+}
+
+/// What cannot change needs no copy.
+py::object Itself(const py::object& self) { return self; }
+
+/// From what PickleOf made.
+HeldCalibration Unpickled(const py::bytes& yaml) {
+  return HeldCalibration(ValueOf(CalibrationFromYaml(std::string(yaml), "<pickle>")));
+}
+py::bytes PickleOf(const Calibration& calibration) { return CalibrationToYaml(calibration); }
+
+HeldSensor UnpickledSensor(const py::tuple& state) {
+  const std::optional<Triad> triad = TriadFromName(state[1].cast<std::string>());
+  const HeldCalibration of = Unpickled(state[0].cast<py::bytes>());
+  if (!triad || !of.value->sensors[*triad]) RaiseUsage("is no pickled Sensor");
+  return {of.value, *triad};
 }
 
 void BindFinding(py::module_& module) {
   py::class_<Finding>(module, "Finding", "One thing that a person should know of a run.")
       .def_property_readonly("code", [](const Finding& f) { return FindingCodeName(f.code); })
       .def_property_readonly("severity", [](const Finding& f) { return SeverityName(f.severity); })
-      .def_property_readonly("message", &Finding::Message)
-      .def_readonly("text", &Finding::text)
-      .def_readonly("remedy", &Finding::remedy)
+      .def_property_readonly("message", [](const Finding& f) { return Printable(f.Message()); })
+      .def_property_readonly("text", [](const Finding& f) { return Printable(f.text); })
+      .def_property_readonly("remedy", [](const Finding& f) { return Printable(f.remedy); })
+      .def("__copy__", &Itself)
+      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
       .def_property_readonly(
           "sensor",
           [](const Finding& f) {
@@ -233,8 +288,8 @@ void BindFinding(py::module_& module) {
                                return values;
                              })
       .def("__repr__", [](const Finding& f) {
-        return "<" + std::string(SeverityName(f.severity)) + " " +
-               std::string(FindingCodeName(f.code)) + ": " + f.Message() + ">";
+        return Printable("<" + std::string(SeverityName(f.severity)) + " " +
+                         std::string(FindingCodeName(f.code)) + ": " + f.Message() + ">");
       });
 }
 
@@ -244,6 +299,16 @@ void BindSensor(py::module_& module) {
 
 raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are sensing axes.)")
       .def_property_readonly("name", [](const HeldSensor& s) { return TriadName(s.triad); })
+      .def("__copy__", &Itself)
+      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
+      .def(py::pickle(
+          [](const HeldSensor& s) { return py::make_tuple(PickleOf(*s.of), TriadName(s.triad)); },
+          &UnpickledSensor))
+      .def("__repr__",
+           [](const HeldSensor& s) {
+             return "<truetriad.Sensor: " + std::string(TriadName(s.triad)) + ", " +
+                    s.value().input_unit + " -> " + s.value().output_unit + ">";
+           })
       .def_property_readonly("input_unit", [](const HeldSensor& s) { return s.value().input_unit; })
       .def_property_readonly("output_unit",
                              [](const HeldSensor& s) { return s.value().output_unit; })
@@ -299,7 +364,7 @@ findings say why.)")
       .def_property_readonly("magnetometer", sensor(Triad::kMagnetometer), kSensor)
       .def_property_readonly(
           "verdict",
-          [](const HeldCalibration& c) { return VerdictOf(*c.value); },
+          [](const HeldCalibration& c) { return Printable(VerdictOf(*c.value)); },
           "As the report begins: \"USABLE, within limits\".")
       .def_property_readonly(
           "status",
@@ -311,32 +376,37 @@ findings say why.)")
           [](const HeldCalibration& c) { return c.value->within_limits; },
           "None where no limits are set.")
       .def_property_readonly("findings", [](const HeldCalibration& c) { return c.value->findings; })
-      .def_property_readonly("serial", [](const HeldCalibration& c) { return c.value->serial; })
+      .def_property_readonly("serial",
+                             [](const HeldCalibration& c) { return Printable(c.value->serial); })
       .def_property_readonly("_covariance",
                              [](const HeldCalibration& c) {
                                const NamedCovariance& covariance = c.value->covariance;
                                return py::make_tuple(covariance.parameters, covariance.matrix);
                              })
-      .def_property_readonly("_json",
-                             [](const HeldCalibration& c) {
-                               return TextOf(JsonOfPlainYaml(CalibrationToYaml(*c.value)));
-                             })
+      .def_property_readonly(
+          "_json",
+          [](const HeldCalibration& c) {
+            return NameOrText(TextOf(JsonOfPlainYaml(CalibrationToYaml(*c.value))));
+          })
       .def_property_readonly(
           "text",
-          [](const HeldCalibration& c) { return CalibrationText(*c.value); },
+          [](const HeldCalibration& c) { return Printable(CalibrationText(*c.value)); },
           "The whole report as text.")
       .def(
           "to_yaml",
-          [](const HeldCalibration& c) { return CalibrationToYaml(*c.value); },
+          [](const HeldCalibration& c) { return NameOrText(CalibrationToYaml(*c.value)); },
           "The text of calibration.yaml.")
       .def("save",
            &Save,
            py::arg("path"),
            "Writes calibration.yaml, whole or not at all. Raises BadInput where it cannot.")
       .def("report", &Report, py::arg("path"), "Writes the report, one HTML page.")
-      .def("__str__", [](const HeldCalibration& c) { return HeadOf(*c.value); })
+      .def("__copy__", &Itself)
+      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
+      .def(py::pickle([](const HeldCalibration& c) { return PickleOf(*c.value); }, &Unpickled))
+      .def("__str__", [](const HeldCalibration& c) { return Printable(HeadOf(*c.value)); })
       .def("__repr__", [](const HeldCalibration& c) {
-        return "<truetriad.Calibration: " + VerdictOf(*c.value) + ">";
+        return Printable("<truetriad.Calibration: " + VerdictOf(*c.value) + ">");
       });
 }
 

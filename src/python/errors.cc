@@ -9,11 +9,11 @@ void Raise(const Error& error) {
                      : error.kind() == ErrorKind::kBadInput ? "BadInput"
                                                             : "NotEnough";
   const py::object type = py::module_::import("truetriad").attr(name);
-  const py::object exception = type(error.message);
+  const py::object exception = type(Printable(error.message));
   const FilePlace& place = error.place;
   exception.attr("code") = InfoOf(error.code).name;
-  exception.attr("message") = error.message;
-  exception.attr("file") = place.file.empty() ? py::none() : py::object(py::str(place.file));
+  exception.attr("message") = Printable(error.message);
+  exception.attr("file") = place.file.empty() ? py::none() : py::object(NameOrText(place.file));
   exception.attr("line") = place.line > 0 ? py::object(py::int_(place.line)) : py::none();
   exception.attr("column") = place.column > 0 ? py::object(py::int_(place.column)) : py::none();
   PyErr_SetObject(type.ptr(), exception.ptr());

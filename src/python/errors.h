@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <string>
 #include <utility>
 
 #include <pybind11/pybind11.h>
@@ -13,6 +14,18 @@ namespace truetriad::python {
 
 /// Raises truetriad.Usage, BadInput or NotEnough, with code, message, file, line and column.
 [[noreturn]] void Raise(const Error& error);
+
+/// Of text that may hold the bytes of a file's name that are no UTF-8: these print as U+FFFD.
+inline pybind11::str Printable(const std::string& text) {
+  return pybind11::reinterpret_steal<pybind11::str>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"));
+}
+
+/// The same as Python holds names of files, from which os.fsencode() makes the bytes again.
+inline pybind11::str NameOrText(const std::string& text) {
+  return pybind11::reinterpret_steal<pybind11::str>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
+}
 
 /// The value; raises its error.
 template <typename T>

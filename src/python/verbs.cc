@@ -17,6 +17,7 @@
 #include "python/array_source.h"
 #include "python/calibration.h"
 #include "python/errors.h"
+#include "python/numbers.h"
 #include "report/plan.h"
 #include "truetriad/allan/allan.h"
 #include "truetriad/calibrate/compare.h"
@@ -35,7 +36,6 @@ namespace py = pybind11;
 namespace fs = std::filesystem;
 namespace {
 
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Integers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 using Recordings = std::vector<std::shared_ptr<ArrayRecording>>;
 using Texts = std::vector<std::string>;
@@ -118,6 +118,8 @@ std::string ShortPath(const std::string& path) {
 
 Result<Experiment> ReadStated(const Document& config) {
   if (config.path) return ReadExperiment(config.path->string(), config.overrides);
+  if (!config.text)
+    return Error(ErrorCode::kMissingArgument, "no config; name a file, or give a dict");
   return ReadExperimentText(*config.text, kDictName, config.overrides);
 }
 
@@ -319,6 +321,9 @@ py::tuple ArraysOf(const ArrayStream& stream) {
 
 Result<Scenario> ReadStatedScenario(const Document& scenario) {
   if (scenario.path) return ReadScenario(scenario.path->string(), scenario.overrides);
+  if (!scenario.text) {
+    return Error(ErrorCode::kMissingArgument, "no scenario; name a file, or give a dict");
+  }
   return ReadScenarioText(*scenario.text, "<scenario>", scenario.overrides);
 }
 
@@ -341,13 +346,12 @@ py::tuple SimulateVerb(const Document& document, int unit, const py::object& pro
   }));
   py::list streams;
   for (const ArrayStream& stream : recording.streams) streams.append(ArraysOf(stream));
-  return py::make_tuple(truth->serial, streams, HeldCalibration(*std::move(truth)));
+  return py::make_tuple(NameOrText(recording.serial), streams, HeldCalibration(*std::move(truth)));
 }
 
-std::string SaveRecording(const std::shared_ptr<ArrayRecording>& recording,
-                          const fs::path& folder) {
-  return ValueOf(WithoutGil(
-      [&] { return WriteRecording(*OpenArrays(recording), RecordingFormat(), folder.string()); }));
+py::str SaveRecording(const std::shared_ptr<ArrayRecording>& recording, const fs::path& folder) {
+  return NameOrText(ValueOf(WithoutGil(
+      [&] { return WriteRecording(*OpenArrays(recording), RecordingFormat(), folder.string()); })));
 }
 
 void BindRecording(py::module_& module) {
@@ -368,10 +372,19 @@ void BindRecording(py::module_& module) {
 }  // namespace
 
 void BindVerbs(py::module_& module) {
+  module.def("numbers", &NumbersOf);
   BindRecording(module);
   py::class_<Answer>(module, "Answer")
-      .def_readonly("text", &Answer::text)
-      .def_readonly("json", &Answer::json)
+      .def(py::init<std::string, std::string, std::string>())
+      .def_property_readonly("text", [](const Answer& a) { return Printable(a.text); })
+      .def_property_readonly("json", [](const Answer& a) { return NameOrText(a.json); })
+      .def("__reduce__",
+           [](const py::object& self) {
+             const auto& a = self.cast<const Answer&>();
+             return py::make_tuple(
+                 py::type::of(self),
+                 py::make_tuple(py::bytes(a.text), py::bytes(a.json), py::bytes(a.html)));
+           })
       .def("report", [](const Answer& answer, const fs::path& path) {
         Check(WriteFileAtomically(path.string(), answer.html));
       });

@@ -18,21 +18,31 @@ def calibration(simulated):
     return truetriad.calibrate(simulated[0])
 
 
+def expect_same(a, b):
+    """Of the same readings in other blocks, over which sums round otherwise. Rounds of weights end where they
+    change by 1e-8 (kRoundTolerance); that moves an estimate by at most 1e-8 sqrt(chi^2) of its sigma, either
+    of the two by 1e-7 with 98 degrees of freedom."""
+    assert a.covariance.names == b.covariance.names
+    assert a.covariance.matrix == pytest.approx(b.covariance.matrix, rel=1e-6)
+    for sensor in UNITS:
+        of_a, of_b = getattr(a, sensor), getattr(b, sensor)
+        assert (abs(of_a.bias - of_b.bias) <= 2e-7 * of_a.bias_sigma).all()
+        assert (abs(of_a.sensitivity - of_b.sensitivity) <= 2e-7 * of_a.sensitivity_sigma).all()
+
+
 def test_simulation_is_that_of_the_command_line(run, tmp_path, simulated, calibration):
     run("simulate", SCENARIO, "-o", tmp_path)
     recording, truth = simulated
     of_file = truetriad.calibrate(tmp_path / "recording.yaml")
-    for sensor in UNITS:
-        a, b = getattr(of_file, sensor), getattr(calibration, sensor)
-        assert np.array_equal(a.bias, b.bias) and np.array_equal(a.sensitivity, b.sensitivity)
-    assert np.array_equal(of_file.covariance.matrix, calibration.covariance.matrix)
+    expect_same(of_file, calibration)
     written = truetriad.load(tmp_path / "truth.yaml")
     assert truth.to_dict()["sensors"] == written.to_dict()["sensors"]
 
 
 def test_saved_arrays_are_the_recording(tmp_path, simulated, calibration):
     again = truetriad.calibrate(simulated[0].save(tmp_path))
-    assert np.array_equal(again.accelerometer.sensitivity, calibration.accelerometer.sensitivity)
+    expect_same(again, calibration)
+    assert again.serial == calibration.serial == "A0001"
 
 
 def test_calibration_is_near_the_truth(simulated, calibration):
@@ -109,7 +119,7 @@ def test_units_and_shapes_are_never_guessed():
         truetriad.Recording({"accelerometer": readings})
     with pytest.raises(truetriad.Usage, match=r"expected \(N, 3\)"):
         truetriad.Recording({"accelerometer": readings.T}, UNITS)
-    with pytest.raises(truetriad.Usage, match="10 readings, but time_ns"):
+    with pytest.raises(truetriad.Usage, match="10 readings, but time"):
         truetriad.Recording({"time": np.arange(9.0), "accelerometer": readings}, UNITS)
     with pytest.raises(truetriad.Usage, match="not known"):
         truetriad.Recording({"accelerometr": readings}, UNITS)
@@ -141,7 +151,7 @@ def test_allan_of_an_array_finds_its_noise():
 
 def test_plan_says_whether_it_is_met():
     plan = truetriad.plan("configs/plans/joint-12.yaml")
-    assert plan.met is plan["met"] and len(plan["program"]["program"]) > 0
+    assert plan.met is plan["met"] and len(plan["program"]["poses"]) > 0
     assert str(plan) == plan.text
 
 

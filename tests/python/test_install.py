@@ -19,10 +19,16 @@ def test_pip_installs_what_is_built(tmp_path, program):
     python = tmp_path / "env" / "bin" / "python"
     environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "TRUETRIAD_SHARE")}
     environment["TRUETRIAD_BUILD_FOLDER"] = str(build)
-    # Out of the source's folder, so that nothing is left in it.
-    done = subprocess.run([python, "-m", "pip", "install", "--no-build-isolation", "--no-deps", "--quiet",
-                           str(copy_of_source(tmp_path))], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+
+    def pip(*words):
+        done = subprocess.run([python, "-m", "pip", *words, "--quiet"], env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+    source = copy_of_source(tmp_path)
+    before, there = files_in(source), files_in(tmp_path / "env")
+    pip("install", "--no-build-isolation", "--no-deps", str(source))
+    assert files_in(source) == before
     demo = pathlib.Path("datasets/demo/recording.csv").resolve()
     script = ("import pathlib, truetriad; here = pathlib.Path(truetriad.__file__).parent;"
               "assert 'env' in here.parts and (here / 'py.typed').exists() and (here / '__init__.pyi').exists();"
@@ -31,10 +37,17 @@ def test_pip_installs_what_is_built(tmp_path, program):
     text = subprocess.run([python, "-c", script], env=environment, cwd=tmp_path, check=True,
                           capture_output=True, text=True).stdout
     assert text.startswith("USABLE")
+    pip("uninstall", "--yes", "truetriad")
+    assert files_in(tmp_path / "env") == there
+
+
+def files_in(folder):
+    """Of a folder, not of those that links in it lead to."""
+    return sorted(os.path.join(where, name) for where, _, names in os.walk(folder) for name in names)
 
 
 def copy_of_source(folder):
-    """Links to what setup.py reads, so that its own leavings are not in the source."""
+    """Links to what setup.py reads, and a package of its own, so that what it leaves there is seen."""
     copy = folder / "source"
     copy.mkdir()
     for name in os.listdir("."):
