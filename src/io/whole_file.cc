@@ -93,6 +93,8 @@ void SweepFolderOf(const std::string& path) {
   static auto& swept = *new std::set<fs::path>;
   fs::path folder = fs::path(path).parent_path();
   if (folder.empty()) folder = ".";
+  // One that is being written itself is new, and of this process.
+  if (folder.filename().string().find(kTemporary) != std::string::npos) return;
   {
     const std::scoped_lock lock(mutex);
     if (!swept.insert(folder).second) return;
