@@ -173,7 +173,7 @@ Status DetectedPoses::Start() {
       std::find(streams.begin(), streams.end(), Triad::kMagnetometer) != streams.end()) {
     witnesses.push_back(known(*info_.Find(Triad::kMagnetometer)));
   }
-  // Rows that are months apart are at no rest; the end of the last window must still be a time.
+  // However far apart rows are, the end of the last window must still be a time.
   constexpr double kLongestNs = 1e16;
   width_ns = std::min(width_ns, kLongestNs);
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
