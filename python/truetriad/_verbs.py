@@ -51,7 +51,7 @@ def compare(a, b):
 
 def plan(config, measured=None, *, set=None, progress=None):
     """Which poses to take, and how good the calibration will be. config: as calibrate's, with `plan:`.
-    measured: path of a recording of poses that are already taken."""
+    measured: path of a recording of poses that are already taken, of whose reading progress tells."""
     measured = b"" if measured is None else _path(measured, "measured")
     return Plan(_truetriad.plan(_document(config, set), measured, _callable(progress)))
 

@@ -96,6 +96,10 @@ std::string LowerCase(std::string text);
 /// it seems to hold nothing that is read.
 std::string SeeminglyCalled(const std::string& column);
 
+/// The unit that the last word of a column's name says, as this program spells it: "ms" of "t_ms";
+/// empty where there is none.
+std::string SeeminglyIn(const std::string& column);
+
 /// Reads the columns of a self-describing header one by one, each at most once.
 class HeaderColumns {
  public:

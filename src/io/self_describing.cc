@@ -24,6 +24,47 @@ constexpr std::array<Calling, 6> kCallings = {{{"acc", "a", "accel"},
                                                {"temp", "", "temperature"},
                                                {"time", "", "time"}}};
 
+/// What people put behind a name to say its unit.
+struct UnitWord {
+  std::string_view word, unit;
+  bool is_time;
+};
+constexpr std::array<UnitWord, 28> kUnitWords = {
+    {{"s", "s", true},          {"sec", "s", true},          {"secs", "s", true},
+     {"seconds", "s", true},    {"ms", "ms", true},          {"msec", "ms", true},
+     {"millis", "ms", true},    {"us", "us", true},          {"usec", "us", true},
+     {"micros", "us", true},    {"ns", "ns", true},          {"nsec", "ns", true},
+     {"nanos", "ns", true},     {"g", "g", false},           {"mg", "mg", false},
+     {"mps2", "m/s^2", false},  {"ms2", "m/s^2", false},     {"dps", "deg/s", false},
+     {"degs", "deg/s", false},  {"degps", "deg/s", false},   {"rads", "rad/s", false},
+     {"radps", "rad/s", false}, {"ut", "uT", false},         {"gauss", "gauss", false},
+     {"raw", "counts", false},  {"counts", "counts", false}, {"lsb", "counts", false},
+     {"adc", "counts", false}}};
+
+/// A column's name without what is no letter or digit, and the unit that its last word says.
+struct SeemingName {
+  std::string letters;
+  const UnitWord* unit = nullptr;
+};
+
+SeemingName TakenApart(const std::string& column) {
+  SeemingName name;
+  std::string word;
+  for (const char c : LowerCase(column)) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      word += c;
+    } else {
+      name.letters += std::exchange(word, {});
+    }
+  }
+  const auto unit = std::find_if(kUnitWords.begin(), kUnitWords.end(), [&](const UnitWord& known) {
+    return known.word == word;
+  });
+  if (unit != kUnitWords.end()) name.unit = &*unit;
+  if (name.unit == nullptr || name.letters.empty()) name.letters += word;
+  return name;
+}
+
 }  // namespace
 
 std::string LowerCase(std::string text) {
@@ -34,11 +75,11 @@ std::string LowerCase(std::string text) {
 }
 
 std::string SeeminglyCalled(const std::string& column) {
-  std::string letters;
-  for (const char c : LowerCase(column)) {
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0) letters += c;
-  }
+  const auto [letters, unit] = TakenApart(column);
   if (letters == "t" || letters == "ts" || letters == "stamp") return "time";
+  // "ms" or "micros" alone.
+  if (unit != nullptr && unit->is_time && letters == unit->word && letters.size() > 1)
+    return "time";
   const char last = letters.empty() ? ' ' : letters.back();
   const bool has_axis = last >= 'x' && last <= 'z';
   for (const auto& [beginning, letter, name] : kCallings) {
@@ -51,6 +92,12 @@ std::string SeeminglyCalled(const std::string& column) {
     return called;
   }
   return {};
+}
+
+std::string SeeminglyIn(const std::string& column) {
+  const SeemingName name = TakenApart(column);
+  const bool is_time = SeeminglyCalled(column) == "time";
+  return name.unit != nullptr && name.unit->is_time == is_time ? std::string(name.unit->unit) : "";
 }
 
 HeaderColumn ParseHeaderColumn(const std::string& field) {
@@ -195,7 +242,7 @@ std::string HeaderColumns::Understandable() const {
     if (!is_found && !taken_[column] && MayBeNeeded(columns_[column])) return {};
     names.push_back(called);
     if (!is_found) called = name;
-    std::string stated = unit;
+    std::string stated = unit.empty() && is_found ? SeeminglyIn(name) : unit;
     for (const Triad triad : kTriads) {
       const bool is_its = called.starts_with(std::string(TriadPrefix(triad)) + "_");
       if (stated.empty() && is_found && is_its) stated = TruthUnitName(triad);

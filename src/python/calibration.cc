@@ -255,11 +255,20 @@ HeldSensor UnpickledSensor(const py::tuple& state) {
 
 void BindFinding(py::module_& module) {
   py::class_<Finding>(module, "Finding", "One thing that a person should know of a run.")
-      .def_property_readonly("code", [](const Finding& f) { return FindingCodeName(f.code); })
-      .def_property_readonly("severity", [](const Finding& f) { return SeverityName(f.severity); })
-      .def_property_readonly("message", [](const Finding& f) { return Printable(f.Message()); })
-      .def_property_readonly("text", [](const Finding& f) { return Printable(f.text); })
-      .def_property_readonly("remedy", [](const Finding& f) { return Printable(f.remedy); })
+      .def_property_readonly(
+          "code",
+          [](const Finding& f) { return FindingCodeName(f.code); },
+          "As in docs/reasons.md: \"poorly-known\".")
+      .def_property_readonly(
+          "severity",
+          [](const Finding& f) { return SeverityName(f.severity); },
+          "\"refusal\", \"warning\" or \"note\".")
+      .def_property_readonly(
+          "message", [](const Finding& f) { return Printable(f.Message()); }, "Text and remedy.")
+      .def_property_readonly(
+          "text", [](const Finding& f) { return Printable(f.text); }, "What was found.")
+      .def_property_readonly(
+          "remedy", [](const Finding& f) { return Printable(f.remedy); }, "What to do.")
       .def("__copy__", &Itself)
       .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
       .def_property_readonly(
@@ -267,14 +276,15 @@ void BindFinding(py::module_& module) {
           [](const Finding& f) {
             return OptionalText(f.sensor ? std::optional<std::string>(TriadName(*f.sensor))
                                          : std::nullopt);
-          })
+          },
+          "The sensor that it is about, or None.")
       .def_property_readonly("axis",
                              [](const Finding& f) {
                                return OptionalText(f.axis ? std::optional<std::string>(
                                                                 std::string(1, AxisLetter(*f.axis)))
                                                           : std::nullopt);
                              })
-      .def_readonly("pose", &Finding::pose)
+      .def_readonly("pose", &Finding::pose, "The pose that it is about, from 1, or None.")
       .def_property_readonly("values",
                              [](const Finding& f) {
                                py::dict values;
@@ -298,7 +308,10 @@ void BindSensor(py::module_& module) {
   py::class_<HeldSensor>(module, "Sensor", R"(One sensor of a calibration.
 
 raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are sensing axes.)")
-      .def_property_readonly("name", [](const HeldSensor& s) { return TriadName(s.triad); })
+      .def_property_readonly(
+          "name",
+          [](const HeldSensor& s) { return TriadName(s.triad); },
+          "\"accelerometer\", \"gyroscope\" or \"magnetometer\".")
       .def("__copy__", &Itself)
       .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
       .def(py::pickle(
@@ -309,9 +322,14 @@ raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are se
              return "<truetriad.Sensor: " + std::string(TriadName(s.triad)) + ", " +
                     s.value().input_unit + " -> " + s.value().output_unit + ">";
            })
-      .def_property_readonly("input_unit", [](const HeldSensor& s) { return s.value().input_unit; })
-      .def_property_readonly("output_unit",
-                             [](const HeldSensor& s) { return s.value().output_unit; })
+      .def_property_readonly(
+          "input_unit",
+          [](const HeldSensor& s) { return s.value().input_unit; },
+          "Of raw readings.")
+      .def_property_readonly(
+          "output_unit",
+          [](const HeldSensor& s) { return s.value().output_unit; },
+          "Of corrected readings.")
       .def_property_readonly(
           "bias", [](const HeldSensor& s) { return s.value().model.bias; }, "(3,), raw unit.")
       .def_property_readonly("sensitivity", matrix, "(3, 3), raw per true unit.")
@@ -325,9 +343,13 @@ raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are se
           "sensitivity_sigma",
           [](const HeldSensor& s) { return s.value().sensitivity_sigma; },
           "(3, 3), raw per true unit.")
-      .def_property_readonly("needs_temperature", &HeldSensor::needs_temperature)
-      .def_property_readonly("needs_time", &HeldSensor::needs_time)
-      .def_property_readonly("needs_specific_force", &HeldSensor::needs_force)
+      .def_property_readonly("needs_temperature",
+                             &HeldSensor::needs_temperature,
+                             "Whether correct() needs temperature.")
+      .def_property_readonly("needs_time", &HeldSensor::needs_time, "Whether correct() needs time.")
+      .def_property_readonly("needs_specific_force",
+                             &HeldSensor::needs_force,
+                             "Whether correct() needs specific_force.")
       .def("correct",
            &Correct,
            py::arg("readings"),
@@ -370,14 +392,22 @@ findings say why.)")
           "status",
           [](const HeldCalibration& c) { return OutcomeName(c.value->outcome); },
           "\"converged\", \"not_observable\", \"not_converged\" or \"not_enough\".")
-      .def_property_readonly("usable", [](const HeldCalibration& c) { return c.value->IsUsable(); })
+      .def_property_readonly(
+          "usable",
+          [](const HeldCalibration& c) { return c.value->IsUsable(); },
+          "Whether it may be used; exit code 3 of the command line where not.")
       .def_property_readonly(
           "within_limits",
           [](const HeldCalibration& c) { return c.value->within_limits; },
           "None where no limits are set.")
-      .def_property_readonly("findings", [](const HeldCalibration& c) { return c.value->findings; })
-      .def_property_readonly("serial",
-                             [](const HeldCalibration& c) { return Printable(c.value->serial); })
+      .def_property_readonly(
+          "findings",
+          [](const HeldCalibration& c) { return c.value->findings; },
+          "What a person should know of the run, list of Finding.")
+      .def_property_readonly(
+          "serial",
+          [](const HeldCalibration& c) { return Printable(c.value->serial); },
+          "Of the unit; empty where the log has none.")
       .def_property_readonly("_covariance",
                              [](const HeldCalibration& c) {
                                const NamedCovariance& covariance = c.value->covariance;

@@ -40,6 +40,17 @@ class Recording : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(Recording, ProposesAHeaderWithTheUnitsThatNamesSay) {
+  const std::string rows = "0,1,2,3\n10,1,2,3\n";
+  for (const std::string time : {"ms", "t_ms", "millis", "time_ms"}) {
+    EXPECT_THAT(ErrorOf(time + ",ax_g,ay_g,az_g\n" + rows),
+                HasSubstr("a header like `time[ms],accel_x[g],accel_y[g],accel_z[g]`"));
+  }
+  EXPECT_THAT(ErrorOf("timestamp_us,gx_dps,gy_dps,gz_dps\n" + rows),
+              HasSubstr("a header like `time[us],gyro_x[deg/s],gyro_y[deg/s],gyro_z[deg/s]`"));
+  EXPECT_EQ(ErrorOf("time[ms],accel_x[g],accel_y[g],accel_z[g]\n" + rows), "");
+}
+
 TEST_F(Recording, MayBeginWithManyRemarks) {
   std::string remarks;
   for (int line = 0; line < 1000; ++line) remarks += "# the shaker was switched off and on again\n";

@@ -111,7 +111,7 @@ CALLS = {
     "calibrate": lambda stop: truetriad.calibrate(DEMO, progress=stop),
     "evaluate": lambda stop: truetriad.evaluate(truetriad.calibrate(DEMO), DEMO, progress=stop),
     "allan": lambda stop: truetriad.allan(DEMO, progress=stop),
-    "plan": lambda stop: truetriad.plan("configs/plans/joint-12.yaml", progress=stop),
+    "plan": lambda stop: truetriad.plan("configs/plans/joint-12.yaml", DEMO, progress=stop),
     "simulate": lambda stop: truetriad.simulate(SCENARIO, progress=stop),
 }
 
