@@ -195,7 +195,11 @@ TEST_P(KilledConverter, LeavesAWholeRecordingOrNoneAndTheNextRunNoLitter) {
   int killed = 0, said = 0;
   for (int i = 0; i < kKills; ++i) {
     const bool onto_nothing = i % 2 == 0;
-    if (onto_nothing) fs::remove_all(folder_.Path("out"));
+    if (onto_nothing) {
+      fs::remove_all(folder_.Path("out"));
+    } else if (!fs::exists(folder_.Path("out"))) {
+      ASSERT_EQ(RunShell(Line(), folder_.Path(".")).exit_code, 0);
+    }
     const Finished run = RunKilled(kills[i % 3], took_s * random.Uniform());
     const bool is_there = fs::exists(folder_.Path("out"));
     EXPECT_TRUE(is_there || (onto_nothing && run.exit_code != 0));
