@@ -203,7 +203,9 @@ TEST_P(KilledConverter, LeavesAWholeRecordingOrNoneAndTheNextRunNoLitter) {
     const Finished run = RunKilled(kills[i % 3], took_s * random.Uniform());
     const bool is_there = fs::exists(folder_.Path("out"));
     EXPECT_TRUE(is_there || (onto_nothing && run.exit_code != 0));
-    if (is_there) EXPECT_EQ(FilesIn(folder_.Path("out")), whole) << i;
+    if (is_there) {
+      EXPECT_EQ(FilesIn(folder_.Path("out")), whole) << i;
+    }
     killed += run.exit_code == 0 ? 0 : 1;
     if (i % 3 != 1 || run.exit_code == 0) continue;
     ++said;

@@ -255,10 +255,14 @@ TEST_F(ManifestWindows, WithJitterKeepTheirSamplesInOrder) {
   const StreamSamples stream = Read(rows, 8);
   ASSERT_EQ(stream.x.size(), 8 * times.size());
   for (std::size_t i = 0; i < stream.x.size(); ++i) {
-    if (i > 0) ASSERT_LT(stream.time_ns[i - 1], stream.time_ns[i]) << i;
+    if (i > 0) {
+      ASSERT_LT(stream.time_ns[i - 1], stream.time_ns[i]) << i;
+    }
     const std::int64_t window_ns = std::int64_t{1'000'000} * times[i / 8];
     EXPECT_LE(stream.time_ns[i], window_ns);
-    if (i % 8 == 7) EXPECT_EQ(stream.time_ns[i], window_ns);
+    if (i % 8 == 7) {
+      EXPECT_EQ(stream.time_ns[i], window_ns);
+    }
     // A window is 50 to 110 ms behind the one before, where none was lost.
     EXPECT_GT(stream.time_ns[i], window_ns - 110'000'000);
   }
