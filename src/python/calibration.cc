@@ -278,25 +278,29 @@ void BindFinding(py::module_& module) {
                                          : std::nullopt);
           },
           "The sensor that it is about, or None.")
-      .def_property_readonly("axis",
-                             [](const Finding& f) {
-                               return OptionalText(f.axis ? std::optional<std::string>(
-                                                                std::string(1, AxisLetter(*f.axis)))
-                                                          : std::nullopt);
-                             })
+      .def_property_readonly(
+          "axis",
+          [](const Finding& f) {
+            return OptionalText(
+                f.axis ? std::optional<std::string>(std::string(1, AxisLetter(*f.axis)))
+                       : std::nullopt);
+          },
+          "\"x\", \"y\" or \"z\", or None.")
       .def_readonly("pose", &Finding::pose, "The pose that it is about, from 1, or None.")
-      .def_property_readonly("values",
-                             [](const Finding& f) {
-                               py::dict values;
-                               for (const FindingValue& value : f.values) {
-                                 py::dict one;
-                                 one["value"] = value.value;
-                                 one["sigma"] = py::cast(value.sigma);
-                                 one["unit"] = value.unit;
-                                 values[py::str(value.name)] = one;
-                               }
-                               return values;
-                             })
+      .def_property_readonly(
+          "values",
+          [](const Finding& f) {
+            py::dict values;
+            for (const FindingValue& value : f.values) {
+              py::dict one;
+              one["value"] = value.value;
+              one["sigma"] = py::cast(value.sigma);
+              one["unit"] = value.unit;
+              values[py::str(value.name)] = one;
+            }
+            return values;
+          },
+          "Its numbers by name: {\"value\", \"sigma\" or None, \"unit\"}.")
       .def("__repr__", [](const Finding& f) {
         return Printable("<" + std::string(SeverityName(f.severity)) + " " +
                          std::string(FindingCodeName(f.code)) + ": " + f.Message() + ">");
