@@ -109,6 +109,23 @@ class Bags(unittest.TestCase):
                 self.assertEqual([row[:2] for row in self.rows("gyroscope")],
                                  [(START_NS + 10**7 * i + 5, [i, 2 * i, 0.25]) for i in range(40)])
 
+    def test_bytes_behind_the_last_field(self):
+        # Writers of CDR fill up the last word; anything else means that the fields are others.
+        for kind in AVAILABLE:
+            if kind == "mcap":
+                continue
+            for fill, kept in ((3, 4 if kind == "ros1" else 8), (8, 4)):
+                with self.subTest(kind=kind, fill=fill):
+                    is_cdr = kind != "ros1"
+                    text = CUSTOM_TEXT.format("msg/" if is_cdr else "")
+                    path = self.folder / f"{kind}{fill}"
+                    FORMATS[kind][0](path, {"/driver": ("mine/msg/Reading" if is_cdr else "mine/Reading", text)}, [
+                        ("/driver", START_NS + i, bags.message(CUSTOM, custom_values(i), is_cdr) + bytes(fill * (i % 2)))
+                        for i in range(8)])
+                    done = self.convert(kind, path, "--columns=accelerometer=/driver:low.acc", "--units=g")
+                    self.assertEqual(len(self.rows("accelerometer")), kept)
+                    self.assertEqual("4 messages skipped (too short, too long" in done.stderr, kept == 4)
+
     def test_a_bag_without_topics_is_bad_input(self):
         for kind in AVAILABLE:
             with self.subTest(kind=kind):

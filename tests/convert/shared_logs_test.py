@@ -232,7 +232,8 @@ class SharedLogs(unittest.TestCase):
         self.assertEqual(len(rates), 1565)
         layout = self.folder / "Imu.msg"
         fields = ("std_msgs/Header header\nfloat64[4] orientation\nfloat64[9] orientation_covariance\n"
-                  "float64[3] angular_velocity\nfloat64[9] angular_velocity_covariance\nfloat64[3] force\n")
+                  "float64[3] angular_velocity\nfloat64[9] angular_velocity_covariance\nfloat64[3] force\n"
+                  "float64[9] force_covariance\n")
         # A header of the user's own has no stamp.
         for header, times in (("", stamps), ("MSG: std_msgs/Header\nint32 sec\nuint32 nanosec\nstring id\n", received)):
             layout.write_text(fields + header)

@@ -311,6 +311,9 @@ TEST_F(ManifestWindows, RefuseWhatIsNoWindow) {
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n4e12,1,1,1,\n", 2), HasSubstr("more than a day"));
   EXPECT_THAT(ErrorOf("-4e12,1,1,1,\n-4e12,1,1,1,\n4e12,1,1,1,\n", 2),
               HasSubstr("more than a day"));
+  // As a time it would do, but not with a window around it.
+  EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n4.611686e12,1,1,1,\n", 2),
+              HasSubstr("log.csv:4: has a time that is out of range"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n3,1,1,1,\n", 0), HasSubstr("window_samples: must be from 1"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n3,1,1,1,\n", 99999), HasSubstr("window_samples: must be from 1"));
 }

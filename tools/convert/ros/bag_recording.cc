@@ -304,7 +304,7 @@ Status BagRecording::Commit() {
   if (standard_) return standard_->Commit();
   if (damaged_ > 0) {
     Note(Count(damaged_, "message", "messages") +
-         " skipped (too short, malformed, or not of the layout)");
+         " skipped (too short, too long, malformed, or not of the layout)");
     folder_->SetSource("messages skipped", std::to_string(damaged_));
   }
   if (not_three_ > 0) {

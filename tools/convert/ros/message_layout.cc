@@ -398,7 +398,9 @@ class MessageNumbers::Walk {
       is_aligned_ = true;
     }
     Message(numbers_->type_, &numbers_->asked_);
-    return !failed_;
+    // What is left over says that the fields are others; writers of CDR may fill up the last word.
+    constexpr std::size_t kMostFill = 7;
+    return !failed_ && left_.size() <= (is_aligned_ ? kMostFill : 0);
   }
 
  private:
