@@ -24,6 +24,8 @@ if (($# > 0)); then targets=("$@"); else
 fi
 ninja -C build-fuzz "${targets[@]/#/fuzz_}"
 
+# What is freed is kept for a while, to tell its use; not so much that it is taken for the target's memory.
+export ASAN_OPTIONS="quarantine_size_mb=64:${ASAN_OPTIONS:-}"
 found=0
 for target in "${targets[@]}"; do
   corpus=build-fuzz/corpus/$target findings=build-fuzz/findings/$target log=build-fuzz/$target.log
