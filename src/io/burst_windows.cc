@@ -128,7 +128,11 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
   }
   if (is_cut && !last_ && begin > 0)
     return std::optional<Window>();  // The one before is the only one.
-  return Fail(ErrorCode::kInvalidValue, begin, "begins a window of window_samples without a time");
+  return Fail(ErrorCode::kInvalidValue,
+              begin,
+              "begins a window of window_samples without a time, of which each " +
+                  std::to_string(size_) +
+                  " rows should have one; rows are missing, or window_samples is another");
 }
 
 Status BurstWindows::TakeTime(std::int64_t time_ns, std::int64_t line, Window* window) const {
