@@ -22,7 +22,7 @@ if [[ "${1:-}" == --nightly ]]; then
   tools/build.sh all "${options[@]}"
   damaged=0
   ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-regex nightly \
-    --tests-regex 'SurvivesAThousand|convert_node|nightly_trust|nightly_fleet|nightly_run_lengths|nightly_docs' || damaged=$?
+    --tests-regex 'SurvivesAThousand|convert_node|nightly_trust|nightly_fleet|nightly_run_lengths|nightly_docs|nightly_convert_killed' || damaged=$?
   nice tests/fuzz/run.sh || damaged=$?
   tools/bench/accuracy.py
   exit "$damaged"
