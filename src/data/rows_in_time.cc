@@ -41,7 +41,7 @@ Status RejectRowsOfALog(const PoseSet& poses) {
                    " of them are within 1 degree of the row before, as in a log that was recorded "
                    "through time. Add `time[s]`, or state its rate in a manifest (`time: {unit: "
                    "samples, rate_hz: 100}`); if each row is a rest all the same, state `poses: "
-                   "every_row`");
+                   "every_row` in an experiment (`-c`)");
 }
 
 }  // namespace truetriad
