@@ -58,4 +58,20 @@ void TryConversion(Status (*run)(const convert::Arguments& arguments),
   }
 }
 
+int TryNamedReadings(Status (*run)(const convert::Arguments& arguments),
+                     const char* file,
+                     Bytes input) {
+  if (input.empty()) return -1;
+  convert::Arguments arguments;
+  arguments.input = WriteInput(file, TextOf(input.subspan(1)));
+  arguments.list = (input[0] & 1U) != 0;
+  if ((input[0] & 2U) != 0) {
+    arguments.others["columns"] =
+        "time=t,accelerometer=acc,gyroscope=imu.gyr@100Hz,magnetometer=mag";
+    arguments.others["units"] = "s,m/s^2,rad/s,counts";
+  }
+  TryConversion(run, arguments);
+  return 0;
+}
+
 }  // namespace truetriad::fuzz

@@ -12,4 +12,10 @@ namespace truetriad::fuzz {
 void TryConversion(Status (*run)(const convert::Arguments& arguments),
                    convert::Arguments arguments);
 
+/// The same of a converter of named variables: what listing or naming them makes of `input`,
+/// written to `file`. The target's answer.
+int TryNamedReadings(Status (*run)(const convert::Arguments& arguments),
+                     const char* file,
+                     Bytes input);
+
 }  // namespace truetriad::fuzz
