@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMostWaiting = 262144;
 // Samples at the end that wait for those after them, and handed over ones that stay, so that the
 // line through the stamps goes on from one batch to the next.
-constexpr std::size_t kOverlap = 512;
+constexpr std::size_t kOverlap = 8192;
 // As the reader of logs hands them over: blocks that stay in the cache.
 constexpr std::size_t kSlice = 4096;
 
@@ -48,7 +48,10 @@ bool EvenSource::MustHold(const std::vector<SampleBlock>& blocks) {
   for (const SampleBlock& block : blocks) {
     Stream& stream = streams_[block.triad];
     if (stream.judgement != Judgement::kOpen) continue;
-    if (!stream.watch.AreEven(block.time_ns)) stream.looks_even = false;
+    // Stamps that were spread over a window look even in it.
+    const StreamInfo* const info = source_->info().Find(block.triad);
+    stream.window = info == nullptr ? 1 : info->window_samples;
+    if (stream.window > 1 || !stream.watch.AreEven(block.time_ns)) stream.looks_even = false;
     holds_ = holds_ || !stream.looks_even || how_ == TimeStamps::kRegular;
   }
   return holds_;
@@ -67,11 +70,12 @@ void EvenSource::SettleStream(Stream* stream) const {
   const HeldSamples& held = stream->held;
   // That time goes back is said where readings are checked.
   if (!std::is_sorted(held.time_ns.begin(), held.time_ns.end())) return;
-  EvenTimes even = FitEvenTimes(held.time_ns);
+  const Stamps stamps{held.time_ns, held.row, stream->window};
+  EvenTimes even = FitEvenTimes(stamps);
   if (even.time_ns.empty()) return;
   const StampShare share = ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns);
   if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven()) {
-    even = FitEvenTimesOfAll(held.time_ns);
+    even = FitEvenTimesOfAll(stamps);
   }
   if (is_open) {
     stream->kind = even.kind;
@@ -81,10 +85,11 @@ void EvenSource::SettleStream(Stream* stream) const {
     stream->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
   }
   for (std::size_t i = stream->handed; i < held.size(); ++i) {
+    if (stamps.are_windows() && !stamps.EndsWindow(i)) continue;
     const auto off = static_cast<double>(held.time_ns[i] - even.time_ns[i]);
     stream->squares_ns2 += off * off;
+    ++stream->judged;
   }
-  stream->judged += static_cast<double>(stream->waiting());
   // One that is irregular for a while is as it is stamped for that while.
   const bool can_be_even = how_ == TimeStamps::kRegular || even.kind != StampKind::kIrregular;
   if (stream->judgement != Judgement::kEven) return;

@@ -42,6 +42,7 @@ class EvenSource {
   struct Stream {
     StampWatch watch;
     bool looks_even = true;
+    std::int64_t window = 1;  // Samples that are stamped together.
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
     bool are_true = false;                   // The readings say so of the stamps.

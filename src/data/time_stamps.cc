@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -38,13 +39,19 @@ constexpr std::size_t kBurstSamples = 256;
 constexpr double kLevelGain = 1.0 / 64.0;
 // So many samples lost at once end a piece: the sensor's own count is no longer certain.
 constexpr double kMostLost = 5.0;
+// Samples that are late by less than so many σ are no gap.
+constexpr double kFarthestLate = 6.0;
 // What comes after these samples is not known, so they are not taken for late.
 constexpr std::size_t kTail = 8;
-// Half the width over which the wander of the clocks is a straight line, in samples: jitter counts
-// a twenty-fifth, a clock whose rate changes by 500 ppm at once is off by 0.4 ms there at 100 Hz.
+// Half the width over which the wander of the clocks is a straight line at least, in samples:
+// jitter counts a twenty-fifth, a clock whose rate changes by 500 ppm at once is off by 0.4 ms
+// there at 100 Hz. ...
 constexpr std::size_t kHalfWidth = 512;
-// Bursts that it must have.
+// ... Bursts that it must have at least.
 constexpr std::size_t kFewestBursts = 16;
+// Twice the width, as long as what stamps are off grows by no more than jitter makes it, plus so
+// many σ: an error of what a line makes of jitter is common to the turns under it.
+constexpr double kWiderSigmas = 3.0;
 // In jitter the RMS about short lines is that about long ones; where errors add up, as when each
 // sample waits for the one before, it grows with the root of the length, here by 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
@@ -68,25 +75,28 @@ constexpr double kOftenLost = 0.03;
 // Stamps that may be off without their stream being uneven.
 constexpr double kHiccups = 0.01;
 
-double Slope(std::span<const std::int64_t> stamps, std::size_t from, std::size_t to) {
-  return static_cast<double>(stamps[to] - stamps[from]) / static_cast<double>(to - from);
+double Slope(const Stamps& stamps, std::size_t from, std::size_t to) {
+  return static_cast<double>(stamps[to] - stamps[from]) /
+         static_cast<double>(stamps.Number(to) - stamps.Number(from));
 }
 
-// The samples that did not wait for the next one.
-std::vector<std::size_t> OnTime(std::span<const std::int64_t> stamps, double period) {
+// A sample that did not wait for the next one.
+bool IsOnTime(const Stamps& stamps, double period, std::size_t k) {
+  if (stamps.are_windows()) return stamps.EndsWindow(k);
+  return k + 1 == stamps.size() || static_cast<double>(stamps[k + 1] - stamps[k]) >= kSoon * period;
+}
+
+std::vector<std::size_t> OnTime(const Stamps& stamps, double period) {
   std::vector<std::size_t> places;
   for (std::size_t k = 0; k < stamps.size(); ++k) {
-    const bool is_last = k + 1 == stamps.size();
-    if (is_last || static_cast<double>(stamps[k + 1] - stamps[k]) >= kSoon * period) {
-      places.push_back(k);
-    }
+    if (IsOnTime(stamps, period, k)) places.push_back(k);
   }
   return places;
 }
 
 // The mean of the steps that are about the usual one, where most are: tells the interval however
 // many samples are lost, unless jitter hides it.
-std::optional<double> PeriodOfSteps(std::span<const std::int64_t> stamps, double usual) {
+std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   double near = 0.0, sum = 0.0;
   for (std::size_t k = 1; k < stamps.size(); ++k) {
     const double step = Slope(stamps, k - 1, k);
@@ -98,7 +108,7 @@ std::optional<double> PeriodOfSteps(std::span<const std::int64_t> stamps, double
 }
 
 // The median over as many samples as tell it, `fewest` and more.
-double PeriodOfStretches(std::span<const std::int64_t> stamps, double usual, std::size_t fewest) {
+double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
   const auto widest = static_cast<std::size_t>(static_cast<double>(kSlopeSamples) / run);
@@ -125,14 +135,16 @@ struct Piece {
 struct Numbers {
   std::vector<double> number;  // Of each sample within its piece, those lost counted.
   std::vector<Piece> pieces;
+  double steps = 0.0;  // Where samples were lost.
 };
 
 // stamp − period × number, in periods. Single stamps that are early, a hiccup, are as their
 // neighbours.
-std::vector<double> OffsOf(std::span<const std::int64_t> stamps, double period) {
+std::vector<double> OffsOf(const Stamps& stamps, double period) {
   std::vector<double> offs;
   for (std::size_t i = 0; i < stamps.size(); ++i) {
-    offs.push_back(static_cast<double>(stamps[i] - stamps[0]) / period - static_cast<double>(i));
+    offs.push_back(static_cast<double>(stamps[i] - stamps[0]) / period -
+                   static_cast<double>(stamps.Number(i) - stamps.Number(0)));
   }
   std::vector<std::size_t> early;
   for (std::size_t i = 1; i + 1 < offs.size(); ++i) {
@@ -143,29 +155,53 @@ std::vector<double> OffsOf(std::span<const std::int64_t> stamps, double period) 
   return offs;
 }
 
+// By how much samples that did not wait are late after one another, in periods (σ of each).
+double ScatterOf(const Stamps& stamps, double period) {
+  const std::vector<std::size_t> places = OnTime(stamps, period);
+  std::vector<double> changes;
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    const auto numbers =
+        static_cast<double>(stamps.Number(places[i]) - stamps.Number(places[i - 1]));
+    changes.push_back(std::abs(
+        static_cast<double>(stamps[places[i]] - stamps[places[i - 1]]) / period - numbers));
+  }
+  if (changes.empty()) return 0.0;
+  return Median(std::move(changes)) / (0.6745 * std::numbers::sqrt2);
+}
+
 // Counts the samples. A lost one is a step of a period in stamp − period × number that stays: the
-// least of what is to come tells it from a sample that is late.
-Numbers Count(std::span<const std::int64_t> stamps, double period, double tick) {
+// least of what is to come tells it from a sample that is late. With `none_lost` a step is a gap,
+// or a sample that is late.
+Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) {
   const std::size_t count = stamps.size();
   std::vector<double> least = OffsOf(stamps, period);
   for (std::size_t i = count - 1; i-- > 0;) least[i] = std::min(least[i], least[i + 1] + kLeak);
-  const double least_step = std::max(0.5, tick / period + 0.5);
+  const double unit = static_cast<double>(stamps.window);
+  const bool may_be_late = none_lost || stamps.are_windows();
+  const double scatter = may_be_late ? kFarthestLate * ScatterOf(stamps, period) : 0.0;
+  const double least_step = std::max(0.5, tick / period + 0.5) + scatter;
+  const double most_lost = kMostLost + scatter;
   Numbers counted;
   counted.number.resize(count);
   counted.pieces.push_back({0, count});
-  double lost = 0.0, level = least[0], first = 0.0;
+  double lost = 0.0, level = least[0], first = static_cast<double>(stamps.Number(0));
   for (std::size_t i = 0; i < count; ++i) {
     const double off = least[i] - lost - level;
     const bool is_known = i + kTail < count;
-    double step = is_known && off > least_step ? std::round(off) : 0.0;
-    if (step > kMostLost || (is_known && off < -least_step - 1.0)) {
+    double step = is_known && off > least_step ? unit * std::round(off / unit) : 0.0;
+    const bool is_whole = !stamps.are_windows() ? step <= most_lost
+                          : step > 0.0          ? std::abs(off - step) <= least_step
+                                                : off <= most_lost;
+    if (is_known && (!is_whole || off < -least_step - 1.0)) {
       counted.pieces.back().end = i;
       counted.pieces.push_back({i, count});
-      lost = 0.0, level = least[i], first = static_cast<double>(i), step = 0.0;
+      lost = 0.0, level = least[i], first = static_cast<double>(stamps.Number(i)), step = 0.0;
     }
+    if (none_lost) step = 0.0;
+    counted.steps += step > 0.0 ? 1.0 : 0.0;
     lost += step;
     level += kLevelGain * (least[i] - lost - level);
-    counted.number[i] = static_cast<double>(i) - first + lost;
+    counted.number[i] = static_cast<double>(stamps.Number(i)) - first + lost;
   }
   return counted;
 }
@@ -225,37 +261,44 @@ void Clip(std::span<const Point> slow, double least_ns, std::vector<Point>* poin
   }
 }
 
-double RmsAbout(std::span<const Point> slow, std::span<const Point> points) {
+double SquaresAbout(std::span<const Point> slow, std::span<const Point> points) {
   double squares = 0.0;
   for (const Point& point : points) {
     squares += std::pow(point.off_ns - ValueAt(slow, point.number), 2);
   }
-  return std::sqrt(squares / static_cast<double>(points.size()));
+  return squares;
 }
 
 // One attempt to make even times.
 class EvenFit {
  public:
-  EvenFit(std::span<const std::int64_t> stamps, double period) : stamps_(stamps), period_(period) {}
+  EvenFit(const Stamps& stamps, double period, bool none_lost)
+      : stamps_(stamps), period_(period), none_lost_(none_lost) {}
 
   EvenTimes Run();
+  // Of the samples that tell the times, n ln(mean square) + ln(n) for each thing that was fitted.
+  double Bic() const;
 
  private:
   std::vector<Point> PointsOf(const Piece& piece) const;
   void FindTick();
   bool Waits() const;
+  double LeastHalfWidth() const;
+  double HalfWidth(std::span<const std::vector<Point>> points);
   void Fit(EvenTimes* even);
   void FitPieces(EvenTimes* even);
   bool ErrorsAddUp() const;
-  double UsualJitter(const EvenTimes& even) const;
+  double Jitter(const EvenTimes& even, double left_out) const;
   StampKind KindOf(const EvenTimes& even) const;
 
-  std::span<const std::int64_t> stamps_;
+  Stamps stamps_;
   double period_ = 0.0;
+  bool none_lost_ = false;
   double tick_ = 0.0;       // 0: none.
   bool in_bursts_ = false;  // Only samples that did not wait count.
   double run_ = 1.0;        // Samples for one of those.
   Numbers counted_;
+  double told_by_ = 0.0, squares_ = 0.0, fitted_ = 0.0;
 };
 
 bool EvenFit::Waits() const {
@@ -290,11 +333,8 @@ void EvenFit::FindTick() {
 std::vector<Point> EvenFit::PointsOf(const Piece& piece) const {
   std::vector<Point> points;
   for (std::size_t k = piece.begin; k < piece.end; ++k) {
-    const bool is_last = k + 1 == piece.end;
-    if (in_bursts_ && !is_last &&
-        static_cast<double>(stamps_[k + 1] - stamps_[k]) < kSoon * period_) {
-      continue;
-    }
+    const bool is_only = k + 1 == piece.end && points.empty();
+    if (in_bursts_ && !is_only && !IsOnTime(stamps_, period_, k)) continue;
     points.push_back(
         {counted_.number[k],
          static_cast<double>(stamps_[k] - stamps_[piece.begin]) - period_ * counted_.number[k]});
@@ -302,29 +342,76 @@ std::vector<Point> EvenFit::PointsOf(const Piece& piece) const {
   return points;
 }
 
+double EvenFit::LeastHalfWidth() const {
+  return std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
+}
+
+// Of each piece its points. The widest lines along which what they are off is jitter.
+double EvenFit::HalfWidth(std::span<const std::vector<Point>> points) {
+  // Of weights (1 − x²)² on [−1, 1], 2 w(0) / ∫w − ∫w² / (∫w)²: a local fit takes tr(2S − SSᵀ) of
+  // the squares' degrees of freedom, so many for each half width, and two at its ends.
+  constexpr double kFreedomTaken = 1.161;
+  double count = 0.0, longest = 0.0;
+  for (const std::vector<Point>& piece : points) {
+    count += static_cast<double>(piece.size());
+    longest = std::max(longest, piece.back().number);
+  }
+  const auto squares_at = [&](double half_width) {
+    double squares = 0.0;
+    for (const std::vector<Point>& piece : points) {
+      squares += SquaresAbout(SlowPart(piece, piece.back().number, half_width), piece);
+    }
+    return squares;
+  };
+  const auto freedom_taken = [&](double half_width) {
+    double taken = 0.0;
+    for (const std::vector<Point>& piece : points) {
+      const double most = static_cast<double>(piece.size());
+      taken += std::min(most, 2.0 + kFreedomTaken * piece.back().number / half_width);
+    }
+    return taken;
+  };
+  double half_width = LeastHalfWidth();
+  double squares = squares_at(half_width);
+  // Beyond twice the longest piece a line is straight over all of it.
+  while (half_width < 2.0 * longest) {
+    const double taken = freedom_taken(half_width);
+    const double variance = squares / std::max(1.0, count - taken);
+    const double wider_squares = squares_at(2.0 * half_width);
+    const double freed = std::max(0.0, taken - freedom_taken(2.0 * half_width));
+    const double most = variance * (freed + kWiderSigmas * std::sqrt(2.0 * freed));
+    if (wider_squares - squares > most) break;
+    half_width *= 2.0;
+    squares = wider_squares;
+  }
+  told_by_ = count, squares_ = squares;
+  fitted_ = counted_.steps + freedom_taken(half_width);
+  return half_width;
+}
+
 void EvenFit::FitPieces(EvenTimes* even) {
-  const double half_width =
-      std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
-  double squares = 0.0;
+  std::vector<std::vector<Point>> points;
+  for (const Piece& piece : counted_.pieces) {
+    points.push_back(PointsOf(piece));
+    const double last = counted_.number[piece.end - 1];
+    Clip(SlowPart(points.back(), last, LeastHalfWidth()), 0.5 * period_, &points.back());
+  }
+  const double half_width = HalfWidth(points);
   constexpr double kLongestNs = 4.6e18;  // Times are no farther from zero.
   std::int64_t last_ns =
       stamps_.front() - static_cast<std::int64_t>(std::min(1e3 * period_, kLongestNs));
-  for (const Piece& piece : counted_.pieces) {
-    std::vector<Point> points = PointsOf(piece);
-    const double last = counted_.number[piece.end - 1];
-    std::vector<Point> slow = SlowPart(points, last, half_width);
-    Clip(slow, 0.5 * period_, &points);
-    slow = SlowPart(points, last, half_width);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Piece& piece = counted_.pieces[i];
+    const std::vector<Point> slow = SlowPart(points[i], points[i].back().number, half_width);
     for (std::size_t k = piece.begin; k < piece.end; ++k) {
       const double number = counted_.number[k];
       const std::int64_t time_ns =
           stamps_[piece.begin] + std::llround(period_ * number + ValueAt(slow, number));
-      squares += std::pow(static_cast<double>(stamps_[k] - time_ns), 2);
       last_ns = std::max(time_ns, last_ns);
       even->time_ns.push_back(last_ns);
     }
   }
-  even->jitter_ns = std::sqrt(squares / static_cast<double>(stamps_.size()));
+  even->jitter_ns = Jitter(*even, 0.0);
 }
 
 // Whether what stamps are off grows with the length of the line.
@@ -336,9 +423,8 @@ bool EvenFit::ErrorsAddUp() const {
     const std::vector<Point> points = PointsOf(piece);
     const double last = counted_.number[piece.end - 1];
     if (points.size() < 2 * kShortPoints) continue;
-    const auto weight = static_cast<double>(points.size());
-    long_squares += weight * std::pow(RmsAbout(SlowPart(points, last, long_width), points), 2);
-    short_squares += weight * std::pow(RmsAbout(SlowPart(points, last, short_width), points), 2);
+    long_squares += SquaresAbout(SlowPart(points, last, long_width), points);
+    short_squares += SquaresAbout(SlowPart(points, last, short_width), points);
   }
   // A burst that ends when it should tells no less than one sample's interval.
   const double least = in_bursts_ ? 0.01 * period_ * period_ : 0.0;
@@ -346,14 +432,15 @@ bool EvenFit::ErrorsAddUp() const {
          kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
 }
 
-// RMS of all but the few stamps that are furthest off: hiccups of a logger.
-double EvenFit::UsualJitter(const EvenTimes& even) const {
+// RMS of all but the share of the stamps that are furthest off.
+double EvenFit::Jitter(const EvenTimes& even, double left_out) const {
   std::vector<double> squares;
   for (std::size_t k = 0; k < stamps_.size(); ++k) {
+    if (stamps_.are_windows() && !stamps_.EndsWindow(k)) continue;
     squares.push_back(std::pow(static_cast<double>(stamps_[k] - even.time_ns[k]), 2));
   }
   const auto kept =
-      static_cast<std::size_t>((1.0 - kHiccups) * static_cast<double>(stamps_.size()));
+      static_cast<std::size_t>((1.0 - left_out) * static_cast<double>(squares.size()));
   std::nth_element(
       squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(kept), squares.end());
   double sum = 0.0;
@@ -362,16 +449,26 @@ double EvenFit::UsualJitter(const EvenTimes& even) const {
 }
 
 StampKind EvenFit::KindOf(const EvenTimes& even) const {
-  if (UsualJitter(even) < kJitterThatMatters * period_) return StampKind::kRegular;
+  // What a window is off all its samples are, so that it does not average out in it.
+  const double matters =
+      kJitterThatMatters * period_ / std::sqrt(static_cast<double>(stamps_.window));
+  // Hiccups of a logger left out.
+  if (Jitter(even, kHiccups) < matters) return StampKind::kRegular;
   // Where the interval is nearly a whole number of ticks, rounding errors go slowly up and down.
   if (tick_ > 0.0) return StampKind::kOnTicks;
   if (ErrorsAddUp()) return StampKind::kIrregular;
   return in_bursts_ ? StampKind::kInBursts : StampKind::kJittered;
 }
 
+double EvenFit::Bic() const {
+  // No stamp tells more than a thousandth of an interval.
+  const double least = told_by_ * std::pow(1e-3 * period_, 2);
+  return told_by_ * std::log((squares_ + least) / told_by_) + fitted_ * std::log(told_by_);
+}
+
 void EvenFit::Fit(EvenTimes* even) {
   even->time_ns.clear();
-  counted_ = Count(stamps_, period_, tick_);
+  counted_ = Count(stamps_, period_, tick_, none_lost_);
   FitPieces(even);
 }
 
@@ -379,11 +476,13 @@ EvenTimes EvenFit::Run() {
   EvenTimes even;
   even.period_ns = period_;
   if (!(period_ > 0.0)) return even;
-  FindTick();
+  in_bursts_ = stamps_.are_windows();
+  run_ = static_cast<double>(stamps_.window);
+  if (!in_bursts_) FindTick();
   Fit(&even);
   const bool is_tick =
       tick_ > 0.0 && even.jitter_ns > kLeastOfTick * tick_ && even.jitter_ns < kMostOfTick * tick_;
-  if (!is_tick && (tick_ > 0.0 || Waits())) {
+  if (!in_bursts_ && !is_tick && (tick_ > 0.0 || Waits())) {
     tick_ = 0.0;
     in_bursts_ = Waits();
     if (in_bursts_) {
@@ -398,7 +497,8 @@ EvenTimes EvenFit::Run() {
     lost += counted_.number[piece.end - 1] + 1.0 - static_cast<double>(piece.end - piece.begin);
   }
   even.lost = lost;
-  even.are_many_lost = lost > kOftenLost * static_cast<double>(stamps_.size());
+  even.are_many_lost =
+      !stamps_.are_windows() && lost > kOftenLost * static_cast<double>(stamps_.size());
   return even;
 }
 
@@ -424,7 +524,8 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   const std::size_t steps = stamps_ns.size() - 1;
   const auto median_over = [&](std::size_t lag) {
     std::vector<double> slopes;
-    for (std::size_t k = lag; k <= steps; ++k) slopes.push_back(Slope(stamps_ns, k - lag, k));
+    const Stamps stamps{stamps_ns};
+    for (std::size_t k = lag; k <= steps; ++k) slopes.push_back(Slope(stamps, k - lag, k));
     return Median(std::move(slopes));
   };
   const double single = median_over(1);
@@ -432,22 +533,25 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   return single < kTogether * several ? several : single;
 }
 
-EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns) {
-  if (stamps_ns.size() < kFewestStamps) return {};
-  const double usual = UsualSpacing(stamps_ns);
-  const std::optional<double> period = PeriodOfSteps(stamps_ns, usual);
-  EvenTimes even =
-      EvenFit(stamps_ns, period ? *period : PeriodOfStretches(stamps_ns, usual, 1)).Run();
-  if (even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
-  // Jitter can hide the period, and samples that seem lost then make up for it.
-  EvenTimes of_all = FitEvenTimesOfAll(stamps_ns);
-  return of_all.jitter_ns < even.jitter_ns && of_all.lost < even.lost ? of_all : even;
+EvenTimes FitEvenTimes(const Stamps& stamps) {
+  if (stamps.size() < kFewestStamps) return {};
+  const double usual = UsualSpacing(stamps.time_ns);
+  const std::optional<double> period =
+      stamps.are_windows() ? std::nullopt : PeriodOfSteps(stamps, usual);
+  EvenFit fit(stamps, period ? *period : PeriodOfStretches(stamps, usual, 1), false);
+  EvenTimes even = fit.Run();
+  if (stamps.are_windows() || even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
+  // Where jitter hides the period, samples that seem lost make up for it; where bursts are late,
+  // for those that came sooner.
+  EvenFit of_all(stamps, PeriodOfStretches(stamps, usual, kSlopeSamples / 4), true);
+  EvenTimes of_all_even = of_all.Run();
+  return of_all.Bic() < fit.Bic() ? of_all_even : even;
 }
 
-EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns) {
-  if (stamps_ns.size() < kFewestStamps) return {};
-  const double usual = UsualSpacing(stamps_ns);
-  return EvenFit(stamps_ns, PeriodOfStretches(stamps_ns, usual, kSlopeSamples / 4)).Run();
+EvenTimes FitEvenTimesOfAll(const Stamps& stamps) {
+  if (stamps.are_windows() || stamps.size() < kFewestStamps) return FitEvenTimes(stamps);
+  const double usual = UsualSpacing(stamps.time_ns);
+  return EvenFit(stamps, PeriodOfStretches(stamps, usual, kSlopeSamples / 4), true).Run();
 }
 
 bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {

@@ -10,6 +10,30 @@
 
 namespace truetriad {
 
+/// The stamps of one stream, which never decrease.
+struct Stamps {
+  std::span<const std::int64_t> time_ns;
+  /// Of each its row in the file, where the sensor's FIFO was read in windows of so many rows: the
+  /// last sample of a window is stamped, and the others evenly up to it. Unused where window is 1.
+  std::span<const std::int64_t> row{};
+  std::int64_t window = 1;
+
+  std::size_t size() const { return time_ns.size(); }
+  std::int64_t operator[](std::size_t k) const { return time_ns[k]; }
+  std::int64_t front() const { return time_ns.front(); }
+  bool are_windows() const { return window > 1; }
+  /// Of a sample, by which others that are known to be lost are counted.
+  std::int64_t Number(std::size_t k) const {
+    return are_windows() ? row[k] : static_cast<std::int64_t>(k);
+  }
+  /// No later sample of its window is there. A last window that is cut has no end: its time may be
+  /// that of a sample that is missing, or not.
+  bool EndsWindow(std::size_t k) const {
+    if (k + 1 == size()) return (row[k] + 1) % window == 0;
+    return row[k + 1] / window != row[k] / window;
+  }
+};
+
 /// The usual interval of two stamps or more: the median, or where several come at a time that of
 /// many steps, so that neither bursts nor gaps count.
 double UsualSpacing(std::span<const std::int64_t> stamps_ns);
@@ -23,7 +47,7 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 struct EvenTimes {
   StampKind kind = StampKind::kRegular;
   double period_ns = 0.0;
-  double jitter_ns = 0.0;      ///< RMS of stamp − time.
+  double jitter_ns = 0.0;      ///< RMS of stamp − time; of windows, of their last samples.
   double lost = 0.0;           ///< Samples.
   bool are_many_lost = false;  ///< Samples, so that their stamps may be another clock's ticks.
   std::vector<std::int64_t> time_ns;  ///< One a stamp, in order; empty: too few to tell.
@@ -35,11 +59,10 @@ struct EvenTimes {
   }
 };
 
-/// `stamps_ns` never decrease.
-EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns);
+EvenTimes FitEvenTimes(const Stamps& stamps);
 /// That of stamps that look as if many samples were lost from regular times, supposing that none
 /// is: a clock of 15.6 ms that jumps over a tick now and then, as a sensor of 20 ms makes it.
-EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns);
+EvenTimes FitEvenTimesOfAll(const Stamps& stamps);
 
 /// Of RMS jitter, the share of the sampling interval that matters: at 100 Hz a turn by 90 deg in a
 /// second is off by 1e-4 rad of it (jitter times the root of the sum of squared changes of rate,

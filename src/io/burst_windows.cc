@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/burst_windows.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "io/csv_reader.h"
 
 namespace truetriad {
@@ -55,7 +58,11 @@ SampleBlock BurstWindows::Samples::AsBlock(Triad triad) const {
 void BurstWindows::AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t line) {
   const bool is_known = !other_times_.empty() && other_times_.back().time_ns == time_ns &&
                         other_times_.back().row / size_ == row / size_;
-  if (!is_known) other_times_.push_back({row, time_ns, line});
+  if (is_known) {
+    other_times_.back().is_alone = false;
+  } else {
+    other_times_.push_back({row, time_ns, line, true});
+  }
 }
 
 Result<SampleBlock> BurstWindows::Spread(const SampleBlock& block,
@@ -76,21 +83,20 @@ Status BurstWindows::SpreadWindows(bool at_end) {
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Window> window, WindowAt(begin, at_end));
     if (!window) break;
-    if (last_) {
-      TRUETRIAD_RETURN_IF_ERROR(MeasureInterval(*last_, *window));
+    std::int64_t rows = size_;
+    if (!last_) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const bool is_known, MeasureFirstInterval(*window, at_end));
+      if (!is_known) break;
     } else {
-      TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Window> next, WindowAt(window->end, at_end));
-      if (!next && !at_end) break;
-      if (!next) {
-        return Fail(ErrorCode::kNotEnoughData,
-                    begin,
-                    "begins the only window of window_samples, so that it is not known how far its "
-                    "samples are apart");
+      if (IsCut(*window, at_end) && IsStampedAtItsEnd(*window)) {
+        rows = waiting_.row[window->end - 1] % size_ + 1;
       }
-      TRUETRIAD_RETURN_IF_ERROR(MeasureInterval(*window, *next));
+      TRUETRIAD_RETURN_IF_ERROR(MeasureInterval(*last_, *window, rows));
     }
+    if (!IsCut(*window, at_end)) TRUETRIAD_RETURN_IF_ERROR(CheckTimedRow(*window));
+    if (window->has_one_time) timed_ = window;
     for (std::size_t i = begin; i < window->end; ++i) {
-      const std::int64_t behind = size_ - 1 - waiting_.row[i] % size_;
+      const std::int64_t behind = rows - 1 - waiting_.row[i] % size_;
       waiting_.time_ns[i] = window->time_ns - (behind * interval_ns_ + size_ / 2) / size_;
     }
     last_ = window;
@@ -103,27 +109,67 @@ Status BurstWindows::SpreadWindows(bool at_end) {
   return {};
 }
 
+bool BurstWindows::IsCut(const Window& window, bool at_end) const {
+  return at_end && window.end == waiting_.row.size() && (waiting_.row.back() + 1) % size_ != 0;
+}
+
+bool BurstWindows::IsStampedAtItsEnd(const Window& window) const {
+  const std::int64_t rows = waiting_.row[window.end - 1] % size_ + 1;
+  const auto after_ns = static_cast<double>(window.time_ns - last_->time_ns);
+  const auto interval_ns = static_cast<double>(interval_ns_);
+  const double share = static_cast<double>(rows) / static_cast<double>(size_);
+  return after_ns < 0.5 * (1.0 + share) * interval_ns;
+}
+
+Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end) {
+  // A window may be lost behind the first, but none comes sooner.
+  constexpr int kIntervals = 3;
+  std::int64_t shortest_ns = 0;
+  Window earlier = first;
+  for (int i = 0; i < kIntervals; ++i) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Window> later, WindowAt(earlier.end, at_end));
+    if (!later && !at_end) return false;
+    if (!later && i == 0) {
+      return Fail(ErrorCode::kNotEnoughData,
+                  first.begin,
+                  "begins the only window of window_samples, so that it is not known how far its "
+                  "samples are apart");
+    }
+    if (!later || (i > 0 && IsCut(*later, at_end))) break;
+    interval_ns_ = 0;
+    TRUETRIAD_RETURN_IF_ERROR(MeasureInterval(earlier, *later, size_));
+    shortest_ns = i == 0 ? interval_ns_ : std::min(shortest_ns, interval_ns_);
+    earlier = *later;
+  }
+  interval_ns_ = shortest_ns;
+  return true;
+}
+
 Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t begin,
                                                                    bool at_end) const {
   const std::vector<std::int64_t>& rows = waiting_.row;
   if (begin == rows.size()) return std::optional<Window>();
-  Window window = {begin, begin, rows[begin] / size_, CsvReader::kMissingTime};
+  Window window;
+  window.begin = window.end = begin;
+  window.number = rows[begin] / size_;
+  window.time_ns = CsvReader::kMissingTime;
   while (window.end < rows.size() && rows[window.end] / size_ == window.number) ++window.end;
   if (window.end == rows.size() && !at_end) return std::optional<Window>();
   for (std::size_t i = begin; i < window.end; ++i) {
-    TRUETRIAD_RETURN_IF_ERROR(TakeTime(waiting_.time_ns[i], waiting_.line[i], &window));
+    TRUETRIAD_RETURN_IF_ERROR(
+        TakeTime({rows[i], waiting_.time_ns[i], waiting_.line[i], true}, &window));
   }
   for (const Stated& stated : other_times_) {
     const std::int64_t number = stated.row / size_;
     if (number > window.number) break;
-    if (number == window.number)
-      TRUETRIAD_RETURN_IF_ERROR(TakeTime(stated.time_ns, stated.line, &window));
+    if (number == window.number) TRUETRIAD_RETURN_IF_ERROR(TakeTime(stated, &window));
   }
   if (window.time_ns != CsvReader::kMissingTime) return std::optional(window);
   // The time may be on the last row, which a cut file has not: as if it followed evenly.
-  const bool is_cut = at_end && window.end == rows.size() && (rows.back() + 1) % size_ != 0;
+  const bool is_cut = IsCut(window, at_end);
   if (is_cut && last_ && window.number == last_->number + 1) {
     window.time_ns = last_->time_ns + interval_ns_;
+    window.has_one_time = false;
     return std::optional(window);
   }
   if (is_cut && !last_ && begin > 0)
@@ -135,26 +181,45 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
                   " rows should have one; rows are missing, or window_samples is another");
 }
 
-Status BurstWindows::TakeTime(std::int64_t time_ns, std::int64_t line, Window* window) const {
-  if (time_ns == CsvReader::kMissingTime || time_ns == window->time_ns) return {};
+Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
+  const std::int64_t time_ns = stated.time_ns;
+  if (time_ns == CsvReader::kMissingTime) return {};
+  window->has_one_time = window->time_ns == CsvReader::kMissingTime && stated.is_alone;
+  if (time_ns == window->time_ns) return {};
   // Samples lie up to an interval before the first time and behind the last one.
   constexpr std::int64_t kFarthest = CsvReader::kFarthestTime - kLongestInterval;
   if (time_ns < -kFarthest || time_ns > kFarthest) {
     return Error(ErrorCode::kValueOutOfRange,
-                 {file_, line},
+                 {file_, stated.line},
                  "has a time that is out of range; check its unit, or the rate");
   }
   if (window->time_ns != CsvReader::kMissingTime) {
     return Error(ErrorCode::kInvalidValue,
-                 {file_, line},
+                 {file_, stated.line},
                  "has another time than other rows of the same " + std::to_string(size_) +
                      " of window_samples; the first row of the file begins a window");
   }
   window->time_ns = time_ns;
+  window->timed_row = stated.row;
+  window->timed_line = stated.line;
   return {};
 }
 
-Status BurstWindows::MeasureInterval(const Window& earlier, const Window& later) {
+Status BurstWindows::CheckTimedRow(const Window& window) const {
+  if (!timed_ || !window.has_one_time) return {};
+  const std::int64_t row = window.timed_row % size_, before = timed_->timed_row % size_;
+  if (row == before) return {};
+  return Error(ErrorCode::kInvalidValue,
+               {file_, window.timed_line},
+               "has its time on row " + std::to_string(row + 1) + " of " + std::to_string(size_) +
+                   " of window_samples, but line " + std::to_string(timed_->timed_line) +
+                   " on row " + std::to_string(before + 1) +
+                   "; rows are missing or too many between them, or window_samples is another");
+}
+
+Status BurstWindows::MeasureInterval(const Window& earlier,
+                                     const Window& later,
+                                     std::int64_t rows) {
   // What is longer than the interval before by as much is a gap; so many alike are the interval.
   constexpr double kGap = 1.5;
   constexpr int kMostGapsAlike = 2;
@@ -168,14 +233,15 @@ Status BurstWindows::MeasureInterval(const Window& earlier, const Window& later)
   const std::uint64_t between =
       (static_cast<std::uint64_t>(later.time_ns) - static_cast<std::uint64_t>(earlier.time_ns)) /
       static_cast<std::uint64_t>(later.number - earlier.number);
-  const auto length = static_cast<double>(between);
+  const auto length =
+      static_cast<double>(between) * static_cast<double>(size_) / static_cast<double>(rows);
   const bool is_long = interval_ns_ > 0 && length > kGap * static_cast<double>(interval_ns_);
   const bool is_alike = length < kGap * last_gap_ns_ && length > last_gap_ns_ / kGap;
   gaps_alike_ = !is_long ? 0 : is_alike ? gaps_alike_ + 1 : 1;
   last_gap_ns_ = is_long ? length : 0.0;
   const bool is_interval = gaps_alike_ == 0 || gaps_alike_ > kMostGapsAlike;
   if (is_interval && length <= static_cast<double>(kLongestInterval)) {
-    interval_ns_ = static_cast<std::int64_t>(between);
+    interval_ns_ = std::llround(length);
   } else if (interval_ns_ == 0) {
     return Fail(ErrorCode::kInvalidValue,
                 later.begin,

@@ -17,9 +17,9 @@ namespace truetriad {
 /// Gives the samples of a log that was read in windows of `size` rows, each window with one time,
 /// a time each.
 ///
-/// A chip's FIFO is read when it holds `size` samples, and the time is that of the last one, on any
-/// row of the window or on all. The samples lie evenly between the time before and theirs; those of
-/// the first window, and behind a gap, as closely as in the window beside.
+/// A chip's FIFO is read when it holds `size` samples, and the time is that of the last one, on a
+/// row of the window, the same in each, or on all. The samples lie evenly between the time before
+/// and theirs; those of the first window, and behind a gap, as closely as in the window beside.
 class BurstWindows {
  public:
   static constexpr std::int64_t kMost = 65536;  ///< Waiting samples are held in memory.
@@ -56,19 +56,33 @@ class BurstWindows {
     std::size_t begin = 0, end = 0;
     std::int64_t number = 0;  ///< Of the windows of the file, from 0.
     std::int64_t time_ns = 0;
+    std::int64_t timed_row = 0;  ///< Of the file, and its line.
+    std::int64_t timed_line = 0;
+    bool has_one_time = true;  ///< On no other row.
   };
 
   /// A time that a row states, and where it stands.
   struct Stated {
     std::int64_t row, time_ns, line;
+    bool is_alone;  ///< No other row without a reading states it.
   };
 
   Status SpreadWindows(bool at_end);
   /// The window that begins with a sample; unset where more of it may come.
   Result<std::optional<Window>> WindowAt(std::size_t begin, bool at_end) const;
   /// Gives a window a time that one of its rows states. Error: it has another.
-  Status TakeTime(std::int64_t time_ns, std::int64_t line, Window* window) const;
-  Status MeasureInterval(const Window& earlier, const Window& later);
+  Status TakeTime(const Stated& stated, Window* window) const;
+  /// Error: the time stands on another row of the window than in the one before.
+  Status CheckTimedRow(const Window& window) const;
+  /// Whether the last window of the file has not all its samples.
+  bool IsCut(const Window& window, bool at_end) const;
+  /// Whether the time of a window that is cut is that of its last row, as where a logger writes
+  /// what is left, rather than that of the row that is missing: which is nearer the interval.
+  bool IsStampedAtItsEnd(const Window& window) const;
+  /// Before the first window is spread. False: more must be read.
+  Result<bool> MeasureFirstInterval(const Window& first, bool at_end);
+  /// `rows` of the later are between the two times. Error: it is not behind the earlier.
+  Status MeasureInterval(const Window& earlier, const Window& later, std::int64_t rows);
   Error Fail(ErrorCode code, std::size_t sample, const std::string& text) const;
 
   std::int64_t size_;
@@ -76,6 +90,7 @@ class BurstWindows {
   Samples waiting_, done_;
   std::deque<Stated> other_times_;  ///< On rows without a reading, of windows that wait.
   std::optional<Window> last_;      ///< That has its times; its samples are gone.
+  std::optional<Window> timed_;     ///< The last that has its time on one row alone.
   std::int64_t interval_ns_ = 0;    ///< Between two windows; 0: not known yet.
   int gaps_alike_ = 0;              ///< Of about the same length, one after another until now.
   double last_gap_ns_ = 0.0;

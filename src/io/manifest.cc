@@ -71,10 +71,11 @@ void ReadTime(YamlReader time, ManifestStream* stream) {
                               "` is not a unit of time; expected s, ms, us, ns or samples");
     }
   }
-  if (time.Optional("window_samples", &layout.window_samples)) {
-    if (layout.window_samples < 1 || layout.window_samples > BurstWindows::kMost) {
+  std::int64_t& window_samples = stream->layout.info.window_samples;
+  if (time.Optional("window_samples", &window_samples)) {
+    if (window_samples < 1 || window_samples > BurstWindows::kMost) {
       time.Child("window_samples").Fail("must be from 1 to " + std::to_string(BurstWindows::kMost));
-      layout.window_samples = 1;
+      window_samples = 1;
     }
     if (unit == "samples" && !time.Child("column")) {
       time.Child("window_samples").Fail("needs the time of each window; state its column and unit");
@@ -134,11 +135,17 @@ void ReadRegister(YamlReader* reader, TemperatureColumn* temperature) {
       (temperature->wrap_bits < 8 || temperature->wrap_bits > kMostBits)) {
     reader->Child("wrap_bits").Fail("must be from 8 to 32, the bits of the register");
   }
+  if (bool is_signed = false; reader->Optional("signed", &is_signed)) {
+    temperature->is_signed = is_signed;
+    if (temperature->wrap_bits == 0) {
+      reader->Child("signed").Fail("needs `wrap_bits`; a number has its sign otherwise");
+    }
+  }
   TemperatureUnit& unit = temperature->unit;
   unit = {unit.scale * scale, unit.scale * offset + unit.offset};
 }
 
-/// `{ column, unit, scale, offset, wrap_bits }`. The column is found when the file is open.
+/// `{ column, unit, scale, offset, wrap_bits, signed }`. The column is found when the file is open.
 std::optional<ColumnReference> ReadTemperature(YamlReader reader,
                                                std::optional<TemperatureColumn>* temperature) {
   if (!reader) return std::nullopt;

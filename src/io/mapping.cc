@@ -22,6 +22,7 @@ namespace {
 struct ColumnUnit {
   std::string column, unit;
   std::vector<std::pair<std::string, double>> more;  ///< Keys that a manifest has, too.
+  std::optional<bool> is_signed;                     ///< A register.
 };
 
 /// One way in which a file may hold a triad.
@@ -49,14 +50,18 @@ std::optional<ColumnUnit> ReadColumnUnit(YamlReader yaml,
   yaml.Require("column", &read.column);
   yaml.Require("unit", &read.unit);
   for (const std::string& key : more_keys) {
-    if (double value = 0.0; yaml.Optional(key, &value)) read.more.emplace_back(key, value);
+    if (key == "signed") {
+      if (bool is_signed = false; yaml.Optional(key, &is_signed)) read.is_signed = is_signed;
+    } else if (double value = 0.0; yaml.Optional(key, &value)) {
+      read.more.emplace_back(key, value);
+    }
   }
   yaml.RejectUnknown();
   return read;
 }
 
 Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
-  const std::vector<std::string> register_keys = {"scale", "offset", "wrap_bits"};
+  const std::vector<std::string> register_keys = {"scale", "offset", "wrap_bits", "signed"};
   Candidate candidate;
   candidate.triad = triad;
   if (yaml.Optional("input", &candidate.input) &&
@@ -160,6 +165,7 @@ void WriteStream(const Candidate& candidate, const std::string& path, YamlText* 
     if (!what) return;
     *yaml << "    " << key << ": {column: " << Quoted{what->column} << ", unit: " << what->unit;
     for (const auto& [more_key, value] : what->more) *yaml << ", " << more_key << ": " << value;
+    if (what->is_signed) *yaml << ", signed: " << (*what->is_signed ? "true" : "false");
     *yaml << "}\n";
   };
   write("time", candidate.time);

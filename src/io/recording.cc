@@ -87,8 +87,8 @@ class Stream {
 
  private:
   explicit Stream(StreamLayout layout) : layout_(std::move(layout)) {
-    if (layout_.time.window_samples > 1)
-      windows_.emplace(layout_.time.window_samples, layout_.info.file);
+    if (layout_.info.window_samples > 1)
+      windows_.emplace(layout_.info.window_samples, layout_.info.file);
   }
 
   /// What the file's end completes.
@@ -238,16 +238,13 @@ class Stream {
       if (!std::isnan(stated[row])) {
         double count = stated[row];
         if (column.wrap_bits > 0) {
-          const std::optional<double> continued = Continued(count, column.wrap_bits, held->count);
+          Result<double> continued = Continued(count, column, held->count);
           if (!continued) {
             return Error(ErrorCode::kValueOutOfRange,
                          {csv.path(), csv.Line(row)},
-                         csv.ColumnName(column.column) + ": " + RoundedText(count, 9) +
-                             " is no number of a register of wrap_bits: " +
-                             std::to_string(column.wrap_bits));
+                         csv.ColumnName(column.column) + ": " + continued.error().message);
           }
-          held->count = continued;
-          count = *continued;
+          held->count = count = *continued;
         }
         held->degc = column.unit.scale * count + column.unit.offset;
         held->is_new = true;
@@ -262,13 +259,34 @@ class Stream {
     return std::span<const double>(held->values);
   }
 
-  /// The number of a register of so many bits, signed or not, where the one `before` leaves it: a
-  /// chip warms by steps smaller than half of what its register holds. The first has a sign.
-  static std::optional<double> Continued(double count, int bits, std::optional<double> before) {
-    const double all = std::ldexp(1.0, bits);
-    if (count != std::floor(count) || count < -0.5 * all || count >= all) return std::nullopt;
-    if (!before) return count >= 0.5 * all ? count - all : count;
-    return count + all * std::round((*before - count) / all);
+  /// The number of a register, logged with or without a sign, nearest to the one `before`, since a
+  /// chip warms by steps smaller than a quarter of what its register holds. Error: one that does
+  /// not fit, or steps further, or a first one whose sign nobody stated.
+  static Result<double> Continued(double count,
+                                  const TemperatureColumn& column,
+                                  std::optional<double> before) {
+    const double all = std::ldexp(1.0, column.wrap_bits);
+    const std::string number = RoundedText(count, 9);
+    const std::string bits = "wrap_bits: " + std::to_string(column.wrap_bits);
+    const auto fail = [](const std::string& text) {
+      return Error(ErrorCode::kValueOutOfRange, text);
+    };
+    if (count != std::floor(count) || count < -0.5 * all || count >= all)
+      return fail(number + " is no number of a register of " + bits);
+    if (!before && count >= 0.5 * all && !column.is_signed) {
+      return fail(number + " of " + bits + " is " + RoundedText(count - all, 9) +
+                  " with a sign; state `signed: true` or `signed: false`");
+    }
+    const bool is_signed = column.is_signed.value_or(true);
+    if (!before && is_signed) return count >= 0.5 * all ? count - all : count;
+    if (!before) return count < 0.0 ? count + all : count;
+    const double continued = count + all * std::round((*before - count) / all);
+    // By half of the register it could be a step up or down, which moves all that follows.
+    if (std::abs(continued - *before) > 0.25 * all) {
+      return fail("the register steps to " + number + " by more than a quarter of what its " +
+                  bits + " hold; empty the field if it is damaged, or correct `wrap_bits`");
+    }
+    return continued;
   }
 
   /// Makes readings raw that were logged corrected.
@@ -352,7 +370,7 @@ std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files
   const bool is_common =
       std::all_of(files[0].streams.begin(), files[0].streams.end(), [&](const auto& stream) {
         return stream.time.kind == TimeColumn::Kind::kColumn && stream.time.rate_hz == 1.0 &&
-               stream.time.window_samples == 1 && stream.time.column == first.column;
+               stream.info.window_samples == 1 && stream.time.column == first.column;
       });
   return is_common ? std::optional(first.column) : std::nullopt;
 }

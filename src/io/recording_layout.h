@@ -25,7 +25,6 @@ struct TimeColumn {
   std::size_t column = 0;
   int power = 9;         ///< time_ns = value * 10^power / rate.
   double rate_hz = 1.0;  ///< Other than 1 only for a column of sample numbers, or row numbers.
-  std::int64_t window_samples = 1;  ///< Rows that share a time, that of the last of them.
 };
 
 /// The temperature column and its unit.
@@ -33,6 +32,7 @@ struct TemperatureColumn {
   std::size_t column = 0;
   TemperatureUnit unit;
   int wrap_bits = 0;  ///< Of a register that begins anew behind its last number; 0: it does not.
+  std::optional<bool> is_signed{};  ///< The first number of such a register; unset: nobody said.
 };
 
 /// Which columns of a file hold one triad.

@@ -106,17 +106,18 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
   const std::string keys =
       "    time: {column: t, unit: s}\n" + axes_ +
       "    temperature: {column: T, unit: degC, scale: 0.0029411764705882353, offset: 36.53, "
-      "wrap_bits: 16}\n";
+      "wrap_bits: 16, signed: true}\n";
   // Two's complement logged without its sign, and a number that goes on behind the last.
   folder_.Write("log.csv",
-                "t,a,b,c,T\n0,1,1,1,65196\n1,1,1,1,\n2,1,1,1,340\n3,1,1,1,17000\n"
-                "4,1,1,1,32767\n5,1,1,1,-32768\n6,1,1,1,32768\n");
+                "t,a,b,c,T\n0,1,1,1,65196\n1,1,1,1,\n2,1,1,1,340\n3,1,1,1,12000\n"
+                "4,1,1,1,22967\n5,1,1,1,32767\n6,1,1,1,-32768\n7,1,1,1,32768\n");
   const RecordingSamples recording = Read(WriteStream(keys));
   const std::vector<double>& degc = recording.streams[Triad::kAccelerometer].temperature_degc;
   const std::vector<double> expected = {35.53,
                                         35.53,
                                         37.53,
-                                        86.53,
+                                        12000 / 340.0 + 36.53,
+                                        22967 / 340.0 + 36.53,
                                         32767 / 340.0 + 36.53,
                                         32768 / 340.0 + 36.53,
                                         32768 / 340.0 + 36.53};
@@ -133,7 +134,31 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
       Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
                        "    temperature: {column: T, unit: K, scale: 0.1, offset: -1}\n"));
   EXPECT_NEAR(kelvin.streams[Triad::kAccelerometer].temperature_degc[0], 299.0 - 273.15, 1e-12);
-  for (const std::string wrong : {"scale: 0", "scale: .inf", "offset: .nan", "wrap_bits: 7"}) {
+  // One damaged reading may not move all later ones by a register; the first may have no sign.
+  folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,340\n1,1,1,1,33108\n2,1,1,1,340\n");
+  const auto damaged = ReadRecording(WriteStream(keys));
+  ASSERT_FALSE(damaged);
+  EXPECT_THAT(damaged.error().message,
+              HasSubstr("log.csv:3: column `T`: the register steps to 33108 by more than a quarter "
+                        "of what its wrap_bits: 16 hold; empty the field"));
+  folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,33315\n1,1,1,1,-32221\n");
+  const RecordingSamples unsigned_kelvin =
+      Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
+                       "    temperature: {column: T, unit: K, scale: 0.01, wrap_bits: 16, signed: "
+                       "false}\n"));
+  for (const double read_degc : unsigned_kelvin.streams[Triad::kAccelerometer].temperature_degc) {
+    EXPECT_NEAR(read_degc, 60.0, 1e-9);
+  }
+  const auto unstated = ReadRecording(
+      WriteStream("    time: {column: t, unit: s}\n" + axes_ +
+                  "    temperature: {column: T, unit: K, scale: 0.01, wrap_bits: 16}\n"));
+  ASSERT_FALSE(unstated);
+  EXPECT_THAT(
+      unstated.error().message,
+      HasSubstr("log.csv:2: column `T`: 33315 of wrap_bits: 16 is -32221 with a sign; state "
+                "`signed: true` or `signed: false`"));
+  for (const std::string wrong :
+       {"scale: 0", "scale: .inf", "offset: .nan", "wrap_bits: 7", "signed: false"}) {
     EXPECT_FALSE(ReadRecording(
         WriteStream(axes_ + "    temperature: {column: T, unit: K, " + wrong + "}\n")))
         << wrong;
@@ -178,14 +203,14 @@ TEST_F(ManifestWindows, SpreadSamplesEvenlyUpToTheirTime) {
 
 // Of two sensors in one file, the rows of one have no reading of the other.
 TEST_F(ManifestWindows, TakeTheirTimeFromARowWithoutAReading) {
-  for (const std::string time : {"40", "40\n40,,,,"}) {
+  {
     const std::string rows =
-        ",0,1,1,\n,1,1,1,\n,2,1,1,\n40,,,,\n,4,1,1,\n80,,,,\n,6,1,1,\n,7,1,1,\n";
+        ",0,1,1,\n,1,1,1,\n40,,,,\n,3,1,1,\n,4,1,1,\n,5,1,1,\n80,,,,\n,7,1,1,\n";
     const StreamSamples stream = Read(rows, 4);
-    EXPECT_THAT(stream.x, ElementsAre(0, 1, 2, 4, 6, 7));
+    EXPECT_THAT(stream.x, ElementsAre(0, 1, 3, 4, 5, 7));
     EXPECT_THAT(
         stream.time_ns,
-        ElementsAre(10'000'000, 20'000'000, 30'000'000, 50'000'000, 70'000'000, 80'000'000));
+        ElementsAre(10'000'000, 20'000'000, 40'000'000, 50'000'000, 60'000'000, 80'000'000));
   }
   // A window without any reading, which has a time all the same; one with two times.
   const StreamSamples stream = Read("20,0,1,1,\n,1,1,1,\n40,,,,\n,,,,\n60,4,1,1,\n,5,1,1,\n", 2);
@@ -222,6 +247,39 @@ TEST_F(ManifestWindows, MayHaveNumbersOfSamplesForTimes) {
   EXPECT_THAT(ReadingError(WriteStream(
                   "    time: {unit: samples, rate_hz: 9, window_samples: 4}\n" + axes_)),
               HasSubstr("window_samples: needs the time of each window"));
+}
+
+// One row less, and all later times would stand on a row before the window's last.
+TEST_F(ManifestWindows, AreRefusedWhereTheirTimeMovesToAnotherRow) {
+  EXPECT_THAT(
+      ErrorOf(",0,1,1,\n,1,1,1,\n20,2,1,1,\n,3,1,1,\n50,4,1,1,\n,5,1,1,\n,6,1,1,\n"
+              "80,7,1,1,\n,8,1,1,\n",
+              3),
+      HasSubstr("log.csv:6: has its time on row 2 of 3 of window_samples, but line 4 on row "
+                "3; rows are missing or too many between them"));
+}
+
+// What is lost right behind the first window does not stretch it.
+TEST_F(ManifestWindows, BeginAsCloselyAsTheyGoOnBehindALostOne) {
+  const StreamSamples stream =
+      Read("20,0,1,1,\n20,1,1,1,\n60,2,1,1,\n60,3,1,1,\n80,4,1,1,\n80,5,1,1,\n", 2);
+  std::vector<double> ms;
+  for (const std::int64_t time_ns : stream.time_ns) ms.push_back(1e-6 * time_ns);
+  EXPECT_THAT(ms, ElementsAre(10, 20, 50, 60, 70, 80));
+}
+
+// What is left in the FIFO at the end has the time of its own last sample, or of the window's where
+// the file was cut: which is nearer the interval.
+TEST_F(ManifestWindows, EndWithWhatIsLeft) {
+  const std::string rows =
+      "40,0,1,1,\n40,1,1,1,\n40,2,1,1,\n40,3,1,1,\n80,4,1,1,\n80,5,1,1,\n"
+      "80,6,1,1,\n80,7,1,1,\n";
+  for (const std::string time : {"100", "120"}) {
+    const StreamSamples stream = Read(rows + time + ",8,1,1,\n" + time + ",9,1,1,\n", 4);
+    std::vector<double> ms;
+    for (const std::int64_t time_ns : stream.time_ns) ms.push_back(1e-6 * time_ns);
+    EXPECT_THAT(ms, ElementsAre(10, 20, 30, 40, 50, 60, 70, 80, 90, 100));
+  }
 }
 
 // With the time on the last row, a log that was cut ends with samples without one.

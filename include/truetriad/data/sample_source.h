@@ -25,6 +25,9 @@ struct StreamInfo {
   bool has_temperature = false;
   bool has_ambient = false;  ///< A second thermometer, outside of the unit.
   bool has_pose_column = false;
+  /// So many rows from the first on, and each next so many, were read together and have one time,
+  /// that of the last; the others are stamped evenly up to it.
+  std::int64_t window_samples = 1;
 };
 
 /// What a recording says about itself.
