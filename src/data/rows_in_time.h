@@ -7,8 +7,9 @@
 namespace truetriad {
 
 /// Whether the rows of a table without times may each be a rest of its own.
-/// Error (bad input): they follow each other as readings of a log do, most of which are like the one
-/// before, since a unit turns slower than it is read.
+/// Error (bad input): the gyroscope turns in them, or they follow each other as readings of a log
+/// do, most of which are like the one before, since a unit turns slower than it is read. What was
+/// averaged, or has a name, a face or an attitude, is a rest.
 Status RejectRowsOfALog(const PoseSet& poses);
 
 }  // namespace truetriad

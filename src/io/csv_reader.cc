@@ -2,6 +2,7 @@
 #include "io/csv_reader.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -129,8 +130,24 @@ bool CountsColumns(std::vector<std::string_view> fields) {
   return true;
 }
 
-bool IsWholeNumber(std::string_view field) {
-  return !field.empty() && field.find_first_not_of("0123456789") == std::string_view::npos;
+/// Whether the first fields of the rows number them: by ones, but where rows were taken out. Times
+/// in whole numbers step otherwise, or begin far from zero.
+bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) {
+  constexpr std::int64_t kMostRows = 100'000'000;
+  std::int64_t before = 0;
+  std::size_t steps = 0, ones = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string_view field = SplitFields(rows[i], separator)[0];
+    std::int64_t number = 0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+    const bool is_whole = error == std::errc() && end == field.data() + field.size();
+    if (!is_whole || number < 0 || number > kMostRows) return false;
+    if (i > 0 && number <= before) return false;
+    steps += i > 0 ? 1 : 0;
+    ones += i > 0 && number == before + 1 ? 1 : 0;
+    before = number;
+  }
+  return 2 * ones >= steps;
 }
 
 /// Whether the rows of a table begin with their numbers, which the header `names` leaves out, as
@@ -143,16 +160,12 @@ bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
   if (rows.size() < kFewest || names.empty() ||
       SeeminglyCalled(ParseHeaderColumn(std::string(names[0])).name).empty())
     return false;
-  std::string expected;
   for (const std::string_view row : rows) {
     const std::vector<std::string_view> fields = SplitFields(row, separator);
     if (fields.size() != names.size() + 1 || fields.back().empty()) return false;
-    if (expected.empty() && fields[0] == "0") expected = "0";
-    if (expected.empty()) expected = "1";
-    if (fields[0] != expected) return false;
-    expected = std::to_string(std::stoi(expected) + 1);
   }
-  return true;
+  const std::string_view first = SplitFields(rows[0], separator)[0];
+  return (first == "0" || first == "1") && NumberTheirRows(rows, separator);
 }
 
 /// At most 40 characters of `text`, with unprintable ones made visible.
@@ -206,7 +219,7 @@ Status CsvReader::ReadHeader() {
   chunk_end_ = next + chunk.size();
   std::int64_t number = 0;
   // The first lines that say something, and the last comment before them.
-  constexpr std::size_t kLines = 3;
+  constexpr std::size_t kLines = 32;
   std::vector<Line> lines;
   Line comment;
   while (lines.size() < kLines && next != chunk_end_) {
@@ -268,7 +281,8 @@ void CsvReader::NameColumns(std::string_view header, const std::vector<std::stri
   has_unnamed_count_ = LeavesOutRowNumbers(names, rows, layout_.separator);
   if (has_unnamed_count_) header_.emplace_back();
   for (const std::string_view name : names) header_.emplace_back(name);
-  begins_with_whole_number_ = IsWholeNumber(fields[0]);
+  may_begin_with_row_numbers_ =
+      has_unnamed_count_ || (names[0].empty() && NumberTheirRows(rows, layout_.separator));
 }
 
 std::string CsvReader::ColumnName(std::size_t column) const {

@@ -59,8 +59,9 @@ class CsvReader {
   /// True where rows begin with a field that the header does not name at all, and it counts them;
   /// the header then begins with an empty name.
   bool has_unnamed_count() const { return has_unnamed_count_; }
-  /// True where the first row begins with a whole number, as a table of pandas does.
-  bool begins_with_whole_number() const { return begins_with_whole_number_; }
+  /// True where the first column has no name and its first numbers may be those of rows, as a table
+  /// of pandas has them.
+  bool may_begin_with_row_numbers() const { return may_begin_with_row_numbers_; }
   std::size_t column_count() const { return columns_.size(); }
   /// "column `ax`" or, without a header, "column 3 (counted from 0)".
   std::string ColumnName(std::size_t column) const;
@@ -119,7 +120,7 @@ class CsvReader {
   std::vector<std::string> header_;
   std::int64_t header_line_ = 0;
   bool has_unnamed_count_ = false;
-  bool begins_with_whole_number_ = false;
+  bool may_begin_with_row_numbers_ = false;
   std::vector<Column> columns_;
   std::vector<std::int64_t> rows_;
   std::vector<std::int64_t> lines_;

@@ -118,7 +118,7 @@ std::optional<int> TimePower(std::string_view unit) {
 Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
   HeaderColumns header;
   header.place_ = {csv.path(), csv.header_line()};
-  header.may_number_rows_ = csv.begins_with_whole_number();
+  header.may_number_rows_ = csv.may_begin_with_row_numbers();
   if (csv.header().empty()) {
     return Error(ErrorCode::kNoHeader,
                  {csv.path()},

@@ -198,6 +198,7 @@ Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
   }
   LoadedPoses loaded;
   loaded.poses = std::move(table.poses);
+  loaded.poses.rows_may_be_a_log = !config.given;
   loaded.inputs = std::move(table.inputs);
   PoseSelection selection;
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));

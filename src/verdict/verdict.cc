@@ -26,7 +26,8 @@ namespace {
 
 // In this order: what a change in the middle of the run does to the fit may look like anything
 // else; along a direction that is not determined the optimiser only creeps.
-constexpr std::array<Check, 11> kUsability = {&CheckFinite,
+constexpr std::array<Check, 12> kUsability = {&CheckFinite,
+                                              &CheckRowsAreRests,
                                               &CheckMagnetometerChange,
                                               &CheckNoiseKnown,
                                               &CheckExplained,

@@ -56,6 +56,38 @@ TEST(RowsInTime, WhatHasASigmaIsARest) {
   EXPECT_TRUE(RejectRowsOfALog(poses));
 }
 
+TEST(RowsInTime, WhatHasANameOrAnAttitudeIsARest) {
+  PoseSet poses = Rows(0.003);
+  poses.poses[7].id = "p8";
+  EXPECT_TRUE(RejectRowsOfALog(poses));
+  poses = Rows(0.003);
+  poses.poses[7].face_up = "+x";
+  EXPECT_TRUE(RejectRowsOfALog(poses));
+  poses = Rows(0.003);
+  poses.poses[7].attitude.emplace();
+  EXPECT_TRUE(RejectRowsOfALog(poses));
+}
+
+// A gyroscope says so of any number of rows.
+TEST(RowsInTime, RowsInWhichTheGyroscopeTurnsAreALog) {
+  const auto rows = [](double degps) {
+    PoseSet poses = Rows(2.4, 40);
+    StreamSummary& stream = poses.streams.emplace_back();
+    stream.triad = Triad::kGyroscope;
+    stream.unit.truth_per_raw = 0.0174533;
+    for (std::size_t i = 0; i < poses.poses.size(); ++i) {
+      poses.poses[i].triads[Triad::kGyroscope].emplace();
+      poses.poses[i].triads[Triad::kGyroscope]->mean_raw = {i % 8 == 0 ? degps : 1.0, -2.0, 3.0};
+    }
+    return poses;
+  };
+  EXPECT_TRUE(RejectRowsOfALog(rows(5.0)));
+  const Status status = RejectRowsOfALog(rows(20.0));
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kMissingTime);
+  EXPECT_THAT(status.error().message, HasSubstr("the gyroscope turns in 5 of them"));
+}
+
 TEST(RowsInTime, WithTimesNothingIsAsked) {
   PoseSet poses = Rows(0.003);
   poses.has_time = true;

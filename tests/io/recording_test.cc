@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -223,6 +224,29 @@ TEST_F(Recording, PassesOverAFirstColumnWithoutAName) {
   EXPECT_THAT(recording.info.ignored_columns, ElementsAre("without a name (row numbers)"));
   EXPECT_THAT(ErrorOf(",accel_x[g],accel_y[g],accel_z[g]\n0.01,1,2,3\n0.02,4,5,6\n"),
               HasSubstr("log.csv:1: the first column has no name, and does not number the rows"));
+}
+
+// Times in whole numbers step otherwise than rows do, of which some may have been taken out.
+TEST_F(Recording, TakesNoTimeInWholeNumbersForRowNumbers) {
+  const auto table = [](const std::function<long(long)>& number, const std::string& begin) {
+    std::string text = begin + "accel_x[g],accel_y[g],accel_z[g]\n";
+    for (long i = 0; i < 40; ++i) text += std::to_string(number(i)) + ",1,2,3\n";
+    return text;
+  };
+  for (const auto& number :
+       std::vector<std::function<long(long)>>{[](long i) { return 20 * i; },
+                                              [](long i) { return 5000 - i; },
+                                              [](long i) { return i * i; },
+                                              [](long i) { return 1'700'000'000 + i; },
+                                              [](long i) { return i < 3 ? i : 3; }}) {
+    EXPECT_THAT(ErrorOf(table(number, ",")), HasSubstr("does not number the rows")) << number(5);
+    EXPECT_THAT(ErrorOf(table(number, "")), HasSubstr("fields; expected")) << number(5);
+  }
+  const auto every_fifth_left_out = [](long i) { return i + i / 4; };
+  for (const std::string begin : {",", ""}) {
+    const RecordingSamples recording = Read(table(every_fifth_left_out, begin));
+    EXPECT_EQ(recording.streams[Triad::kAccelerometer].x.size(), 40U);
+  }
 }
 
 // As pandas (`index_label=False`) and R write a table.

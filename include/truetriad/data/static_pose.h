@@ -183,6 +183,8 @@ struct PoseSet {
   std::vector<KnownRate> rates;  ///< Likewise.
   std::vector<StreamSummary> streams;
   bool has_time = true;
+  /// Without times: nobody said that each row is a rest.
+  bool rows_may_be_a_log = false;
   std::int64_t start_ns = 0;  ///< Time of the first reading of all.
   double duration_s = 0.0;
   double static_share = 0.0;                              ///< Share of the duration spent in poses.

@@ -90,6 +90,7 @@ enum class FindingCode : int {
   kNonFinite,
   kNotDetermined,
   kNoUncertainty,
+  kRowsFollowEachOther,
   kUnexplainedReadings,
   kTemperatureIgnored,
   kTooManyOutliers,

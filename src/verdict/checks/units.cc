@@ -152,10 +152,12 @@ std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
   if (range[0] <= kHottestDegc && range[1] >= kColdestDegc) return std::nullopt;
   const bool is_kelvin =
       range[0] + kAbsoluteZeroDegc > kColdestDegc && range[1] + kAbsoluteZeroDegc < kHottestDegc;
-  return Finding(FindingCode::kWrongUnit,
-                 Format("the temperature is %.6g", range[0]) + Format(" to %.6g degC: ", range[1]) +
-                     (is_kelvin ? "looks like K labelled degC" : "looks like counts labelled degC"),
-                 "state its unit, or leave the column out; `units: trust` takes it as it is")
+  return Finding(
+             FindingCode::kWrongUnit,
+             Format("the temperature is %.6g", range[0]) + Format(" to %.6g degC: ", range[1]) +
+                 (is_kelvin ? "looks like K labelled degC" : "looks like counts labelled degC"),
+             "state its unit (of a register that runs over, `wrap_bits`), or leave the column out; "
+             "`units: trust` takes it as it is")
       .With("lowest", range[0], "degC")
       .With("highest", range[1], "degC");
 }
