@@ -62,6 +62,8 @@ function(truetriad_test name)
   set(target ${name}_test)
   add_executable(${target} ${ARG_SOURCES})
   truetriad_compile_options(${target})
+  # What takes long is in the libraries; a third of the time that the tests take to compile.
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   truetriad_batch(${target} 6)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
