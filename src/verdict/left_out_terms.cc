@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "problem/graph_builder.h"
-#include "solve/linearised_graph.h"
+#include "solve/chain_elimination.h"
 #include "verdict/checks/constancy.h"
 #include "verdict/observability.h"
 #include "verdict/own_residuals.h"
@@ -362,6 +362,23 @@ void AddStep(const LeftOutTerm& step, std::vector<LeftOutTerm>* found) {
   }
 }
 
+// The same where the larger graph stands.
+LeftOutTerms SearchTermsOf(const PoseGraph& larger,
+                           const PoseGraph& graph,
+                           const ReducedSystem& system,
+                           const CalibrateOptions& options,
+                           const PerTriad<OwnResiduals>& own) {
+  ChainElimination whole(ChainOf(larger));
+  whole.Linearise(larger.shared);
+  return SearchTerms(graph,
+                     system.covariance(),
+                     options,
+                     larger.layout,
+                     whole.information(),
+                     whole.gradient(),
+                     own);
+}
+
 bool HasMatrixOf(Triad triad, const LeftOutTerms& terms) {
   return std::any_of(terms.found.begin(), terms.found.end(), [&](const LeftOutTerm& term) {
     return term.kind == LeftOutKind::kMatrix && term.triad == triad;
@@ -382,10 +399,7 @@ void AddLowPass(const PoseGraph& graph,
   }
   options.reference.temperature_degc = 0.0;
   const PoseGraph larger = WithTermsOf(options, WithForTemperature(*squared_rates, graph));
-  LinearisedGraph whole(larger);
-  whole.Eliminate(larger);
-  const LeftOutTerms found = SearchTerms(
-      graph, system.covariance(), options, larger.layout, whole.matrix(), whole.gradient(), own);
+  const LeftOutTerms found = SearchTermsOf(larger, graph, system, options, own);
   terms->covariance += found.covariance;
   const auto append = [](const std::vector<LeftOutTerm>& more, std::vector<LeftOutTerm>* all) {
     for (LeftOutTerm term : more) {
@@ -455,17 +469,16 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   if (noise.unknown || system.rank() < system.size() || system.size() == 0) return result;
   const auto times = options.HasThermal() ? std::nullopt : TimesOf(graph);
   const CalibrateOptions everything = WithEverything(options, graph.layout, times.has_value());
-  PoseGraph larger = WithTermsOf(everything, times ? WithForTemperature(*times, graph) : graph);
-  FreeWholeMatrices(everything, &larger);
-  LinearisedGraph whole(larger);
-  whole.Eliminate(larger);
   PerTriad<OwnResiduals> own;
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad)) continue;
     own[triad] = OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel);
   }
-  result = SearchTerms(
-      graph, system.covariance(), options, larger.layout, whole.matrix(), whole.gradient(), own);
+  {
+    PoseGraph larger = WithTermsOf(everything, times ? WithForTemperature(*times, graph) : graph);
+    FreeWholeMatrices(everything, &larger);
+    result = SearchTermsOf(larger, graph, system, options, own);
+  }
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;

@@ -10,6 +10,7 @@
 #include "math/distributions.h"
 #include "noise/variance_components.h"
 #include "problem/parameters.h"
+#include "solve/chain_elimination.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
 
@@ -78,7 +79,55 @@ void FillPoseQuality(const PoseGraph& graph,
   }
 }
 
-std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds) {
+namespace {
+
+// What the rest of the graph says where every n-th pose is left out, from each of the first n on:
+// of poses by themselves what all of them say, less what those do.
+std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
+                                            const ReducedSystem& system,
+                                            int folds) {
+  std::vector<Eigen::MatrixXd> information(static_cast<std::size_t>(folds), system.information());
+  std::vector<Eigen::VectorXd> gradient(static_cast<std::size_t>(folds), system.gradient());
+  for (const auto& factor : system.factors()) {
+    const std::size_t fold = factor.node % static_cast<std::size_t>(folds);
+    const auto B = system.B().middleRows(factor.row, factor.rows());
+    information[fold].noalias() -=
+        system.J().middleRows(factor.row, factor.rows()).transpose().lazyProduct(B);
+    gradient[fold].noalias() -=
+        B.transpose().lazyProduct(system.residual().segment(factor.row, factor.rows()));
+  }
+  std::vector<SharedInformation> left;
+  for (std::size_t fold = 0; fold < information.size(); ++fold) {
+    left.emplace_back(graph.layout, graph.shared, information[fold], gradient[fold]);
+  }
+  return left;
+}
+
+// Turns hang together: a pose that is left out stays, with readings that count for nothing, and no
+// turn is integrated again.
+std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph, int folds) {
+  std::vector<SharedInformation> left;
+  for (int fold = 0; fold < folds; ++fold) {
+    PoseGraph part = graph;
+    for (auto k = static_cast<std::size_t>(fold); k < part.nodes.size();
+         k += static_cast<std::size_t>(folds)) {
+      for (Observation& observation : part.nodes[k].observations) {
+        observation.weight = kRejectedWeight;
+      }
+    }
+    ChainElimination chain(ChainOf(part));
+    chain.Linearise(part.shared);
+    left.emplace_back(graph.layout, graph.shared, chain.information(), chain.gradient());
+  }
+  return left;
+}
+
+}  // namespace
+
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph,
+                                     const ReducedSystem& system,
+                                     const TurnErrors& turns,
+                                     int folds) {
   if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
   if (!graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer)) {
     return std::nullopt;
@@ -87,28 +136,14 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& t
   result.folds = folds;
   PerTriad<RootMeanSquare> errors;
   PerTriad<RootMeanSquare> seen;
+  const std::vector<SharedInformation> parts =
+      graph.increments.empty() ? WithoutFolds(graph, system, folds) : WithoutFolds(graph, folds);
+  PoseGraph part;
+  part.layout = graph.layout;
   for (int fold = 0; fold < folds; ++fold) {
-    // Turns hang together: a pose that is left out stays, with readings that count for nothing.
-    PoseGraph part = graph;
-    if (graph.increments.empty()) part.nodes.clear();
-    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-      const bool left_out = static_cast<int>(k) % folds == fold;
-      if (graph.increments.empty() && !left_out) part.nodes.push_back(graph.nodes[k]);
-      if (graph.increments.empty() || !left_out) continue;
-      for (Observation& observation : part.nodes[k].observations) {
-        observation.weight = kRejectedWeight;
-      }
-    }
-    if (part.increments.empty()) {
-      SolveGraph(&part, kRoundTolerance);
-      if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
-    } else {
-      // From the optimum with every pose a single step of Gauss and Newton is as good, and no turn
-      // is integrated again.
-      const ReducedSystem system(part);
-      if (system.rank() < part.layout.free_size()) return std::nullopt;
-      part.shared += part.layout.basis * system.step();
-    }
+    const SharedInformation& left = parts[static_cast<std::size_t>(fold)];
+    if (left.rank() < graph.layout.free_size()) return std::nullopt;
+    part.shared = graph.shared + graph.layout.basis * left.step();
     for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
       for (const Observation& observation : graph.nodes[k].observations) {
         if (observation.rejected) continue;

@@ -9,6 +9,7 @@
 #include "noise/deletion.h"
 #include "noise/variance_components.h"
 #include "problem/graph.h"
+#include "solve/reduced_system.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/problem/options.h"
@@ -39,10 +40,13 @@ void FillPoseQuality(const PoseGraph& graph,
                      const PoseSet& poses,
                      Quality* quality);
 
-// Prediction error of poses that the fit did not see: folds of every n-th pose, refitted from the
-// solution with weights and excess held; and of turns, one by one. Unset when a fold would not be
-// determined.
-std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds);
+// Prediction error of poses that the fit did not see: folds of every n-th pose, each left out by a
+// step of Gauss and Newton from the solution, with weights and excess held; and of turns, one by
+// one. `system`: the graph at its solution. Unset when a fold would not be determined.
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph,
+                                     const ReducedSystem& system,
+                                     const TurnErrors& turns,
+                                     int folds);
 
 // What is left out together.
 struct HeldOutGroup {

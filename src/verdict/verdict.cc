@@ -228,7 +228,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     std::optional<TriadCalibration>& sensor = calibration->sensors[triad];
     if (sensor && sensor->thermal) sensor->thermal->range_degc = TemperatureRange(graph, triad);
   }
-  quality.rests.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
+  quality.rests.held_out = CrossValidate(graph, system, turns, options.cross_validation_folds);
   StateSessions(run.poses, graph, covariance, &quality.rests);
   for (const Check check : kRemarks) {
     const Findings found = check(run, solved);
