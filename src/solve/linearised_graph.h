@@ -30,9 +30,10 @@ class LinearisedGraph {
   struct Factor {
     std::size_t node = 0;       // the pose that it sees, or the first of the two
     Eigen::Index row = 0;       // where its rows begin among those of all factors
-    PoseColumns A;              // three columns of its pose, and of the next where that is seen
-    PoseRowMatrix information;  // V^-1, blocks of three rows on its diagonal
-    PoseColumns weighted;       // V^-1 A
+    // As large as its rows are: most have three of the twelve that a pose may have.
+    Eigen::MatrixXd A;            // three columns of its pose, and of the next where that is seen
+    Eigen::MatrixXd information;  // V^-1, blocks of three rows on its diagonal
+    Eigen::MatrixXd weighted;     // V^-1 A
 
     Eigen::Index rows() const { return A.rows(); }
     bool sees_next() const { return A.cols() > 3; }

@@ -44,7 +44,7 @@ class ReducedSystem : public LinearisedGraph {
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
   // The blocks of D and of P that belong to a factor: of D all rows, of P three.
-  const PoseRowMatrix& D(std::size_t factor) const { return D_[factor]; }
+  const Eigen::MatrixXd& D(std::size_t factor) const { return D_[factor]; }
   Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
 
   // The blocks of dD = -D dV D at the places of `wanted`, one for each; what those change is not
@@ -56,7 +56,7 @@ class ReducedSystem : public LinearisedGraph {
   void Complete(const PoseGraph& graph);
 
   ChainFactor::Blocks pose_covariance_;
-  std::vector<PoseRowMatrix> D_;
+  std::vector<Eigen::MatrixXd> D_;
   StackedRows BM_;
   Eigen::VectorXd projected_;
   SharedInformation shared_;
