@@ -44,7 +44,7 @@ std::vector<Trial> RunAll(const std::vector<Kind>& kinds,
 
 // A slice of what the nightly run does whole; docs/trust.md has its table.
 TEST(Trust, ContaminatedRecordingsAreRightOrRefused) {
-  constexpr std::uint64_t kRuns = 400;
+  constexpr std::uint64_t kRuns = 240;
   // Of the runs in which something shows the fault. What is reached today, so that it gets no
   // worse; docs/trust.md says what is aimed at.
   constexpr double kMostWrong = 0.015;
