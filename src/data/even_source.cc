@@ -49,19 +49,25 @@ bool EvenSource::MustHold(const std::vector<SampleBlock>& blocks) {
     Stream& stream = streams_[block.triad];
     if (stream.judgement != Judgement::kOpen) continue;
     // Stamps that were spread over a window look even in it.
-    const StreamInfo* const info = source_->info().Find(block.triad);
-    stream.window = info == nullptr ? 1 : info->window_samples;
-    if (stream.window > 1 || !stream.watch.AreEven(block.time_ns)) stream.looks_even = false;
+    if (WindowOf(block.triad) > 1 || !stream.watch.AreEven(block.time_ns)) {
+      stream.looks_even = false;
+    }
     holds_ = holds_ || !stream.looks_even || how_ == TimeStamps::kRegular;
   }
   return holds_;
+}
+
+std::int64_t EvenSource::WindowOf(Triad triad) const {
+  const StreamInfo* const info = source_->info().Find(triad);
+  return info == nullptr ? 1 : info->window_samples;
 }
 
 void EvenSource::Hold(const std::vector<SampleBlock>& blocks) {
   for (const SampleBlock& block : blocks) streams_[block.triad].held.Append(block);
 }
 
-void EvenSource::SettleStream(Stream* stream) const {
+void EvenSource::SettleStream(Triad triad) {
+  Stream* const stream = &streams_[triad];
   const bool is_open = stream->judgement == Judgement::kOpen;
   const bool may_be_even = is_open ? !stream->looks_even || how_ == TimeStamps::kRegular
                                    : stream->judgement == Judgement::kEven;
@@ -70,7 +76,7 @@ void EvenSource::SettleStream(Stream* stream) const {
   const HeldSamples& held = stream->held;
   // That time goes back is said where readings are checked.
   if (!std::is_sorted(held.time_ns.begin(), held.time_ns.end())) return;
-  const Stamps stamps{held.time_ns, held.row, stream->window};
+  const Stamps stamps{held.time_ns, held.row, WindowOf(triad)};
   EvenTimes even = FitEvenTimes(stamps);
   if (even.time_ns.empty()) return;
   const StampShare share = ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns);
@@ -85,7 +91,7 @@ void EvenSource::SettleStream(Stream* stream) const {
     stream->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
   }
   for (std::size_t i = stream->handed; i < held.size(); ++i) {
-    if (stamps.are_windows() && !stamps.EndsWindow(i)) continue;
+    if (!stamps.IsStamped(i)) continue;
     const auto off = static_cast<double>(held.time_ns[i] - even.time_ns[i]);
     stream->squares_ns2 += off * off;
     ++stream->judged;
@@ -103,9 +109,10 @@ void EvenSource::SettleStream(Stream* stream) const {
 void EvenSource::Settle(bool at_end) {
   std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
   holds_ = false;
-  for (Stream& stream : streams_) {
+  for (const Triad triad : kTriads) {
+    const Stream& stream = streams_[triad];
     if (stream.held.size() == 0) continue;
-    SettleStream(&stream);
+    SettleStream(triad);
     if (stream.judgement != Judgement::kEven) continue;
     holds_ = true;
     if (at_end || stream.waiting() == 0) continue;

@@ -42,7 +42,6 @@ class EvenSource {
   struct Stream {
     StampWatch watch;
     bool looks_even = true;
-    std::int64_t window = 1;  // Samples that are stamped together.
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
     bool are_true = false;                   // The readings say so of the stamps.
@@ -61,10 +60,12 @@ class EvenSource {
     }
   };
 
+  /// Samples that are stamped together; 1: each by itself.
+  std::int64_t WindowOf(Triad triad) const;
   bool MustHold(const std::vector<SampleBlock>& blocks);
   void Hold(const std::vector<SampleBlock>& blocks);
   void Settle(bool at_end);
-  void SettleStream(Stream* stream) const;
+  void SettleStream(Triad triad);
   bool HandOver(std::vector<SampleBlock>* blocks);
 
   SampleSource* source_;

@@ -2,10 +2,9 @@
 #include "data/rows_in_time.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -26,10 +25,9 @@ constexpr double kLike = 0.0175;
 constexpr double kTurningRadps = 0.1;
 constexpr double kMostTurning = 0.05;  // Of the rows: more than were disturbed.
 
-const std::string kRemedy =
+constexpr const char* kRemedy =
     "Add `time[s]`, or state its rate in a manifest (`time: {unit: samples, rate_hz: 100}`); if "
-    "each "
-    "row is a rest all the same, state `poses: every_row` in an experiment (`-c`)";
+    "each row is a rest all the same, state `poses: every_row` in an experiment (`-c`)";
 
 // Whether somebody averaged the rows, or gave each a name, a face or an attitude.
 bool AreNamed(const PoseSet& poses) {
@@ -43,25 +41,23 @@ bool AreNamed(const PoseSet& poses) {
 Status RejectTurningRows(const PoseSet& poses) {
   const StreamSummary* const gyroscope = poses.Find(Triad::kGyroscope);
   if (gyroscope == nullptr || gyroscope->unit.is_counts) return {};
-  std::array<std::vector<double>, 3> rates;
+  std::vector<Eigen::Vector3d> rates_radps;
   for (const StaticPose& pose : poses.poses) {
-    if (!pose.triads[Triad::kGyroscope]) continue;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      rates[static_cast<std::size_t>(axis)].push_back(
-          gyroscope->unit.truth_per_raw * pose.triads[Triad::kGyroscope]->mean_raw[axis]);
-    }
+    const auto& reading = pose.triads[Triad::kGyroscope];
+    if (reading) rates_radps.push_back(gyroscope->unit.truth_per_raw * reading->mean_raw);
   }
-  std::int64_t turning = 0;
-  std::array<double, 3> bias{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!rates[axis].empty()) bias[axis] = Median(rates[axis]);
+  const std::size_t rows = rates_radps.size();
+  if (rows == 0) return {};
+  Eigen::Vector3d bias_radps;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> along;
+    for (const Eigen::Vector3d& rate : rates_radps) along.push_back(rate[axis]);
+    bias_radps[axis] = Median(std::move(along));
   }
-  for (std::size_t i = 0; i < rates[0].size(); ++i) {
-    double square = 0.0;
-    for (std::size_t axis = 0; axis < 3; ++axis) square += std::pow(rates[axis][i] - bias[axis], 2);
-    turning += square > kTurningRadps * kTurningRadps ? 1 : 0;
-  }
-  const auto rows = static_cast<std::int64_t>(rates[0].size());
+  const auto turning =
+      std::count_if(rates_radps.begin(), rates_radps.end(), [&](const Eigen::Vector3d& rate) {
+        return (rate - bias_radps).norm() > kTurningRadps;
+      });
   if (static_cast<double>(turning) <= kMostTurning * static_cast<double>(rows)) return {};
   return Error(ErrorCode::kMissingTime,
                {poses.source},

@@ -162,11 +162,10 @@ double ScatterOf(const Stamps& stamps, double period) {
   for (std::size_t i = 1; i < places.size(); ++i) {
     const auto numbers =
         static_cast<double>(stamps.Number(places[i]) - stamps.Number(places[i - 1]));
-    changes.push_back(std::abs(
-        static_cast<double>(stamps[places[i]] - stamps[places[i - 1]]) / period - numbers));
+    changes.push_back(static_cast<double>(stamps[places[i]] - stamps[places[i - 1]]) / period -
+                      numbers);
   }
-  if (changes.empty()) return 0.0;
-  return Median(std::move(changes)) / (0.6745 * std::numbers::sqrt2);
+  return MadSigma(std::move(changes)) / std::numbers::sqrt2;
 }
 
 // Counts the samples. A lost one is a step of a period in stamp − period × number that stays: the
@@ -228,7 +227,8 @@ double LineAt(std::span<const Point> points, double number, double half_width) {
 }
 
 // The slow part of the points: lines at knots, straight between them.
-std::vector<Point> SlowPart(std::span<const Point> points, double last, double half_width) {
+std::vector<Point> SlowPart(std::span<const Point> points, double half_width) {
+  const double last = points.back().number;
   const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 4.0))) + 1;
   std::vector<Point> slow(std::max<std::size_t>(knots, 2));
   const double spacing = last > 0.0 ? last / static_cast<double>(slow.size() - 1) : 1.0;
@@ -251,10 +251,9 @@ double ValueAt(std::span<const Point> slow, double number) {
 void Clip(std::span<const Point> slow, double least_ns, std::vector<Point>* points) {
   std::vector<double> distances;
   for (const Point& point : *points) {
-    distances.push_back(std::abs(point.off_ns - ValueAt(slow, point.number)));
+    distances.push_back(point.off_ns - ValueAt(slow, point.number));
   }
-  // The median of |z| of a normal z is 0.6745.
-  const double most = std::max(kFarOff / 0.6745 * Median(std::move(distances)), least_ns);
+  const double most = std::max(kFarOff * MadSigma(std::move(distances)), least_ns);
   for (Point& point : *points) {
     const double value = ValueAt(slow, point.number);
     point.off_ns = std::clamp(point.off_ns, value - most, value + most);
@@ -268,6 +267,13 @@ double SquaresAbout(std::span<const Point> slow, std::span<const Point> points) 
   }
   return squares;
 }
+
+// The widest lines along which what points are off is jitter, and what they leave.
+struct Lines {
+  double half_width = 0.0;
+  double points = 0.0, squares = 0.0;
+  double freedom_taken = 0.0;
+};
 
 // One attempt to make even times.
 class EvenFit {
@@ -284,7 +290,7 @@ class EvenFit {
   void FindTick();
   bool Waits() const;
   double LeastHalfWidth() const;
-  double HalfWidth(std::span<const std::vector<Point>> points);
+  Lines WidestLines(std::span<const std::vector<Point>> points) const;
   void Fit(EvenTimes* even);
   void FitPieces(EvenTimes* even);
   bool ErrorsAddUp() const;
@@ -298,7 +304,7 @@ class EvenFit {
   bool in_bursts_ = false;  // Only samples that did not wait count.
   double run_ = 1.0;        // Samples for one of those.
   Numbers counted_;
-  double told_by_ = 0.0, squares_ = 0.0, fitted_ = 0.0;
+  Lines lines_;
 };
 
 bool EvenFit::Waits() const {
@@ -346,8 +352,8 @@ double EvenFit::LeastHalfWidth() const {
   return std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
 }
 
-// Of each piece its points. The widest lines along which what they are off is jitter.
-double EvenFit::HalfWidth(std::span<const std::vector<Point>> points) {
+// Of each piece its points.
+Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
   // Of weights (1 − x²)² on [−1, 1], 2 w(0) / ∫w − ∫w² / (∫w)²: a local fit takes tr(2S − SSᵀ) of
   // the squares' degrees of freedom, so many for each half width, and two at its ends.
   constexpr double kFreedomTaken = 1.161;
@@ -359,7 +365,7 @@ double EvenFit::HalfWidth(std::span<const std::vector<Point>> points) {
   const auto squares_at = [&](double half_width) {
     double squares = 0.0;
     for (const std::vector<Point>& piece : points) {
-      squares += SquaresAbout(SlowPart(piece, piece.back().number, half_width), piece);
+      squares += SquaresAbout(SlowPart(piece, half_width), piece);
     }
     return squares;
   };
@@ -384,25 +390,22 @@ double EvenFit::HalfWidth(std::span<const std::vector<Point>> points) {
     half_width *= 2.0;
     squares = wider_squares;
   }
-  told_by_ = count, squares_ = squares;
-  fitted_ = counted_.steps + freedom_taken(half_width);
-  return half_width;
+  return {half_width, count, squares, freedom_taken(half_width)};
 }
 
 void EvenFit::FitPieces(EvenTimes* even) {
   std::vector<std::vector<Point>> points;
   for (const Piece& piece : counted_.pieces) {
     points.push_back(PointsOf(piece));
-    const double last = counted_.number[piece.end - 1];
-    Clip(SlowPart(points.back(), last, LeastHalfWidth()), 0.5 * period_, &points.back());
+    Clip(SlowPart(points.back(), LeastHalfWidth()), 0.5 * period_, &points.back());
   }
-  const double half_width = HalfWidth(points);
+  lines_ = WidestLines(points);
   constexpr double kLongestNs = 4.6e18;  // Times are no farther from zero.
   std::int64_t last_ns =
       stamps_.front() - static_cast<std::int64_t>(std::min(1e3 * period_, kLongestNs));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Piece& piece = counted_.pieces[i];
-    const std::vector<Point> slow = SlowPart(points[i], points[i].back().number, half_width);
+    const std::vector<Point> slow = SlowPart(points[i], lines_.half_width);
     for (std::size_t k = piece.begin; k < piece.end; ++k) {
       const double number = counted_.number[k];
       const std::int64_t time_ns =
@@ -421,10 +424,9 @@ bool EvenFit::ErrorsAddUp() const {
   const double short_width = run_ * static_cast<double>(kShortPoints);
   for (const Piece& piece : counted_.pieces) {
     const std::vector<Point> points = PointsOf(piece);
-    const double last = counted_.number[piece.end - 1];
     if (points.size() < 2 * kShortPoints) continue;
-    long_squares += SquaresAbout(SlowPart(points, last, long_width), points);
-    short_squares += SquaresAbout(SlowPart(points, last, short_width), points);
+    long_squares += SquaresAbout(SlowPart(points, long_width), points);
+    short_squares += SquaresAbout(SlowPart(points, short_width), points);
   }
   // A burst that ends when it should tells no less than one sample's interval.
   const double least = in_bursts_ ? 0.01 * period_ * period_ : 0.0;
@@ -436,7 +438,7 @@ bool EvenFit::ErrorsAddUp() const {
 double EvenFit::Jitter(const EvenTimes& even, double left_out) const {
   std::vector<double> squares;
   for (std::size_t k = 0; k < stamps_.size(); ++k) {
-    if (stamps_.are_windows() && !stamps_.EndsWindow(k)) continue;
+    if (!stamps_.IsStamped(k)) continue;
     squares.push_back(std::pow(static_cast<double>(stamps_[k] - even.time_ns[k]), 2));
   }
   const auto kept =
@@ -462,8 +464,10 @@ StampKind EvenFit::KindOf(const EvenTimes& even) const {
 
 double EvenFit::Bic() const {
   // No stamp tells more than a thousandth of an interval.
-  const double least = told_by_ * std::pow(1e-3 * period_, 2);
-  return told_by_ * std::log((squares_ + least) / told_by_) + fitted_ * std::log(told_by_);
+  const double least = lines_.points * std::pow(1e-3 * period_, 2);
+  const double fitted = counted_.steps + lines_.freedom_taken;
+  return lines_.points * std::log((lines_.squares + least) / lines_.points) +
+         fitted * std::log(lines_.points);
 }
 
 void EvenFit::Fit(EvenTimes* even) {

@@ -32,6 +32,8 @@ struct Stamps {
     if (k + 1 == size()) return (row[k] + 1) % window == 0;
     return row[k + 1] / window != row[k] / window;
   }
+  /// Its time is not made from that of the last sample of its window.
+  bool IsStamped(std::size_t k) const { return !are_windows() || EndsWindow(k); }
 };
 
 /// The usual interval of two stamps or more: the median, or where several come at a time that of

@@ -88,12 +88,10 @@ Status BurstWindows::SpreadWindows(bool at_end) {
       TRUETRIAD_ASSIGN_OR_RETURN(const bool is_known, MeasureFirstInterval(*window, at_end));
       if (!is_known) break;
     } else {
-      if (IsCut(*window, at_end) && IsStampedAtItsEnd(*window)) {
-        rows = waiting_.row[window->end - 1] % size_ + 1;
-      }
+      rows = StampedRow(*window);
       TRUETRIAD_RETURN_IF_ERROR(MeasureInterval(*last_, *window, rows));
     }
-    if (!IsCut(*window, at_end)) TRUETRIAD_RETURN_IF_ERROR(CheckTimedRow(*window));
+    TRUETRIAD_RETURN_IF_ERROR(CheckTimedRow(*window));
     if (window->has_one_time) timed_ = window;
     for (std::size_t i = begin; i < window->end; ++i) {
       const std::int64_t behind = rows - 1 - waiting_.row[i] % size_;
@@ -109,16 +107,13 @@ Status BurstWindows::SpreadWindows(bool at_end) {
   return {};
 }
 
-bool BurstWindows::IsCut(const Window& window, bool at_end) const {
-  return at_end && window.end == waiting_.row.size() && (waiting_.row.back() + 1) % size_ != 0;
-}
-
-bool BurstWindows::IsStampedAtItsEnd(const Window& window) const {
+std::int64_t BurstWindows::StampedRow(const Window& window) const {
+  if (!window.is_cut) return size_;
   const std::int64_t rows = waiting_.row[window.end - 1] % size_ + 1;
   const auto after_ns = static_cast<double>(window.time_ns - last_->time_ns);
   const auto interval_ns = static_cast<double>(interval_ns_);
   const double share = static_cast<double>(rows) / static_cast<double>(size_);
-  return after_ns < 0.5 * (1.0 + share) * interval_ns;
+  return after_ns < 0.5 * (1.0 + share) * interval_ns ? rows : size_;
 }
 
 Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end) {
@@ -135,7 +130,7 @@ Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end
                   "begins the only window of window_samples, so that it is not known how far its "
                   "samples are apart");
     }
-    if (!later || (i > 0 && IsCut(*later, at_end))) break;
+    if (!later || (i > 0 && later->is_cut)) break;
     interval_ns_ = 0;
     TRUETRIAD_RETURN_IF_ERROR(MeasureInterval(earlier, *later, size_));
     shortest_ns = i == 0 ? interval_ns_ : std::min(shortest_ns, interval_ns_);
@@ -154,7 +149,9 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
   window.number = rows[begin] / size_;
   window.time_ns = CsvReader::kMissingTime;
   while (window.end < rows.size() && rows[window.end] / size_ == window.number) ++window.end;
-  if (window.end == rows.size() && !at_end) return std::optional<Window>();
+  const bool is_last = window.end == rows.size();
+  if (is_last && !at_end) return std::optional<Window>();
+  window.is_cut = is_last && (rows.back() + 1) % size_ != 0;
   for (std::size_t i = begin; i < window.end; ++i) {
     TRUETRIAD_RETURN_IF_ERROR(
         TakeTime({rows[i], waiting_.time_ns[i], waiting_.line[i], true}, &window));
@@ -166,13 +163,12 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
   }
   if (window.time_ns != CsvReader::kMissingTime) return std::optional(window);
   // The time may be on the last row, which a cut file has not: as if it followed evenly.
-  const bool is_cut = IsCut(window, at_end);
-  if (is_cut && last_ && window.number == last_->number + 1) {
+  if (window.is_cut && last_ && window.number == last_->number + 1) {
     window.time_ns = last_->time_ns + interval_ns_;
     window.has_one_time = false;
     return std::optional(window);
   }
-  if (is_cut && !last_ && begin > 0)
+  if (window.is_cut && !last_ && begin > 0)
     return std::optional<Window>();  // The one before is the only one.
   return Fail(ErrorCode::kInvalidValue,
               begin,
@@ -206,7 +202,7 @@ Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
 }
 
 Status BurstWindows::CheckTimedRow(const Window& window) const {
-  if (!timed_ || !window.has_one_time) return {};
+  if (!timed_ || !window.has_one_time || window.is_cut) return {};
   const std::int64_t row = window.timed_row % size_, before = timed_->timed_row % size_;
   if (row == before) return {};
   return Error(ErrorCode::kInvalidValue,

@@ -59,6 +59,7 @@ class BurstWindows {
     std::int64_t timed_row = 0;  ///< Of the file, and its line.
     std::int64_t timed_line = 0;
     bool has_one_time = true;  ///< On no other row.
+    bool is_cut = false;       ///< The last of the file, which has not all its samples.
   };
 
   /// A time that a row states, and where it stands.
@@ -74,11 +75,10 @@ class BurstWindows {
   Status TakeTime(const Stated& stated, Window* window) const;
   /// Error: the time stands on another row of the window than in the one before.
   Status CheckTimedRow(const Window& window) const;
-  /// Whether the last window of the file has not all its samples.
-  bool IsCut(const Window& window, bool at_end) const;
-  /// Whether the time of a window that is cut is that of its last row, as where a logger writes
-  /// what is left, rather than that of the row that is missing: which is nearer the interval.
-  bool IsStampedAtItsEnd(const Window& window) const;
+  /// The row of a window behind the first that its time is of, counted from 1: the last it should
+  /// have. Of one that is cut it may be the last it has, as where a logger writes what is left:
+  /// whichever is nearer the interval.
+  std::int64_t StampedRow(const Window& window) const;
   /// Before the first window is spread. False: more must be read.
   Result<bool> MeasureFirstInterval(const Window& first, bool at_end);
   /// `rows` of the later are between the two times. Error: it is not behind the earlier.

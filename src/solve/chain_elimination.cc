@@ -318,4 +318,10 @@ std::vector<ChainElimination::Residual> ChainElimination::Residuals() const {
   return residuals;
 }
 
+ChainElimination Linearised(const PoseGraph& graph) {
+  ChainElimination chain(ChainOf(graph));
+  chain.Linearise(graph.shared);
+  return chain;
+}
+
 }  // namespace truetriad

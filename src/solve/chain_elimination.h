@@ -93,4 +93,7 @@ class ChainElimination final : public EliminatedProblem {
   std::vector<Eigen::MatrixXd> panels_;
 };
 
+// A graph, which must outlive it, linearised where it stands.
+ChainElimination Linearised(const PoseGraph& graph);
+
 }  // namespace truetriad

@@ -368,8 +368,7 @@ LeftOutTerms SearchTermsOf(const PoseGraph& larger,
                            const ReducedSystem& system,
                            const CalibrateOptions& options,
                            const PerTriad<OwnResiduals>& own) {
-  ChainElimination whole(ChainOf(larger));
-  whole.Linearise(larger.shared);
+  const ChainElimination whole = Linearised(larger);
   return SearchTerms(graph,
                      system.covariance(),
                      options,
@@ -377,6 +376,14 @@ LeftOutTerms SearchTermsOf(const PoseGraph& larger,
                      whole.information(),
                      whole.gradient(),
                      own);
+}
+
+PoseGraph LargerGraph(const CalibrateOptions& everything,
+                      const std::optional<std::vector<double>>& times,
+                      const PoseGraph& graph) {
+  PoseGraph larger = WithTermsOf(everything, times ? WithForTemperature(*times, graph) : graph);
+  FreeWholeMatrices(everything, &larger);
+  return larger;
 }
 
 bool HasMatrixOf(Triad triad, const LeftOutTerms& terms) {
@@ -474,11 +481,8 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     if (!graph.layout.Has(triad)) continue;
     own[triad] = OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel);
   }
-  {
-    PoseGraph larger = WithTermsOf(everything, times ? WithForTemperature(*times, graph) : graph);
-    FreeWholeMatrices(everything, &larger);
-    result = SearchTermsOf(larger, graph, system, options, own);
-  }
+  // It is large, and gone before the next one is made.
+  result = SearchTermsOf(LargerGraph(everything, times, graph), graph, system, options, own);
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;

@@ -13,6 +13,7 @@
 #include "solve/chain_elimination.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
+#include "verdict/time_blocks.h"
 
 namespace truetriad {
 
@@ -86,19 +87,15 @@ namespace {
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
                                             const ReducedSystem& system,
                                             int folds) {
-  std::vector<Eigen::MatrixXd> information(static_cast<std::size_t>(folds), system.information());
-  std::vector<Eigen::VectorXd> gradient(static_cast<std::size_t>(folds), system.gradient());
-  for (const auto& factor : system.factors()) {
-    const std::size_t fold = factor.node % static_cast<std::size_t>(folds);
-    const auto B = system.B().middleRows(factor.row, factor.rows());
-    information[fold].noalias() -=
-        system.J().middleRows(factor.row, factor.rows()).transpose().lazyProduct(B);
-    gradient[fold].noalias() -=
-        B.transpose().lazyProduct(system.residual().segment(factor.row, factor.rows()));
-  }
+  const auto count = static_cast<std::size_t>(folds);
   std::vector<SharedInformation> left;
-  for (std::size_t fold = 0; fold < information.size(); ++fold) {
-    left.emplace_back(graph.layout, graph.shared, information[fold], gradient[fold]);
+  for (const TimeBlock& fold :
+       BlocksOf(system, count, [count](std::size_t node) { return node % count; })) {
+    // Its gradient is that behind the last step.
+    left.emplace_back(graph.layout,
+                      graph.shared,
+                      system.information() - fold.information,
+                      system.gradient() - fold.gradient + fold.information * system.step());
   }
   return left;
 }
@@ -115,8 +112,7 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph, int folds) {
         observation.weight = kRejectedWeight;
       }
     }
-    ChainElimination chain(ChainOf(part));
-    chain.Linearise(part.shared);
+    const ChainElimination chain = Linearised(part);
     left.emplace_back(graph.layout, graph.shared, chain.information(), chain.gradient());
   }
   return left;

@@ -99,22 +99,27 @@ Step LikeliestStep(const Eigen::MatrixXd& directions,
 
 }  // namespace
 
-std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
-  const std::size_t count = system.factors().size();
-  if (count < kTimeBlocks * kFewestInBlock) return {};
+std::vector<TimeBlock> BlocksOf(const ReducedSystem& system,
+                                std::size_t count,
+                                const std::function<std::size_t(std::size_t)>& group_of) {
   const auto n = static_cast<Eigen::Index>(system.size());
-  std::size_t nodes = 0;
-  for (const auto& factor : system.factors()) nodes = std::max(nodes, factor.node + 1);
-  std::vector<TimeBlock> blocks(kTimeBlocks,
-                                {Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
+  std::vector<TimeBlock> blocks(count, {Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
   for (const auto& factor : system.factors()) {
-    TimeBlock& block = blocks[factor.node * kTimeBlocks / nodes];
+    TimeBlock& block = blocks[group_of(factor.node)];
     const Eigen::MatrixXd J = system.J().middleRows(factor.row, factor.rows());
     block.information +=
         TransposeTimes(J, Eigen::MatrixXd(system.B().middleRows(factor.row, factor.rows())));
     block.gradient += J.transpose() * system.projected().segment(factor.row, factor.rows());
   }
   return blocks;
+}
+
+std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
+  if (system.factors().size() < kTimeBlocks * kFewestInBlock) return {};
+  std::size_t nodes = 0;
+  for (const auto& factor : system.factors()) nodes = std::max(nodes, factor.node + 1);
+  return BlocksOf(
+      system, kTimeBlocks, [nodes](std::size_t node) { return node * kTimeBlocks / nodes; });
 }
 
 BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -10,8 +12,8 @@
 
 namespace truetriad {
 
-// What one stretch of a recording says of the free shared coordinates: information and gradient at
-// the solution, its attitudes eliminated.
+// What a stretch of a recording, or another group of its poses, says of the free shared
+// coordinates: information and gradient at the solution, its attitudes eliminated.
 struct TimeBlock {
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
@@ -19,6 +21,11 @@ struct TimeBlock {
 
 // So many stretches of one length a recording is cut into.
 inline constexpr int kTimeBlocks = 16;
+
+// What groups of the nodes say, 0 … count − 1: `group_of` a node.
+std::vector<TimeBlock> BlocksOf(const ReducedSystem& system,
+                                std::size_t count,
+                                const std::function<std::size_t(std::size_t)>& group_of);
 
 // The stretches of a graph whose nodes are in the order of time; none where there are too few.
 std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system);

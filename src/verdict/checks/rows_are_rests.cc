@@ -36,7 +36,7 @@ Rows RowsOf(const PoseGraph& graph) {
     for (const Observation& seen : node.observations) {
       if (seen.triad != Triad::kAccelerometer || node.role != PoseRole::kRest) continue;
       const TriadModel<double> model = graph.ModelAt(Triad::kAccelerometer, node);
-      rows.force.push_back(model.sensitivity.inverse() * (seen.mean_raw - model.bias));
+      rows.force.push_back(model.TruthFromRaw(seen.mean_raw));
       rows.off.push_back(rows.force.back().norm() - gravity);
     }
   }
@@ -57,10 +57,8 @@ bool AreSmooth(const std::vector<Eigen::Vector3d>& force) {
 // Of what rows are off with what the next is, both within their usual scatter.
 double CorrelationOf(std::vector<double> off) {
   const double middle = Median(off);
-  std::vector<double> distances;
-  for (double& value : off) distances.push_back(std::abs(value -= middle));
-  // The median of |z| of a normal z is 0.6745.
-  const double most = kMostSigmas * Median(std::move(distances)) / 0.6745;
+  for (double& value : off) value -= middle;
+  const double most = kMostSigmas * MadSigma(off);
   double squares = 0.0, products = 0.0;
   for (std::size_t i = 0; i < off.size(); ++i) {
     off[i] = std::clamp(off[i], -most, most);
