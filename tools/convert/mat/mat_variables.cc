@@ -63,6 +63,18 @@ matvar_t* Field(const matvar_t& variable, unsigned index) {
   return Mat_VarGetStructFieldByIndex(const_cast<matvar_t*>(&variable), index, 0);
 }
 
+/// Null where there is none: of a damaged file what has a name in its list may be no structure
+/// where it is read.
+const matvar_t* FieldNamed(const matvar_t& variable, const std::string& name) {
+  if (!IsSingleStruct(variable) || variable.data == nullptr) return nullptr;
+  const unsigned count = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));
+  char* const* const names = Mat_VarGetStructFieldnames(&variable);
+  for (unsigned i = 0; names != nullptr && i < count; ++i) {
+    if (names[i] != nullptr && name == names[i]) return Field(variable, i);
+  }
+  return nullptr;
+}
+
 template <typename T>
 void Append(const matvar_t& variable, std::size_t count, std::vector<double>* values) {
   const T* const numbers = static_cast<const T*>(variable.data);
@@ -228,7 +240,7 @@ Result<Matrix> MatFile::Read(const Variable& wanted) {
   for (std::size_t begin = dot; begin != std::string::npos;) {
     const std::size_t end = wanted.name.find('.', begin + 1);
     const std::string field = wanted.name.substr(begin + 1, end - begin - 1);
-    at = Mat_VarGetStructFieldByName(const_cast<matvar_t*>(at), field.c_str(), 0);
+    at = FieldNamed(*at, field);
     if (at == nullptr) return damaged;
     begin = end;
   }

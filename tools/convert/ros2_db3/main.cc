@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -144,8 +145,9 @@ class Bag {
       for (std::uint64_t count = 0; (step = sqlite3_step(statement.get())) == SQLITE_ROW; ++count) {
         id = sqlite3_column_int64(statement.get(), 0);
         if (id < from) break;  // Rows of a damaged table that go round in a circle.
-        from = id + 1;
         Take(statement.get(), take);
+        if (id == std::numeric_limits<std::int64_t>::max()) return {};  // none is behind it
+        from = id + 1;
         if (progress && count % 10000 == 0 && last > 0) {
           progress(static_cast<double>(id) / static_cast<double>(last));
         }
@@ -208,7 +210,8 @@ class Bag {
     return is_known ? sqlite3_column_int64(last.get(), 0) : std::int64_t{1} << 60U;
   }
 
-  /// The first message after a damage: further and further on until there is one, then back.
+  /// The first message after a damage at `from`, not negative: further and further on until there
+  /// is one, then back.
   static std::optional<std::int64_t> NextReadable(Statement* statement,
                                                   std::int64_t from,
                                                   std::int64_t last) {
@@ -221,8 +224,9 @@ class Bag {
     std::int64_t damaged = from;
     std::int64_t whole = from;
     bool found = false;
-    for (std::int64_t reach = 1; !found && damaged < last; reach *= 2) {
-      whole = std::min(from + reach, last);
+    for (std::uint64_t reach = 1; !found && damaged < last; reach *= 2) {
+      const bool is_within = reach < static_cast<std::uint64_t>(last - from);
+      whole = is_within ? from + static_cast<std::int64_t>(reach) : last;
       found = readable(whole);
       if (!found) damaged = whole;
     }
