@@ -105,7 +105,7 @@ Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const Calibrat
 // a measure that three poses beside a magnet do not decide. Unset when none could be refined.
 std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
                                             const std::vector<StartValues>& starts,
-                                            const std::vector<PoseNode>& nodes,
+                                            std::vector<PoseNode> nodes,
                                             const CalibrateOptions& options,
                                             NoiseState* noise,
                                             SolveLog* log) {
@@ -113,7 +113,7 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
   double best_misfit = std::numeric_limits<double>::infinity();
   for (const StartValues& start : starts) {
     PoseGraph graph;
-    graph.nodes = nodes;
+    graph.nodes = &start == &starts.back() ? std::move(nodes) : nodes;
     LayOutParameters(options, start, &graph);
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
@@ -276,7 +276,8 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   SolveLog log;
   const bool is_bent = HasBentAxes(options);
   const CalibrateOptions first = is_bent ? WithStraightAxes(options) : options;
-  std::optional<PoseGraph> graph = SolveFromBestStart(poses, *starts, *nodes, first, &noise, &log);
+  std::optional<PoseGraph> graph =
+      SolveFromBestStart(poses, *starts, *std::move(nodes), first, &noise, &log);
   if (!graph) {
     return Refuse({FindingCode::kSolverFailed, "the optimiser failed from every start"},
                   std::move(summary));

@@ -122,7 +122,7 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
     const std::optional<Eigen::Vector3d>& force_mps2,
     const std::string& source) {
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
-  const std::optional<TriadPose>& seen = pose.triads[triad];
+  const Boxed<TriadPose>& seen = pose.triads[triad];
   if (!sensor || !seen || (sensor->g_sensitivity && !force_mps2)) {
     return std::optional<EvaluatedReading>();
   }

@@ -195,7 +195,7 @@ void FillTriad(Triad triad,
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double scatter_dof = 0.0;
   for (std::size_t i = 0; i < moments.size(); ++i) {
-    std::optional<TriadPose>& target = (*poses)[i].triads[triad];
+    Boxed<TriadPose>& target = (*poses)[i].triads[triad];
     if (!target) continue;
     present.push_back(&moments[i][triad]);
     targets.push_back(&*target);

@@ -261,7 +261,7 @@ class DuplicateFinder {
 };
 
 void Extend(const StaticPose& pose, StreamSummary* stream) {
-  const std::optional<TriadPose>& reading = pose.triads[stream->triad];
+  const Boxed<TriadPose>& reading = pose.triads[stream->triad];
   if (!reading) {
     ++stream->dropped_empty;
     return;
@@ -366,6 +366,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
                        " rows but no time column; add `time[s]`, or state the rate in a manifest");
     }
   }
+  poses.poses.shrink_to_fit();
   if (duplicates.count() > 0) {
     if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
       return Error(ErrorCode::kRepeatedRows,

@@ -359,22 +359,13 @@ TriadNoise NoiseOf(const MotionTrack& track,
 }
 
 // Each stretch as a chain of its own.
-std::vector<TimeBlock> TimeBlocksOf(const MotionTrack& track, const MotionRun& run) {
+std::vector<TimeBlock> TimeBlocksOf(const MotionChain& chain, const Eigen::VectorXd& shared) {
   std::vector<TimeBlock> blocks;
-  const std::vector<ScalarPrior> none;
+  const std::size_t count = chain.nodes().size();
   for (std::size_t b = 0; b < kTimeBlocks; ++b) {
-    const auto begin = static_cast<std::ptrdiff_t>(b * run.nodes.size() / kTimeBlocks);
-    const auto end = static_cast<std::ptrdiff_t>((b + 1) * run.nodes.size() / kTimeBlocks);
+    const std::size_t begin = b * count / kTimeBlocks, end = (b + 1) * count / kTimeBlocks;
     if (end - begin < 2) return {};
-    std::vector<MotionNode> nodes(run.nodes.begin() + begin, run.nodes.begin() + end);
-    nodes.back().is_linked = false;
-    MotionChain chain(run.graph.layout,
-                      none,
-                      track,
-                      std::move(nodes),
-                      {run.attitudes.begin() + begin, run.attitudes.begin() + end});
-    chain.SetNoise(run.noise.noise, run.graph.shared.data());
-    const ChainElimination solved = chain.LinearisedAt(run.graph.shared);
+    const ChainElimination solved = chain.LinearisedAt(shared, begin, end);
     blocks.push_back({solved.information(), solved.gradient()});
   }
   return blocks;
@@ -426,10 +417,11 @@ Status StateMotionVerdict(const PoseSet& poses,
     sigma_raw[triad] = (run->noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
   }
   std::vector<TurnMiss> misses;
-  if (graph.layout.Has(Triad::kGyroscope)) misses = chain.TurnMisses(graph.shared);
+  if (graph.layout.Has(Triad::kGyroscope)) misses = chain.TurnMisses(solved);
   AddFaultsOfRecording(poses, sigma_raw, misses, false, graph, information.covariance(), &left_out);
   quality.left_out_tests = left_out.tests;
-  const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph);
+  const BlockScatter blocks =
+      ScatterOf(TimeBlocksOf(chain, graph.shared), information.matrix(), graph);
   const Eigen::MatrixXd covariance =
       information.covariance() + left_out.covariance + blocks.covariance;
   PresentedSolution solution = SolvedFrame(graph, covariance);

@@ -58,7 +58,19 @@ MotionChain::MotionChain(const SharedLayout& layout,
       priors_(priors),
       track_(track),
       nodes_(std::move(nodes)),
-      attitudes_(std::move(attitudes)) {}
+      attitudes_(std::move(attitudes)),
+      rows_(nodes_.size()) {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    for (const Triad triad : kVectorTriads) {
+      const GatheredReadings& seen = nodes_[k].seen(triad);
+      if (seen.count == 0 || !layout_.Has(triad)) continue;
+      rows_[k][triad] = RowOf(triad, layout_, seen);
+    }
+    if (!nodes_[k].is_linked || k + 1 == nodes_.size()) continue;
+    rows_[k][Triad::kGyroscope] =
+        std::make_shared<IntegratedTurnRow>(layout_, track_.Between(nodes_[k], nodes_[k + 1]));
+  }
+}
 
 void MotionChain::SetNoise(const MotionNoise& noise, const double* shared) {
   for (const Triad triad : kVectorTriads) {
@@ -78,56 +90,54 @@ Eigen::Vector3d MotionChain::VectorRoot(Triad triad, const GatheredReadings& see
 
 // Where one vector sensor is all that a chain, or a piece of it, has, its heading about what that
 // sees is not observable: that of its first attitude is held.
-bool MotionChain::HoldsHeading(std::size_t k) const {
-  if (k > 0 && nodes_[k - 1].is_linked) return false;
+bool MotionChain::HoldsHeading(std::size_t k, std::size_t begin, std::size_t end) const {
+  if (k > begin && nodes_[k - 1].is_linked) return false;
   const auto is_seen = [&](Triad triad) {
-    if (!layout_.Has(triad)) return false;
     std::size_t at = k;
-    while (nodes_[at].seen(triad).count == 0 && nodes_[at].is_linked) ++at;
-    return nodes_[at].seen(triad).count > 0;
+    while (rows_[at][triad] == nullptr && nodes_[at].is_linked && at + 1 < end) ++at;
+    return rows_[at][triad] != nullptr;
   };
   return !is_seen(Triad::kMagnetometer) || !is_seen(Triad::kAccelerometer);
 }
 
-ChainProblem MotionChain::Problem(std::vector<Source>* sources) const {
+ChainProblem MotionChain::Problem(std::size_t begin, std::size_t end) const {
   ChainProblem problem;
   problem.layout = &layout_;
-  problem.states.reserve(nodes_.size());
-  problem.rows.reserve(3 * nodes_.size() + priors_.size());
-  const auto add = [&](std::shared_ptr<const Row> row, const RowRoot& root, const Source& source) {
-    problem.rows.push_back({std::move(row), root, source.node});
-    if (sources != nullptr) sources->push_back(source);
-  };
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+  problem.states.reserve(end - begin);
+  problem.rows.reserve(3 * (end - begin) + priors_.size());
+  for (std::size_t k = begin; k < end; ++k) {
     problem.states.push_back({PoseKind::kRotation, ValuesOf(attitudes_[k])});
+    const auto add = [&](std::shared_ptr<const Row> row, const RowRoot& root) {
+      problem.rows.push_back({std::move(row), root, k - begin});
+    };
     for (const Triad triad : kVectorTriads) {
-      const GatheredReadings& seen = nodes_[k].seen(triad);
-      if (seen.count == 0 || !layout_.Has(triad)) continue;
-      add(WithProbes(RowOf(triad, layout_, seen), triad, k),
-          VectorRoot(triad, seen).asDiagonal(),
-          {triad, k});
+      if (rows_[k][triad] == nullptr) continue;
+      add(rows_[k][triad], VectorRoot(triad, nodes_[k].seen(triad)).asDiagonal());
     }
-    if (HoldsHeading(k)) {
+    if (HoldsHeading(k, begin, end)) {
       // Nothing else pulls about the vertical.
-      add(std::make_shared<HeldHeadingRow>(attitudes_[k]), RowRoot::Ones(1, 1), {{}, k, false});
+      add(std::make_shared<HeldHeadingRow>(attitudes_[k]), RowRoot::Ones(1, 1));
     }
-    if (!nodes_[k].is_linked || k + 1 == nodes_.size()) continue;
-    const GyroReadings readings = track_.Between(nodes_[k], nodes_[k + 1]);
-    const double root = std::sqrt(nodes_[k].weight / DurationOf(readings));
-    add(WithProbes(std::make_shared<IntegratedTurnRow>(layout_, readings), Triad::kGyroscope, k),
-        root * turn_root_,
-        {Triad::kGyroscope, k});
+    if (rows_[k][Triad::kGyroscope] == nullptr || k + 1 == end) continue;
+    const double root =
+        std::sqrt(nodes_[k].weight / DurationOf(track_.Between(nodes_[k], nodes_[k + 1])));
+    add(rows_[k][Triad::kGyroscope], root * turn_root_);
   }
+  return problem;
+}
+
+ChainProblem MotionChain::WholeProblem() const {
+  ChainProblem problem = Problem(0, nodes_.size());
   for (const ScalarPrior& prior : priors_) {
-    add(truetriad::RowOf(prior, layout_),
-        RowRoot::Constant(1, 1, 1.0 / prior.sigma),
-        {{}, nodes_.size(), false});
+    problem.rows.push_back({truetriad::RowOf(prior, layout_),
+                            RowRoot::Constant(1, 1, 1.0 / prior.sigma),
+                            nodes_.size()});
   }
   return problem;
 }
 
 SolveOutcome MotionChain::Solve(Solver solver, double tolerance, Eigen::VectorXd* shared) {
-  ChainProblem problem = Problem(nullptr);
+  ChainProblem problem = WholeProblem();
   const SolveOutcome outcome = SolveChain(solver, tolerance, kMaxIterations, &problem, shared);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     attitudes_[k] = Eigen::Quaterniond(problem.states[k].values.data());
@@ -136,45 +146,48 @@ SolveOutcome MotionChain::Solve(Solver solver, double tolerance, Eigen::VectorXd
 }
 
 ChainElimination MotionChain::LinearisedAt(const Eigen::VectorXd& shared) const {
-  ChainElimination elimination(Problem(nullptr));
-  elimination.Linearise(shared);
+  ChainElimination elimination(WholeProblem());
+  elimination.LineariseOnce(shared);
   return elimination;
 }
 
-std::vector<ChainElimination::Residual> MotionChain::RowResiduals(
-    const Eigen::VectorXd& shared, std::vector<Source>* sources) const {
-  ChainElimination elimination(Problem(sources));
-  elimination.Linearise(shared);
-  return elimination.Residuals();
+ChainElimination MotionChain::LinearisedAt(const Eigen::VectorXd& shared,
+                                           std::size_t begin,
+                                           std::size_t end) const {
+  ChainElimination elimination(Problem(begin, end));
+  elimination.LineariseOnce(shared);
+  return elimination;
 }
 
-PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const Eigen::VectorXd& shared) const {
-  std::vector<Source> sources;
-  const std::vector<ChainElimination::Residual> residuals = RowResiduals(shared, &sources);
+PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const ChainElimination& solved) const {
+  const std::vector<ChainElimination::Residual> residuals = solved.Residuals();
   const auto count = static_cast<Eigen::Index>(nodes_.size());
   PerTriad<Residuals> all;
   for (const Triad triad : kTriads) {
     all[triad].value.setZero(3, count);
     all[triad].left.setZero(3, count);
   }
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (!sources[i].is_reading) continue;
-    Residuals& of_triad = all[sources[i].triad];
-    of_triad.value.col(static_cast<Eigen::Index>(sources[i].node)) = residuals[i].value;
-    of_triad.left.col(static_cast<Eigen::Index>(sources[i].node)) = residuals[i].left.diagonal();
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const ChainRow& row = solved.rows()[i];
+    if (row.state == nodes_.size()) continue;  // a prior
+    for (const Triad triad : kTriads) {
+      if (rows_[row.state][triad] != row.row) continue;
+      all[triad].value.col(static_cast<Eigen::Index>(row.state)) = residuals[i].value;
+      all[triad].left.col(static_cast<Eigen::Index>(row.state)) = residuals[i].left.diagonal();
+    }
   }
   return all;
 }
 
-std::vector<TurnMiss> MotionChain::TurnMisses(const Eigen::VectorXd& shared) const {
-  std::vector<Source> sources;
-  const std::vector<ChainElimination::Residual> residuals = RowResiduals(shared, &sources);
-  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared.data()).triad;
+std::vector<TurnMiss> MotionChain::TurnMisses(const ChainElimination& solved) const {
+  const std::vector<ChainElimination::Residual> residuals = solved.Residuals();
+  const TriadModel<double> gyroscope = GyroscopeOf(layout_, solved.shared().data()).triad;
   std::vector<TurnMiss> misses;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (!sources[i].is_reading || sources[i].triad != Triad::kGyroscope) continue;
-    const MotionNode& node = nodes_[sources[i].node];
-    const GyroReadings readings = track_.Between(node, nodes_[sources[i].node + 1]);
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const ChainRow& row = solved.rows()[i];
+    if (row.row->state_count() < 2) continue;
+    const MotionNode& node = nodes_[row.state];
+    const GyroReadings readings = track_.Between(node, nodes_[row.state + 1]);
     const Eigen::Matrix3d root = turn_root_ / std::sqrt(DurationOf(readings));
     misses.push_back({root.transpose() * root,
                       root.transpose() * residuals[i].left * root,
@@ -221,14 +234,6 @@ std::vector<ProbedTerm> AppendProbes(SharedLayout* layout) {
   return probes;
 }
 
-void MotionChain::SetProbes(const std::vector<ProbedTerm>& probes, const double* shared) {
-  probes_ = probes;
-  reference_ = Eigen::Map<const ReferenceVector>(shared + layout_.reference);
-  for (const Triad triad : kTriads) {
-    if (layout_.Has(triad)) models_[triad] = ModelOf(layout_, triad, shared);
-  }
-}
-
 std::optional<MotionChain::Turning> MotionChain::TurningAt(std::size_t k) const {
   if (k == 0 || k + 1 >= nodes_.size() || !nodes_[k - 1].is_linked || !nodes_[k].is_linked) {
     return std::nullopt;
@@ -271,17 +276,24 @@ std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe,
   return at;
 }
 
-std::shared_ptr<const Row> MotionChain::WithProbes(std::shared_ptr<const Row> row,
-                                                   Triad triad,
-                                                   std::size_t k) const {
-  if (probes_.empty()) return row;
-  const std::optional<Turning> turning = TurningAt(k);
-  std::vector<ProbedRow::Probe> probes;
-  for (const ProbedTerm& probe : probes_) {
-    if (probe.term.triad != triad) continue;
-    if (auto at = ProbeAt(probe, k, turning)) probes.push_back(*std::move(at));
+void MotionChain::SetProbes(const std::vector<ProbedTerm>& probes, const double* shared) {
+  reference_ = Eigen::Map<const ReferenceVector>(shared + layout_.reference);
+  for (const Triad triad : kTriads) {
+    if (layout_.Has(triad)) models_[triad] = ModelOf(layout_, triad, shared);
   }
-  return std::make_shared<ProbedRow>(std::move(row), std::move(probes));
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const std::optional<Turning> turning = TurningAt(k);
+    for (const Triad triad : kTriads) {
+      std::shared_ptr<const Row>& row = rows_[k][triad];
+      if (row == nullptr) continue;
+      std::vector<ProbedRow::Probe> of_row;
+      for (const ProbedTerm& probe : probes) {
+        if (probe.term.triad != triad) continue;
+        if (auto at = ProbeAt(probe, k, turning)) of_row.push_back(*std::move(at));
+      }
+      row = std::make_shared<ProbedRow>(std::move(row), std::move(of_row));
+    }
+  }
 }
 
 }  // namespace truetriad

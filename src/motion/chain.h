@@ -47,14 +47,21 @@ class MotionChain {
               std::vector<MotionNode> nodes,
               std::vector<Eigen::Quaterniond> attitudes);
 
-  // What rows are weighted with; the turns' noise goes through the correction at `shared`.
+  // What rows are weighted with, beside the nodes' own weights; the turns' noise goes through the
+  // correction at `shared`.
   void SetNoise(const MotionNoise& noise, const double* shared);
 
   // Minimises over `shared` and the attitudes. `tolerance`: of the cost, relative.
   SolveOutcome Solve(Solver solver, double tolerance, Eigen::VectorXd* shared);
 
-  // Linearised at `shared` and the attitudes as they are.
+  ChainProblem WholeProblem() const;
+
+  // Linearised once, at `shared` and the attitudes as they are: all of it; or the nodes from
+  // `begin` to before `end` alone, as a chain without priors.
   ChainElimination LinearisedAt(const Eigen::VectorXd& shared) const;
+  ChainElimination LinearisedAt(const Eigen::VectorXd& shared,
+                                std::size_t begin,
+                                std::size_t end) const;
 
   const std::vector<Eigen::Quaterniond>& attitudes() const { return attitudes_; }
   const std::vector<MotionNode>& nodes() const { return nodes_; }
@@ -66,10 +73,11 @@ class MotionChain {
     Eigen::Matrix3Xd value;  // a node a column
     Eigen::Matrix3Xd left;
   };
-  PerTriad<Residuals> AllResiduals(const Eigen::VectorXd& shared) const;
+  // `solved`: the whole chain, linearised.
+  PerTriad<Residuals> AllResiduals(const ChainElimination& solved) const;
 
   // Of all turns, as if none were weighted down.
-  std::vector<TurnMiss> TurnMisses(const Eigen::VectorXd& shared) const;
+  std::vector<TurnMiss> TurnMisses(const ChainElimination& solved) const;
 
   // By how much more than corrected a vector sensor's clock is ahead of the gyroscope's, with its
   // σ: the residuals against how fast the field turns, dx/dt = x x omega.
@@ -93,30 +101,21 @@ class MotionChain {
   std::optional<ProbedRow::Probe> ProbeAt(const ProbedTerm& probe,
                                           std::size_t k,
                                           const std::optional<Turning>& turning) const;
-  std::shared_ptr<const Row> WithProbes(std::shared_ptr<const Row> row,
-                                        Triad triad,
-                                        std::size_t k) const;
 
-  // The problem, and which sensor and node each row but those of priors and headings is of.
-  struct Source {
-    Triad triad = Triad::kAccelerometer;
-    std::size_t node = 0;
-    bool is_reading = true;
-  };
-  ChainProblem Problem(std::vector<Source>* sources) const;
-  // Of each row, in the order of `sources`.
-  std::vector<ChainElimination::Residual> RowResiduals(const Eigen::VectorXd& shared,
-                                                       std::vector<Source>* sources) const;
+  // Of nodes from `begin` to before `end`, without priors.
+  ChainProblem Problem(std::size_t begin, std::size_t end) const;
   Eigen::Vector3d VectorRoot(Triad triad, const GatheredReadings& seen) const;
-  bool HoldsHeading(std::size_t k) const;
+  // In a problem of nodes from `begin` to before `end`.
+  bool HoldsHeading(std::size_t k, std::size_t begin, std::size_t end) const;
 
   const SharedLayout& layout_;
   const std::vector<ScalarPrior>& priors_;
   const MotionTrack& track_;
   std::vector<MotionNode> nodes_;
   std::vector<Eigen::Quaterniond> attitudes_;
+  // Of each node: its readings and the turn to the next, null where it has none.
+  std::vector<PerTriad<std::shared_ptr<const Row>>> rows_;
 
-  std::vector<ProbedTerm> probes_;
   PerTriad<TriadModel<double>> models_;  // where there are probes
   ReferenceVector reference_ = ReferenceVector::Zero();
 

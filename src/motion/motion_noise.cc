@@ -139,7 +139,8 @@ double UpdateMotionNoise(const RobustOptions& robust,
                          const Eigen::VectorXd& shared,
                          MotionChain* chain,
                          MotionNoiseState* state) {
-  const PerTriad<MotionChain::Residuals> residuals = chain->AllResiduals(shared);
+  const PerTriad<MotionChain::Residuals> residuals =
+      chain->AllResiduals(chain->LinearisedAt(shared));
   double change = 0.0;
   for (const Triad triad : kTriads) {
     const MotionChain::Residuals& of_triad = residuals[triad];

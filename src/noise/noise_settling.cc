@@ -169,18 +169,22 @@ bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
 // to go, as long as each does what it promises; false, and nothing changed, where one does not. In
 // the end `system` is the graph's. The last solution is the optimiser's in any case.
 bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
-  const PoseGraph before = *graph;
+  const Eigen::VectorXd shared_before = graph->shared;
+  std::vector<PoseValues> states_before;
+  states_before.reserve(graph->nodes.size());
+  for (const PoseNode& node : graph->nodes) states_before.push_back(node.state);
   for (int i = 0; i < kMostSteps; ++i) {
     const double chi2 = system->step().dot(system->information() * system->step());
     if (!std::isfinite(chi2) || system->rank() < system->size()) break;
     const double cost = system->cost();
     system->TakeStep(system->step(), graph);
-    *system = ReducedSystem(*graph);
+    system->Linearise(*graph);
     const double rounding = kCostRounding * cost;
     if (!(cost - system->cost() > kKeptPromise * 0.5 * chi2 - rounding)) break;
     if (chi2 < kSmallStepChi2) return true;
   }
-  *graph = before;
+  graph->shared = shared_before;
+  for (std::size_t k = 0; k < states_before.size(); ++k) graph->nodes[k].state = states_before[k];
   return false;
 }
 
@@ -208,7 +212,7 @@ bool TakeRounds(const RobustOptions* robust,
       log->Solve(kRoundTolerance, graph);
       if (!log->converged) return false;
       ApplyExcess(noise->excess, graph);
-      *system = ReducedSystem(*graph);
+      system->Linearise(*graph);
     }
     const ExcessVariance before = noise->excess;
     if (!noise->estimated.empty()) {
@@ -391,7 +395,7 @@ int SettleNoise(const RobustOptions& robust,
     const bool came_to_an_end = TakeRounds(
         weighs ? &robust : nullptr, noise, &unknown, graph, &system, log, findings, &rounds);
     if (came_to_an_end) log->Solve(kFinalTolerance, graph);
-    system = ReducedSystem(*graph);
+    system.Linearise(*graph);
     StateCurvatures(*graph, system, &noise->estimate);
     // The rounds step on with turns as they were integrated once; where they moved far, the last
     // solution, which integrates anew, leaves residuals of another size.

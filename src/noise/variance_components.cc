@@ -23,14 +23,16 @@ constexpr double kSettledScoring = 1e-4;
 // is worked out anew when a variance has changed by more.
 constexpr double kNearOptimum = 0.3;
 constexpr double kLongestStep = 20.0;
+// Of three values each: they stay in the cache.
+constexpr Eigen::Index kRowsAtOnce = 192;
 
-// Rows of D J that have one variance, component by component, and Z_s D J.
+// Rows of Z_s D J that have one variance, component by component.
 class ComponentRows {
  public:
   using Change = ReducedSystem::VarianceChange;
 
   ComponentRows(const std::vector<NoiseComponent>& components, const PoseGraph& graph)
-      : changes_(components.size()), rows_(components.size()), ZB_(components.size()) {
+      : changes_(components.size()), ZB_(components.size()), sensitivity_(components.size()) {
     for (const VariancePart& part : PartsOf(graph)) {
       const auto at = std::find(components.begin(), components.end(), part.component);
       if (part.rejected || at == components.end()) continue;
@@ -45,23 +47,28 @@ class ComponentRows {
   // Takes the rows from a system that was eliminated anew.
   void Take(const ReducedSystem& system) {
     const auto B = system.B();
+    StackedRows some, changed;  // of some hundred rows, for one product
     for (std::size_t s = 0; s < changes_.size(); ++s) {
       const Eigen::Index count = 3 * static_cast<Eigen::Index>(changes_[s].size());
-      rows_[s].resize(count, B.cols());
       ZB_[s].resize(count, B.cols());
-      Eigen::Index at = 0;
-      for (const Change& change : changes_[s]) {
-        const auto own = B.middleRows<3>(RowOf(change, system));
-        rows_[s].middleRows<3>(at) = own;
-        ZB_[s].middleRows<3>(at).setZero();
-        AddProduct(1.0, change.change, own, ZB_[s].middleRows<3>(at));
-        at += 3;
+      sensitivity_[s] = Eigen::MatrixXd::Zero(B.cols(), B.cols());
+      for (Eigen::Index begin = 0; begin < count; begin += kRowsAtOnce) {
+        const Eigen::Index rows = std::min(kRowsAtOnce, count - begin);
+        some.resize(rows, B.cols());
+        changed.setZero(rows, B.cols());
+        for (Eigen::Index at = 0; at < rows; at += 3) {
+          const Change& change = changes_[s][static_cast<std::size_t>((begin + at) / 3)];
+          some.middleRows<3>(at) = B.middleRows<3>(RowOf(change, system));
+          AddProduct(1.0, change.change, some.middleRows<3>(at), changed.middleRows<3>(at));
+        }
+        sensitivity_[s] += SymmetricProduct(some, changed);
+        ZB_[s].middleRows(begin, rows) = changed;
       }
     }
   }
 
   // C_s, see ExcessEstimate.
-  Eigen::MatrixXd Sensitivity(std::size_t s) const { return SymmetricProduct(rows_[s], ZB_[s]); }
+  const Eigen::MatrixXd& Sensitivity(std::size_t s) const { return sensitivity_[s]; }
 
   // D Z_t D J, all rows.
   StackedRows Projected(std::size_t t, const ReducedSystem& system) const {
@@ -97,7 +104,8 @@ class ComponentRows {
  private:
   std::vector<std::vector<Change>> changes_;
   std::vector<Change> all_;
-  std::vector<StackedRows> rows_, ZB_;
+  std::vector<StackedRows> ZB_;
+  std::vector<Eigen::MatrixXd> sensitivity_;
 };
 
 // Score of the components and their average information, the mean of the observed and the expected

@@ -121,6 +121,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     faces = std::move(*found);
   }
   std::vector<PoseNode> nodes;
+  nodes.reserve(poses.poses.size());
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     const StaticPose& pose = poses.poses[k];
     PoseNode node;
@@ -180,7 +181,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
       node.seat_sigma_rad =
           std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
     }
-    nodes.push_back(node);
+    nodes.push_back(std::move(node));
   }
   if (options.triads[Triad::kGyroscope].enabled) {
     LinkByTurns(poses, &nodes);

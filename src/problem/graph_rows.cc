@@ -42,8 +42,8 @@ std::unique_ptr<Row> RowOf(const PoseNode& node,
 
 void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedBlock>* blocks) {
   if (!layout.Has(triad)) return;
-  const TriadBlocks of_triad(layout, triad, ThermalFactors());
-  blocks->insert(blocks->end(), of_triad.blocks().begin(), of_triad.blocks().end());
+  const std::vector<SharedBlock> own = TriadBlocks(layout, triad, ThermalFactors()).blocks();
+  blocks->insert(blocks->end(), own.begin(), own.end());
   for (int i = 0; i < layout.sessions[triad].block_count(); ++i) {
     blocks->push_back({layout.sessions[triad].block_at(i), 3});
   }

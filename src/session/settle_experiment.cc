@@ -60,7 +60,7 @@ Status ReadKnownForces(const std::string& file,
   if (file.empty()) return {};
   return AssignRows(
       file, &poses->poses, [&](const PoseSet& table, const StaticPose& row, StaticPose*) -> Status {
-        const std::optional<TriadPose>& force = row.triads[Triad::kAccelerometer];
+        const Boxed<TriadPose>& force = row.triads[Triad::kAccelerometer];
         const StreamSummary* stream = table.Find(Triad::kAccelerometer);
         if (!force || stream == nullptr || stream->unit.is_counts) {
           return Error(ErrorCode::kMissingColumn,

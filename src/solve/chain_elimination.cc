@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include <glog/logging.h>
+
 namespace truetriad {
 namespace {
 
@@ -61,6 +63,8 @@ class ChainElimination::SquaredRows {
 
 // A whitened row.
 struct ChainElimination::LinearRow {
+  explicit LinearRow(Eigen::Index free) : buffer(3, free) {}
+
   Eigen::Vector3d residual;
   FreeJacobian buffer;
   Eigen::Index columns = 0;  // of its pattern
@@ -130,7 +134,9 @@ std::size_t ChainElimination::PatternOf(const Row& row) {
   return patterns_.size() - 1;
 }
 
-void ChainElimination::LineariseRow(std::size_t index, LinearRow* linear) {
+void ChainElimination::LineariseRow(std::size_t index,
+                                    RowEvaluation* evaluation,
+                                    LinearRow* linear) const {
   const ChainRow& chain_row = problem_.rows[index];
   const Row& row = *chain_row.row;
   const std::vector<ChainState>& states = problem_.states;
@@ -138,11 +144,11 @@ void ChainElimination::LineariseRow(std::size_t index, LinearRow* linear) {
   const std::array<const double*, 2> seen = {
       count > 0 ? states[chain_row.state].values.data() : nullptr,
       count > 1 ? states[chain_row.state + 1].values.data() : nullptr};
-  const bool has_value = evaluation_.Evaluate(row, at_.data(), seen, true);
+  const bool has_value = evaluation->Evaluate(row, at_.data(), seen, true);
   const Eigen::Index rows = row.num_residuals();
   const Eigen::Matrix3d root = Root(chain_row);
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();
-  residual.head(rows) = evaluation_.residual();
+  residual.head(rows) = evaluation->residual();
   if (!has_value) residual.setConstant(std::numeric_limits<double>::quiet_NaN());
   linear->residual.noalias() = root * residual;
 
@@ -150,7 +156,7 @@ void ChainElimination::LineariseRow(std::size_t index, LinearRow* linear) {
   linear->columns = static_cast<Eigen::Index>(pattern.free.size());
   auto by_free = linear->by_free();
   by_free.setZero();
-  const double* jacobian = evaluation_.jacobians();
+  const double* jacobian = evaluation->jacobians();
   for (const Pattern::Term& term : pattern.terms) {
     const double* from = jacobian + rows * term.start + term.column;
     double* into = &by_free.coeffRef(0, term.free);
@@ -166,7 +172,7 @@ void ChainElimination::LineariseRow(std::size_t index, LinearRow* linear) {
     const ChainState& state = states[chain_row.state + i];
     if (TangentSize(state.kind) == 0) return;
     by->topLeftCorner(rows, TangentSize(state.kind)).noalias() =
-        evaluation_.ByState(i).lazyProduct(PlusJacobianOf(state.kind, state.values));
+        evaluation->ByState(i).lazyProduct(PlusJacobianOf(state.kind, state.values));
     *by = root * *by;
   };
   by_state(0, &linear->by_first);
@@ -175,56 +181,64 @@ void ChainElimination::LineariseRow(std::size_t index, LinearRow* linear) {
 
 void ChainElimination::Linearise(const Eigen::VectorXd& shared) {
   if (is_linearised_) problem_.states = StatesAt(shared);
+  LineariseAndEliminate(shared);
+}
+
+void ChainElimination::LineariseOnce(const Eigen::VectorXd& shared) {
+  CHECK(!is_linearised_);
+  keeps_panels_ = false;
+  LineariseAndEliminate(shared);
+}
+
+void ChainElimination::LineariseAndEliminate(const Eigen::VectorXd& shared) {
   at_ = shared;
   is_linearised_ = true;
   const std::size_t count = problem_.states.size();
   factor_ = ChainFactor();
   factor_.Reserve(count);
   panels_.clear();
-  at_states_.resize(problem_.rows.size());
   std::vector<SquaredRows> squares;
   for (const Pattern& pattern : patterns_) {
     squares.emplace_back(static_cast<Eigen::Index>(pattern.free.size()));
   }
   Arrow arrow(problem_.layout->free_size());
-  LinearRow linear;
-  linear.buffer.resize(3, problem_.layout->free_size());
+  RowEvaluation evaluation;
+  LinearRow linear(problem_.layout->free_size());
   std::size_t index = 0;
   for (std::size_t k = 0; k < count || index < problem_.rows.size(); ++k) {
-    bool is_linked = false;
     for (; index < problem_.rows.size() && (k >= count || problem_.rows[index].state == k);
          ++index) {
-      LineariseRow(index, &linear);
+      LineariseRow(index, &evaluation, &linear);
       const Pattern& pattern = patterns_[pattern_of_[index]];
       squares[pattern_of_[index]].Add(linear.by_free(), linear.residual);
-      at_states_[index] = {linear.residual, linear.by_first, linear.by_second};
       const std::size_t seen = problem_.rows[index].row->state_count();
       if (seen == 0) continue;
       arrow.pivot.noalias() += linear.by_first.transpose() * linear.by_first;
       Arrow::AddColumns(linear.by_first, linear, pattern.free, &arrow.columns);
       if (seen == 1) continue;
-      is_linked = true;
       arrow.next_pivot.noalias() += linear.by_second.transpose() * linear.by_second;
       Arrow::AddColumns(linear.by_second, linear, pattern.free, &arrow.next_columns);
       arrow.coupling.noalias() += linear.by_first.transpose() * linear.by_second;
     }
-    if (k < count) EliminateState(k, is_linked, &arrow);
+    if (k < count) EliminateState(k, &arrow);
   }
   Finish(&squares, arrow.eliminated);
 }
 
-void ChainElimination::EliminateState(std::size_t k, bool is_linked, Arrow* arrow) {
+void ChainElimination::EliminateState(std::size_t k, Arrow* arrow) {
   const std::size_t count = problem_.states.size();
   // Dimensions that a state does not have stand alone.
   for (int i = TangentSize(problem_.states[k].kind); i < 3; ++i) arrow->pivot(i, i) = 1.0;
   factor_.Append(arrow->pivot, arrow->coupling);
   if (k % kPanelStates == 0) {
     const std::size_t rows = 3 * std::min(kPanelStates, count - k);
+    if (!keeps_panels_) panels_.clear();
     panels_.emplace_back(static_cast<Eigen::Index>(rows), arrow->columns.cols());
   }
   auto whitened = panels_.back().middleRows<3>(3 * static_cast<Eigen::Index>(k % kPanelStates));
   whitened.noalias() = factor_.half(k) * arrow->columns;
-  if (is_linked) arrow->next_columns.noalias() -= factor_.gain(k).transpose() * arrow->columns;
+  if (factor_.IsCoupled(k))
+    arrow->next_columns.noalias() -= factor_.gain(k).transpose() * arrow->columns;
   if (k % kPanelStates == kPanelStates - 1 || k + 1 == count) {
     arrow->eliminated.selfadjointView<Eigen::Lower>().rankUpdate(panels_.back().transpose());
   }
@@ -263,6 +277,7 @@ void ChainElimination::Finish(std::vector<SquaredRows>* squares,
 }
 
 std::vector<ChainState> ChainElimination::StatesAt(const Eigen::VectorXd& shared) const {
+  CHECK(keeps_panels_);
   Eigen::VectorXd with_right_side(problem_.layout->free_size() + 1);
   with_right_side << problem_.layout->basis.transpose() * (shared - at_), 1.0;
   std::vector<ChainState> states = problem_.states;
@@ -273,7 +288,8 @@ std::vector<ChainState> ChainElimination::StatesAt(const Eigen::VectorXd& shared
       moved.noalias() = panels_[k / kPanelStates] * with_right_side;
     }
     const auto at = 3 * static_cast<Eigen::Index>(k % kPanelStates);
-    step = (-factor_.half(k).transpose() * moved.segment<3>(at) - factor_.gain(k) * step).eval();
+    const Eigen::Vector3d own = -factor_.half(k).transpose() * moved.segment<3>(at);
+    step = factor_.IsCoupled(k) ? Eigen::Vector3d(own - factor_.gain(k) * step) : own;
     states[k].values = After(states[k].kind, states[k].values, step);
   }
   return states;
@@ -299,8 +315,10 @@ double ChainElimination::CostAt(const Eigen::VectorXd& shared) const {
 std::vector<ChainElimination::Residual> ChainElimination::Residuals() const {
   std::vector<Residual> residuals(problem_.rows.size());
   const ChainFactor::Blocks inverse = factor_.Inverse();
+  RowEvaluation evaluation;
+  LinearRow row(problem_.layout->free_size());
   for (std::size_t index = 0; index < residuals.size(); ++index) {
-    const RowAtStates& row = at_states_[index];
+    LineariseRow(index, &evaluation, &row);
     const std::size_t seen = problem_.rows[index].row->state_count();
     const std::size_t k = problem_.rows[index].state;
     Eigen::Matrix3d taken = Eigen::Matrix3d::Zero();
@@ -320,7 +338,7 @@ std::vector<ChainElimination::Residual> ChainElimination::Residuals() const {
 
 ChainElimination Linearised(const PoseGraph& graph) {
   ChainElimination chain(ChainOf(graph));
-  chain.Linearise(graph.shared);
+  chain.LineariseOnce(graph.shared);
   return chain;
 }
 

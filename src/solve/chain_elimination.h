@@ -27,6 +27,8 @@ class ChainElimination final : public EliminatedProblem {
   // Linearises at `shared` and the states that go with it: those that the last linearisation gives
   // there, the first time those of the problem.
   void Linearise(const Eigen::VectorXd& shared) override;
+  // The same for the last time, in less memory: no states will be asked for elsewhere.
+  void LineariseOnce(const Eigen::VectorXd& shared);
   double CostAt(const Eigen::VectorXd& shared) const override;
   double cost() const override { return cost_; }
   const Eigen::VectorXd& gradient() const override { return gradient_; }
@@ -67,29 +69,25 @@ class ChainElimination final : public EliminatedProblem {
   struct Arrow;
 
   std::size_t PatternOf(const Row& row);
-  void LineariseRow(std::size_t index, LinearRow* linear);
-  void EliminateState(std::size_t k, bool is_linked, Arrow* arrow);
+  void LineariseRow(std::size_t index, RowEvaluation* evaluation, LinearRow* linear) const;
+  void LineariseAndEliminate(const Eigen::VectorXd& shared);
+  void EliminateState(std::size_t k, Arrow* arrow);
   void Finish(std::vector<SquaredRows>* squares, const Eigen::MatrixXd& eliminated);
   std::vector<ChainState> StatesAt(const Eigen::VectorXd& shared) const;
 
   ChainProblem problem_;
   std::vector<Pattern> patterns_;
   std::vector<std::size_t> pattern_of_;  // row by row
-  RowEvaluation evaluation_;
 
   bool is_linearised_ = false;
+  bool keeps_panels_ = true;
   Eigen::VectorXd at_;
   double cost_ = 0.0;
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd information_;
-  // Row by row: values and A of the first and the second state.
-  struct RowAtStates {
-    Eigen::Vector3d residual;
-    Eigen::Matrix3d by_first, by_second;
-  };
-  std::vector<RowAtStates> at_states_;
   ChainFactor factor_;
-  // H_k of the columns A_k^T [J, r] that are left when k is eliminated, some states a panel.
+  // H_k of the columns A_k^T [J, r] that are left when k is eliminated, some states a panel; the
+  // last panel alone where nothing else is kept.
   std::vector<Eigen::MatrixXd> panels_;
 };
 

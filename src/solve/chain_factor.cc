@@ -5,23 +5,22 @@
 
 namespace truetriad {
 
-void ChainFactor::Reserve(std::size_t states) {
-  coupling_.reserve(states);
-  half_.reserve(states);
-  gain_.reserve(states);
-  is_coupled_.reserve(states);
-}
+void ChainFactor::Reserve(std::size_t states) { half_.reserve(states); }
 
 void ChainFactor::Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling) {
   Eigen::Matrix3d left = diagonal;
-  if (states() > 0 && is_coupled_.back()) {
+  if (states() > 0 && IsCoupled(states() - 1)) {
     left.noalias() -= coupling_.back().transpose() * gain_.back();
   }
   half_.push_back(InverseCholeskyRoot(left));
-  coupling_.push_back(coupling);
-  is_coupled_.push_back(!coupling.isZero(0.0));
+  if (coupling.isZero(0.0)) return;
+  coupling_.resize(states(), Eigen::Matrix3d::Zero());
+  gain_.resize(states(), Eigen::Matrix3d::Zero());
+  is_coupled_.resize(states(), false);
+  coupling_.back() = coupling;
   const Eigen::Matrix3d half_gain = half_.back() * coupling;
-  gain_.push_back(half_.back().transpose() * half_gain);
+  gain_.back() = half_.back().transpose() * half_gain;
+  is_coupled_.back() = true;
 }
 
 void ChainFactor::SolveInPlace(StackedRows* b) const {
@@ -70,6 +69,7 @@ ChainFactor::Blocks ChainFactor::InverseDerivative(const Blocks& inverse,
     }
     const Eigen::Matrix3d own = half_[k].transpose() * half_[k];
     left_inverse[k].noalias() = -own * left * own;
+    if (!IsCoupled(k)) continue;
     gain[k].noalias() = left_inverse[k] * coupling_[k] + own * change.with_next[k];
   }
   Blocks derivative = Blocks::Zero(states());

@@ -31,7 +31,9 @@ class ChainFactor {
   // Rows of all states; those of state k begin at 3 k.
   Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(states()); }
   const Eigen::Matrix3d& half(std::size_t state) const { return half_[state]; }  // H_k
-  const Eigen::Matrix3d& gain(std::size_t state) const { return gain_[state]; }  // G_k
+  // G_k; of a state that is coupled with the next.
+  const Eigen::Matrix3d& gain(std::size_t state) const { return gain_[state]; }
+  bool IsCoupled(std::size_t state) const { return state < gain_.size() && is_coupled_[state]; }
 
   // From b to N^-1 b, for any number of columns.
   void SolveInPlace(StackedRows* b) const;
@@ -46,9 +48,9 @@ class ChainFactor {
   Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
 
  private:
-  bool IsCoupled(std::size_t state) const { return is_coupled_[state]; }
-
-  std::vector<Eigen::Matrix3d> coupling_, half_, gain_;
+  std::vector<Eigen::Matrix3d> half_;
+  // As far as the last state that is coupled with the next: poses without turns have none.
+  std::vector<Eigen::Matrix3d> coupling_, gain_;
   std::vector<bool> is_coupled_;
 };
 

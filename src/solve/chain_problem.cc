@@ -11,6 +11,7 @@ ChainProblem ChainOf(const PoseGraph& graph) {
   ChainProblem problem;
   problem.layout = &graph.layout;
   problem.states.reserve(graph.nodes.size());
+  problem.rows.reserve(graph.nodes.size() + graph.increments.size() + graph.priors.size());
   auto edge = graph.increments.begin();
   for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
     const PoseNode& node = graph.nodes[k];

@@ -43,30 +43,31 @@ void AddPoseBlock(const LinearisedGraph::Factor& factor,
   blocks->with_next[factor.node] += block.topRightCorner<3, 3>();
 }
 
-LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
+void LinearisedGraph::LineariseFactors(const PoseGraph& graph) {
   const SharedLayout& layout = graph.layout;
   const int n = layout.free_size();
   Eigen::Index rows = 3 * static_cast<Eigen::Index>(graph.increments.size());
   for (const PoseNode& node : graph.nodes) rows += node.row_count();
   columns_.resize(rows, n + 1);
   const std::vector<BasisEntry> basis = EntriesOf(layout.basis);
-  factors_.reserve(graph.nodes.size() + graph.increments.size());
+  factors_.resize(graph.nodes.size() + graph.increments.size());
+  tangent_sizes_.clear();
+  tangent_sizes_.reserve(graph.nodes.size());
   PoseSharedJacobian shared_jacobian;
   Eigen::Index row = 0;
-  const auto take = [&](Factor&& factor, const auto& residual) {
-    factor.row = row;
-    auto own = columns_.middleRows(row, factor.rows());
+  const auto take = [&](const auto& residual, Factor* factor) {
+    factor->row = row;
+    auto own = columns_.middleRows(row, factor->rows());
     own.setZero();
     for (const BasisEntry& entry : basis) {
       own.col(entry.column) += entry.value * shared_jacobian.col(entry.row);
     }
     own.col(n) = residual;
-    row += factor.rows();
-    factors_.push_back(std::move(factor));
+    row += factor->rows();
   };
   for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
     const PoseNode& node = graph.nodes[k];
-    Factor factor;
+    Factor& factor = factors_[k];
     factor.node = k;
     PoseResidual12 residual;
     PoseStateJacobian by_state;
@@ -75,10 +76,11 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
     factor.A.setZero(by_state.rows(), 3);
     factor.A.leftCols(by_state.cols()) = by_state;
     tangent_sizes_.push_back(node.tangent_size());
-    take(std::move(factor), residual);
+    take(residual, &factor);
   }
-  for (const IncrementEdge& edge : graph.increments) {
-    Factor factor;
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    Factor& factor = factors_[graph.nodes.size() + i];
     factor.node = edge.from;
     Eigen::Vector3d residual;
     Eigen::Matrix3d by_first, by_second;
@@ -95,11 +97,18 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
     const int second = graph.nodes[edge.from + 1].tangent_size();
     factor.A.leftCols(first) = by_first.leftCols(first);
     factor.A.middleCols(3, second) = by_second.leftCols(second);
-    take(std::move(factor), residual);
+    take(residual, &factor);
   }
+}
+
+void LinearisedGraph::Linearise(const PoseGraph& graph) {
+  LineariseFactors(graph);
+  const SharedLayout& layout = graph.layout;
+  const int n = layout.free_size();
   residual_ = columns_.col(n);
   prior_information_ = Eigen::MatrixXd::Zero(n, n);
   prior_gradient_ = Eigen::VectorXd::Zero(n);
+  prior_cost_ = 0.0;
   for (const ScalarPrior& prior : graph.priors) {
     const Eigen::RowVectorXd direction = layout.basis.row(prior.index) / prior.sigma;
     prior_information_ += direction.transpose() * direction;
@@ -124,14 +133,20 @@ void LinearisedGraph::FormChain() {
   }
 }
 
-// With W = V^-1: W y - W A (A^T W A)^-1 A^T W y.
 StackedRows LinearisedGraph::Project(const StackedRows& y) const {
-  StackedRows projected = StackedRows::Zero(y.rows(), y.cols());
+  StackedRows projected;
+  ProjectInto(y, &projected);
+  return projected;
+}
+
+// With W = V^-1: W y - W A (A^T W A)^-1 A^T W y.
+void LinearisedGraph::ProjectInto(const StackedRows& y, StackedRows* projected) const {
+  projected->setZero(y.rows(), y.cols());
   StackedRows right = StackedRows::Zero(chain_.size(), y.cols());
   for (const Factor& factor : factors_) {
     const auto rows = y.middleRows(factor.row, factor.rows());
     AddBlockDiagonalProduct(
-        factor.information, rows, projected.middleRows(factor.row, factor.rows()));
+        factor.information, rows, projected->middleRows(factor.row, factor.rows()));
     AddProduct(
         1.0, factor.weighted.transpose(), rows, right.middleRows(PoseRow(factor), factor.A.cols()));
   }
@@ -140,9 +155,8 @@ StackedRows LinearisedGraph::Project(const StackedRows& y) const {
     AddProduct(-1.0,
                factor.weighted,
                right.middleRows(PoseRow(factor), factor.A.cols()),
-               projected.middleRows(factor.row, factor.rows()));
+               projected->middleRows(factor.row, factor.rows()));
   }
-  return projected;
 }
 
 void LinearisedGraph::Eliminate(const PoseGraph& graph) {
@@ -164,7 +178,7 @@ void LinearisedGraph::Eliminate(const PoseGraph& graph) {
     }
   }
   FormChain();
-  projected_columns_ = Project(columns_);
+  ProjectInto(columns_, &projected_columns_);
   const Eigen::MatrixXd whole = SymmetricProduct(columns_, projected_columns_);
   matrix_ = prior_information_ + whole.topLeftCorner(n, n);
   gradient_ = prior_gradient_ + whole.topRightCorner(n, 1);

@@ -28,8 +28,8 @@ class LinearisedGraph {
   using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
 
   struct Factor {
-    std::size_t node = 0;       // the pose that it sees, or the first of the two
-    Eigen::Index row = 0;       // where its rows begin among those of all factors
+    std::size_t node = 0;  // the pose that it sees, or the first of the two
+    Eigen::Index row = 0;  // where its rows begin among those of all factors
     // As large as its rows are: most have three of the twelve that a pose may have.
     Eigen::MatrixXd A;            // three columns of its pose, and of the next where that is seen
     Eigen::MatrixXd information;  // V^-1, blocks of three rows on its diagonal
@@ -40,7 +40,10 @@ class LinearisedGraph {
   };
 
   // Linearises all factors: those of the poses in their order, then the increments in theirs.
-  explicit LinearisedGraph(const PoseGraph& graph);
+  explicit LinearisedGraph(const PoseGraph& graph) { Linearise(graph); }
+
+  // The same anew, in the memory that it has.
+  void Linearise(const PoseGraph& graph);
 
   // Eliminates with the variances and weights the graph has now. Cheap against the constructor; may
   // be called again after the variances changed.
@@ -79,7 +82,9 @@ class LinearisedGraph {
   const StackedRows& projected_columns() const { return projected_columns_; }
 
  private:
+  void LineariseFactors(const PoseGraph& graph);
   void FormChain();
+  void ProjectInto(const StackedRows& y, StackedRows* projected) const;
 
   std::vector<Factor> factors_;
   StackedRows columns_;            // J, r

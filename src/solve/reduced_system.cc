@@ -10,6 +10,11 @@ using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6>;
 
 ReducedSystem::ReducedSystem(const PoseGraph& graph) : LinearisedGraph(graph) { Complete(graph); }
 
+void ReducedSystem::Linearise(const PoseGraph& graph) {
+  LinearisedGraph::Linearise(graph);
+  Complete(graph);
+}
+
 void ReducedSystem::Eliminate(const PoseGraph& graph) {
   LinearisedGraph::Eliminate(graph);
   Complete(graph);
@@ -27,6 +32,7 @@ void ReducedSystem::Complete(const PoseGraph& graph) {
   shared_ = SharedInformation(graph.layout, graph.shared, matrix(), gradient());
   projected_ = projected_columns().col(size());
   if (size() > 0) projected_ += B() * step();
+  BM_ = {};  // before there is another
   BM_ = ProductOfRows(projected_columns(), covariance());
 }
 

@@ -29,6 +29,7 @@ class ReducedSystem : public LinearisedGraph {
   explicit ReducedSystem(const PoseGraph& graph);
 
   // As LinearisedGraph, with all that follows.
+  void Linearise(const PoseGraph& graph);
   void Eliminate(const PoseGraph& graph);
 
   // Rows of all factors: B M^-1 and the projected residuals P r.

@@ -363,12 +363,14 @@ void AddStep(const LeftOutTerm& step, std::vector<LeftOutTerm>* found) {
 }
 
 // The same where the larger graph stands.
-LeftOutTerms SearchTermsOf(const PoseGraph& larger,
+LeftOutTerms SearchTermsOf(PoseGraph larger,
                            const PoseGraph& graph,
                            const ReducedSystem& system,
                            const CalibrateOptions& options,
                            const PerTriad<OwnResiduals>& own) {
-  const ChainElimination whole = Linearised(larger);
+  ChainElimination whole(ChainOf(larger));
+  larger.nodes = {};  // whose rows hold all that they said
+  whole.LineariseOnce(larger.shared);
   return SearchTerms(graph,
                      system.covariance(),
                      options,
@@ -381,7 +383,8 @@ LeftOutTerms SearchTermsOf(const PoseGraph& larger,
 PoseGraph LargerGraph(const CalibrateOptions& everything,
                       const std::optional<std::vector<double>>& times,
                       const PoseGraph& graph) {
-  PoseGraph larger = WithTermsOf(everything, times ? WithForTemperature(*times, graph) : graph);
+  PoseGraph larger = times ? WithTermsOf(everything, WithForTemperature(*times, graph))
+                           : WithTermsOf(everything, graph);
   FreeWholeMatrices(everything, &larger);
   return larger;
 }
@@ -405,8 +408,8 @@ void AddLowPass(const PoseGraph& graph,
     options.triads[triad].thermal.matrix = ThermalMatrix::kScale;
   }
   options.reference.temperature_degc = 0.0;
-  const PoseGraph larger = WithTermsOf(options, WithForTemperature(*squared_rates, graph));
-  const LeftOutTerms found = SearchTermsOf(larger, graph, system, options, own);
+  PoseGraph larger = WithTermsOf(options, WithForTemperature(*squared_rates, graph));
+  const LeftOutTerms found = SearchTermsOf(std::move(larger), graph, system, options, own);
   terms->covariance += found.covariance;
   const auto append = [](const std::vector<LeftOutTerm>& more, std::vector<LeftOutTerm>* all) {
     for (LeftOutTerm term : more) {

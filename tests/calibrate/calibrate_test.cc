@@ -84,7 +84,7 @@ PoseSet TimedPoses(const SyntheticUnit& unit, int count, Random* random) {
   PoseSet poses = SimulatePoses(unit, RandomAttitudes(count, random), SyntheticNoise{}, random);
   for (StaticPose& pose : poses.poses) {
     pose.end_ns = 3'990'000'000;
-    for (std::optional<TriadPose>& seen : pose.triads) {
+    for (Boxed<TriadPose>& seen : pose.triads) {
       if (seen) seen->samples = 400;
     }
   }

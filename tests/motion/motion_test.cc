@@ -191,8 +191,8 @@ struct Tumble {
 // central differences over a hundredth of σ.
 TEST(MotionChain, GradientIsThatOfTheCostWithoutAttitudes) {
   const Tumble tumble;
-  // Linearised eight times at one place, the attitudes following.
-  ChainElimination elimination = tumble.chain->LinearisedAt(tumble.graph.shared);
+  // Linearised nine times at one place, the attitudes following.
+  ChainElimination elimination(tumble.chain->WholeProblem());
   const auto settle = [&](const Eigen::VectorXd& shared) {
     for (int round = 0; round < 9; ++round) elimination.Linearise(shared);
     return elimination.cost();

@@ -285,7 +285,7 @@ void TellPoses(const Trial& trial, PoseSet* poses) {
     if (!trial.stated_attitudes.empty()) pose.attitude = trial.stated_attitudes[k];
     if (trial.durations_s.empty()) continue;
     pose.end_ns = std::llround(trial.durations_s[k] * 1e9);
-    for (std::optional<TriadPose>& seen : pose.triads) {
+    for (Boxed<TriadPose>& seen : pose.triads) {
       if (seen) seen->samples = kSamples;
     }
   }
@@ -303,7 +303,7 @@ PoseSet NoisyPoses(const Trial& trial, Random* random) {
   }
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     for (const Triad triad : kTriads) {
-      std::optional<TriadPose>& seen = poses.poses[k].triads[triad];
+      Boxed<TriadPose>& seen = poses.poses[k].triads[triad];
       if (seen && !trial.states_covariances) {
         seen->mean_covariance_raw.setZero();
         seen->has_covariance = false;
@@ -328,7 +328,7 @@ PoseSet ExactPoses(const Trial& trial) {
   }
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     for (const Triad triad : kTriads) {
-      std::optional<TriadPose>& seen = poses.poses[k].triads[triad];
+      Boxed<TriadPose>& seen = poses.poses[k].triads[triad];
       if (!seen) continue;
       const Eigen::Matrix3d& S = trial.unit.models[triad]->sensitivity;
       const double variance =

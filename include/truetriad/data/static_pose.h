@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "truetriad/base/boxed.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/data/known_motion.h"
@@ -56,7 +57,7 @@ struct StaticPose {
   std::int64_t end_ns = 0;     ///< Time of the last sample used.
   std::int64_t first_row = 0;  ///< 0-based data rows, both included.
   std::int64_t last_row = 0;
-  PerTriad<std::optional<TriadPose>> triads;
+  PerTriad<Boxed<TriadPose>> triads;
   std::optional<double> temperature_degc;
   double temperature_rate_degcps = 0.0;
   std::optional<AttitudeReference> attitude;

@@ -17,6 +17,7 @@ using RowJacobian = Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::R
 ProbedRow::ProbedRow(std::shared_ptr<const Row> row, std::vector<Probe> probes)
     : Row(row->num_residuals()), row_(std::move(row)), probes_(std::move(probes)) {
   CHECK_EQ(num_residuals(), 3);
+  Reserve(row_->shared_blocks().size() + probes_.size());
   for (const SharedBlock& block : row_->shared_blocks()) AddShared(block);
   for (const Probe& probe : probes_) {
     AddShared(probe.block);
@@ -42,9 +43,10 @@ bool ProbedRow::Evaluate(double const* const* parameters,
                          double** jacobians) const {
   const std::size_t own = row_->shared_blocks().size(),
                     count = row_->parameter_block_sizes().size();
-  std::vector<const double*> own_parameters(parameters, parameters + own);
-  own_parameters.insert(
-      own_parameters.end(), parameters + own + probes_.size(), parameters + count + probes_.size());
+  std::vector<const double*> own_parameters(count);
+  std::copy(parameters + own + probes_.size(),
+            parameters + count + probes_.size(),
+            std::copy(parameters, parameters + own, own_parameters.begin()));
   // All derivatives of the row: probes may be like any of them.
   std::vector<std::vector<double>> buffers(count);
   std::vector<double*> own_jacobians(count);
@@ -59,7 +61,7 @@ bool ProbedRow::Evaluate(double const* const* parameters,
   if (!row_->Evaluate(own_parameters.data(), residuals, own_jacobians.data())) return false;
   for (std::size_t p = 0; p < probes_.size(); ++p) {
     const Probe& probe = probes_[p];
-    Eigen::Matrix3Xd by = probe.by;
+    Columns by = probe.by;
     if (probe.like >= 0) {
       by = probe.factor * RowJacobian(own_jacobians[PlaceOf(probe.like)], 3, probe.block.size);
     }

@@ -17,11 +17,12 @@ namespace truetriad {
 // Parameters: the row's own shared blocks, those of the probes, the row's states.
 class ProbedRow final : public Row {
  public:
+  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 9>;
   struct Probe {
     SharedBlock block;
     // D, one column for each unknown; or, where it is empty, `factor` times the row's derivative by
     // its own shared block at offset `like`.
-    Eigen::Matrix3Xd by;
+    Columns by;
     int like = -1;
     double factor = 0.0;
   };

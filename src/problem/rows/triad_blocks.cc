@@ -18,29 +18,33 @@ TriadBlocks::TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalF
   const auto matrices = static_cast<std::size_t>(thermal.terms.matrix_order);
   const auto& axis_terms = layout.axis_terms[triad];
   const SessionBlock& sessions = layout.sessions[triad];
-  blocks_.reserve(2 + vectors + matrices + axis_terms.size());
   terms_.reserve(2 + vectors + matrices + axis_terms.size());
-  Add({Part::kBias}, layout.bias[triad]);
-  Add({Part::kSensitivity}, layout.sensitivity[triad]);
+  terms_.push_back({layout.bias[triad], Part::kBias});
+  terms_.push_back({layout.sensitivity[triad], Part::kSensitivity});
   if (vectors > 0) {
     const auto vector_factors = thermal.VectorFactors(factors);
     for (std::size_t i = 0; i < vectors; ++i) {
-      Add({Part::kBias, vector_factors[i]}, thermal.vector_at(static_cast<int>(i)));
+      terms_.push_back({thermal.vector_at(static_cast<int>(i)), Part::kBias, vector_factors[i]});
     }
   }
   for (std::size_t i = 0; i < matrices; ++i) {
-    Add({Part::kSensitivity, factors.power[i]}, thermal.matrix_at(static_cast<int>(i)));
+    terms_.push_back(
+        {thermal.matrix_at(static_cast<int>(i)), Part::kSensitivity, factors.power[i]});
   }
   for (int i = 0; i < sessions.block_count(); ++i) {
     const double factor = sessions.Factor(i, factors.session);
-    if (factor != 0.0) Add({Part::kBias, factor}, sessions.block_at(i));
+    if (factor != 0.0) terms_.push_back({sessions.block_at(i), Part::kBias, factor});
   }
-  for (const auto& [term, at] : axis_terms) Add({Part::kAxisTerm, 1.0, term}, at);
+  for (const auto& [term, at] : axis_terms) terms_.push_back({at, Part::kAxisTerm, 1.0, term});
 }
 
-void TriadBlocks::Add(const Term& term, int offset) {
-  blocks_.push_back({offset, term.part == Part::kSensitivity ? 9 : 3});
-  terms_.push_back(term);
+std::vector<SharedBlock> TriadBlocks::blocks() const {
+  std::vector<SharedBlock> blocks;
+  blocks.reserve(terms_.size());
+  for (const Term& term : terms_) {
+    blocks.push_back({term.offset, term.part == Part::kSensitivity ? 9 : 3});
+  }
+  return blocks;
 }
 
 void TriadBlocks::SetFieldJacobians(const TriadModel<double>& model,

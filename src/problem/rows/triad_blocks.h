@@ -23,8 +23,8 @@ class TriadBlocks {
  public:
   TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalFactors& factors);
 
-  const std::vector<SharedBlock>& blocks() const { return blocks_; }
-  std::size_t count() const { return blocks_.size(); }
+  std::vector<SharedBlock> blocks() const;
+  std::size_t count() const { return terms_.size(); }
   bool has_axis_terms() const { return terms_.back().part == Part::kAxisTerm; }
 
   // The model where the blocks have these values, in their order.
@@ -65,13 +65,12 @@ class TriadBlocks {
  private:
   enum class Part { kBias, kSensitivity, kAxisTerm };
   struct Term {
+    int offset = 0;
     Part part = Part::kBias;
     double factor = 1.0;
     AxisTerm axis_term = {};
   };
-  void Add(const Term& term, int offset);
 
-  std::vector<SharedBlock> blocks_;
   std::vector<Term> terms_;
 };
 
