@@ -276,6 +276,18 @@ std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe,
   return at;
 }
 
+std::vector<ProbedRow::Probe> MotionChain::ProbesAt(const std::vector<ProbedTerm>& probes,
+                                                    Triad triad,
+                                                    std::size_t k,
+                                                    const std::optional<Turning>& turning) const {
+  std::vector<ProbedRow::Probe> all;
+  for (const ProbedTerm& probe : probes) {
+    if (probe.term.triad != triad) continue;
+    if (auto at = ProbeAt(probe, k, turning)) all.push_back(*std::move(at));
+  }
+  return all;
+}
+
 void MotionChain::SetProbes(const std::vector<ProbedTerm>& probes, const double* shared) {
   reference_ = Eigen::Map<const ReferenceVector>(shared + layout_.reference);
   for (const Triad triad : kTriads) {
@@ -286,12 +298,7 @@ void MotionChain::SetProbes(const std::vector<ProbedTerm>& probes, const double*
     for (const Triad triad : kTriads) {
       std::shared_ptr<const Row>& row = rows_[k][triad];
       if (row == nullptr) continue;
-      std::vector<ProbedRow::Probe> of_row;
-      for (const ProbedTerm& probe : probes) {
-        if (probe.term.triad != triad) continue;
-        if (auto at = ProbeAt(probe, k, turning)) of_row.push_back(*std::move(at));
-      }
-      row = std::make_shared<ProbedRow>(std::move(row), std::move(of_row));
+      row = std::make_shared<ProbedRow>(std::move(row), ProbesAt(probes, triad, k, turning));
     }
   }
 }

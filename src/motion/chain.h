@@ -101,6 +101,11 @@ class MotionChain {
   std::optional<ProbedRow::Probe> ProbeAt(const ProbedTerm& probe,
                                           std::size_t k,
                                           const std::optional<Turning>& turning) const;
+  // All of a sensor that do.
+  std::vector<ProbedRow::Probe> ProbesAt(const std::vector<ProbedTerm>& probes,
+                                         Triad triad,
+                                         std::size_t k,
+                                         const std::optional<Turning>& turning) const;
 
   // Of nodes from `begin` to before `end`, without priors.
   ChainProblem Problem(std::size_t begin, std::size_t end) const;

@@ -78,7 +78,7 @@ class ComponentRows {
       all.middleRows<3>(RowOf(change, system)) = ZB_[t].middleRows<3>(at);
       at += 3;
     }
-    return system.Project(all);
+    return system.Project(std::move(all));
   }
 
   // The component's rows of such a matrix.

@@ -237,8 +237,9 @@ void ChainElimination::EliminateState(std::size_t k, Arrow* arrow) {
   }
   auto whitened = panels_.back().middleRows<3>(3 * static_cast<Eigen::Index>(k % kPanelStates));
   whitened.noalias() = factor_.half(k) * arrow->columns;
-  if (factor_.IsCoupled(k))
+  if (factor_.IsCoupled(k)) {
     arrow->next_columns.noalias() -= factor_.gain(k).transpose() * arrow->columns;
+  }
   if (k % kPanelStates == kPanelStates - 1 || k + 1 == count) {
     arrow->eliminated.selfadjointView<Eigen::Lower>().rankUpdate(panels_.back().transpose());
   }
@@ -324,7 +325,7 @@ std::vector<ChainElimination::Residual> ChainElimination::Residuals() const {
     Eigen::Matrix3d taken = Eigen::Matrix3d::Zero();
     if (seen > 0) taken = row.by_first * inverse.own[k] * row.by_first.transpose();
     if (seen > 1) {
-      const Eigen::Matrix3d cross = row.by_first * inverse.with_next[k] * row.by_second.transpose();
+      const Eigen::Matrix3d cross = row.by_first * inverse.WithNext(k) * row.by_second.transpose();
       taken += cross + cross.transpose() +
                row.by_second * inverse.own[k + 1] * row.by_second.transpose();
     }

@@ -40,13 +40,13 @@ void ChainFactor::SolveInPlace(StackedRows* b) const {
   }
 }
 
-ChainFactor::Blocks ChainFactor::Blocks::Zero(std::size_t states) {
+ChainFactor::Blocks ChainFactor::Blocks::Zero(std::size_t states, bool coupled) {
   return {std::vector<Eigen::Matrix3d>(states, Eigen::Matrix3d::Zero()),
-          std::vector<Eigen::Matrix3d>(states, Eigen::Matrix3d::Zero())};
+          std::vector<Eigen::Matrix3d>(coupled ? states : 0, Eigen::Matrix3d::Zero())};
 }
 
 ChainFactor::Blocks ChainFactor::Inverse() const {
-  Blocks inverse = Blocks::Zero(states());
+  Blocks inverse = Blocks::Zero(states(), !gain_.empty());
   for (std::size_t k = states(); k-- > 0;) {
     inverse.own[k].noalias() = half_[k].transpose() * half_[k];
     if (k + 1 == states() || !IsCoupled(k)) continue;
@@ -60,7 +60,7 @@ ChainFactor::Blocks ChainFactor::Inverse() const {
 ChainFactor::Blocks ChainFactor::InverseDerivative(const Blocks& inverse,
                                                    const Blocks& change) const {
   // Of L_k^-1 and of G_k.
-  std::vector<Eigen::Matrix3d> left_inverse(states()), gain(states());
+  std::vector<Eigen::Matrix3d> left_inverse(states()), gain(gain_.size());
   for (std::size_t k = 0; k < states(); ++k) {
     Eigen::Matrix3d left = change.own[k];
     if (k > 0 && IsCoupled(k - 1)) {
@@ -72,7 +72,7 @@ ChainFactor::Blocks ChainFactor::InverseDerivative(const Blocks& inverse,
     if (!IsCoupled(k)) continue;
     gain[k].noalias() = left_inverse[k] * coupling_[k] + own * change.with_next[k];
   }
-  Blocks derivative = Blocks::Zero(states());
+  Blocks derivative = Blocks::Zero(states(), !gain_.empty());
   for (std::size_t k = states(); k-- > 0;) {
     derivative.own[k] = left_inverse[k];
     if (k + 1 == states() || !IsCoupled(k)) continue;

@@ -40,8 +40,12 @@ class ChainFactor {
 
   // Blocks of N^-1: of each state, and between it and the next.
   struct Blocks {
-    std::vector<Eigen::Matrix3d> own, with_next;
-    static Blocks Zero(std::size_t states);
+    std::vector<Eigen::Matrix3d> own;
+    std::vector<Eigen::Matrix3d> with_next;  // empty where no states are coupled
+    static Blocks Zero(std::size_t states, bool coupled);
+    Eigen::Matrix3d WithNext(std::size_t state) const {
+      return with_next.empty() ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : with_next[state];
+    }
   };
   Blocks Inverse() const;
   // How those blocks change when N changes by blocks; `inverse` is what Inverse gives.

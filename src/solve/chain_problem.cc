@@ -7,7 +7,11 @@
 
 namespace truetriad {
 
-ChainProblem ChainOf(const PoseGraph& graph) {
+namespace {
+
+// `done` is told of each node whose rows are made.
+template <typename Done>
+ChainProblem MakeChain(const PoseGraph& graph, const Done& done) {
   ChainProblem problem;
   problem.layout = &graph.layout;
   problem.states.reserve(graph.nodes.size());
@@ -18,6 +22,7 @@ ChainProblem ChainOf(const PoseGraph& graph) {
     problem.states.push_back({node.kind, node.state});
     std::vector<std::unique_ptr<Row>> rows = RowsOf(node, graph.layout);
     const std::vector<RowRoot> roots = RootsOf(node);
+    done(k);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       problem.rows.push_back({std::move(rows[i]), roots[i], k});
     }
@@ -29,6 +34,20 @@ ChainProblem ChainOf(const PoseGraph& graph) {
     const RowRoot root = RowRoot::Constant(1, 1, 1.0 / prior.sigma);
     problem.rows.push_back({RowOf(prior, graph.layout), root, graph.nodes.size()});
   }
+  return problem;
+}
+
+}  // namespace
+
+ChainProblem ChainOf(const PoseGraph& graph) {
+  return MakeChain(graph, [](std::size_t) {});
+}
+
+ChainProblem TakeChain(PoseGraph* graph) {
+  ChainProblem problem = MakeChain(*graph, [&](std::size_t k) {
+    std::vector<Observation>().swap(graph->nodes[k].observations);
+  });
+  std::vector<PoseNode>().swap(graph->nodes);
   return problem;
 }
 

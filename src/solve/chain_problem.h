@@ -36,5 +36,8 @@ struct ChainProblem {
 
 // The unknowns and rows of a graph. They refer to its layout and to its turns.
 ChainProblem ChainOf(const PoseGraph& graph);
+// The same, taking the nodes of the graph, whose rows hold all that they said: for a hundred
+// thousand poses there is not both.
+ChainProblem TakeChain(PoseGraph* graph);
 
 }  // namespace truetriad

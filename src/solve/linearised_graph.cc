@@ -2,7 +2,6 @@
 #include "solve/linearised_graph.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace truetriad {
 namespace {
@@ -28,9 +27,10 @@ std::vector<BasisEntry> EntriesOf(const Eigen::MatrixXd& basis) {
 
 PairBlock PoseBlock(const LinearisedGraph::Factor& factor, const ChainFactor::Blocks& blocks) {
   const std::size_t k = factor.node;
-  if (!factor.sees_next()) return blocks.own[k];
+  if (!factor.sees_next) return blocks.own[k];
   PairBlock block(6, 6);
-  block << blocks.own[k], blocks.with_next[k], blocks.with_next[k].transpose(), blocks.own[k + 1];
+  const Eigen::Matrix3d with_next = blocks.WithNext(k);
+  block << blocks.own[k], with_next, with_next.transpose(), blocks.own[k + 1];
   return block;
 }
 
@@ -38,50 +38,58 @@ void AddPoseBlock(const LinearisedGraph::Factor& factor,
                   const PairBlock& block,
                   ChainFactor::Blocks* blocks) {
   blocks->own[factor.node] += block.topLeftCorner<3, 3>();
-  if (!factor.sees_next()) return;
+  if (!factor.sees_next) return;
   blocks->own[factor.node + 1] += block.bottomRightCorner<3, 3>();
   blocks->with_next[factor.node] += block.topRightCorner<3, 3>();
+}
+
+void LinearisedGraph::PlaceFactors(const PoseGraph& graph) {
+  factors_.clear();
+  factors_.reserve(graph.nodes.size() + graph.increments.size());
+  tangent_sizes_.clear();
+  tangent_sizes_.reserve(graph.nodes.size());
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    factors_.push_back({k, false, row, graph.nodes[k].row_count()});
+    row += factors_.back().rows;
+    tangent_sizes_.push_back(graph.nodes[k].tangent_size());
+  }
+  for (const IncrementEdge& edge : graph.increments) {
+    factors_.push_back({edge.from, true, row, 3});
+    row += factors_.back().rows;
+  }
+  columns_.resize(row, graph.layout.free_size() + 1);
+  A_.setZero(row, graph.increments.empty() ? 3 : 6);
+  weighted_.resize(A_.rows(), A_.cols());
+  information_.setZero(row, 3);
 }
 
 void LinearisedGraph::LineariseFactors(const PoseGraph& graph) {
   const SharedLayout& layout = graph.layout;
   const int n = layout.free_size();
-  Eigen::Index rows = 3 * static_cast<Eigen::Index>(graph.increments.size());
-  for (const PoseNode& node : graph.nodes) rows += node.row_count();
-  columns_.resize(rows, n + 1);
   const std::vector<BasisEntry> basis = EntriesOf(layout.basis);
-  factors_.resize(graph.nodes.size() + graph.increments.size());
-  tangent_sizes_.clear();
-  tangent_sizes_.reserve(graph.nodes.size());
   PoseSharedJacobian shared_jacobian;
-  Eigen::Index row = 0;
-  const auto take = [&](const auto& residual, Factor* factor) {
-    factor->row = row;
-    auto own = columns_.middleRows(row, factor->rows());
+  const auto take = [&](const Factor& factor, const auto& residual) {
+    auto own = columns_.middleRows(factor.row, factor.rows);
     own.setZero();
     for (const BasisEntry& entry : basis) {
       own.col(entry.column) += entry.value * shared_jacobian.col(entry.row);
     }
     own.col(n) = residual;
-    row += factor->rows();
   };
-  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+  const std::size_t nodes = graph.nodes.size();
+  for (std::size_t k = 0; k < nodes; ++k) {
     const PoseNode& node = graph.nodes[k];
-    Factor& factor = factors_[k];
-    factor.node = k;
     PoseResidual12 residual;
     PoseStateJacobian by_state;
     node.Evaluate(
         layout, graph.shared.data(), node.state.data(), &residual, &shared_jacobian, &by_state);
-    factor.A.setZero(by_state.rows(), 3);
-    factor.A.leftCols(by_state.cols()) = by_state;
-    tangent_sizes_.push_back(node.tangent_size());
-    take(residual, &factor);
+    A_.block(factors_[k].row, 0, by_state.rows(), by_state.cols()) = by_state;
+    take(factors_[k], residual);
   }
   for (std::size_t i = 0; i < graph.increments.size(); ++i) {
     const IncrementEdge& edge = graph.increments[i];
-    Factor& factor = factors_[graph.nodes.size() + i];
-    factor.node = edge.from;
+    const Factor& factor = factors_[nodes + i];
     Eigen::Vector3d residual;
     Eigen::Matrix3d by_first, by_second;
     edge.Evaluate(layout,
@@ -92,16 +100,16 @@ void LinearisedGraph::LineariseFactors(const PoseGraph& graph) {
                   &shared_jacobian,
                   &by_first,
                   &by_second);
-    factor.A.setZero(3, 6);
     const int first = graph.nodes[edge.from].tangent_size();
     const int second = graph.nodes[edge.from + 1].tangent_size();
-    factor.A.leftCols(first) = by_first.leftCols(first);
-    factor.A.middleCols(3, second) = by_second.leftCols(second);
-    take(residual, &factor);
+    A_.block(factor.row, 0, 3, first) = by_first.leftCols(first);
+    A_.block(factor.row, 3, 3, second) = by_second.leftCols(second);
+    take(factor, residual);
   }
 }
 
 void LinearisedGraph::Linearise(const PoseGraph& graph) {
+  PlaceFactors(graph);
   LineariseFactors(graph);
   const SharedLayout& layout = graph.layout;
   const int n = layout.free_size();
@@ -121,71 +129,79 @@ void LinearisedGraph::Linearise(const PoseGraph& graph) {
 
 // A^T V^-1 A from the factors' information.
 void LinearisedGraph::FormChain() {
-  ChainFactor::Blocks blocks = ChainFactor::Blocks::Zero(tangent_sizes_.size());
+  ChainFactor::Blocks blocks = ChainFactor::Blocks::Zero(tangent_sizes_.size(), sees_pairs());
   for (const Factor& factor : factors_) {
-    AddPoseBlock(factor, factor.A.transpose() * factor.weighted, &blocks);
+    AddPoseBlock(factor, A(factor).transpose().lazyProduct(Weighted(factor)), &blocks);
   }
   chain_ = ChainFactor();
   chain_.Reserve(tangent_sizes_.size());
   for (std::size_t k = 0; k < tangent_sizes_.size(); ++k) {
     for (int i = tangent_sizes_[k]; i < 3; ++i) blocks.own[k](i, i) = 1.0;
-    chain_.Append(blocks.own[k], blocks.with_next[k]);
+    chain_.Append(blocks.own[k], blocks.WithNext(k));
   }
 }
 
-StackedRows LinearisedGraph::Project(const StackedRows& y) const {
-  StackedRows projected;
-  ProjectInto(y, &projected);
-  return projected;
-}
-
 // With W = V^-1: W y - W A (A^T W A)^-1 A^T W y.
-void LinearisedGraph::ProjectInto(const StackedRows& y, StackedRows* projected) const {
-  projected->setZero(y.rows(), y.cols());
-  StackedRows right = StackedRows::Zero(chain_.size(), y.cols());
+void LinearisedGraph::ProjectInPlace(StackedRows* y) const {
+  StackedRows right = StackedRows::Zero(chain_.size(), y->cols());
+  StackedRows three;
   for (const Factor& factor : factors_) {
-    const auto rows = y.middleRows(factor.row, factor.rows());
-    AddBlockDiagonalProduct(
-        factor.information, rows, projected->middleRows(factor.row, factor.rows()));
-    AddProduct(
-        1.0, factor.weighted.transpose(), rows, right.middleRows(PoseRow(factor), factor.A.cols()));
+    auto own = y->middleRows(factor.row, factor.rows);
+    AddProduct(1.0,
+               Weighted(factor).transpose(),
+               own,
+               right.middleRows(PoseRow(factor), factor.tangents()));
+    for (Eigen::Index row = 0; row < factor.rows; row += 3) {
+      const auto information = Information(factor, row);
+      three = own.middleRows(row, information.rows());
+      own.middleRows(row, information.rows()).setZero();
+      AddProduct(1.0, information, three, own.middleRows(row, information.rows()));
+    }
   }
   chain_.SolveInPlace(&right);
   for (const Factor& factor : factors_) {
     AddProduct(-1.0,
-               factor.weighted,
-               right.middleRows(PoseRow(factor), factor.A.cols()),
-               projected->middleRows(factor.row, factor.rows()));
+               Weighted(factor),
+               right.middleRows(PoseRow(factor), factor.tangents()),
+               y->middleRows(factor.row, factor.rows));
+  }
+}
+
+// V^-1 and V^-1 A with the variances and weights that the graph has now.
+void LinearisedGraph::Weight(const PoseGraph& graph) {
+  const auto take = [&](const Factor& factor, const auto& information) {
+    for (Eigen::Index row = 0; row < factor.rows; row += 3) {
+      const Eigen::Index rows = std::min<Eigen::Index>(3, factor.rows - row);
+      const auto block = information.block(row, row, rows, rows);
+      const Eigen::Index at = factor.row + row;
+      information_.block(at, 0, rows, rows) = block;
+      weighted_.block(at, 0, rows, factor.tangents()).noalias() =
+          block.lazyProduct(A_.block(at, 0, rows, factor.tangents()));
+    }
+  };
+  const std::size_t nodes = graph.nodes.size();
+  for (std::size_t k = 0; k < nodes; ++k) take(factors_[k], graph.nodes[k].Information());
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    take(factors_[nodes + i], graph.increments[i].Information());
   }
 }
 
 void LinearisedGraph::Eliminate(const PoseGraph& graph) {
   const int n = size();
-  for (std::size_t f = 0; f < factors_.size(); ++f) {
-    Factor& factor = factors_[f];
-    if (f < graph.nodes.size()) {
-      factor.information = graph.nodes[f].Information();
-    } else {
-      factor.information = graph.increments[f - graph.nodes.size()].Information();
-    }
-    factor.weighted.resize(factor.A.rows(), factor.A.cols());
-    constexpr Eigen::Index kBlock = 3;
-    for (Eigen::Index row = 0; row < factor.rows(); row += kBlock) {
-      const Eigen::Index rows = std::min(kBlock, factor.rows() - row);
-      factor.weighted.middleRows(row, rows).noalias() =
-          factor.information.block(row, row, rows, rows)
-              .lazyProduct(factor.A.middleRows(row, rows));
-    }
-  }
+  Weight(graph);
   FormChain();
-  ProjectInto(columns_, &projected_columns_);
+  projected_columns_ = columns_;
+  ProjectInPlace(&projected_columns_);
   const Eigen::MatrixXd whole = SymmetricProduct(columns_, projected_columns_);
   matrix_ = prior_information_ + whole.topLeftCorner(n, n);
   gradient_ = prior_gradient_ + whole.topRightCorner(n, 1);
   cost_ = prior_cost_;
   for (const Factor& factor : factors_) {
-    const auto r = residual_.segment(factor.row, factor.rows());
-    cost_ += 0.5 * r.dot(factor.information.lazyProduct(r));
+    for (Eigen::Index row = 0; row < factor.rows; row += 3) {
+      const auto information = Information(factor, row);
+      const auto r = residual_.segment(factor.row + row, information.rows());
+      cost_ += 0.5 * r.dot(information.lazyProduct(r));
+    }
   }
 }
 
@@ -195,8 +211,8 @@ Eigen::VectorXd LinearisedGraph::PoseSteps(const Eigen::VectorXd& shared_step) c
   if (size() > 0) left += J() * shared_step;
   StackedRows steps = StackedRows::Zero(chain_.size(), 1);
   for (const Factor& factor : factors_) {
-    steps.middleRows(PoseRow(factor), factor.A.cols()).noalias() -=
-        factor.weighted.transpose() * left.segment(factor.row, factor.rows());
+    steps.middleRows(PoseRow(factor), factor.tangents()).noalias() -=
+        Weighted(factor).transpose().lazyProduct(left.segment(factor.row, factor.rows));
   }
   chain_.SolveInPlace(&steps);
   return steps.col(0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -25,18 +26,14 @@ namespace truetriad {
 // of poses. ChainElimination solves; this keeps all rows, for what is to be said about them.
 class LinearisedGraph {
  public:
-  using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
-
   struct Factor {
     std::size_t node = 0;  // the pose that it sees, or the first of the two
+    bool sees_next = false;
     Eigen::Index row = 0;  // where its rows begin among those of all factors
-    // As large as its rows are: most have three of the twelve that a pose may have.
-    Eigen::MatrixXd A;            // three columns of its pose, and of the next where that is seen
-    Eigen::MatrixXd information;  // V^-1, blocks of three rows on its diagonal
-    Eigen::MatrixXd weighted;     // V^-1 A
+    Eigen::Index rows = 0;
 
-    Eigen::Index rows() const { return A.rows(); }
-    bool sees_next() const { return A.cols() > 3; }
+    // Columns of its pose, and of the next where that is seen.
+    Eigen::Index tangents() const { return sees_next ? 6 : 3; }
   };
 
   // Linearises all factors: those of the poses in their order, then the increments in theirs.
@@ -72,21 +69,43 @@ class LinearisedGraph {
   void TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* graph) const;
 
   // D y, for any number of columns.
-  StackedRows Project(const StackedRows& y) const;
+  StackedRows Project(StackedRows y) const {
+    ProjectInPlace(&y);
+    return y;
+  }
 
  protected:
   static Eigen::Index PoseRow(const Factor& factor) {
     return 3 * static_cast<Eigen::Index>(factor.node);
   }
+  // A factor's blocks of A and of V^-1 A.
+  auto A(const Factor& factor) const {
+    return A_.block(factor.row, 0, factor.rows, factor.tangents());
+  }
+  auto Weighted(const Factor& factor) const {
+    return weighted_.block(factor.row, 0, factor.rows, factor.tangents());
+  }
+  // Of V^-1 what couples three of a factor's rows, or as many as are left; `row` is that of the
+  // first, a multiple of three. Nothing couples these with others.
+  auto Information(const Factor& factor, Eigen::Index row) const {
+    const Eigen::Index rows = std::min<Eigen::Index>(3, factor.rows - row);
+    return information_.block(factor.row + row, 0, rows, rows);
+  }
+  // Whether factors see two poses.
+  bool sees_pairs() const { return A_.cols() > 3; }
   const ChainFactor& chain() const { return chain_; }
   const StackedRows& projected_columns() const { return projected_columns_; }
 
  private:
+  void PlaceFactors(const PoseGraph& graph);
   void LineariseFactors(const PoseGraph& graph);
+  void Weight(const PoseGraph& graph);
   void FormChain();
-  void ProjectInto(const StackedRows& y, StackedRows* projected) const;
+  void ProjectInPlace(StackedRows* y) const;
 
   std::vector<Factor> factors_;
+  StackedRows A_, weighted_;       // three columns, six where factors see two poses
+  StackedRows information_;        // V^-1, three rows and three columns after each other
   StackedRows columns_;            // J, r
   StackedRows projected_columns_;  // D J, D r
   Eigen::VectorXd residual_;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/reduced_system.h"
 
+#include <algorithm>
+
 namespace truetriad {
 namespace {
 
+using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
 using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6>;
 
 }  // namespace
@@ -22,12 +25,17 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
 
 void ReducedSystem::Complete(const PoseGraph& graph) {
   pose_covariance_ = chain().Inverse();
-  D_.resize(factors().size());
-  for (std::size_t f = 0; f < D_.size(); ++f) {
-    const Factor& factor = factors()[f];
-    D_[f] = factor.information;
-    const PoseColumns half = factor.weighted.lazyProduct(PoseBlock(factor, pose_covariance_));
-    D_[f].noalias() -= half.lazyProduct(factor.weighted.transpose());
+  Eigen::Index most = 0;
+  for (const Factor& factor : factors()) most = std::max(most, factor.rows);
+  D_.setZero(residual().size(), most);
+  for (const Factor& factor : factors()) {
+    auto own = D_.block(factor.row, 0, factor.rows, factor.rows);
+    for (Eigen::Index row = 0; row < factor.rows; row += 3) {
+      const auto information = Information(factor, row);
+      own.block(row, row, information.rows(), information.cols()) = information;
+    }
+    const PoseColumns half = Weighted(factor).lazyProduct(PoseBlock(factor, pose_covariance_));
+    own.noalias() -= half.lazyProduct(Weighted(factor).transpose());
   }
   shared_ = SharedInformation(graph.layout, graph.shared, matrix(), gradient());
   projected_ = projected_columns().col(size());
@@ -37,29 +45,29 @@ void ReducedSystem::Complete(const PoseGraph& graph) {
 }
 
 Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index row) const {
-  Eigen::Matrix3d block = D_[factor].block<3, 3>(row, row);
   const Eigen::Index first = factors()[factor].row + row;
+  Eigen::Matrix3d block = D_.block<3, 3>(first, row);
   block.noalias() -= BM_.middleRows<3>(first).lazyProduct(B().middleRows<3>(first).transpose());
   return block;
 }
 
 // With W = V^-1, N = A^T W A, E = W A: dW = -W dV W, dN = A^T dW A, and of D = W - E N^-1 E^T the
-// block of the rows c, where the rows b of the same factor change,
+// block of the rows c, where dV_c is what those change by themselves (W couples no others),
 //
-//   dW_cc - H - H^T - E_c d(N^-1) E_c^T,    dW_cc = -W_cb dV W_bc,  H = -W_cb dV E_b N^-1 E_c^T.
+//   dW_c - H - H^T - E_c d(N^-1) E_c^T,    dW_c = -W_c dV_c W_c,  H = -W_c dV_c E_c N^-1 E_c^T.
 std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(
     const std::vector<VarianceChange>& dV, const std::vector<VarianceChange>& wanted) const {
+  const auto row_of = [&](const VarianceChange& at) { return factors()[at.factor].row + at.row; };
   const auto rows_of = [&](const VarianceChange& at) -> ThreeRows {
-    return factors()[at.factor].weighted.middleRows<3>(at.row);
+    return Weighted(factors()[at.factor]).middleRows<3>(at.row);
   };
-  ChainFactor::Blocks changes = ChainFactor::Blocks::Zero(chain().states());
-  std::vector<std::vector<const VarianceChange*>> of_factor(factors().size());
+  ChainFactor::Blocks changes = ChainFactor::Blocks::Zero(chain().states(), sees_pairs());
+  std::vector<const VarianceChange*> of_row(static_cast<std::size_t>(residual().size()));
   for (const VarianceChange& at : dV) {
-    of_factor[at.factor].push_back(&at);
-    const Factor& factor = factors()[at.factor];
+    of_row[static_cast<std::size_t>(row_of(at))] = &at;
     const ThreeRows E = rows_of(at);
     const ThreeRows changed = at.change.lazyProduct(E);
-    AddPoseBlock(factor, PairBlock(-E.transpose().lazyProduct(changed)), &changes);
+    AddPoseBlock(factors()[at.factor], PairBlock(-E.transpose().lazyProduct(changed)), &changes);
   }
   const ChainFactor::Blocks derivative = chain().InverseDerivative(pose_covariance_, changes);
   std::vector<Eigen::Matrix3d> blocks;
@@ -70,14 +78,14 @@ std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(
     const ThreeRows E = rows_of(at);
     const ThreeRows changed = E.lazyProduct(PoseBlock(factor, derivative));
     block.noalias() -= changed.lazyProduct(E.transpose());
+    const VarianceChange* const own = of_row[static_cast<std::size_t>(row_of(at))];
+    if (own == nullptr) continue;
+    const Eigen::Matrix3d W = Information(factor, at.row);
+    const Eigen::Matrix3d weighted = W * own->change;
+    block.noalias() -= weighted * W.transpose();
     const ThreeRows by_poses = E.lazyProduct(PoseBlock(factor, pose_covariance_));
-    for (const VarianceChange* const cause : of_factor[at.factor]) {
-      const Eigen::Matrix3d W = factor.information.block<3, 3>(at.row, cause->row);
-      const Eigen::Matrix3d weighted = W * cause->change;
-      block.noalias() -= weighted * W.transpose();
-      const Eigen::Matrix3d half = weighted * rows_of(*cause).lazyProduct(by_poses.transpose());
-      block += half + half.transpose();
-    }
+    const Eigen::Matrix3d half = weighted * E.lazyProduct(by_poses.transpose());
+    block += half + half.transpose();
   }
   return blocks;
 }

@@ -45,11 +45,14 @@ class ReducedSystem : public LinearisedGraph {
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
   // The blocks of D and of P that belong to a factor: of D all rows, of P three.
-  const Eigen::MatrixXd& D(std::size_t factor) const { return D_[factor]; }
+  auto D(std::size_t factor) const {
+    const Eigen::Index rows = factors()[factor].rows;
+    return D_.block(factors()[factor].row, 0, rows, rows);
+  }
   Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
 
   // The blocks of dD = -D dV D at the places of `wanted`, one for each; what those change is not
-  // looked at.
+  // looked at. `dV` has no rows twice.
   std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
                                                    const std::vector<VarianceChange>& wanted) const;
 
@@ -57,7 +60,7 @@ class ReducedSystem : public LinearisedGraph {
   void Complete(const PoseGraph& graph);
 
   ChainFactor::Blocks pose_covariance_;
-  std::vector<Eigen::MatrixXd> D_;
+  StackedRows D_;  // as wide as the most rows that a factor has
   StackedRows BM_;
   Eigen::VectorXd projected_;
   SharedInformation shared_;

@@ -48,16 +48,6 @@ void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
   }
 }
 
-// out += a * b where `a` has blocks of three rows on its diagonal and zeros elsewhere.
-template <typename Small, typename In, typename Out>
-void AddBlockDiagonalProduct(const Small& a, const In& b, Out&& out) {
-  constexpr Eigen::Index kBlock = 3;
-  for (Eigen::Index i = 0; i < a.rows(); i += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, a.rows() - i);
-    AddProduct(1.0, a.block(i, i, rows, rows), b.middleRows(i, rows), out.middleRows(i, rows));
-  }
-}
-
 // a^T * b for as many rows of each.
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
 

@@ -368,8 +368,7 @@ LeftOutTerms SearchTermsOf(PoseGraph larger,
                            const ReducedSystem& system,
                            const CalibrateOptions& options,
                            const PerTriad<OwnResiduals>& own) {
-  ChainElimination whole(ChainOf(larger));
-  larger.nodes = {};  // whose rows hold all that they said
+  ChainElimination whole(TakeChain(&larger));
   whole.LineariseOnce(larger.shared);
   return SearchTerms(graph,
                      system.covariance(),

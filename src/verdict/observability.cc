@@ -235,7 +235,7 @@ std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& f
   std::vector<double> gains;
   for (std::size_t c = 0; c < added.factors().size(); ++c) {
     const ReducedSystem::Factor& pose = added.factors()[c];
-    const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows()) * free;
+    const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows) * free;
     gains.push_back(moved.dot(added.D(c) * moved));
   }
   return gains;

@@ -106,10 +106,10 @@ std::vector<TimeBlock> BlocksOf(const ReducedSystem& system,
   std::vector<TimeBlock> blocks(count, {Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
   for (const auto& factor : system.factors()) {
     TimeBlock& block = blocks[group_of(factor.node)];
-    const Eigen::MatrixXd J = system.J().middleRows(factor.row, factor.rows());
+    const Eigen::MatrixXd J = system.J().middleRows(factor.row, factor.rows);
     block.information +=
-        TransposeTimes(J, Eigen::MatrixXd(system.B().middleRows(factor.row, factor.rows())));
-    block.gradient += J.transpose() * system.projected().segment(factor.row, factor.rows());
+        TransposeTimes(J, Eigen::MatrixXd(system.B().middleRows(factor.row, factor.rows)));
+    block.gradient += J.transpose() * system.projected().segment(factor.row, factor.rows);
   }
   return blocks;
 }

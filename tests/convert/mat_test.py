@@ -7,6 +7,7 @@ Environment: PROGRAMS, the folder of the converters.
 """
 import csv
 import os
+import resource
 import shutil
 import struct
 import subprocess
@@ -42,10 +43,10 @@ class Writer:
         data = struct.pack(f"{self.order}{len(flat)}{stored}", *flat)
         return self.element(14, self.head(name, kind, shape) + self.element(STORED[stored], data))
 
-    def record(self, name, fields):
+    def record(self, name, fields, shape=(1, 1)):
         """`fields`: {name: function of no name to an element}"""
         names = b"".join(field.encode().ljust(32, b"\0") for field in fields)
-        return self.element(14, self.head(name, 2, (1, 1)) + self.element(5, struct.pack(self.order + "i", 32)) +
+        return self.element(14, self.head(name, 2, shape) + self.element(5, struct.pack(self.order + "i", 32)) +
                             self.element(1, names) + b"".join(fields.values()))
 
     def write(self, path, variables):
@@ -142,6 +143,28 @@ class Mat(unittest.TestCase):
         self.assertIn("10", said)
         self.assertIn("no numeric variable `u`", self.convert(path, "--units=s,g", "--columns=accelerometer=acc@u", code=1))
         self.assertFalse(self.out.exists())
+
+    def test_lists_that_say_to_be_longer_than_the_file(self):
+        for writer in self.each():
+            for depth in (0, 1):
+                with self.subTest(order=writer.order, is_compressed=writer.is_compressed, depth=depth):
+                    endless = writer.record("logs", {"x": writer.matrix("", [[1]])}, shape=(1, 8_000_000))
+                    if depth:
+                        endless = writer.record("outer", {"logs": endless})
+                    sound = [writer.matrix("t", column(range(99))), writer.matrix("acc", [[1, 2, 3]] * 99)]
+                    path = self.folder / "log.mat"
+                    writer.write(path, [*sound, endless])
+                    said = self.convert(path, "--units=s,g", "--columns=accelerometer=acc@t")
+                    self.assertIn("damaged", said)
+                    self.assertEqual(len(self.rows("accelerometer")), 99)
+                    listed = subprocess.run([PROGRAM, "--list", path], capture_output=True, text=True, timeout=60)
+                    self.assertIn("acc", listed.stdout)
+                    self.assertIn("damaged", listed.stderr)
+                    # As many as it says, of nothing: the library makes room for none.
+                    writer.write(path, [*sound, writer.record("logs", {}, shape=(1, 8_000_000))])
+                    self.convert(path, "--units=s,g", "--columns=accelerometer=acc@t")
+        # Of all converters that ran: 8 million structs would take 1.4 GB.
+        self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, 300_000)
 
 
 if __name__ == "__main__":

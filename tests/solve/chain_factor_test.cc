@@ -19,7 +19,7 @@ struct Example {
     Random random(seed);
     const std::vector<int> sizes = {3, 2, 3, 3, 0, 3, 2, 2, 3};
     const std::vector<bool> coupled = {true, true, true, false, false, true, true, false};
-    blocks = ChainFactor::Blocks::Zero(sizes.size());
+    blocks = ChainFactor::Blocks::Zero(sizes.size(), true);
     const auto count = 3 * static_cast<Eigen::Index>(sizes.size());
     dense = Eigen::MatrixXd::Zero(count, count);
     for (std::size_t k = 0; k < sizes.size(); ++k) {
@@ -80,6 +80,19 @@ TEST(ChainFactor, GivesTheDerivativeOfTheInverse) {
   const Eigen::MatrixXd inverse = Cholesky(at.dense).Inverse();
   ExpectBlocks(-inverse * change.dense * inverse,
                factor.InverseDerivative(factor.Inverse(), change.blocks));
+}
+
+TEST(ChainFactor, KeepsNothingBetweenStatesThatAreNotCoupled) {
+  ChainFactor factor;
+  for (int k = 1; k < 4; ++k) {
+    factor.Append(k * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
+  }
+  const ChainFactor::Blocks inverse = factor.Inverse();
+  EXPECT_TRUE(inverse.with_next.empty());
+  EXPECT_EQ(inverse.WithNext(1), Eigen::Matrix3d::Zero().eval());
+  EXPECT_LT((inverse.own[1] - 0.5 * Eigen::Matrix3d::Identity()).norm(), 1e-15);
+  const ChainFactor::Blocks change = ChainFactor::Blocks::Zero(factor.states(), false);
+  EXPECT_TRUE(factor.InverseDerivative(inverse, change).with_next.empty());
 }
 
 TEST(ChainFactor, MayBeEmpty) {

@@ -12,8 +12,7 @@ FieldRow::FieldRow(Triad triad, const SharedLayout& layout, PoseKind state, cons
       state_(state),
       reading_(reading),
       triad_blocks_(layout, triad, reading.thermal) {
-  Reserve(triad_blocks_.count() + 1);
-  for (const SharedBlock& block : triad_blocks_.blocks()) AddShared(block);
+  AddFirstShared(triad_blocks_.blocks(), 1);
   AddShared({layout.reference, kReferenceSize});
   AddState(state == PoseKind::kDirection ? kDirectionSize : kAttitudeSize);
 }

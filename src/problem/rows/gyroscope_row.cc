@@ -23,8 +23,7 @@ GyroscopeRow::GyroscopeRow(const SharedLayout& layout,
       earth_rate_radps_(layout.earth_rate_radps),
       has_g_sensitivity_(layout.g_sensitivity >= 0),
       triad_blocks_(layout, Triad::kGyroscope, factors) {
-  Reserve(triad_blocks_.count() + 2);
-  for (const SharedBlock& block : triad_blocks_.blocks()) AddShared(block);
+  AddFirstShared(triad_blocks_.blocks(), 2);
   if (has_g_sensitivity_) AddShared({layout.g_sensitivity, 9});
   if (!sees_world()) return;
   AddShared({layout.reference, kReferenceSize});

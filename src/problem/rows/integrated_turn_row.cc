@@ -11,8 +11,7 @@ IntegratedTurnRow::IntegratedTurnRow(const SharedLayout& layout, const GyroReadi
       readings_(readings),
       has_g_sensitivity_(layout.g_sensitivity >= 0),
       triad_blocks_(layout, Triad::kGyroscope, ThermalFactors()) {
-  Reserve(triad_blocks_.count() + 1);
-  for (const SharedBlock& block : triad_blocks_.blocks()) AddShared(block);
+  AddFirstShared(triad_blocks_.blocks(), 1);
   if (has_g_sensitivity_) AddShared({layout.g_sensitivity, 9});
   AddState(kAttitudeSize);
   AddState(kAttitudeSize);

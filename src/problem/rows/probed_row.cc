@@ -17,8 +17,7 @@ using RowJacobian = Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::R
 ProbedRow::ProbedRow(std::shared_ptr<const Row> row, std::vector<Probe> probes)
     : Row(row->num_residuals()), row_(std::move(row)), probes_(std::move(probes)) {
   CHECK_EQ(num_residuals(), 3);
-  Reserve(row_->shared_blocks().size() + probes_.size());
-  for (const SharedBlock& block : row_->shared_blocks()) AddShared(block);
+  AddFirstShared(row_->shared_blocks(), probes_.size());
   for (const Probe& probe : probes_) {
     AddShared(probe.block);
     CHECK_EQ(probe.block.size,

@@ -30,8 +30,7 @@ class RateRow : public Row {
         mean_raw_(mean_raw),
         has_g_sensitivity_(layout.g_sensitivity >= 0),
         triad_blocks_(layout, Triad::kGyroscope, factors) {
-    Reserve(triad_blocks_.count() + 1);
-    for (const SharedBlock& block : triad_blocks_.blocks()) AddShared(block);
+    AddFirstShared(triad_blocks_.blocks(), 1);
     if (has_g_sensitivity_) AddShared({layout.g_sensitivity, 9});
   }
 

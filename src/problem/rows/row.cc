@@ -11,4 +11,11 @@ void Row::AddShared(const SharedBlock& block) {
   mutable_parameter_block_sizes()->push_back(block.size);
 }
 
+void Row::AddFirstShared(const std::vector<SharedBlock>& blocks, std::size_t more) {
+  constexpr std::size_t kMostStates = 2;
+  shared_blocks_.reserve(blocks.size() + more);
+  mutable_parameter_block_sizes()->reserve(blocks.size() + more + kMostStates);
+  for (const SharedBlock& block : blocks) AddShared(block);
+}
+
 }  // namespace truetriad

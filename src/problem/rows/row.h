@@ -32,15 +32,11 @@ class Row : public ceres::CostFunction {
  protected:
   explicit Row(int rows) { set_num_residuals(rows); }
 
-  // Room for as many shared blocks, and for states: a chain has a row or three for each of many
-  // thousand poses.
-  void Reserve(std::size_t blocks) {
-    shared_blocks_.reserve(blocks);
-    mutable_parameter_block_sizes()->reserve(blocks + 2);
-  }
-
   // All shared blocks come before the first state.
   void AddShared(const SharedBlock& block);
+  // The first of them, with room for as many `more` and for states and no more than that: a chain
+  // has a row or three for each of many thousand poses.
+  void AddFirstShared(const std::vector<SharedBlock>& blocks, std::size_t more);
   void AddState(int size) { mutable_parameter_block_sizes()->push_back(size); }
 
  private:

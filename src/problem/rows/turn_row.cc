@@ -15,8 +15,7 @@ TurnRow::TurnRow(const SharedLayout& layout,
       counts_earth_rate_(counts_earth_rate),
       has_g_sensitivity_(layout.g_sensitivity >= 0),
       triad_blocks_(layout, Triad::kGyroscope, factors) {
-  Reserve(triad_blocks_.count() + 2);
-  for (const SharedBlock& block : triad_blocks_.blocks()) AddShared(block);
+  AddFirstShared(triad_blocks_.blocks(), 2);
   if (has_g_sensitivity_) AddShared({layout.g_sensitivity, 9});
   if (counts_earth_rate_) AddShared({layout.reference, kReferenceSize});
   AddState(kAttitudeSize);

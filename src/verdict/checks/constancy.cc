@@ -80,7 +80,7 @@ Columns ColumnsOf(const ReducedSystem& system,
     columns.rows.push_back(system.factors()[places[i].node].row + places[i].row);
     Z.block<3, 3>(columns.rows[i], 3 * static_cast<Eigen::Index>(i)) = columns.own[i];
   }
-  columns.projected = system.Project(Z);
+  columns.projected = system.Project(std::move(Z));
   return columns;
 }
 

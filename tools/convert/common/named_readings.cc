@@ -577,9 +577,6 @@ Status ConvertFiles(const Files& files,
   std::string names;
   bool any = false;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    if (files[i].is_damaged()) {
-      Note(files.path(i) + ": is damaged: a variable is incomplete, and later ones may be missing");
-    }
     any = any || !files[i].variables().empty();
     names += (i > 0 ? ", " : "") + std::filesystem::path(files.path(i)).filename().string();
   }
@@ -639,6 +636,9 @@ Status ConvertNamedReadings(
     Files files;
     for (const std::string& path : paths) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, open(path));
+      if (file->is_damaged()) {
+        Note(path + ": is damaged: a variable is incomplete, and later ones may be missing");
+      }
       files.Add(path, std::move(file));
     }
     if (!arguments.list) return ConvertFiles(files, arguments, format, folder.get());

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/convert/common/byte_cursor.h"
 #include "tools/convert/common/byte_stream.h"
+#include "tools/convert/mat/mat_elements.h"
 
 namespace truetriad::convert {
 namespace {
@@ -112,8 +112,6 @@ bool CopyNumbers(const matvar_t& variable, std::size_t count, std::vector<double
   }
 }
 
-constexpr std::size_t kHeader5 = 128;
-
 /// What the first bytes say; the library would also take a file for one of version 4, which has no
 /// signature, and then believe its lengths.
 enum class Version { kNone, k5, k73 };
@@ -128,30 +126,6 @@ Version VersionOf(ByteStream* file) {
   constexpr std::string_view kLittle("\0\1IM", 4);
   constexpr std::string_view kBig("\1\0MI", 4);
   return mark == kLittle || mark == kBig ? Version::k5 : Version::kNone;
-}
-
-/// What a little-endian file of version 5 is filled by.
-struct Elements5 {
-  int whole = 0;        ///< Elements, from the first on, that are there to their end.
-  bool is_cut = false;  ///< Something follows them that is none.
-};
-
-Elements5 ElementsOf5(ByteStream* file) {
-  file->Skip(kHeader5);
-  Elements5 elements;
-  for (; !file->at_end(); ++elements.whole) {
-    constexpr std::size_t kTag = 8;
-    elements.is_cut = true;
-    const std::string_view tag = file->Peek(kTag);
-    if (tag.size() < kTag) return elements;
-    const auto type = LoadNumber<std::uint32_t>(tag, 0);
-    const auto size = LoadNumber<std::uint32_t>(tag, 4);
-    const bool is_known = type == MAT_T_MATRIX || type == MAT_T_COMPRESSED;
-    if (!is_known || size > file->left() - kTag) return elements;
-    file->Skip(kTag + size);
-    elements.is_cut = false;
-  }
-  return elements;
 }
 
 }  // namespace
@@ -173,11 +147,11 @@ Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
   // A damaged file may go round in a circle.
   constexpr int kMostVariables = 100'000;
   int most = kMostVariables;
-  if (version == Version::k5 && bytes->Peek(kHeader5)[kHeader5 - 2] == 'I') {
-    // The library fills up with zeros what is missing of a variable that is cut.
-    const Elements5 elements = ElementsOf5(bytes.get());
+  if (version == Version::k5) {
+    const bool is_swapped = bytes->Peek(kHeader5)[kHeader5 - 2] == 'M';
+    const Elements5 elements = ElementsOf5(bytes.get(), is_swapped);
     most = std::min(most, elements.whole);
-    file->is_damaged_ = elements.is_cut;
+    file->is_damaged_ = elements.is_damaged;
   }
   int count = 0;
   for (; count < most; ++count) {
