@@ -11,6 +11,7 @@
 
 #include "base/messages.h"
 #include "calibrate/calibrate_settled.h"
+#include "calibrate/rival_alignment.h"
 #include "choice/model_choice.h"
 #include "data/recorded_temperature.h"
 #include "motion/calibrate_motion.h"
@@ -297,6 +298,9 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
     if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));
     return with_larger;
+  }
+  if (auto rival = FindRivalAlignment(options, *graph)) {
+    return Refuse(*std::move(rival), std::move(summary));
   }
   summary.iterations = log.iterations;
   summary.initial_cost = log.initial_cost;

@@ -79,6 +79,48 @@ TEST(CalibrateAccelMag, RecoversTruthExactlyWithoutNoise) {
   }
 }
 
+// `joint` poses with both sensors and sixty with one of them.
+PoseSet PosesOfWhichFewHaveBoth(const SyntheticUnit& unit, int joint, Random* random) {
+  SyntheticNoise noise;
+  noise.rest_sigma[Triad::kAccelerometer] = 0.01;
+  noise.rest_sigma[Triad::kMagnetometer] = 0.3;
+  PoseSet poses = SimulatePoses(unit, RandomAttitudes(joint + 60, random), noise, random);
+  for (std::size_t k = static_cast<std::size_t>(joint); k < poses.poses.size(); ++k) {
+    poses.poses[k].triads[k % 2 == 0 ? Triad::kAccelerometer : Triad::kMagnetometer].reset();
+  }
+  return poses;
+}
+
+// The angle between gravity and field has up to six solutions in four poses with both sensors, each
+// of which looks determined where it stands.
+TEST(CalibrateAccelMag, RefusesWhereFewPosesWithBothSensorsHaveSeveralSolutions) {
+  int told_of_four = 0;
+  for (int seed = 0; seed < 20; ++seed) {
+    for (const int joint : {4, 5, 8}) {
+      Random random(static_cast<std::uint64_t>(seed));
+      const SyntheticUnit unit = RandomUnit({}, &random);
+      const auto summary =
+          Calibrate(PosesOfWhichFewHaveBoth(unit, joint, &random), JointOptions(unit));
+      ASSERT_TRUE(summary) << summary.error().message;
+      const Calibration& calibration = summary->calibration;
+      const std::string of = std::to_string(joint) + " poses, seed " + std::to_string(seed);
+      if (calibration.IsUsable()) {
+        // Of some 24 degrees of freedom; another solution is off by a hundred σ.
+        const Eigen::VectorXd error = Errors(calibration, unit);
+        int dimension = 0;
+        EXPECT_LT(trials::Nees(error, calibration.covariance.matrix, &dimension), 100.0) << of;
+        continue;
+      }
+      EXPECT_LT(joint, 8) << of;
+      const Finding* rival = Find(calibration.findings, FindingCode::kAlignmentUndetermined);
+      if (rival == nullptr) continue;
+      EXPECT_EQ(rival->Value("poses"), joint) << of;
+      told_of_four += joint == 4 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(told_of_four, 15);
+}
+
 // Rests of 4 s at 100 Hz.
 PoseSet TimedPoses(const SyntheticUnit& unit, int count, Random* random) {
   PoseSet poses = SimulatePoses(unit, RandomAttitudes(count, random), SyntheticNoise{}, random);

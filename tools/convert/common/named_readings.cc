@@ -80,7 +80,8 @@ class Files {
   const std::string& path(std::size_t file) const { return paths_[file]; }
   VariableFile& operator[](std::size_t file) const { return *files_[file]; }
   bool IsDamaged() const {
-    return std::any_of(files_.begin(), files_.end(), [](const auto& f) { return f->is_damaged(); });
+    return std::any_of(
+        files_.begin(), files_.end(), [](const auto& f) { return !f->damage().empty(); });
   }
 
   /// "acc": of several files "unit-acc/data", by the file's name without its ending.
@@ -126,8 +127,9 @@ class Files {
                        "`; name the file, too: " + NameOf(found[0].file, *found[0].variable));
     }
     if (IsDamaged()) {
-      return Error(ErrorCode::kDamagedFile,
-                   "the file is damaged, and variable " + name + " is missing or incomplete");
+      return Error(
+          ErrorCode::kDamagedFile,
+          "the file cannot be read to its end, and variable " + name + " is missing or incomplete");
     }
     return Error(ErrorCode::kUnknownName,
                  "no numeric variable `" + name + "`; there are " + ListOf(All(), 30));
@@ -636,9 +638,7 @@ Status ConvertNamedReadings(
     Files files;
     for (const std::string& path : paths) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, open(path));
-      if (file->is_damaged()) {
-        Note(path + ": is damaged: a variable is incomplete, and later ones may be missing");
-      }
+      if (!file->damage().empty()) Note(path + ": " + file->damage());
       files.Add(path, std::move(file));
     }
     if (!arguments.list) return ConvertFiles(files, arguments, format, folder.get());

@@ -40,13 +40,13 @@ class VariableFile {
         variables_.begin(), variables_.end(), [&](const Variable& v) { return v.name == name; });
     return found == variables_.end() ? nullptr : &*found;
   }
-  /// Whether it ends, or goes astray, inside of a variable: then some may be missing.
-  bool is_damaged() const { return is_damaged_; }
+  /// Empty, or why it cannot be read to its end: then some variables may be missing.
+  const std::string& damage() const { return damage_; }
   /// Error: it is not whole, or too large to be what it says.
   virtual Result<Matrix> Read(const Variable& variable) = 0;
 
  protected:
-  bool is_damaged_ = false;
+  std::string damage_;
   std::vector<Variable> variables_;
 };
 

@@ -95,7 +95,9 @@ class Content {
 /// Goes through a matrix and those in it.
 class Walk {
  public:
-  Walk(Content* content, bool is_swapped) : content_(content), is_swapped_(is_swapped) {}
+  /// `cells`: how many there may be yet.
+  Walk(Content* content, bool is_swapped, int* cells)
+      : content_(content), is_swapped_(is_swapped), cells_(cells) {}
 
   /// Of a tag that comes next, of at most `left` bytes with it; that is what is left after it.
   bool IsSoundElement(std::uint64_t* left, int depth) {
@@ -132,7 +134,7 @@ class Walk {
       count *= dimension;
     }
     for (; count > 0; --count) {
-      if (!IsSoundElement(&size, depth + 1)) return false;
+      if (--*cells_ < 0 || !IsSoundElement(&size, depth + 1)) return false;
     }
     return content_->Skip(size);
   }
@@ -189,6 +191,7 @@ class Walk {
 
   Content* content_;
   bool is_swapped_;
+  int* cells_;
 };
 
 }  // namespace
@@ -196,6 +199,7 @@ class Walk {
 Elements5 ElementsOf5(ByteStream* file, bool is_swapped) {
   file->Skip(kHeader5);
   Elements5 elements;
+  int cells = kMostCells;
   for (; !file->at_end(); ++elements.whole) {
     elements.is_damaged = true;
     const std::string_view tag = file->Peek(kTag);
@@ -210,9 +214,10 @@ Elements5 ElementsOf5(ByteStream* file, bool is_swapped) {
     file->Skip(kTag);
     const std::uint64_t end = file->position() + size;
     Content content(file, size, type == kCompressed);
-    Walk walk(&content, is_swapped);
+    Walk walk(&content, is_swapped, &cells);
     std::uint64_t most = std::uint64_t{1} << 32U;  // that a tag can say, with the tag
     if (!(type == kMatrix ? walk.IsSoundMatrix(size, 0) : walk.IsSoundElement(&most, 0))) {
+      elements.has_too_many = cells < 0;
       return elements;
     }
     file->Skip(end - file->position());

@@ -7,11 +7,16 @@ namespace truetriad::convert {
 
 /// What a .mat file of version 5 is filled by, one element a variable.
 struct Elements5 {
-  int whole = 0;            ///< Elements, from the first on, that are sound.
-  bool is_damaged = false;  ///< Something follows them that is not.
+  int whole = 0;              ///< Elements, from the first on, that are sound.
+  bool is_damaged = false;    ///< Something follows them that is not.
+  bool has_too_many = false;  ///< Because of kMostCells.
 };
 
 constexpr std::size_t kHeader5 = 128;
+
+/// Cells and elements of structs, in all variables together: the library takes 220 bytes for each,
+/// of which eight zeros in the file, compressed to nothing, may be all.
+constexpr int kMostCells = 250'000;
 
 /// Walks through a file of version 5 before the library does, which believes what a file says of
 /// itself: it fills up with zeros what is missing of a variable that is cut, and makes room for as

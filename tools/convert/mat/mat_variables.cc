@@ -144,6 +144,8 @@ Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
   std::unique_ptr<MatFile> file(new MatFile(path, handle));
   file->file_size_ = bytes->size();
   file->is_hdf5_ = version == Version::k73;
+  constexpr char kIncomplete[] =
+      "is damaged: a variable is incomplete, and later ones may be missing";
   // A damaged file may go round in a circle.
   constexpr int kMostVariables = 100'000;
   int most = kMostVariables;
@@ -151,7 +153,12 @@ Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
     const bool is_swapped = bytes->Peek(kHeader5)[kHeader5 - 2] == 'M';
     const Elements5 elements = ElementsOf5(bytes.get(), is_swapped);
     most = std::min(most, elements.whole);
-    file->is_damaged_ = elements.is_damaged;
+    if (elements.is_damaged) file->damage_ = kIncomplete;
+    if (elements.has_too_many) {
+      file->damage_ = "has more than " + std::to_string(kMostCells) +
+                      " cells and elements of structs: variables from there on are not read; save "
+                      "what is wanted in a file of its own";
+    }
   }
   int count = 0;
   for (; count < most; ++count) {
@@ -159,7 +166,7 @@ Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
     if (!variable) break;
     if (variable->name != nullptr) file->Collect(*variable, variable->name, 0);
   }
-  file->is_damaged_ = file->is_damaged_ || (most < kMostVariables && count < most);
+  if (file->damage_.empty() && most < kMostVariables && count < most) file->damage_ = kIncomplete;
   return std::unique_ptr<VariableFile>(std::move(file));
 }
 

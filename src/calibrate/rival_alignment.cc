@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibrate/rival_alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "base/messages.h"
+#include "init/frame_alignment.h"
+#include "math/dense/eigenvalues.h"
+#include "problem/start_values.h"
+#include "solve/linearised_graph.h"
+#include "solve/solve_graph.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+namespace {
+
+// One is a thousand times as likely as the other: 2 log 1000.
+constexpr double kFarInChi2 = 13.8;
+// Nearer than that it is the same one, found again: by the closed form, which weighs all poses
+// alike, and when it is solved.
+constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;
+constexpr double kSameRad = 0.5 * kRadPerDeg;
+
+struct Pairs {
+  std::vector<Eigen::Vector3d> ups, fields;  // in the body as it was solved, unit vectors
+  double cosine = 0.0;                       // of the angle between them, mean
+  double rms = 0.0;                          // of what they differ by from it
+};
+
+Pairs PairsOf(const PoseGraph& graph) {
+  Pairs pairs;
+  for (const PoseNode& node : graph.nodes) {
+    PerTriad<std::optional<Eigen::Vector3d>> seen;
+    for (const Observation& observation : node.observations) {
+      if (observation.triad == Triad::kGyroscope) continue;
+      seen[observation.triad] =
+          graph.ModelAt(observation.triad, node).TruthFromRaw(observation.mean_raw).normalized();
+    }
+    if (!seen[Triad::kAccelerometer] || !seen[Triad::kMagnetometer]) continue;
+    pairs.ups.push_back(*seen[Triad::kAccelerometer]);
+    pairs.fields.push_back(*seen[Triad::kMagnetometer]);
+  }
+  const auto count = static_cast<double>(pairs.ups.size());
+  for (std::size_t k = 0; k < pairs.ups.size(); ++k) {
+    pairs.cosine += pairs.ups[k].dot(pairs.fields[k]) / count;
+  }
+  for (std::size_t k = 0; k < pairs.ups.size(); ++k) {
+    pairs.rms += std::pow(pairs.ups[k].dot(pairs.fields[k]) - pairs.cosine, 2) / count;
+  }
+  pairs.rms = std::sqrt(pairs.rms);
+  return pairs;
+}
+
+// Of an orthogonal matrix of either hand.
+double AngleOf(const Eigen::Matrix3d& turn) {
+  return Eigen::AngleAxisd(Eigen::Matrix3d(turn.determinant() < 0.0 ? -turn : turn)).angle();
+}
+
+bool HoldsDip(const SharedLayout& layout) {
+  return layout.basis.row(layout.reference + kDip).isZero(0.0);
+}
+
+// Other minima of the closed form, as rotations of the field in the body. A triad that is
+// left-handed is no rival of one that is not.
+std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) {
+  const double* known = HoldsDip(solved.layout) ? &pairs.cosine : nullptr;
+  const bool is_left_handed = solved.sensitivity(Triad::kAccelerometer).determinant() *
+                                  solved.sensitivity(Triad::kMagnetometer).determinant() <
+                              0.0;
+  std::vector<FrameAlignment> all;
+  const auto add = [&](int determinant) {
+    auto found = AlignFrames(pairs.ups, pairs.fields, determinant, known);
+    if (found) all.insert(all.end(), found->begin(), found->end());
+  };
+  add(+1);
+  if (is_left_handed && known != nullptr) add(-1);
+  for (FrameAlignment& other : all) {
+    if (known != nullptr || other.cosine * pairs.cosine > 0.0) continue;
+    // On this side of the equator it is of the other hand.
+    other.rotation = -other.rotation;
+    other.cosine = -other.cosine;
+  }
+  constexpr double kHopeless = 0.02;  // on top of what the solution itself leaves
+  std::erase_if(all, [&](const FrameAlignment& other) {
+    return AngleOf(other.rotation) < kSameByClosedFormRad ||
+           other.rms > 3.0 * pairs.rms + kHopeless ||
+           (other.rotation.determinant() < 0.0 && !is_left_handed);
+  });
+  return all;
+}
+
+// The graph from where the triad that does not lead is turned, solved.
+PoseGraph SolvedFrom(const FrameAlignment& alignment, Triad turned, PoseGraph graph) {
+  const SharedLayout& layout = graph.layout;
+  const Eigen::Matrix3d body_from_turned =
+      turned == Triad::kMagnetometer ? alignment.rotation.transpose() : alignment.rotation;
+  const auto turn = [&](int at) {
+    graph.shared.segment<9>(at) =
+        Eigen::Matrix3d(graph.shared.segment<9>(at).reshaped(3, 3) * body_from_turned).reshaped();
+  };
+  turn(layout.sensitivity[turned]);
+  const ThermalBlock& thermal = layout.thermal[turned];
+  for (int i = 0; i < thermal.terms.matrix_order; ++i) turn(thermal.matrix_at(i));
+  if (!HoldsDip(layout)) {
+    graph.shared[layout.reference + kDip] = -std::asin(std::clamp(alignment.cosine, -1.0, 1.0));
+  }
+  StartValues start;
+  start.reference = graph.reference();
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    start.models[triad] = {graph.sensitivity(triad), graph.bias(triad)};
+  }
+  SetStartAttitudes(start, &graph);
+  SolveGraph(&graph);
+  return graph;
+}
+
+// Of the turn from one to the other.
+double AngleBetween(const PoseGraph& a, const PoseGraph& b, Triad triad) {
+  const Svd3 svd = SvdOf3(a.sensitivity(triad).inverse() * b.sensitivity(triad));
+  return AngleOf(svd.U * svd.V.transpose());
+}
+
+}  // namespace
+
+std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
+                                          const PoseGraph& solved) {
+  const SharedLayout& layout = solved.layout;
+  if (!layout.Has(Triad::kAccelerometer) || !layout.Has(Triad::kMagnetometer) ||
+      !solved.increments.empty() || options.attitudes.kind == AttitudeKind::kGiven) {
+    return std::nullopt;
+  }
+  const Triad turned =
+      LeadingTriad(options) == Triad::kMagnetometer ? Triad::kAccelerometer : Triad::kMagnetometer;
+  const TriadOptions& triad = options.triads[turned];
+  if (triad.fixed_sensitivity || triad.model != MatrixModel::kFull) return std::nullopt;
+  const Pairs pairs = PairsOf(solved);
+  const double cost = LinearisedGraph(solved).cost();
+  for (const FrameAlignment& alignment : Others(solved, pairs)) {
+    const PoseGraph other = SolvedFrom(alignment, turned, solved);
+    const double worse = 2.0 * (LinearisedGraph(other).cost() - cost);
+    const double angle_rad = AngleBetween(solved, other, turned);
+    if (!(worse < kFarInChi2) || angle_rad < kSameRad) continue;
+    return Finding(FindingCode::kAlignmentUndetermined,
+                   "the " + std::to_string(pairs.ups.size()) +
+                       " poses with both sensors do not tell how they stand to each other: " +
+                       Format("turned by %.3g deg, the ", angle_rad / kRadPerDeg) +
+                       std::string(TriadName(turned)) + " explains all poses as well",
+                   "record 8 or more poses with both sensors, in different attitudes")
+        .With("poses", static_cast<double>(pairs.ups.size()))
+        .With("angle", angle_rad / kRadPerDeg, "deg")
+        .With("chi2", worse);
+  }
+  return std::nullopt;
+}
+
+}  // namespace truetriad
