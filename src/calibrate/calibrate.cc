@@ -49,6 +49,17 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
+// A sensor that was never at rest, or too few poses.
+std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
+  for (const Triad triad : kTriads) {
+    if (options.triads[triad].enabled && poses.not_at_rest[triad]) return poses.not_at_rest[triad];
+  }
+  if (const Status counts = CheckPoseCounts(poses, options); !counts) {
+    return RefusalOf(counts.error());
+  }
+  return std::nullopt;
+}
+
 // The poses at the temperature that most of them share.
 PoseSet AtOneTemperature(const PoseSet& poses) {
   const std::vector<std::vector<std::size_t>> settings = PosesByTemperature(poses);
@@ -236,22 +247,15 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   if (auto refusal = WhyNotAsStated(poses, options)) {
     return Refuse(*std::move(refusal), std::move(summary));
   }
-  if (options.motion) {
-    TRUETRIAD_RETURN_IF_ERROR(CalibrateMotion(poses, options, &summary));
-    return summary;
-  }
-  if (options.sweep) {
-    TRUETRIAD_RETURN_IF_ERROR(CalibrateSweep(poses, options, &summary));
+  if (options.motion || options.sweep) {
+    TRUETRIAD_RETURN_IF_ERROR(options.motion ? CalibrateMotion(poses, options, &summary)
+                                             : CalibrateSweep(poses, options, &summary));
     return summary;
   }
   NoiseState noise = ChooseNoise(poses, options, &calibration.findings);
   calibration.quality.poses = static_cast<int>(poses.poses.size());
-  for (const Triad triad : kTriads) {
-    if (!options.triads[triad].enabled || !poses.not_at_rest[triad]) continue;
-    return Refuse(*poses.not_at_rest[triad], std::move(summary));
-  }
-  if (const Status counts = CheckPoseCounts(poses, options); !counts) {
-    return Refuse(RefusalOf(counts.error()), std::move(summary));
+  if (auto refusal = WhyTooFewRests(poses, options)) {
+    return Refuse(*std::move(refusal), std::move(summary));
   }
   const auto starts = FindStarts(poses, options);
   if (!starts) {

@@ -13,7 +13,7 @@
 #include "init/frame_alignment.h"
 #include "math/dense/eigenvalues.h"
 #include "problem/start_values.h"
-#include "solve/linearised_graph.h"
+#include "solve/chain_elimination.h"
 #include "solve/solve_graph.h"
 #include "truetriad/base/units.h"
 
@@ -62,14 +62,11 @@ double AngleOf(const Eigen::Matrix3d& turn) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(turn.determinant() < 0.0 ? -turn : turn)).angle();
 }
 
-bool HoldsDip(const SharedLayout& layout) {
-  return layout.basis.row(layout.reference + kDip).isZero(0.0);
-}
-
 // Other minima of the closed form, as rotations of the field in the body. A triad that is
 // left-handed is no rival of one that is not.
 std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) {
-  const double* known = HoldsDip(solved.layout) ? &pairs.cosine : nullptr;
+  const bool is_dip_free = solved.layout.IsFree(solved.layout.reference + kDip);
+  const double* known = is_dip_free ? nullptr : &pairs.cosine;
   const bool is_left_handed = solved.sensitivity(Triad::kAccelerometer).determinant() *
                                   solved.sensitivity(Triad::kMagnetometer).determinant() <
                               0.0;
@@ -107,16 +104,10 @@ PoseGraph SolvedFrom(const FrameAlignment& alignment, Triad turned, PoseGraph gr
   turn(layout.sensitivity[turned]);
   const ThermalBlock& thermal = layout.thermal[turned];
   for (int i = 0; i < thermal.terms.matrix_order; ++i) turn(thermal.matrix_at(i));
-  if (!HoldsDip(layout)) {
+  if (layout.IsFree(layout.reference + kDip)) {
     graph.shared[layout.reference + kDip] = -std::asin(std::clamp(alignment.cosine, -1.0, 1.0));
   }
-  StartValues start;
-  start.reference = graph.reference();
-  for (const Triad triad : kTriads) {
-    if (!layout.Has(triad)) continue;
-    start.models[triad] = {graph.sensitivity(triad), graph.bias(triad)};
-  }
-  SetStartAttitudes(start, &graph);
+  SetStartAttitudes(StartAt(graph), &graph);
   SolveGraph(&graph);
   return graph;
 }
@@ -141,10 +132,12 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
   const TriadOptions& triad = options.triads[turned];
   if (triad.fixed_sensitivity || triad.model != MatrixModel::kFull) return std::nullopt;
   const Pairs pairs = PairsOf(solved);
-  const double cost = LinearisedGraph(solved).cost();
-  for (const FrameAlignment& alignment : Others(solved, pairs)) {
+  const std::vector<FrameAlignment> others = Others(solved, pairs);
+  if (others.empty()) return std::nullopt;
+  const double cost = Linearised(solved).cost();
+  for (const FrameAlignment& alignment : others) {
     const PoseGraph other = SolvedFrom(alignment, turned, solved);
-    const double worse = 2.0 * (LinearisedGraph(other).cost() - cost);
+    const double worse = 2.0 * (Linearised(other).cost() - cost);
     const double angle_rad = AngleBetween(solved, other, turned);
     if (!(worse < kFarInChi2) || angle_rad < kSameRad) continue;
     return Finding(FindingCode::kAlignmentUndetermined,

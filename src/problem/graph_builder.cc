@@ -228,14 +228,10 @@ std::vector<int> PlacesIn(const SharedLayout& whole, const SharedLayout& part) {
 }
 
 PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved) {
-  StartValues start;
-  start.reference = solved.reference();
-  start.level_from_fixture = solved.level_from_fixture;
+  StartValues start = StartAt(solved);
   for (const Triad triad : kTriads) {
-    if (!solved.layout.Has(triad)) continue;
     const std::optional<Eigen::Matrix3d>& held = options.triads[triad].fixed_sensitivity;
-    start.models[triad] = {held ? *held : Eigen::Matrix3d(solved.sensitivity(triad)),
-                           solved.bias(triad)};
+    if (start.models[triad] && held) start.models[triad]->sensitivity = *held;
   }
   PoseGraph graph = solved;
   LayOutParameters(options, start, &graph);

@@ -12,6 +12,17 @@
 
 namespace truetriad {
 
+StartValues StartAt(const PoseGraph& graph) {
+  StartValues start;
+  start.reference = graph.reference();
+  start.level_from_fixture = graph.level_from_fixture;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    start.models[triad] = {graph.sensitivity(triad), graph.bias(triad)};
+  }
+  return start;
+}
+
 std::vector<Eigen::Vector3d> ReadingsOf(const PoseSet& poses, Triad triad) {
   std::vector<Eigen::Vector3d> readings;
   for (const StaticPose& pose : poses.poses) {

@@ -32,6 +32,9 @@ struct StartValues {
   Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 };
 
+// Where a graph stands, at the reference temperature.
+StartValues StartAt(const PoseGraph& graph);
+
 // Readings of `triad`, a pose each.
 std::vector<Eigen::Vector3d> ReadingsOf(const PoseSet& poses, Triad triad);
 

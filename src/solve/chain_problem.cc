@@ -6,7 +6,6 @@
 #include "problem/graph_rows.h"
 
 namespace truetriad {
-
 namespace {
 
 // `done` is told of each node whose rows are made.

@@ -5,11 +5,13 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <matio.h>
 #include <zlib.h>
 
 #include "tools/convert/common/byte_cursor.h"
@@ -20,10 +22,10 @@ namespace {
 constexpr std::size_t kTag = 8;
 constexpr int kDeepest = 64;  ///< Cells in cells; the library calls itself as deep.
 
-/// Of an element; the numbers are the format's.
-enum Type : std::uint32_t { kMatrix = 14, kCompressed = 15 };
-/// Of a matrix.
-enum Class : std::uint32_t { kCell = 1, kStruct = 2, kObject = 3, kFunction = 16 };
+std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped) {
+  const auto word = LoadNumber<std::uint32_t>(bytes, offset);
+  return is_swapped ? __builtin_bswap32(word) : word;
+}
 
 /// The bytes of an element, inflated where they are compressed, from front to back.
 class Content {
@@ -102,7 +104,7 @@ class Walk {
   /// Of a tag that comes next, of at most `left` bytes with it; that is what is left after it.
   bool IsSoundElement(std::uint64_t* left, int depth) {
     const auto words = TakeWords(2, left);
-    if (words.empty() || words[0] != kMatrix || words[1] > *left) return false;
+    if (words.empty() || words[0] != MAT_T_MATRIX || words[1] > *left) return false;
     *left -= words[1];
     return IsSoundMatrix(words[1], depth);
   }
@@ -114,11 +116,11 @@ class Walk {
     const auto flags = TakeNumbers(&size);
     if (flags.empty()) return false;
     const std::uint32_t kind = flags[0] & 0xFFU;
-    const bool has_fields = kind == kStruct || kind == kObject;
-    if (!has_fields && kind != kCell && kind != kFunction) return content_->Skip(size);
+    const bool has_fields = kind == MAT_C_STRUCT || kind == MAT_C_OBJECT;
+    if (!has_fields && kind != MAT_C_CELL && kind != MAT_C_FUNCTION) return content_->Skip(size);
     const auto dimensions = TakeNumbers(&size);
-    if (dimensions.empty() || !SkipElement(&size)) return false;  // its name
-    if (kind == kObject && !SkipElement(&size)) return false;     // its class
+    if (dimensions.empty() || !SkipElement(&size)) return false;    // its name
+    if (kind == MAT_C_OBJECT && !SkipElement(&size)) return false;  // its class
     std::uint64_t count = 1;
     if (has_fields) {
       const auto length = TakeNumbers(&size);
@@ -126,9 +128,7 @@ class Walk {
       if (length.empty() || length[0] == 0 || !SkipElement(&size, &names)) return false;
       count = names / length[0];
     }
-    for (const std::uint32_t dimension : dimensions) {
-      if (dimension == 0) count = 0;
-    }
+    if (std::count(dimensions.begin(), dimensions.end(), 0U) > 0) count = 0;
     for (const std::uint32_t dimension : dimensions) {
       if (count > 0 && dimension > size / kTag / count) return false;
       count *= dimension;
@@ -146,8 +146,7 @@ class Walk {
     *left -= bytes.size();
     std::vector<std::uint32_t> words;
     for (std::size_t i = 0; i < count; ++i) {
-      const auto word = LoadNumber<std::uint32_t>(bytes, sizeof(std::uint32_t) * i);
-      words.push_back(is_swapped_ ? __builtin_bswap32(word) : word);
+      words.push_back(WordAt(bytes, sizeof(std::uint32_t) * i, is_swapped_));
     }
     return words;
   }
@@ -201,27 +200,24 @@ Elements5 ElementsOf5(ByteStream* file, bool is_swapped) {
   Elements5 elements;
   int cells = kMostCells;
   for (; !file->at_end(); ++elements.whole) {
-    elements.is_damaged = true;
+    elements.rest = Elements5::Rest::kDamaged;
     const std::string_view tag = file->Peek(kTag);
     if (tag.size() < kTag) return elements;
-    auto type = LoadNumber<std::uint32_t>(tag, 0);
-    auto size = LoadNumber<std::uint32_t>(tag, 4);
-    if (is_swapped) {
-      type = __builtin_bswap32(type);
-      size = __builtin_bswap32(size);
-    }
-    if ((type != kMatrix && type != kCompressed) || size > file->left() - kTag) return elements;
+    const std::uint32_t type = WordAt(tag, 0, is_swapped);
+    const std::uint32_t size = WordAt(tag, sizeof type, is_swapped);
+    const bool is_known = type == MAT_T_MATRIX || type == MAT_T_COMPRESSED;
+    if (!is_known || size > file->left() - kTag) return elements;
     file->Skip(kTag);
     const std::uint64_t end = file->position() + size;
-    Content content(file, size, type == kCompressed);
+    Content content(file, size, type == MAT_T_COMPRESSED);
     Walk walk(&content, is_swapped, &cells);
-    std::uint64_t most = std::uint64_t{1} << 32U;  // that a tag can say, with the tag
-    if (!(type == kMatrix ? walk.IsSoundMatrix(size, 0) : walk.IsSoundElement(&most, 0))) {
-      elements.has_too_many = cells < 0;
+    auto most = std::numeric_limits<std::uint64_t>::max();  // nobody knows before it is inflated
+    if (!(type == MAT_T_MATRIX ? walk.IsSoundMatrix(size, 0) : walk.IsSoundElement(&most, 0))) {
+      if (cells < 0) elements.rest = Elements5::Rest::kTooManyCells;
       return elements;
     }
     file->Skip(end - file->position());
-    elements.is_damaged = false;
+    elements.rest = Elements5::Rest::kNone;
   }
   return elements;
 }

@@ -7,9 +7,8 @@ namespace truetriad::convert {
 
 /// What a .mat file of version 5 is filled by, one element a variable.
 struct Elements5 {
-  int whole = 0;              ///< Elements, from the first on, that are sound.
-  bool is_damaged = false;    ///< Something follows them that is not.
-  bool has_too_many = false;  ///< Because of kMostCells.
+  int whole = 0;  ///< Elements, from the first on, that are sound.
+  enum class Rest { kNone, kDamaged, kTooManyCells } rest = Rest::kNone;  ///< What follows them.
 };
 
 constexpr std::size_t kHeader5 = 128;

@@ -153,11 +153,11 @@ Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
     const bool is_swapped = bytes->Peek(kHeader5)[kHeader5 - 2] == 'M';
     const Elements5 elements = ElementsOf5(bytes.get(), is_swapped);
     most = std::min(most, elements.whole);
-    if (elements.is_damaged) file->damage_ = kIncomplete;
-    if (elements.has_too_many) {
+    if (elements.rest == Elements5::Rest::kDamaged) file->damage_ = kIncomplete;
+    if (elements.rest == Elements5::Rest::kTooManyCells) {
       file->damage_ = "has more than " + std::to_string(kMostCells) +
                       " cells and elements of structs: variables from there on are not read; save "
-                      "what is wanted in a file of its own";
+                      "the variables you need in another file";
     }
   }
   int count = 0;
