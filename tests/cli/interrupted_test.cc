@@ -51,6 +51,19 @@ std::vector<std::string> LitterIn(const std::string& folder) {
   return litter;
 }
 
+// Kills with `kill` when some time has passed ($p: the process of truetriad), and waits until
+// each process that was started has ended, also one that outlives its parent.
+Finished RunKilled(const std::string& line,
+                   const std::string& kill,
+                   double after_s,
+                   const std::string& folder) {
+  char moment[32];
+  std::snprintf(moment, sizeof moment, "%.4f", after_s);
+  return RunShell("exec 9>lock; flock 9; " + line + " & p=$!; exec 9>&-; sleep " + moment + "; " +
+                      kill + "; wait $p; status=$?; flock lock true; exit $status",
+                  folder);
+}
+
 struct Writer {
   std::string name;
   std::string command;  // below the folder of the test, where log.csv and golden.yaml are
@@ -112,9 +125,9 @@ TEST_P(KilledWriter, LeavesWholeFilesAndTheNextRunNoLitter) {
       fs::remove_all(folder_.Path("out"));
       fs::create_directory(folder_.Path("out"));
     }
-    char moment[32];
-    std::snprintf(moment, sizeof moment, "%.4f", 1e-3 + took_s * random.Uniform());
-    killed += Run("timeout -s KILL " + std::string(moment) + " " + line).exit_code == 0 ? 0 : 1;
+    const double after_s = 1e-3 + took_s * random.Uniform();
+    const Finished run = RunKilled(line, "kill -KILL $p 2>/dev/null", after_s, folder_.Path("."));
+    killed += run.exit_code == 0 ? 0 : 1;
     ExpectWhole(whole);
   }
   EXPECT_GT(killed, kKills / 4);
@@ -163,16 +176,6 @@ class KilledConverter : public ::testing::TestWithParam<Converted> {
            " --input=log --output=out " + GetParam().flags;
   }
 
-  // Kills with `kill` when some time has passed ($p: the process of truetriad), and waits until
-  // each process that was started has ended, also one that outlives its parent.
-  Finished RunKilled(const std::string& kill, double after_s) const {
-    char moment[32];
-    std::snprintf(moment, sizeof moment, "%.4f", after_s);
-    return RunShell("exec 9>lock; flock 9; " + Line() + " & p=$!; exec 9>&-; sleep " + moment +
-                        "; " + kill + "; wait $p; status=$?; flock lock true; exit $status",
-                    folder_.Path("."));
-  }
-
   const TemporaryFolder folder_;
 };
 
@@ -204,7 +207,8 @@ TEST_P(KilledConverter, LeavesAWholeRecordingOrNoneAndTheNextRunNoLitter) {
     } else if (!fs::exists(folder_.Path("out"))) {
       ASSERT_EQ(RunShell(Line(), folder_.Path(".")).exit_code, 0);
     }
-    const Finished run = RunKilled(kills[i % 3], took_s * random.Uniform());
+    const Finished run =
+        RunKilled(Line(), kills[i % 3], took_s * random.Uniform(), folder_.Path("."));
     const bool is_there = fs::exists(folder_.Path("out"));
     EXPECT_TRUE(is_there || (onto_nothing && run.exit_code != 0));
     if (is_there) {
