@@ -6,5 +6,5 @@ cd "$(dirname "$0")/.."
 
 tools/build.sh truetriad
 build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo
-echo "Compare with the truth: build/truetriad compare --a=datasets/demo/truth.yaml --b=out/demo/calibration.yaml"
+echo "Compare with the truth: build/truetriad compare datasets/demo/truth.yaml out/demo/calibration.yaml"
 echo "Open out/demo/report.html in a browser. More verbs: build/truetriad help"
