@@ -108,8 +108,8 @@ struct Correlation {
   double value = 0.0;
   double pairs = 0.0;
 
-  double log_likelihood() const {
-    return -0.5 * pairs / kSlotsOfATurn * std::log(1.0 + kUnlikeShare - value * value);
+  double log_likelihood(double of_pairs) const {
+    return -0.5 * of_pairs / kSlotsOfATurn * std::log(1.0 + kUnlikeShare - value * value);
   }
 };
 
@@ -177,10 +177,16 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
           << peak->value << " at " << kSlotS * (at - kMostLag) << " s, "
           << correlation[kMostLag].value << " at 0";
   if (peak->value < kClearCorrelation || at == 0 || at == 2 * kMostLag) return std::nullopt;
+  // Too few readings of both at the times that were stated: nothing speaks against these.
+  if (!(correlation[kMostLag].pairs > 0.0)) return std::nullopt;
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];
-    if (rival.value > 0.0 && rival.log_likelihood() > peak->log_likelihood() - kClearlyLikelier) {
+    // As many for both: triads that were read in part only meet more often at some lags, which says
+    // nothing for these.
+    const double pairs = std::min(rival.pairs, peak->pairs);
+    if (rival.value > 0.0 &&
+        rival.log_likelihood(pairs) > peak->log_likelihood(pairs) - kClearlyLikelier) {
       return std::nullopt;
     }
   }
@@ -191,9 +197,12 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   return kSlotS * (static_cast<double>(at - kMostLag) + beside);
 }
 
+Triad ClockReference(const PoseSet& set) {
+  return set.Find(Triad::kGyroscope) != nullptr ? Triad::kGyroscope : Triad::kAccelerometer;
+}
+
 Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
-  const bool has_gyroscope = set->Find(Triad::kGyroscope) != nullptr;
-  const Triad reference = has_gyroscope ? Triad::kGyroscope : Triad::kAccelerometer;
+  const Triad reference = ClockReference(*set);
   Findings findings;
   std::string block;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {

@@ -49,9 +49,11 @@ class ClockLagFinder {
   PerTriad<Track> tracks_;
 };
 
+/// Whose clock the others' are compared with: the gyroscope's, without one the accelerometer's.
+Triad ClockReference(const PoseSet& set);
+
 /// Finds the triads whose times are off by tenths of a second and more, each with one block for
-/// all of them that can be pasted. The gyroscope is the reference, without one the
-/// accelerometer. `set` needs its streams and the offsets that were taken off.
+/// all of them that can be pasted. `set` needs its streams and the offsets that were taken off.
 Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set);
 
 }  // namespace truetriad

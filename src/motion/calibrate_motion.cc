@@ -276,7 +276,7 @@ void SayRemarks(const CalibrateOptions& options,
         !(std::abs(ahead_s) > kSaidClockError * run.clock_sigma_s[triad])) {
       continue;
     }
-    findings->push_back(ClockCorrected(triad, ahead_s, run.clock_sigma_s[triad]));
+    findings->push_back(ClockCorrected(triad, ahead_s, run.clock_sigma_s[triad], Triad::kGyroscope));
   }
   const Findings mounting = CheckMounting(options, run.graph);
   findings->insert(findings->end(), mounting.begin(), mounting.end());

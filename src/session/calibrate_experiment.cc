@@ -6,6 +6,7 @@
 
 #include "calibrate/calibrate_settled.h"
 #include "config/field_check.h"
+#include "data/clock_lags.h"
 #include "session/clocks.h"
 #include "session/load_sessions.h"
 #include "session/settle_experiment.h"
@@ -119,7 +120,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
   for (const Triad triad : kTriads) {
     if (taken_off[triad]) taken_off[triad]->later_s += stated.poses.time_offset_s[triad];
   }
-  SayClocksCorrected(taken_off, said, &attempt.calibration);
+  SayClocksCorrected(taken_off, said, ClockReference(attempt.loaded.poses), &attempt.calibration);
   return attempt;
 }
 

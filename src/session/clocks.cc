@@ -30,6 +30,7 @@ PerTriad<std::optional<ClockLeft>> ClocksLeft(const PoseSet& poses,
 
 void SayClocksCorrected(const PerTriad<std::optional<ClockLeft>>& taken_off,
                         const Findings& earlier,
+                        Triad reference,
                         Calibration* calibration) {
   for (const Triad triad : kTriads) {
     if (!taken_off[triad]) continue;
@@ -37,7 +38,7 @@ void SayClocksCorrected(const PerTriad<std::optional<ClockLeft>>& taken_off,
     for (const ClockOffset& offset : calibration->quality.rests.clock_offsets) {
       if (offset.triad == triad) clock.sigma_s = offset.sigma_s;
     }
-    Finding finding = ClockCorrected(triad, clock.later_s, clock.sigma_s);
+    Finding finding = ClockCorrected(triad, clock.later_s, clock.sigma_s, reference);
     const auto said = std::find_if(earlier.begin(), earlier.end(), [&](const Finding& other) {
       return other.code == FindingCode::kClockOffset && other.sensor == triad;
     });

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-/// By how much a sensor's times are later than those of the gyroscope, beyond what has been taken
-/// off them.
+/// By how much a sensor's times are later than those of the reference (ClockReference), beyond what
+/// has been taken off them.
 struct ClockLeft {
   double later_s = 0.0;
   double sigma_s = 0.0;
@@ -22,9 +22,11 @@ PerTriad<std::optional<ClockLeft>> ClocksLeft(const PoseSet& poses,
                                               const Calibration& calibration,
                                               const PerTriad<std::optional<ClockLeft>>& taken_off);
 
-/// What was taken off, in the place of what an `earlier` solution without that said of it.
+/// What was taken off against the clock of `reference`, in the place of what an `earlier` solution
+/// without that said of it.
 void SayClocksCorrected(const PerTriad<std::optional<ClockLeft>>& taken_off,
                         const Findings& earlier,
+                        Triad reference,
                         Calibration* calibration);
 
 }  // namespace truetriad

@@ -111,6 +111,26 @@ TEST(ClockLagFinder, SaysNothingWhereEvenTurnsFitAtSeveralLags) {
   EXPECT_FALSE(LagFound(std::vector<double>(40, 3.0), 1.0, true));
 }
 
+// A turn every 4 s, of which one triad was read in the first three of four, the other in the last
+// three: 4 s later they meet more often, and fit no better. With few turns they hardly meet at all.
+TEST(ClockLagFinder, MeetingMoreOftenIsNoReasonForALag) {
+  for (const int turns : {12, 13, 14, 45, 50, 55, 60, 65, 70}) {
+    ClockLagFinder finder;
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      const TurnedTriad turned(triad, std::vector<double>(turns, 2.8), true, 0.0, 0.01);
+      const SampleBlock all = turned.Block();
+      const std::int64_t first = triad == Triad::kMagnetometer ? 1 : 0;
+      for (std::size_t i = 0; i < all.x.size(); ++i) {
+        const std::int64_t of_four = all.time_ns[i] / 4'000'000'000 % 4 - first;
+        if (of_four < 0 || of_four > 2) continue;
+        const auto one = [i](auto values) { return values.subspan(i, 1); };
+        finder.Add({triad, one(all.time_ns), one(all.x), one(all.y), one(all.z), {}, {}, {}});
+      }
+    }
+    EXPECT_FALSE(finder.LagOf(Triad::kMagnetometer, Triad::kAccelerometer)) << turns;
+  }
+}
+
 TEST(ClockLagFinder, SaysNothingWhereNothingMoves) { EXPECT_FALSE(LagFound({100.0}, 0.0)); }
 
 }  // namespace clock_lags_test

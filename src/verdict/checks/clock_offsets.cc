@@ -231,10 +231,13 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
 }
 
 // "magnetometer: its times are 60.10 ± 0.31 ms later than the gyroscope's"
-std::string OffsetWords(Triad triad, double later_s, double sigma_s) {
+std::string OffsetWords(Triad triad,
+                        double later_s,
+                        double sigma_s,
+                        Triad reference = Triad::kGyroscope) {
   return std::string(TriadName(triad)) + Format(": its times are %.2f ", 1e3 * std::abs(later_s)) +
          Format("± %.2f ms ", 1e3 * sigma_s) + (later_s > 0.0 ? "later" : "earlier") +
-         " than the gyroscope's";
+         " than the " + std::string(TriadName(reference)) + "'s";
 }
 
 }  // namespace
@@ -281,9 +284,9 @@ bool IsNotable(const ClockOffset& offset, const PoseSet& poses) {
          std::abs(offset.later_s) >= 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s;
 }
 
-Finding ClockCorrected(Triad triad, double later_s, double sigma_s) {
+Finding ClockCorrected(Triad triad, double later_s, double sigma_s, Triad reference) {
   Finding finding(FindingCode::kClockCorrected,
-                  OffsetWords(triad, later_s, sigma_s) + "; corrected");
+                  OffsetWords(triad, later_s, sigma_s, reference) + "; corrected");
   finding.treatment = Treatment::kCorrected;
   return finding.About(triad).With("offset", later_s, sigma_s, "s");
 }

@@ -24,7 +24,7 @@ std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph&
 // Whether an offset is neither chance nor within a reading of the gyroscope.
 bool IsNotable(const ClockOffset& offset, const PoseSet& poses);
 
-// What is said of an offset that is taken off.
-Finding ClockCorrected(Triad triad, double later_s, double sigma_s);
+// What is said of an offset against the clock of `reference` that is taken off.
+Finding ClockCorrected(Triad triad, double later_s, double sigma_s, Triad reference);
 
 }  // namespace truetriad
