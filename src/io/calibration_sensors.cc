@@ -113,8 +113,13 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
   reader.RejectUnknown();
 }
 
+void RejectNegative(double least_sigma, YamlReader* reader) {
+  if (least_sigma < 0.0) reader->Fail("contains a negative standard deviation");
+}
+
 void ReadNoise(YamlReader reader, TriadNoise* noise) {
-  ReadVector(reader.RequireChild("sigma"), &noise->sigma);
+  YamlReader sigma = reader.RequireChild("sigma");
+  if (ReadVector(sigma, &noise->sigma)) RejectNegative(noise->sigma.minCoeff(), &sigma);
   ReadWord(reader.RequireChild("source"), NoiseSourceFromName, &noise->source);
   ReadNumber(reader.RequireChild("excess_sigma"), &noise->excess_sigma);
   noise->excess_dof = std::numeric_limits<double>::infinity();
@@ -204,11 +209,17 @@ void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   ReadVector(reader.Child("scale"), &scale);
   ReadMatrix3(reader.Child("misalignment_rad"), &misalignment);
   if (YamlReader sigma = reader.RequireChild("sigma")) {
-    ReadVector(sigma.RequireChild("bias"), &sensor->bias_sigma);
-    ReadMatrix3(sigma.RequireChild("sensitivity"), &sensor->sensitivity_sigma);
+    YamlReader bias = sigma.RequireChild("bias");
+    if (ReadVector(bias, &sensor->bias_sigma)) RejectNegative(sensor->bias_sigma.minCoeff(), &bias);
+    YamlReader sensitivity = sigma.RequireChild("sensitivity");
+    if (ReadMatrix3(sensitivity, &sensor->sensitivity_sigma)) {
+      RejectNegative(sensor->sensitivity_sigma.minCoeff(), &sensitivity);
+    }
     for (const AxisTermInfo& info : kAxisTerms) {
       if (!ReadVector(reader.Child(info.name), &sensor->model.axis_terms[info.term])) continue;
-      ReadVector(sigma.RequireChild(info.name), &sensor->axis_term_sigma[info.term].emplace());
+      YamlReader term = sigma.RequireChild(info.name);
+      auto& values = sensor->axis_term_sigma[info.term].emplace();
+      if (ReadVector(term, &values)) RejectNegative(values.minCoeff(), &term);
     }
     sigma.RejectUnknown();
   }

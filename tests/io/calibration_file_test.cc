@@ -340,6 +340,18 @@ TEST(CalibrationFile, RejectsACorrectionThatIsNotTheInverse) {
               HasSubstr("is not the inverse of `sensitivity`"));
 }
 
+TEST(CalibrationFile, RejectsANegativeStandardDeviation) {
+  Calibration calibration = Awkward();
+  calibration.sensors[Triad::kAccelerometer]->bias_sigma[1] = -0.1;
+  EXPECT_THAT(
+      ErrorOf(CalibrationToYaml(calibration)),
+      HasSubstr("sensors.accelerometer.sigma.bias: contains a negative standard deviation"));
+  calibration = Awkward();
+  calibration.sensors[Triad::kAccelerometer]->noise.sigma[2] = -1.0;
+  EXPECT_THAT(ErrorOf(CalibrationToYaml(calibration)),
+              HasSubstr("sensors.accelerometer.noise.sigma: contains a negative"));
+}
+
 TEST(CalibrationFile, TakesItsTimeFromTheEnvironment) {
   setenv("SOURCE_DATE_EPOCH", "1769860800", 1);
   EXPECT_EQ(TimestampUtc(), "2026-01-31T12:00:00Z");
