@@ -60,15 +60,14 @@ struct StepTest {
   double statistic = 0.0;
   int rank = 0;
   Eigen::Vector3d step = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, Eigen::Dynamic, 3> shared;  // J^T D Z
 };
 
-// The derivatives of the rows by a vector at each place, and what D makes of them.
+// The derivatives of the rows by a vector at each place, and what P makes of them.
 struct Columns {
   std::vector<Eigen::Matrix3d> own;  // of the place's three rows
   std::vector<Eigen::Index> rows;    // where they are
-  StackedRows projected;             // D Z, all places side by side
+  StackedRows projected;             // P Z, all places side by side
 };
 
 Columns ColumnsOf(const ReducedSystem& system,
@@ -110,7 +109,6 @@ struct VectorSums {
       const double share = direction.dot(u) / eigenvalue;
       test.statistic += share * share * eigenvalue;
       test.step -= share * direction;
-      test.covariance += direction * direction.transpose() / eigenvalue;
       ++test.rank;
     }
     return test;
@@ -297,7 +295,6 @@ class ChangeSearch {
       : graph_(graph),
         system_(system),
         places_(places),
-        noise_(noise),
         own_(OwnResidualsOf(graph, system, noise, kMagnetometer, kChangeLevel)) {
     own_.is_estimated = own_.is_estimated || counts_as_estimated;
     std::vector<Eigen::Matrix3d> by_bias = SensitivitiesAt(graph, places, kMagnetometer), by_field;
@@ -336,7 +333,6 @@ class ChangeSearch {
       return transient->p_value > kChangeLevel ? std::nullopt : transient;
     }
     MagnetometerChange found = At(*best);
-    if (found.p_value > kChangeLevel) return std::nullopt;
     for (std::size_t first = 0; first < places_.size(); ++first) {
       if (!allowed[first] || LikelihoodAt(first) < LikelihoodAt(*best) - kClearlyBetter) continue;
       found.earliest = std::min(found.earliest, places_[first].node);
@@ -351,29 +347,12 @@ class ChangeSearch {
                                          MovedBy(bias_, first, system_),
                                          MovedBy(field_, first, system_));
     change.node = change.earliest = change.latest = places_[first].node;
-    change.p_value =
-        std::min(1.0,
-                 Tests() * std::min(Chance(bias_[first], by_bias_, first, places_.size()),
-                                    Chance(field_[first], by_field_, first, places_.size())));
+    change.p_value = PValueAt(first);
     return change;
   }
 
  private:
   double PValue(const StepTest& test) const { return own_.ChanceOf(test.statistic, test.rank); }
-  // The same of a step at places [first, end), with what is left beside it.
-  double Chance(const StepTest& test,
-                const Columns& columns,
-                std::size_t first,
-                std::size_t end) const {
-    FittedBeside beside{StackedRows::Zero(columns.projected.rows(), 3), test.covariance, test.step};
-    for (std::size_t i = first; i < end; ++i) {
-      beside.projected += columns.projected.middleCols<3>(3 * static_cast<Eigen::Index>(i));
-    }
-    beside.projected -= system_.B() * (system_.covariance() * test.shared);
-    const OwnResiduals left = OwnResidualsOf(
-        graph_, system_, noise_, kMagnetometer, kChangeLevel, /*of_poses=*/false, &beside);
-    return own_.ChanceBeside(test.statistic, test.rank, left);
-  }
   double Likelihood(const StepTest& test) const {
     return own_.LikelihoodOf(test.statistic, test.rank);
   }
@@ -397,10 +376,8 @@ class ChangeSearch {
         found = ChangeOf(bias, field, moved(bias), moved(field));
         found->node = found->earliest = found->latest = places_[first].node;
         found->last = places_[first + length - 1].node;
-        found->p_value = std::min(1.0,
-                                  (1.0 + kLongestTransient) * Tests() *
-                                      std::min(Chance(bias, by_bias_, first, first + length),
-                                               Chance(field, by_field_, first, first + length)));
+        found->p_value = std::min(
+            1.0, (1.0 + kLongestTransient) * Tests() * std::min(PValue(bias), PValue(field)));
       }
     }
     return found;
@@ -437,7 +414,6 @@ class ChangeSearch {
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   const std::vector<Place>& places_;
-  const NoiseState& noise_;
   OwnResiduals own_;
   Columns by_bias_, by_field_;
   std::vector<StepTest> bias_, field_;
