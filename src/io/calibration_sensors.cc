@@ -117,9 +117,16 @@ void RejectNegative(double least_sigma, YamlReader* reader) {
   if (least_sigma < 0.0) reader->Fail("contains a negative standard deviation");
 }
 
+void ReadSigma(YamlReader reader, Eigen::Vector3d* sigma) {
+  if (ReadVector(reader, sigma)) RejectNegative(sigma->minCoeff(), &reader);
+}
+
+void ReadSigma(YamlReader reader, Eigen::Matrix3d* sigma) {
+  if (ReadMatrix3(reader, sigma)) RejectNegative(sigma->minCoeff(), &reader);
+}
+
 void ReadNoise(YamlReader reader, TriadNoise* noise) {
-  YamlReader sigma = reader.RequireChild("sigma");
-  if (ReadVector(sigma, &noise->sigma)) RejectNegative(noise->sigma.minCoeff(), &sigma);
+  ReadSigma(reader.RequireChild("sigma"), &noise->sigma);
   ReadWord(reader.RequireChild("source"), NoiseSourceFromName, &noise->source);
   ReadNumber(reader.RequireChild("excess_sigma"), &noise->excess_sigma);
   noise->excess_dof = std::numeric_limits<double>::infinity();
@@ -209,17 +216,11 @@ void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   ReadVector(reader.Child("scale"), &scale);
   ReadMatrix3(reader.Child("misalignment_rad"), &misalignment);
   if (YamlReader sigma = reader.RequireChild("sigma")) {
-    YamlReader bias = sigma.RequireChild("bias");
-    if (ReadVector(bias, &sensor->bias_sigma)) RejectNegative(sensor->bias_sigma.minCoeff(), &bias);
-    YamlReader sensitivity = sigma.RequireChild("sensitivity");
-    if (ReadMatrix3(sensitivity, &sensor->sensitivity_sigma)) {
-      RejectNegative(sensor->sensitivity_sigma.minCoeff(), &sensitivity);
-    }
+    ReadSigma(sigma.RequireChild("bias"), &sensor->bias_sigma);
+    ReadSigma(sigma.RequireChild("sensitivity"), &sensor->sensitivity_sigma);
     for (const AxisTermInfo& info : kAxisTerms) {
       if (!ReadVector(reader.Child(info.name), &sensor->model.axis_terms[info.term])) continue;
-      YamlReader term = sigma.RequireChild(info.name);
-      auto& values = sensor->axis_term_sigma[info.term].emplace();
-      if (ReadVector(term, &values)) RejectNegative(values.minCoeff(), &term);
+      ReadSigma(sigma.RequireChild(info.name), &sensor->axis_term_sigma[info.term].emplace());
     }
     sigma.RejectUnknown();
   }
