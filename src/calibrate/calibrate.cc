@@ -22,7 +22,9 @@
 #include "problem/graph_builder.h"
 #include "problem/hemisphere.h"
 #include "problem/start_values.h"
+#include "solve/chain_elimination.h"
 #include "solve/reduced_system.h"
+#include "solve/shared_information.h"
 #include "solve/solve_graph.h"
 #include "start/start.h"
 #include "start/why_no_start.h"
@@ -47,6 +49,23 @@ double RobustMisfit(const PoseGraph& graph) {
     if (test.rank > 0) misfit += std::log1p(test.chi2 / test.rank);
   }
   return misfit;
+}
+
+// The same solution, with the field on the side where it is; false where it was there.
+bool SettleField(const CalibrateOptions& options, PoseGraph* graph) {
+  const SharedLayout& layout = graph->layout;
+  const int dip_at = layout.reference + kDip;
+  double dip_sigma_rad = 0.0;
+  if (MayReverse(options, layout)) {
+    const ChainElimination linearised = Linearised(*graph);
+    const SharedInformation known(
+        layout, graph->shared, linearised.information(), linearised.gradient());
+    const Eigen::RowVectorXd dip = layout.basis.row(dip_at);
+    dip_sigma_rad = std::sqrt(dip * known.covariance() * dip.transpose());
+  }
+  const double dip_rad = graph->shared[dip_at];
+  SettleHemisphereOfField(options, dip_sigma_rad, graph);
+  return graph->shared[dip_at] != dip_rad;
 }
 
 // A sensor that was never at rest, or too few poses.
@@ -292,12 +311,15 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
   }
-  // The earth's rate knows north from south: it is to be solved on the right side.
-  if (graph->layout.CountsEarthRate()) SettleHemisphereOfField(options, &*graph);
+  SettleField(options, &*graph);
   summary.rounds =
       is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
               : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
-  SettleHemisphereOfField(options, &*graph);
+  if (SettleField(options, &*graph)) {
+    // What is known of the noise is in terms of the parameters as they were.
+    Findings known;
+    summary.rounds += SettleNoise(options.robust, &noise, &*graph, &log, &known);
+  }
   if (const auto tilts = TiltsBeyondStated(*graph, options)) {
     auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
     if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));

@@ -26,6 +26,10 @@ constexpr double kFarInChi2 = 13.8;
 // alike, and when it is solved.
 constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;
 constexpr double kSameRad = 0.5 * kRadPerDeg;
+// Two fields whose angle scatters by more, 6 deg, are no two constant fields.
+constexpr double kExplainedRms = 0.1;
+// With so many poses in any attitudes one of several solutions stands out.
+constexpr std::size_t kEnoughPairs = 8;
 
 struct Pairs {
   std::vector<Eigen::Vector3d> ups, fields;  // in the body as it was solved, unit vectors
@@ -38,7 +42,7 @@ Pairs PairsOf(const PoseGraph& graph) {
   for (const PoseNode& node : graph.nodes) {
     PerTriad<std::optional<Eigen::Vector3d>> seen;
     for (const Observation& observation : node.observations) {
-      if (observation.triad == Triad::kGyroscope) continue;
+      if (observation.triad == Triad::kGyroscope || observation.rejected) continue;
       seen[observation.triad] =
           graph.ModelAt(observation.triad, node).TruthFromRaw(observation.mean_raw).normalized();
     }
@@ -62,34 +66,42 @@ double AngleOf(const Eigen::Matrix3d& turn) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(turn.determinant() < 0.0 ? -turn : turn)).angle();
 }
 
-// Other minima of the closed form, as rotations of the field in the body. A triad that is
-// left-handed is no rival of one that is not.
+// Other minima of the closed form, as orthogonal matrices of the field in the body, of either hand.
 std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) {
   const bool is_dip_free = solved.layout.IsFree(solved.layout.reference + kDip);
-  const double* known = is_dip_free ? nullptr : &pairs.cosine;
-  const bool is_left_handed = solved.sensitivity(Triad::kAccelerometer).determinant() *
-                                  solved.sensitivity(Triad::kMagnetometer).determinant() <
-                              0.0;
   std::vector<FrameAlignment> all;
-  const auto add = [&](int determinant) {
-    auto found = AlignFrames(pairs.ups, pairs.fields, determinant, known);
+  const auto add = [&](int determinant, const double* cosine) {
+    auto found = AlignFrames(pairs.ups, pairs.fields, determinant, cosine);
     if (found) all.insert(all.end(), found->begin(), found->end());
   };
-  add(+1);
-  if (is_left_handed && known != nullptr) add(-1);
-  for (FrameAlignment& other : all) {
-    if (known != nullptr || other.cosine * pairs.cosine > 0.0) continue;
-    // On this side of the equator it is of the other hand.
-    other.rotation = -other.rotation;
-    other.cosine = -other.cosine;
+  if (is_dip_free) {
+    add(+1, nullptr);
+    for (FrameAlignment& other : all) {
+      if (other.cosine * pairs.cosine > 0.0) continue;
+      // The same on this side of the equator.
+      other.rotation = -other.rotation;
+      other.cosine = -other.cosine;
+    }
+  } else {
+    add(+1, &pairs.cosine);
+    add(-1, &pairs.cosine);
   }
   constexpr double kHopeless = 0.02;  // on top of what the solution itself leaves
   std::erase_if(all, [&](const FrameAlignment& other) {
     return AngleOf(other.rotation) < kSameByClosedFormRad ||
-           other.rms > 3.0 * pairs.rms + kHopeless ||
-           (other.rotation.determinant() < 0.0 && !is_left_handed);
+           other.rms > 3.0 * pairs.rms + kHopeless;
   });
   return all;
+}
+
+Finding NotOneAngle(const Pairs& pairs) {
+  return Finding(FindingCode::kUnexplainedReadings,
+                 "the angle between gravity and field is another from pose to pose, by " +
+                     Format("%.2g deg (RMS): ", std::asin(std::min(1.0, pairs.rms)) / kRadPerDeg) +
+                     "readings of the two sensors do not belong together, or the field changed",
+                 "look for rows of one sensor that are late or out of order, and for iron nearby")
+      .With("poses", static_cast<double>(pairs.ups.size()))
+      .With("rms", std::asin(std::min(1.0, pairs.rms)) / kRadPerDeg, "deg");
 }
 
 // The graph from where the triad that does not lead is turned, solved.
@@ -132,6 +144,7 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
   const TriadOptions& triad = options.triads[turned];
   if (triad.fixed_sensitivity || triad.model != MatrixModel::kFull) return std::nullopt;
   const Pairs pairs = PairsOf(solved);
+  if (pairs.rms > kExplainedRms) return NotOneAngle(pairs);
   const std::vector<FrameAlignment> others = Others(solved, pairs);
   if (others.empty()) return std::nullopt;
   const double cost = Linearised(solved).cost();
@@ -145,7 +158,9 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
                        " poses with both sensors do not tell how they stand to each other: " +
                        Format("turned by %.3g deg, the ", angle_rad / kRadPerDeg) +
                        std::string(TriadName(turned)) + " explains all poses as well",
-                   "record 8 or more poses with both sensors, in different attitudes")
+                   pairs.ups.size() < kEnoughPairs
+                       ? "record 8 or more poses with both sensors, in different attitudes"
+                       : "record poses with both sensors in more different attitudes")
         .With("poses", static_cast<double>(pairs.ups.size()))
         .With("angle", angle_rad / kRadPerDeg, "deg")
         .With("chi2", worse);

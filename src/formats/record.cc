@@ -38,14 +38,6 @@ double CoverageProbability(const Quality& quality) {
   return FisherCdf(kCoverageFactor * kCoverageFactor, 1.0, dof);
 }
 
-/// Standard uncertainty of an entry by its name; zero when the covariance does not list it.
-double SigmaOf(const NamedCovariance& covariance, const std::string& name) {
-  const auto found = std::find(covariance.parameters.begin(), covariance.parameters.end(), name);
-  if (found == covariance.parameters.end()) return 0.0;
-  const Eigen::Index at = found - covariance.parameters.begin();
-  return std::sqrt(std::max(covariance.matrix(at, at), 0.0));
-}
-
 /// What the values rest on: each reference, its value, and how it came into the calibration.
 struct Reference {
   std::string name, value, source;
@@ -59,7 +51,7 @@ std::vector<Reference> References(const Calibration& calibration) {
                        double value,
                        const std::string& unit,
                        bool nominal) {
-    const double sigma = SigmaOf(calibration.covariance, parameter);
+    const double sigma = calibration.covariance.Sigma(parameter);
     references.push_back(
         {name,
          (sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 7)) + " " +
@@ -282,7 +274,7 @@ class ResultRows {
       Eigen::Vector3d sigmas;
       for (int i = 0; i < 3; ++i) {
         sigmas[i] =
-            SigmaOf(covariance_, ParameterName{triad_, ParameterKind::kBias, power, i, 0}.str());
+            covariance_.Sigma(ParameterName{triad_, ParameterKind::kBias, power, i, 0}.str());
       }
       const std::string order = std::to_string(power);
       Add("b, τ^" + order, thermal.bias[k], sigmas, raw_ + "/°C^" + order);
@@ -302,8 +294,8 @@ class ResultRows {
       if (!values) return;
       Eigen::Vector3d sigmas;
       for (int i = 0; i < 3; ++i) {
-        sigmas[i] = SigmaOf(
-            covariance_, std::string(TriadName(triad_)) + ".thermal." + name + "." + AxisLetter(i));
+        sigmas[i] = covariance_.Sigma(std::string(TriadName(triad_)) + ".thermal." + name + "." +
+                                      AxisLetter(i));
       }
       Add(label, *values, sigmas, unit);
     };
@@ -322,7 +314,7 @@ class ResultRows {
     Eigen::Matrix3d sigmas;
     for (int row = 0; row < 3; ++row) {
       for (int col = 0; col < 3; ++col) {
-        sigmas(row, col) = SigmaOf(covariance_, ParameterName{triad_, kind, power, row, col}.str());
+        sigmas(row, col) = covariance_.Sigma(ParameterName{triad_, kind, power, row, col}.str());
       }
     }
     return sigmas;

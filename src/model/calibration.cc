@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/model/calibration.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/named_values.h"
 
 namespace truetriad {
@@ -29,6 +32,13 @@ constexpr NamedValues<NoiseSource, 5> kNoiseSources = {{
 }};
 
 }  // namespace
+
+double NamedCovariance::Sigma(const std::string& parameter) const {
+  const auto found = std::find(parameters.begin(), parameters.end(), parameter);
+  if (found == parameters.end()) return 0.0;
+  const auto at = static_cast<Eigen::Index>(found - parameters.begin());
+  return std::sqrt(std::max(0.0, matrix(at, at)));
+}
 
 std::string_view OutcomeName(Outcome outcome) { return kOutcomes.Name(outcome); }
 std::optional<Outcome> OutcomeFromName(std::string_view name) { return kOutcomes.Find(name); }

@@ -160,7 +160,8 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
 
 // The same solution, with the field on the side where it is.
 void SettleField(const CalibrateOptions& options, MotionRun* run) {
-  if (!SettleHemisphereOfField(options, &run->graph)) return;
+  constexpr double kDipSigmaRad = 0.0;  // of thousands of readings
+  if (!SettleHemisphereOfField(options, kDipSigmaRad, &run->graph)) return;
   for (Eigen::Quaterniond& attitude : run->attitudes) attitude = TurnedHalfway(attitude);
 }
 
@@ -276,7 +277,8 @@ void SayRemarks(const CalibrateOptions& options,
         !(std::abs(ahead_s) > kSaidClockError * run.clock_sigma_s[triad])) {
       continue;
     }
-    findings->push_back(ClockCorrected(triad, ahead_s, run.clock_sigma_s[triad], Triad::kGyroscope));
+    findings->push_back(
+        ClockCorrected(triad, ahead_s, run.clock_sigma_s[triad], Triad::kGyroscope));
   }
   const Findings mounting = CheckMounting(options, run.graph);
   findings->insert(findings->end(), mounting.begin(), mounting.end());
@@ -440,6 +442,7 @@ Status StateMotionVerdict(const PoseSet& poses,
     SayRemarks(options, track, *run, &calibration->findings);
     for (const Findings& found :
          {CheckMagnetometerScale(calibration->reference),
+          CheckHand(options, graph, solution.covariance),
           FindingsOf(left_out),
           FindingsOf(blocks),
           CheckStillDetermined(graph, covariance, options.observable_sigma)}) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/hemisphere.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "problem/lay_out.h"
 #include "problem/start_values.h"
 
 namespace truetriad {
@@ -18,16 +20,26 @@ bool FoldDip(PoseGraph* graph) {
   return true;
 }
 
-// The other side of the equator, with a sensitivity that is its negative.
-bool Reverse(const CalibrateOptions& options, PoseGraph* graph) {
-  const SharedLayout& layout = graph->layout;
-  const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
-  double& dip = graph->shared[layout.reference + kDip];
-  if (options.reference.dip_rad.known() || magnetometer.prior || magnetometer.fixed_sensitivity ||
-      std::abs(std::sin(dip)) < kEquatorSine ||
-      (dip > 0.0) == options.reference.northern_hemisphere) {
-    return false;
+// Whether the magnetometer is of the other hand than it is built, as far as that is stated.
+bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph) {
+  double hand = LeadingAxisSign(options);
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!graph.layout.Has(triad)) continue;
+    hand *= graph.sensitivity(triad).determinant();
+    if (const auto& mounting = options.triads[triad].mounting) hand *= mounting->determinant();
   }
+  return hand < 0.0;
+}
+
+// The other side of the equator, with a sensitivity that is its negative.
+bool Reverse(const CalibrateOptions& options, double dip_sigma_rad, PoseGraph* graph) {
+  const SharedLayout& layout = graph->layout;
+  if (!MayReverse(options, layout)) return false;
+  double& dip = graph->shared[layout.reference + kDip];
+  const bool is_wrong = IsSideOfEquatorTold(dip, dip_sigma_rad)
+                            ? (dip > 0.0) != options.reference.northern_hemisphere
+                            : IsOfOtherHand(options, *graph);
+  if (!is_wrong) return false;
   dip = -dip;
   graph->shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
   const ThermalBlock& thermal = layout.thermal[Triad::kMagnetometer];
@@ -46,7 +58,21 @@ Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude) {
   return Eigen::Quaterniond(0.0, 0.0, 0.0, 1.0) * attitude;
 }
 
-bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph) {
+bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout) {
+  const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
+  return magnetometer.enabled && layout.IsFree(layout.reference + kDip) &&
+         !options.reference.dip_rad.known() && !magnetometer.prior &&
+         !magnetometer.fixed_sensitivity;
+}
+
+bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {
+  constexpr double kFar = 4.0;  // σ; less than one in a thousand with ten degrees of freedom
+  return std::abs(std::sin(dip_rad)) > std::max(kEquatorSine, kFar * dip_sigma_rad);
+}
+
+bool SettleHemisphereOfField(const CalibrateOptions& options,
+                             double dip_sigma_rad,
+                             PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
   const bool is_given = options.attitudes.kind == AttitudeKind::kGiven;
   if (!options.triads[Triad::kMagnetometer].enabled || !layout.IsFree(layout.reference + kDip) ||
@@ -54,7 +80,7 @@ bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph) 
     return false;
   }
   const bool was_beyond = FoldDip(graph);
-  const bool was_reversed = Reverse(options, graph);
+  const bool was_reversed = Reverse(options, dip_sigma_rad, graph);
   if (was_beyond == was_reversed) return false;
   if (is_given) {
     double& heading = graph->shared[layout.reference + kHeading];

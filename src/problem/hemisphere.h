@@ -11,8 +11,18 @@ namespace truetriad {
 // turn about the vertical. A start that disturbed or missing poses have spoilt may have ended on
 // the wrong side of the equator, or with a dip beyond 90 degrees: then this changes the shared
 // parameters and the poses; true says that attitudes which the graph does not hold are to be turned
-// with them. The side of the equator stays where something else knows north from south.
-bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph);
+// with them. The side of the equator stays where something else knows north from south; where the
+// dip does not tell it, the side is the one on which the magnetometer has the hand that is stated,
+// or the accelerometer's.
+bool SettleHemisphereOfField(const CalibrateOptions& options,
+                             double dip_sigma_rad,
+                             PoseGraph* graph);
+
+// Whether that may reverse the magnetometer: nothing but the hemisphere knows the sign.
+bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout);
+
+// Whether a dip tells on which side of the equator it is.
+bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad);
 
 // As those are turned.
 Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude);

@@ -171,6 +171,10 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   }
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
+  if (!config.given && selection.kind == PoseSelectionKind::kEveryRow) {
+    // A manifest that a converter wrote says it of a log, too.
+    TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(loaded.poses));
+  }
   if (auto finding = IgnoredColumns(source->info().ignored_columns)) {
     loaded.poses.findings.push_back(*std::move(finding));
   }

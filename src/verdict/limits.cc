@@ -215,15 +215,6 @@ std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
   return values;
 }
 
-double SigmaOf(const Calibration& calibration, const std::string& parameter) {
-  const NamedCovariance& covariance = calibration.covariance;
-  const auto found =
-      std::find(covariance.parameters.begin(), covariance.parameters.end(), parameter);
-  if (found == covariance.parameters.end()) return 0.0;
-  const auto at = static_cast<Eigen::Index>(found - covariance.parameters.begin());
-  return std::sqrt(std::max(0.0, covariance.matrix(at, at)));
-}
-
 Result<std::vector<JudgedValue>> ValuesOfReference(const Calibration& calibration,
                                                    std::string_view name) {
   const ReferenceValues& reference = calibration.reference;
@@ -233,7 +224,7 @@ Result<std::vector<JudgedValue>> ValuesOfReference(const Calibration& calibratio
   };
   if (name == "reference.gravity_mps2") {
     return std::vector<JudgedValue>{
-        {"", reference.gravity_mps2, SigmaOf(calibration, "reference.gravity_mps2")}};
+        {"", reference.gravity_mps2, calibration.covariance.Sigma("reference.gravity_mps2")}};
   }
   if (name == "reference.field_ut") {
     if (!reference.field_ut || reference.field_nominal) {
@@ -241,12 +232,12 @@ Result<std::vector<JudgedValue>> ValuesOfReference(const Calibration& calibratio
           "the field strength is unknown; state `reference: { field: { strength_ut: … } }`");
     }
     return std::vector<JudgedValue>{
-        {"", *reference.field_ut, SigmaOf(calibration, "reference.field_ut")}};
+        {"", *reference.field_ut, calibration.covariance.Sigma("reference.field_ut")}};
   }
   if (!reference.dip_rad) return lacks("this calibration has no dip");
   return std::vector<JudgedValue>{{"",
                                    *reference.dip_rad * kDegPerRad,
-                                   SigmaOf(calibration, "reference.dip_rad") * kDegPerRad}};
+                                   calibration.covariance.Sigma("reference.dip_rad") * kDegPerRad}};
 }
 
 Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,

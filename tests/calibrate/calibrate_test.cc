@@ -80,10 +80,13 @@ TEST(CalibrateAccelMag, RecoversTruthExactlyWithoutNoise) {
 }
 
 // `joint` poses with both sensors and sixty with one of them.
-PoseSet PosesOfWhichFewHaveBoth(const SyntheticUnit& unit, int joint, Random* random) {
+PoseSet PosesOfWhichFewHaveBoth(const SyntheticUnit& unit,
+                                int joint,
+                                Random* random,
+                                double more_noise = 1.0) {
   SyntheticNoise noise;
-  noise.rest_sigma[Triad::kAccelerometer] = 0.01;
-  noise.rest_sigma[Triad::kMagnetometer] = 0.3;
+  noise.rest_sigma[Triad::kAccelerometer] = 0.01 * more_noise;
+  noise.rest_sigma[Triad::kMagnetometer] = 0.3 * more_noise;
   PoseSet poses = SimulatePoses(unit, RandomAttitudes(joint + 60, random), noise, random);
   for (std::size_t k = static_cast<std::size_t>(joint); k < poses.poses.size(); ++k) {
     poses.poses[k].triads[k % 2 == 0 ? Triad::kAccelerometer : Triad::kMagnetometer].reset();
@@ -119,6 +122,51 @@ TEST(CalibrateAccelMag, RefusesWhereFewPosesWithBothSensorsHaveSeveralSolutions)
     }
   }
   EXPECT_GE(told_of_four, 15);
+}
+
+// A dip within its σ of zero does not tell a magnetometer from its negative, nor a rival of one
+// hand from one of the other.
+TEST(CalibrateAccelMag, TakesTheMagnetometerToBeRightHandedNearTheEquator) {
+  int usable = 0, told = 0;
+  for (int seed = 0; seed < 60; ++seed) {
+    for (const int joint : {5, 8, 12}) {
+      Random random(static_cast<std::uint64_t>(seed));
+      SyntheticUnit unit = RandomUnit({}, &random);
+      unit.dip_rad = random.Uniform(0.2, 3.0) * kRadPerDeg;
+      const auto summary =
+          Calibrate(PosesOfWhichFewHaveBoth(unit, joint, &random, 5.0), JointOptions(unit));
+      ASSERT_TRUE(summary) << summary.error().message;
+      const Calibration& calibration = summary->calibration;
+      if (!calibration.IsUsable()) continue;
+      ++usable;
+      told += Find(calibration.findings, FindingCode::kHandAssumed) != nullptr ? 1 : 0;
+      const Eigen::Matrix3d& S = calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+      const Eigen::Matrix3d& truth = unit.models[Triad::kMagnetometer]->sensitivity;
+      // A rival is turned by ten degrees or more.
+      EXPECT_LT((S - truth).norm(), 0.17 * truth.norm()) << joint << " poses, seed " << seed;
+    }
+  }
+  EXPECT_GE(usable, 120);
+  EXPECT_GE(told, usable / 2);
+}
+
+// A rival of either hand counts.
+TEST(CalibrateAccelMag, TakesNoRightHandedRivalForALeftHandedMagnetometer) {
+  for (int seed = 0; seed < 100; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed));
+    SyntheticUnit unit = RandomUnit({}, &random);
+    Eigen::Matrix3d& truth = unit.models[Triad::kMagnetometer]->sensitivity;
+    truth.row(seed % 3) *= -1.0;
+    for (const int joint : {4, 5}) {
+      const auto summary =
+          Calibrate(PosesOfWhichFewHaveBoth(unit, joint, &random, 3.0), JointOptions(unit));
+      ASSERT_TRUE(summary) << summary.error().message;
+      const Calibration& calibration = summary->calibration;
+      if (!calibration.IsUsable()) continue;
+      const Eigen::Matrix3d& S = calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+      EXPECT_LT((S - truth).norm(), 0.17 * truth.norm()) << joint << " poses, seed " << seed;
+    }
+  }
 }
 
 // Rests of 4 s at 100 Hz.

@@ -144,6 +144,43 @@ class Mat(unittest.TestCase):
         self.assertIn("no numeric variable `u`", self.convert(path, "--units=s,g", "--columns=accelerometer=acc@u", code=1))
         self.assertFalse(self.out.exists())
 
+    def test_numbers_that_are_none(self):
+        """A type that no numbers have, fewer or more than there are, one part of a complex matrix: the library
+        would convert what it has not read."""
+        rows = [[i, -i, 7] for i in range(99)]
+        flat = struct.pack("<297d", *[row[j] for j in range(3) for row in rows])
+        writer = Writer()
+        head = writer.head("mag", DOUBLE, (99, 3))
+        complex_head = head.replace(struct.pack("<II", DOUBLE, 0), struct.pack("<II", DOUBLE | 0x800, 0), 1)
+        broken = {"type 77": head + writer.element(77, flat), "text": head + writer.element(16, flat),
+                  "more": head + writer.element(9, flat + flat[:8]), "fewer": head + writer.element(9, flat[:-8]),
+                  "no imaginary part": complex_head + writer.element(9, flat)}
+        sound = [writer.matrix("t", column(range(99))), writer.matrix("acc", rows)]
+        path = self.folder / "log.mat"
+        for name, mag in broken.items():
+            with self.subTest(name):
+                writer.write(path, [*sound, writer.element(14, mag)])
+                said = self.convert(path, "--units=s,g", "--columns=accelerometer=acc@t")
+                self.assertIn("damaged", said)
+                self.assertEqual(len(self.rows("accelerometer")), 99)
+                # What was asked for and is not there is no success.
+                said = self.convert(path, "--units=s,g,uT", "--columns=accelerometer=acc@t,magnetometer=mag@t", code=2)
+                self.assertIn("variable mag is missing or incomplete", said)
+                self.assertFalse(self.out.exists())
+
+    def test_what_else_there_is(self):
+        writer, path = Writer(), self.folder / "log.mat"
+        numbers = writer.element(9, struct.pack("<297d", *range(297)))
+        flags = writer.element(6, struct.pack("<II", DOUBLE | 0x800, 0))
+        head = writer.head("mag", DOUBLE, (99, 3))
+        other = {"complex": flags + head[len(flags):] + 2 * numbers,
+                 "an array of 3 dimensions": writer.head("mag", DOUBLE, (33, 3, 3)) + numbers,
+                 "text": writer.head("mag", 4, (1, 3)) + writer.element(16, b"abc")}
+        for what, mag in other.items():
+            writer.write(path, [writer.matrix("t", column(range(99))), writer.element(14, mag)])
+            said = self.convert(path, "--units=s,uT", "--columns=magnetometer=mag@t", code=1)
+            self.assertIn(f"variable `mag` is {what}", said)
+
     def test_lists_that_say_to_be_longer_than_the_file(self):
         for writer in self.each():
             for depth in (0, 1):

@@ -13,6 +13,7 @@ namespace truetriad {
 namespace hemisphere_test {
 
 constexpr Triad kMag = Triad::kMagnetometer;
+constexpr double kSigma = 0.01;
 
 CalibrateOptions MagnetometerOptions() {
   CalibrateOptions options;
@@ -62,7 +63,7 @@ TEST(HemisphereOfField, IsALabelOfTheSameSolution) {
       options.reference.northern_hemisphere = north;
       PoseGraph graph = GraphWithDip(dip);
       const std::vector<Eigen::Vector3d> before = ReadingsIn(graph);
-      SettleHemisphereOfField(options, &graph);
+      SettleHemisphereOfField(options, kSigma, &graph);
       const double settled = graph.shared[graph.layout.reference + kDip];
       EXPECT_EQ(settled > 0.0, north) << dip;
       EXPECT_LT(std::abs(settled), 0.5 * std::numbers::pi) << dip;
@@ -74,12 +75,27 @@ TEST(HemisphereOfField, IsALabelOfTheSameSolution) {
   }
 }
 
+// What the dip cannot tell, the hand does.
+TEST(HemisphereOfField, IsThatOfTheHandNearTheEquator) {
+  for (const double dip : {0.03, -0.03}) {
+    for (const int hand : {1, -1}) {
+      CalibrateOptions options = MagnetometerOptions();
+      Eigen::Matrix3d mounting = Eigen::Matrix3d::Identity();
+      mounting(1, 1) = hand;
+      if (hand < 0) options.triads[kMag].mounting = mounting;
+      PoseGraph graph = GraphWithDip(dip);
+      SettleHemisphereOfField(options, kSigma, &graph);
+      EXPECT_GT(graph.sensitivity(kMag).determinant() * hand, 0.0) << dip;
+    }
+  }
+}
+
 // A sensitivity that is held says where north is, but not that the field dips beyond the vertical.
 TEST(HemisphereOfField, StaysWhereTheSensitivityIsHeld) {
   CalibrateOptions options = MagnetometerOptions();
   options.triads[kMag].fixed_sensitivity.emplace();
   PoseGraph graph = GraphWithDip(-2.2);
-  SettleHemisphereOfField(options, &graph);
+  SettleHemisphereOfField(options, kSigma, &graph);
   EXPECT_NEAR(graph.shared[graph.layout.reference + kDip], 2.2 - std::numbers::pi, 1e-12);
 }
 

@@ -89,6 +89,9 @@ struct NamedCovariance {
   std::vector<std::string>
       parameters;  ///< "accelerometer.bias.x", "magnetometer.sensitivity.zz", …
   Eigen::MatrixXd matrix;
+
+  /// Standard uncertainty of an entry by its name; zero where it is not listed.
+  double Sigma(const std::string& parameter) const;
 };
 
 /// The quantities that the world provides.

@@ -109,6 +109,7 @@ enum class FindingCode : int {
   kMountingNotStated,
   kMountingFound,
   kLeftHanded,
+  kHandAssumed,
   kOddGain,
   kNominalField,
   kFieldUnlikely,

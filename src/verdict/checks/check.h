@@ -62,6 +62,7 @@ Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved);
 Findings CheckCoverage(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatures(const SettledRun& run, const SolvedRun& solved);
 Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved);
+Findings CheckHand(const SettledRun& run, const SolvedRun& solved);  // mounting.cc
 Findings CheckDrift(const SettledRun& run, const SolvedRun& solved);
 Findings CheckLeftOutTerms(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTimeBlocks(const SettledRun& run, const SolvedRun& solved);
@@ -94,5 +95,9 @@ Findings FindingsOf(const LeftOutTerms& terms);
 Findings FindingsOf(const BlockScatter& blocks);
 // How the sensors stand to each other and to what is known of the body, against what is stated.
 Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph);
+// A magnetometer whose sign only its hand tells, where that is not stated.
+Findings CheckHand(const CalibrateOptions& options,
+                   const PoseGraph& graph,
+                   const NamedCovariance& covariance);
 
 }  // namespace truetriad

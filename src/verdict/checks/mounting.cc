@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "problem/hemisphere.h"
 #include "problem/lay_out.h"
+#include "truetriad/base/units.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {
@@ -180,6 +182,29 @@ Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph) 
 
 Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
   return CheckMounting(run.options, run.graph);
+}
+
+Findings CheckHand(const CalibrateOptions& options,
+                   const PoseGraph& graph,
+                   const NamedCovariance& covariance) {
+  if (!MayReverse(options, graph.layout) || options.triads[Triad::kMagnetometer].mounting)
+    return {};
+  const double dip_rad = graph.reference()[kDip];
+  const double sigma_rad = covariance.Sigma("reference.dip_rad");
+  if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
+  return {Finding(FindingCode::kHandAssumed,
+                  Format("magnetometer: taken to be right-handed; a dip of %.2g",
+                         dip_rad / kRadPerDeg) +
+                      Format(" ± %.1g deg does not tell, and with all axes reversed it explains "
+                             "the readings as well",
+                             sigma_rad / kRadPerDeg),
+                  "state its `mounting`, or check one heading")
+              .About(Triad::kMagnetometer)
+              .With("dip", dip_rad / kRadPerDeg, "deg")};
+}
+
+Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
+  return CheckHand(run.options, run.graph, solved.solution.covariance);
 }
 
 }  // namespace truetriad

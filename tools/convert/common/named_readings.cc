@@ -131,6 +131,13 @@ class Files {
           ErrorCode::kDamagedFile,
           "the file cannot be read to its end, and variable " + name + " is missing or incomplete");
     }
+    for (const auto& file : files_) {
+      const auto other = file->others().find(name);
+      if (other == file->others().end()) continue;
+      return Error(ErrorCode::kUnknownName,
+                   "variable `" + name + "` is " + other->second +
+                       "; expected real numbers in rows and columns");
+    }
     return Error(ErrorCode::kUnknownName,
                  "no numeric variable `" + name + "`; there are " + ListOf(All(), 30));
   }
@@ -455,9 +462,10 @@ struct TriadReadings {
   std::vector<double> temperatures_degc;  ///< Empty: none.
 };
 
-/// Those that are whole; says which are not.
+/// Those that are whole; says which are not. Error (bad input): so is one that `are_named`.
 Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
                                               const ByRole& columns,
+                                              bool are_named,
                                               const ByRole& units) {
   std::vector<TriadReadings> all;
   for (const Triad triad : kTriads) {
@@ -465,6 +473,12 @@ Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
     if (stated == columns.end()) continue;
     const TimedReference reference = SplitTime(stated->second);
     const Result<Vectors> axes = ReadVectors(files, reference.readings, 3);
+    if (!axes && axes.error().kind() == ErrorKind::kBadInput && are_named) {
+      Error error = axes.error();
+      error.message += "; without the " + std::string(TriadName(triad)) +
+                       " in --columns the others are converted";
+      return error;
+    }
     if (!axes && axes.error().kind() == ErrorKind::kBadInput) {
       Note(axes.error().message + "; sensor skipped");
       continue;
@@ -543,10 +557,11 @@ Status AddRows(const std::vector<TriadReadings>& all,
 
 Status Convert(const Files& files,
                const ByRole& columns,
+               bool are_named,
                const ByRole& units,
                RecordingFolder* folder) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<TriadReadings> all,
-                             ReadTriads(files, columns, units));
+                             ReadTriads(files, columns, are_named, units));
   std::size_t wanted = 0;
   for (const Triad triad : kTriads) wanted += columns.count(std::string(TriadName(triad)));
   if (all.size() < wanted) {
@@ -605,7 +620,7 @@ Status ConvertFiles(const Files& files,
   folder->SetSource("file", names);
   folder->SetSource("converter", "truetriad-convert-" + format + " " TRUETRIAD_VERSION);
   for (const auto& [role, column] : columns) folder->SetSource(role, column);
-  return Convert(files, columns, units, folder);
+  return Convert(files, columns, arguments.others.contains("columns"), units, folder);
 }
 
 }  // namespace

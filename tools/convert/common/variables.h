@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,8 @@ class VariableFile {
         variables_.begin(), variables_.end(), [&](const Variable& v) { return v.name == name; });
     return found == variables_.end() ? nullptr : &*found;
   }
+  /// What is there beside them, by name: "complex", "text".
+  const std::map<std::string, std::string>& others() const { return others_; }
   /// Empty, or why it cannot be read to its end: then some variables may be missing.
   const std::string& damage() const { return damage_; }
   /// Error: it is not whole, or too large to be what it says.
@@ -48,6 +51,7 @@ class VariableFile {
  protected:
   std::string damage_;
   std::vector<Variable> variables_;
+  std::map<std::string, std::string> others_;
 };
 
 }  // namespace truetriad::convert

@@ -117,9 +117,16 @@ class Walk {
     if (flags.empty()) return false;
     const std::uint32_t kind = flags[0] & 0xFFU;
     const bool has_fields = kind == MAT_C_STRUCT || kind == MAT_C_OBJECT;
-    if (!has_fields && kind != MAT_C_CELL && kind != MAT_C_FUNCTION) return content_->Skip(size);
+    const bool is_numeric = kind >= MAT_C_DOUBLE && kind <= MAT_C_UINT64;
+    if (!is_numeric && !has_fields && kind != MAT_C_CELL && kind != MAT_C_FUNCTION) {
+      return content_->Skip(size);
+    }
     const auto dimensions = TakeNumbers(&size);
-    if (dimensions.empty() || !SkipElement(&size)) return false;    // its name
+    if (dimensions.empty() || !SkipElement(&size)) return false;  // its name
+    if (is_numeric) {
+      const int parts = (flags[0] & kComplexFlag) != 0 ? 2 : 1;
+      return AreSoundNumbers(dimensions, parts, &size) && content_->Skip(size);
+    }
     if (kind == MAT_C_OBJECT && !SkipElement(&size)) return false;  // its class
     std::uint64_t count = 1;
     if (has_fields) {
@@ -140,6 +147,49 @@ class Walk {
   }
 
  private:
+  static constexpr std::uint32_t kComplexFlag = 0x800U;
+
+  /// Of a numeric matrix: as many numbers as it says, of a type that numbers have, in each part.
+  bool AreSoundNumbers(const std::vector<std::uint32_t>& dimensions,
+                       int parts,
+                       std::uint64_t* left) {
+    std::uint64_t count = 1;
+    for (const std::uint32_t dimension : dimensions) {
+      if (dimension != 0 && count > *left / dimension) return false;
+      count *= dimension;
+    }
+    if (count == 0) return true;
+    for (; parts > 0; --parts) {
+      std::uint32_t type = 0;
+      std::uint64_t size = 0;
+      if (!SkipElement(left, &size, &type)) return false;
+      if (SizeOf(type) == 0 || size != count * SizeOf(type)) return false;
+    }
+    return true;
+  }
+
+  /// Zero: no type of numbers.
+  static std::uint64_t SizeOf(std::uint32_t type) {
+    switch (type) {
+      case MAT_T_INT8:
+      case MAT_T_UINT8:
+        return 1;
+      case MAT_T_INT16:
+      case MAT_T_UINT16:
+        return 2;
+      case MAT_T_INT32:
+      case MAT_T_UINT32:
+      case MAT_T_SINGLE:
+        return 4;
+      case MAT_T_DOUBLE:
+      case MAT_T_INT64:
+      case MAT_T_UINT64:
+        return 8;
+      default:
+        return 0;
+    }
+  }
+
   std::vector<std::uint32_t> TakeWords(std::size_t count, std::uint64_t* left) {
     std::string bytes(sizeof(std::uint32_t) * count, '\0');
     if (bytes.size() > *left || !content_->Take(bytes.size(), bytes.data())) return {};
@@ -154,6 +204,7 @@ class Walk {
   /// The tag of an element of plain numbers: how many bytes follow, filled up to whole tags. Up to
   /// four bytes stand in the tag itself, whose size is then in its first half.
   struct PlainTag {
+    std::uint32_t type = 0;
     std::uint64_t size = 0;
     std::optional<std::uint32_t> inside;
     std::uint64_t stored() const { return inside ? 0 : (size + kTag - 1) / kTag * kTag; }
@@ -161,16 +212,22 @@ class Walk {
   std::optional<PlainTag> TakePlainTag(std::uint64_t* left) {
     const auto words = TakeWords(2, left);
     if (words.empty()) return std::nullopt;
-    PlainTag tag{words[1], std::nullopt};
-    if (const std::uint32_t size = words[0] >> 16U; size != 0) tag = {size, words[1]};
+    PlainTag tag{words[0], words[1], std::nullopt};
+    if (const std::uint32_t size = words[0] >> 16U; size != 0) {
+      constexpr std::uint32_t kTypeMask = 0xFFFFU;
+      tag = {words[0] & kTypeMask, size, words[1]};
+    }
     if (tag.stored() > *left) return std::nullopt;
     return tag;
   }
 
-  bool SkipElement(std::uint64_t* left, std::uint64_t* size = nullptr) {
+  bool SkipElement(std::uint64_t* left,
+                   std::uint64_t* size = nullptr,
+                   std::uint32_t* type = nullptr) {
     const auto tag = TakePlainTag(left);
     if (!tag) return false;
     if (size != nullptr) *size = tag->size;
+    if (type != nullptr) *type = tag->type;
     *left -= tag->stored();
     return content_->Skip(tag->stored());
   }

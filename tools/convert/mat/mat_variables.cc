@@ -53,6 +53,17 @@ bool IsMatrix(const matvar_t& variable) {
          variable.dims != nullptr && variable.dims[0] > 0 && variable.dims[1] > 0;
 }
 
+/// What is there where no matrix is.
+std::string WhatElse(const matvar_t& variable) {
+  if (variable.class_type == MAT_C_CHAR) return "text";
+  if (variable.class_type == MAT_C_SPARSE) return "a sparse matrix";
+  if (variable.class_type == MAT_C_STRUCT) return "a struct or an array of them; name a field";
+  if (ClassName(variable.class_type).empty()) return "no array of numbers";
+  if (variable.isComplex != 0) return "complex";
+  if (variable.rank != 2) return "an array of " + std::to_string(variable.rank) + " dimensions";
+  return "empty";
+}
+
 bool IsSingleStruct(const matvar_t& variable) {
   return variable.class_type == MAT_C_STRUCT && variable.rank == 2 && variable.dims != nullptr &&
          variable.dims[0] == 1 && variable.dims[1] == 1;
@@ -184,6 +195,7 @@ void MatFile::Collect(const matvar_t& variable, const std::string& name, int dep
       }
     }
   }
+  if (!IsMatrix(variable)) others_[name] = WhatElse(variable);
 }
 
 /// Whether so many elements can come out of a file of this size: each has a byte at least, and zlib
