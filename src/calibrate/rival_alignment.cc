@@ -37,12 +37,14 @@ struct Pairs {
   double rms = 0.0;                          // of what they differ by from it
 };
 
-Pairs PairsOf(const PoseGraph& graph) {
+// `of_kept`: without readings that were rejected.
+Pairs PairsOf(const PoseGraph& graph, bool of_kept) {
   Pairs pairs;
   for (const PoseNode& node : graph.nodes) {
     PerTriad<std::optional<Eigen::Vector3d>> seen;
     for (const Observation& observation : node.observations) {
-      if (observation.triad == Triad::kGyroscope || observation.rejected) continue;
+      if (observation.triad == Triad::kGyroscope) continue;
+      if (of_kept && observation.rejected) continue;
       seen[observation.triad] =
           graph.ModelAt(observation.triad, node).TruthFromRaw(observation.mean_raw).normalized();
     }
@@ -143,8 +145,9 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
       LeadingTriad(options) == Triad::kMagnetometer ? Triad::kAccelerometer : Triad::kMagnetometer;
   const TriadOptions& triad = options.triads[turned];
   if (triad.fixed_sensitivity || triad.model != MatrixModel::kFull) return std::nullopt;
-  const Pairs pairs = PairsOf(solved);
-  if (pairs.rms > kExplainedRms) return NotOneAngle(pairs);
+  const Pairs kept = PairsOf(solved, /*of_kept=*/true);
+  if (kept.rms > kExplainedRms) return NotOneAngle(kept);
+  const Pairs pairs = PairsOf(solved, /*of_kept=*/false);
   const std::vector<FrameAlignment> others = Others(solved, pairs);
   if (others.empty()) return std::nullopt;
   const double cost = Linearised(solved).cost();

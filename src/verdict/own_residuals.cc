@@ -30,6 +30,14 @@ double OwnResiduals::ChanceOf(double part, int rank) const {
   return 1.0 - FisherCdf(part / rank / (LeftWithout(part) / left), rank, left);
 }
 
+double OwnResiduals::ChanceBeside(double part, int rank, const OwnResiduals& left) const {
+  if (rank == 0) return 1.0;
+  if (!IsJudgedByRest(rank)) return ChanceOf(part, rank);
+  // With less than one nothing can be held against it.
+  if (!(left.dof >= 1.0)) return 1.0;
+  return 1.0 - FisherCdf(part / rank / (left.chi2 / left.dof), rank, left.dof);
+}
+
 double OwnResiduals::VarianceWithout(double part, int rank) const {
   return IsJudgedByRest(rank) ? LeftWithout(part) / (dof - rank) : 1.0;
 }
@@ -43,16 +51,22 @@ OwnResiduals OwnResidualsOf(const PoseGraph& graph,
                             const NoiseState& noise,
                             Triad triad,
                             double level,
-                            bool of_poses) {
+                            bool of_poses,
+                            const FittedBeside* beside) {
   OwnResiduals own;
   for (const VariancePart& part : PartsOf(graph)) {
     if (part.rejected || !IsOf(part.component, triad)) continue;
     if (of_poses && part.factor >= graph.nodes.size()) continue;
     const Eigen::Matrix3d variance = part.variance / part.weight;
     const Eigen::Index row = system.factors()[part.factor].row + part.row;
-    const Eigen::Vector3d projected = system.projected().segment<3>(row);
-    own.chi2 += projected.dot(variance * projected);
+    Eigen::Vector3d projected = system.projected().segment<3>(row);
     own.dof += (system.ProjectorBlock(part.factor, part.row) * variance).trace();
+    if (beside != nullptr) {
+      const Eigen::MatrixXd columns = beside->projected.middleRows<3>(row);
+      projected += columns * beside->step;
+      own.dof -= (columns * beside->covariance * columns.transpose() * variance).trace();
+    }
+    own.chi2 += projected.dot(variance * projected);
   }
   own.is_estimated = own.dof > 1.0 && 1.0 - ChiSquareCdf(own.chi2, own.dof) < level;
   for (const NoiseComponent component : noise.estimated) {

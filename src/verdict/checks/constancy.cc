@@ -60,14 +60,15 @@ struct StepTest {
   double statistic = 0.0;
   int rank = 0;
   Eigen::Vector3d step = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, Eigen::Dynamic, 3> shared;  // J^T D Z
 };
 
-// The derivatives of the rows by a vector at each place, and what P makes of them.
+// The derivatives of the rows by a vector at each place, and what D makes of them.
 struct Columns {
   std::vector<Eigen::Matrix3d> own;  // of the place's three rows
   std::vector<Eigen::Index> rows;    // where they are
-  StackedRows projected;             // P Z, all places side by side
+  StackedRows projected;             // D Z, all places side by side
 };
 
 Columns ColumnsOf(const ReducedSystem& system,
@@ -109,6 +110,7 @@ struct VectorSums {
       const double share = direction.dot(u) / eigenvalue;
       test.statistic += share * share * eigenvalue;
       test.step -= share * direction;
+      test.covariance += direction * direction.transpose() / eigenvalue;
       ++test.rank;
     }
     return test;
@@ -295,6 +297,7 @@ class ChangeSearch {
       : graph_(graph),
         system_(system),
         places_(places),
+        noise_(noise),
         own_(OwnResidualsOf(graph, system, noise, kMagnetometer, kChangeLevel)) {
     own_.is_estimated = own_.is_estimated || counts_as_estimated;
     std::vector<Eigen::Matrix3d> by_bias = SensitivitiesAt(graph, places, kMagnetometer), by_field;
@@ -333,6 +336,7 @@ class ChangeSearch {
       return transient->p_value > kChangeLevel ? std::nullopt : transient;
     }
     MagnetometerChange found = At(*best);
+    if (found.p_value > kChangeLevel) return std::nullopt;
     for (std::size_t first = 0; first < places_.size(); ++first) {
       if (!allowed[first] || LikelihoodAt(first) < LikelihoodAt(*best) - kClearlyBetter) continue;
       found.earliest = std::min(found.earliest, places_[first].node);
@@ -347,12 +351,32 @@ class ChangeSearch {
                                          MovedBy(bias_, first, system_),
                                          MovedBy(field_, first, system_));
     change.node = change.earliest = change.latest = places_[first].node;
-    change.p_value = PValueAt(first);
+    change.p_value =
+        std::min(1.0, Tests() * Chance(bias_[first], field_[first], first, places_.size()));
     return change;
   }
 
  private:
+  // A quick look: what is left is taken to be less than it is.
   double PValue(const StepTest& test) const { return own_.ChanceOf(test.statistic, test.rank); }
+  // The same of the likelier of two steps at places [first, end), with what is left beside it.
+  double Chance(const StepTest& bias,
+                const StepTest& field,
+                std::size_t first,
+                std::size_t end) const {
+    const auto chance_of = [&](const StepTest& test, const Columns& columns) {
+      FittedBeside beside{
+          StackedRows::Zero(columns.projected.rows(), 3), test.covariance, test.step};
+      for (std::size_t i = first; i < end; ++i) {
+        beside.projected += columns.projected.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+      }
+      beside.projected -= system_.B() * (system_.covariance() * test.shared);
+      const OwnResiduals left = OwnResidualsOf(
+          graph_, system_, noise_, kMagnetometer, kChangeLevel, /*of_poses=*/false, &beside);
+      return own_.ChanceBeside(test.statistic, test.rank, left);
+    };
+    return std::min(chance_of(bias, by_bias_), chance_of(field, by_field_));
+  }
   double Likelihood(const StepTest& test) const {
     return own_.LikelihoodOf(test.statistic, test.rank);
   }
@@ -360,7 +384,11 @@ class ChangeSearch {
 
   // The likeliest few poses in a row that are off alike, if more than `likelihood`.
   std::optional<MagnetometerChange> TransientBeyond(double likelihood) const {
-    std::optional<MagnetometerChange> found;
+    struct Transient {
+      StepTest bias, field;
+      std::size_t first = 0, end = 0;
+    };
+    std::optional<Transient> likeliest;
     for (std::size_t length = 1; length <= kLongestTransient; ++length) {
       for (std::size_t first = kFewestPoses; first + length + kFewestPoses <= places_.size();
            ++first) {
@@ -368,18 +396,21 @@ class ChangeSearch {
         const StepTest field = TestTransient(system_, by_field_, first, first + length);
         if (std::max(Likelihood(bias), Likelihood(field)) <= likelihood) continue;
         likelihood = std::max(Likelihood(bias), Likelihood(field));
-        // The solution is off by that for all poses alike.
-        const auto moved = [this](const StepTest& test) {
-          const Eigen::VectorXd by = system_.covariance() * (test.shared * test.step);
-          return MovedByStep{0.0, by, by};
-        };
-        found = ChangeOf(bias, field, moved(bias), moved(field));
-        found->node = found->earliest = found->latest = places_[first].node;
-        found->last = places_[first + length - 1].node;
-        found->p_value = std::min(
-            1.0, (1.0 + kLongestTransient) * Tests() * std::min(PValue(bias), PValue(field)));
+        likeliest = Transient{bias, field, first, first + length};
       }
     }
+    if (!likeliest) return std::nullopt;
+    const auto& [bias, field, first, end] = *likeliest;
+    // The solution is off by that for all poses alike.
+    const auto moved = [this](const StepTest& test) {
+      const Eigen::VectorXd by = system_.covariance() * (test.shared * test.step);
+      return MovedByStep{0.0, by, by};
+    };
+    MagnetometerChange found = ChangeOf(bias, field, moved(bias), moved(field));
+    found.node = found.earliest = found.latest = places_[first].node;
+    found.last = places_[end - 1].node;
+    found.p_value =
+        std::min(1.0, (1.0 + kLongestTransient) * Tests() * Chance(bias, field, first, end));
     return found;
   }
 
@@ -414,6 +445,7 @@ class ChangeSearch {
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   const std::vector<Place>& places_;
+  const NoiseState& noise_;
   OwnResiduals own_;
   Columns by_bias_, by_field_;
   std::vector<StepTest> bias_, field_;

@@ -12,6 +12,8 @@ namespace {
 
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.1;
+// Nothing that follows from a noise a thirtieth of what is there can be trusted: σ least of all.
+constexpr double kMostReducedChi2 = 1e3;
 // χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
 // data without noise have made σ next to nothing.
 constexpr double kShortChi2 = 0.01;
@@ -115,10 +117,19 @@ Findings CheckExplained(const Quality& quality,
 }
 
 Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
-  return CheckExplained(solved.stated.quality,
-                        run.graph.reference(),
-                        kExplainedShare,
-                        "these are not rests in one constant field");
+  const Quality& quality = solved.stated.quality;
+  if (quality.reduced_chi2 > kMostReducedChi2) {
+    const double times = std::sqrt(quality.reduced_chi2);
+    return {Finding(FindingCode::kUnexplainedReadings,
+                    Format("after the fit the readings scatter by %.0f times the noise that is "
+                           "stated, or what they are to explain is not all there is",
+                           times),
+                    "state the noise that there is, or let what is more be estimated (`excess: "
+                    "estimate`)")
+                .With("times", times)};
+  }
+  return CheckExplained(
+      quality, run.graph.reference(), kExplainedShare, "these are not rests in one constant field");
 }
 
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {
