@@ -182,9 +182,9 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
                                           const Calibration& calibration,
                                           CorrectedLogSummary* summary) {
   if (!calibration.IsUsable()) {
-    return Error(
-        ErrorCode::kCalibrationNotUsable,
-        "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) + ")");
+    return Error(ErrorCode::kCalibrationNotUsable,
+                 "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
+                     "): mend what its findings say, and calibrate again");
   }
   std::vector<Channel> channels;
   for (const Triad triad : kTriads) {

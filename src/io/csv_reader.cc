@@ -467,6 +467,10 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
     message += "; a log that was not closed ends in NUL bytes: cut them off";
   } else if (layout_.separator != ',' && field.find(',') != std::string_view::npos) {
     message += "; use a decimal point, not a comma";
+  } else if (columns_[column].kind == Kind::kTime && field.find(':') != std::string_view::npos) {
+    message += "; expected seconds from any beginning: convert dates";
+  } else {
+    message += "; correct the row, or remove it; leave a field empty where there is no reading";
   }
   return Fail(ErrorCode::kUnreadableNumber, number, message);
 }

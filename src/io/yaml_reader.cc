@@ -106,7 +106,8 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
     if (!reader.IsMap()) {
       return Error(ErrorCode::kBadYaml,
                    {name},
-                   "is not a YAML map; expected lines of the form `key: value`");
+                   "is not a YAML map; expected lines of the form `key: value`: is another file in "
+                   "its place?");
     }
     std::set<int> visited;
     std::set<int> ancestors;

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
@@ -48,6 +49,30 @@ bool IsRefusedAsALog(const std::string& text, const PosesConfig& config = {}) {
 TEST(RowsWithoutTimes, OfAUnitThatMovesAreNoRests) {
   EXPECT_TRUE(IsRefusedAsALog(Spiral(0.9)));
   EXPECT_FALSE(IsRefusedAsALog(Spiral(0.0)));
+}
+
+// A converter writes `poses: every_row` for whatever has no times.
+TEST(RowsWithoutTimes, OfALogAreNoneInAManifestEither) {
+  const TemporaryFolder folder;
+  std::string text = "accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n";
+  for (int i = 0; i < 2000; ++i) {
+    const double angle = 1e-3 * i;
+    text += std::to_string(9.8 * std::cos(angle)) + "," + std::to_string(9.8 * std::sin(angle)) +
+            ",0.1\n";
+  }
+  folder.Write("log.csv", text);
+  const std::string manifest = folder.Write("recording.yaml", R"(recording: 1
+streams:
+  accelerometer: {file: log.csv, x: "accel_x[m/s^2]", y: "accel_y[m/s^2]", z: "accel_z[m/s^2]", unit: "m/s^2"}
+poses: every_row
+)");
+  const Result<LoadedPoses> loaded = LoadPoses(manifest, {});
+  ASSERT_FALSE(loaded);
+  EXPECT_THAT(loaded.error().message, ::testing::HasSubstr("within 1 degree of the row before"));
+  PosesConfig config;
+  config.given = true;
+  config.kind = PoseSelectionKind::kEveryRow;
+  EXPECT_TRUE(LoadPoses(manifest, config));
 }
 
 TEST(RowsWithoutTimes, AreRestsWhereSomebodySaysSo) {

@@ -89,7 +89,10 @@ std::string Guess(const std::optional<std::string>& unit, const std::string& sta
   return unit ? ": looks like " + *unit + " labelled " + stated : "";
 }
 
-const char* Remedy() { return "state the right unit; `units: trust` takes it as it is"; }
+const char* Remedy() {
+  return "check that each column is the sensor's that its header says, and state the right unit; "
+         "`units: trust` takes it as it is";
+}
 
 std::optional<Finding> WhyFieldIsNotAsStated(const CalibrateOptions& options) {
   const Knowledge& field = options.reference.field_ut;
