@@ -41,7 +41,12 @@ constexpr std::size_t kMaxCandidates = 4;
 // Rates of a table that differ by less are one for a start.
 constexpr double kSameSpeed = 1e-3;
 
-Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
+// `may_be_faces`: the unit may have stood on its faces, which is then offered.
+Status CheckCount(Triad triad,
+                  std::size_t poses,
+                  const TriadOptions& options,
+                  bool attitudes,
+                  bool may_be_faces) {
   std::size_t needed = 9;
   if (options.fixed_sensitivity || options.model == MatrixModel::kBias || attitudes) {
     needed = 4;
@@ -57,7 +62,7 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
   }
   if (poses >= needed) return {};
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
-  const bool may_be_faces = triad == Triad::kAccelerometer && !attitudes && poses >= 6;
+  may_be_faces = may_be_faces && !attitudes && poses >= 6;
   return NotEnoughError(Finding(FindingCode::kTooFewPoses,
                                 std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " +
                                     noun + (poses == 1 ? ", but " : "s, but ") + model +
@@ -400,7 +405,7 @@ Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
     if (rests.empty() && !is_usual) continue;
     same.push_back(zero + usual / speeds[k] * (readings[k] - zero));
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kGyroscope, same.size(), sensor, false));
+  TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kGyroscope, same.size(), sensor, false, false));
   TRUETRIAD_ASSIGN_OR_RETURN(TriadModel<double> model, FitModelTrimmed(same, sensor.model, usual));
   model.sensitivity *= GaugeRotation(Gauge::kAccelX, model.sensitivity) * LeadingAxisMap(options);
   if (!rests.empty()) model.bias = zero;
@@ -480,8 +485,11 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
     if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
     const bool attitudes =
         triad == Triad::kAccelerometer && options.attitudes.kind != AttitudeKind::kNone;
+    // Faces say nothing of a magnetometer's poses.
+    const bool may_be_faces =
+        triad == Triad::kAccelerometer && !options.triads[Triad::kMagnetometer].enabled;
     TRUETRIAD_RETURN_IF_ERROR(
-        CheckCount(triad, ReadingsOf(poses, triad).size(), sensor, attitudes));
+        CheckCount(triad, ReadingsOf(poses, triad).size(), sensor, attitudes, may_be_faces));
   }
   return {};
 }
