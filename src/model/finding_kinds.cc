@@ -313,7 +313,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "look for swapped or reversed axes"),
     Warning(kHandAssumed,
             "hand-assumed",
-            "Near the magnetic equator: the magnetometer was taken to be right-handed",
+            "Near the magnetic equator: the magnetometer's sign was taken from its hand",
             "state the magnetometer's `mounting`"),
     WarningOr(kNotConverged,
               kOddGain,

@@ -122,10 +122,10 @@ Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
     const double times = std::sqrt(quality.reduced_chi2);
     return {Finding(FindingCode::kUnexplainedReadings,
                     Format("after the fit the readings scatter by %.0f times the noise that is "
-                           "stated, or what they are to explain is not all there is",
+                           "stated",
                            times),
-                    "state the noise that there is, or let what is more be estimated (`excess: "
-                    "estimate`)")
+                    "state the noise that there is, let what is more be estimated (`excess: "
+                    "estimate`), or look for what the experiment leaves out")
                 .With("times", times)};
   }
   return CheckExplained(

@@ -187,17 +187,17 @@ Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
 Findings CheckHand(const CalibrateOptions& options,
                    const PoseGraph& graph,
                    const NamedCovariance& covariance) {
-  if (!MayReverse(options, graph.layout) || options.triads[Triad::kMagnetometer].mounting)
-    return {};
+  const bool is_stated = options.triads[Triad::kMagnetometer].mounting.has_value();
+  if (is_stated || !MayReverse(options, graph.layout)) return {};
   const double dip_rad = graph.reference()[kDip];
   const double sigma_rad = covariance.Sigma("reference.dip_rad");
   if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
+  const bool is_right = graph.sensitivity(Triad::kMagnetometer).determinant() > 0.0;
   return {Finding(FindingCode::kHandAssumed,
-                  Format("magnetometer: taken to be right-handed; a dip of %.2g",
-                         dip_rad / kRadPerDeg) +
-                      Format(" ± %.1g deg does not tell, and with all axes reversed it explains "
-                             "the readings as well",
-                             sigma_rad / kRadPerDeg),
+                  Format("magnetometer: a dip of %.2g", dip_rad / kRadPerDeg) +
+                      Format(" ± %.1g deg does not tell its sign: with all axes reversed, ",
+                             sigma_rad / kRadPerDeg) +
+                      (is_right ? "left" : "right") + "-handed, it explains the readings as well",
                   "state its `mounting`, or check one heading")
               .About(Triad::kMagnetometer)
               .With("dip", dip_rad / kRadPerDeg, "deg")};
