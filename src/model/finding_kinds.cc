@@ -248,7 +248,8 @@ constexpr auto kKinds = std::to_array<FindingKind>({
     Refusal(kNotConverged,
             kUnexplainedReadings,
             "unexplained-readings",
-            "After the fit readings scatter by a large share of the field",
+            "After the fit readings scatter by a large share of the field, or many times the "
+            "stated noise",
             "check that the unit rests in one constant field"),
     Refusal(kNotConverged,
             kTemperatureIgnored,
