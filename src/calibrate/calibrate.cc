@@ -23,6 +23,7 @@
 #include "problem/hemisphere.h"
 #include "problem/start_values.h"
 #include "solve/chain_elimination.h"
+#include "solve/field_side.h"
 #include "solve/reduced_system.h"
 #include "solve/shared_information.h"
 #include "solve/solve_graph.h"
@@ -41,18 +42,27 @@ namespace truetriad {
 namespace {
 
 // How badly the poses fit, few of them counting little however far off they are: the sum over all
-// deletion tests of log(1 + χ² / dof), the cost of a Cauchy distribution.
+// deletion tests and priors of log(1 + χ² / dof), the cost of a Cauchy distribution.
 double RobustMisfit(const PoseGraph& graph) {
   const ReducedSystem system(graph);
   double misfit = 0.0;
   for (const DeletionTest& test : DeletionTests(graph, system)) {
     if (test.rank > 0) misfit += std::log1p(test.chi2 / test.rank);
   }
+  for (const ScalarPrior& prior : graph.priors) {
+    misfit += std::log1p(std::pow((graph.shared[prior.index] - prior.mean) / prior.sigma, 2));
+  }
   return misfit;
 }
 
-// The same solution, with the field on the side where it is; false where it was there.
+// The field on the side where it is; false where it was there. Without a known dip that is the same
+// solution, else another one, and the likelier.
 bool SettleField(const CalibrateOptions& options, PoseGraph* graph) {
+  if (auto other = OtherSideOfField(options, *graph)) {
+    if (other->IsTold() ? other->worse > 0.0 : !IsOfOtherHand(options, *graph)) return false;
+    *graph = std::move(other->graph);
+    return true;
+  }
   const SharedLayout& layout = graph->layout;
   const int dip_at = layout.reference + kDip;
   double dip_sigma_rad = 0.0;

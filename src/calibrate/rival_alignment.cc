@@ -14,14 +14,13 @@
 #include "math/dense/eigenvalues.h"
 #include "problem/start_values.h"
 #include "solve/chain_elimination.h"
+#include "solve/field_side.h"
 #include "solve/solve_graph.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-// One is a thousand times as likely as the other: 2 log 1000.
-constexpr double kFarInChi2 = 13.8;
 // Nearer than that it is the same one, found again: by the closed form, which weighs all poses
 // alike, and when it is solved.
 constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;

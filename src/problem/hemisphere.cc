@@ -20,7 +20,66 @@ bool FoldDip(PoseGraph* graph) {
   return true;
 }
 
-// Whether the magnetometer is of the other hand than it is built, as far as that is stated.
+// The magnetometer's negative, with the field on the other side of the horizontal.
+void Reverse(PoseGraph* graph) {
+  const SharedLayout& layout = graph->layout;
+  const int dip_at = layout.reference + kDip;
+  if (layout.IsFree(dip_at)) graph->shared[dip_at] *= -1.0;
+  graph->shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
+  const ThermalBlock& thermal = layout.thermal[Triad::kMagnetometer];
+  graph->shared.segment(thermal.matrix_at(0), 9 * thermal.terms.matrix_order) *= -1.0;
+  for (PoseNode& node : graph->nodes) {
+    if (node.kind != PoseKind::kDirection) continue;
+    if (node.observations.front().triad != Triad::kMagnetometer) continue;
+    node.state = {-node.state[0], -node.state[1], -node.state[2], 0.0};
+  }
+}
+
+// Every attitude, or where those are given the field, half a turn about the vertical. False in the
+// second case.
+bool TurnHalfway(const CalibrateOptions& options, PoseGraph* graph) {
+  if (options.attitudes.kind == AttitudeKind::kGiven) {
+    double& heading = graph->shared[graph->layout.reference + kHeading];
+    heading += heading > 0.0 ? -std::numbers::pi : std::numbers::pi;
+    return false;
+  }
+  for (PoseNode& node : graph->nodes) {
+    if (node.kind == PoseKind::kRotation) node.state = ValuesOf(TurnedHalfway(node.rotation()));
+  }
+  return true;
+}
+
+// Whether the magnetometer may be its negative: nothing holds its matrix, nor the heading.
+bool IsSignFree(const CalibrateOptions& options, const SharedLayout& layout) {
+  const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
+  return magnetometer.enabled && layout.reference >= 0 && !magnetometer.prior &&
+         !magnetometer.fixed_sensitivity &&
+         (options.attitudes.kind != AttitudeKind::kGiven ||
+          layout.IsFree(layout.reference + kHeading));
+}
+
+}  // namespace
+
+Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude) {
+  return Eigen::Quaterniond(0.0, 0.0, 0.0, 1.0) * attitude;
+}
+
+bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout) {
+  return IsSignFree(options, layout) && layout.IsFree(layout.reference + kDip) &&
+         !options.reference.dip_rad.known();
+}
+
+bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout) {
+  // Readings in motion tell the dip many times better than what is known of it.
+  return IsSignFree(options, layout) && options.reference.dip_rad.known() && !options.motion &&
+         layout.Has(Triad::kAccelerometer);
+}
+
+bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {
+  constexpr double kFar = 4.0;  // σ; less than one in a thousand with ten degrees of freedom
+  return std::abs(std::sin(dip_rad)) > std::max(kEquatorSine, kFar * dip_sigma_rad);
+}
+
 bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph) {
   double hand = LeadingAxisSign(options);
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -31,43 +90,9 @@ bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph) {
   return hand < 0.0;
 }
 
-// The other side of the equator, with a sensitivity that is its negative.
-bool Reverse(const CalibrateOptions& options, double dip_sigma_rad, PoseGraph* graph) {
-  const SharedLayout& layout = graph->layout;
-  if (!MayReverse(options, layout)) return false;
-  double& dip = graph->shared[layout.reference + kDip];
-  const bool is_wrong = IsSideOfEquatorTold(dip, dip_sigma_rad)
-                            ? (dip > 0.0) != options.reference.northern_hemisphere
-                            : IsOfOtherHand(options, *graph);
-  if (!is_wrong) return false;
-  dip = -dip;
-  graph->shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
-  const ThermalBlock& thermal = layout.thermal[Triad::kMagnetometer];
-  graph->shared.segment(thermal.matrix_at(0), 9 * thermal.terms.matrix_order) *= -1.0;
-  for (PoseNode& node : graph->nodes) {
-    if (node.kind != PoseKind::kDirection) continue;
-    if (node.observations.front().triad != Triad::kMagnetometer) continue;
-    node.state = {-node.state[0], -node.state[1], -node.state[2], 0.0};
-  }
-  return true;
-}
-
-}  // namespace
-
-Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude) {
-  return Eigen::Quaterniond(0.0, 0.0, 0.0, 1.0) * attitude;
-}
-
-bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout) {
-  const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
-  return magnetometer.enabled && layout.IsFree(layout.reference + kDip) &&
-         !options.reference.dip_rad.known() && !magnetometer.prior &&
-         !magnetometer.fixed_sensitivity;
-}
-
-bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {
-  constexpr double kFar = 4.0;  // σ; less than one in a thousand with ten degrees of freedom
-  return std::abs(std::sin(dip_rad)) > std::max(kEquatorSine, kFar * dip_sigma_rad);
+void ReverseField(const CalibrateOptions& options, PoseGraph* graph) {
+  Reverse(graph);
+  TurnHalfway(options, graph);
 }
 
 bool SettleHemisphereOfField(const CalibrateOptions& options,
@@ -80,17 +105,13 @@ bool SettleHemisphereOfField(const CalibrateOptions& options,
     return false;
   }
   const bool was_beyond = FoldDip(graph);
-  const bool was_reversed = Reverse(options, dip_sigma_rad, graph);
-  if (was_beyond == was_reversed) return false;
-  if (is_given) {
-    double& heading = graph->shared[layout.reference + kHeading];
-    heading += heading > 0.0 ? -std::numbers::pi : std::numbers::pi;
-    return false;
-  }
-  for (PoseNode& node : graph->nodes) {
-    if (node.kind == PoseKind::kRotation) node.state = ValuesOf(TurnedHalfway(node.rotation()));
-  }
-  return true;
+  const double dip_rad = graph->shared[layout.reference + kDip];
+  const bool was_reversed =
+      MayReverse(options, layout) && (IsSideOfEquatorTold(dip_rad, dip_sigma_rad)
+                                          ? (dip_rad > 0.0) != options.reference.northern_hemisphere
+                                          : IsOfOtherHand(options, *graph));
+  if (was_reversed) Reverse(graph);
+  return was_beyond != was_reversed && TurnHalfway(options, graph);
 }
 
 }  // namespace truetriad

@@ -21,6 +21,17 @@ bool SettleHemisphereOfField(const CalibrateOptions& options,
 // Whether that may reverse the magnetometer: nothing but the hemisphere knows the sign.
 bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout);
 
+// Whether the field's other side is to be weighed against a dip that is known, fixed or with a σ.
+bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout);
+
+// The magnetometer's negative, with the field on the other side of the horizontal: readings stay
+// where the dip is free; what is known of it, or holds it, does not follow.
+void ReverseField(const CalibrateOptions& options, PoseGraph* graph);
+
+// Whether the magnetometer is of the other hand than it is built: as is stated, else the
+// accelerometer's.
+bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph);
+
 // Whether a dip tells on which side of the equator it is.
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad);
 

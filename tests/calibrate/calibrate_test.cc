@@ -150,6 +150,43 @@ TEST(CalibrateAccelMag, TakesTheMagnetometerToBeRightHandedNearTheEquator) {
   EXPECT_GE(told, usable / 2);
 }
 
+// Neither does a dip that is known, with a σ or without: where it tells the side the likelier one
+// is taken, else the one with the hand that is stated.
+TEST(CalibrateAccelMag, WeighsBothSidesOfTheEquatorAgainstAKnownDip) {
+  int usable = 0, told = 0;
+  for (int seed = 0; seed < 20; ++seed) {
+    for (const double sigma_deg : {0.0, 0.2, 2.0}) {
+      for (const double hand : {1.0, -1.0}) {
+        Random random(static_cast<std::uint64_t>(seed));
+        SyntheticUnit unit = RandomUnit({}, &random);
+        unit.dip_rad = random.Uniform(-8.0, 8.0) * kRadPerDeg;
+        Eigen::Matrix3d& truth = unit.models[Triad::kMagnetometer]->sensitivity;
+        truth.row(2) *= hand;
+        CalibrateOptions options = JointOptions(unit);
+        options.reference.dip_rad = {unit.dip_rad + sigma_deg * kRadPerDeg * random.Normal(),
+                                     sigma_deg * kRadPerDeg};
+        if (hand < 0.0) {
+          options.triads[Triad::kMagnetometer].mounting =
+              Eigen::Vector3d(1.0, 1.0, -1.0).asDiagonal().toDenseMatrix();
+        }
+        const auto summary = Calibrate(PosesOfWhichFewHaveBoth(unit, 12, &random, 10.0), options);
+        ASSERT_TRUE(summary) << summary.error().message;
+        const Calibration& calibration = summary->calibration;
+        if (!calibration.IsUsable()) continue;
+        ++usable;
+        told += Find(calibration.findings, FindingCode::kHandAssumed) != nullptr ? 1 : 0;
+        const Eigen::Matrix3d& S = calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+        EXPECT_LT((S - truth).norm(), 0.17 * truth.norm())
+            << "dip " << unit.dip_rad / kRadPerDeg << ", σ " << sigma_deg << ", hand " << hand
+            << ", seed " << seed;
+      }
+    }
+  }
+  EXPECT_GE(usable, 110);
+  // A σ of 2 deg leaves some of the sides open, and nothing is stated of right-handed ones.
+  EXPECT_GE(told, 5);
+}
+
 // A rival of either hand counts.
 TEST(CalibrateAccelMag, TakesNoRightHandedRivalForALeftHandedMagnetometer) {
   for (int seed = 0; seed < 100; ++seed) {

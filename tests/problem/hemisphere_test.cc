@@ -75,6 +75,17 @@ TEST(HemisphereOfField, IsALabelOfTheSameSolution) {
   }
 }
 
+TEST(HemisphereOfField, ReversedExplainsTheSameReadings) {
+  PoseGraph graph = GraphWithDip(0.3);
+  const std::vector<Eigen::Vector3d> before = ReadingsIn(graph);
+  ReverseField(MagnetometerOptions(), &graph);
+  EXPECT_EQ(graph.shared[graph.layout.reference + kDip], -0.3);
+  const std::vector<Eigen::Vector3d> after = ReadingsIn(graph);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_LT((after[i] - before[i]).norm(), 1e-12 * before[i].norm());
+  }
+}
+
 // What the dip cannot tell, the hand does.
 TEST(HemisphereOfField, IsThatOfTheHandNearTheEquator) {
   for (const double dip : {0.03, -0.03}) {

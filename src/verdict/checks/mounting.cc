@@ -10,6 +10,7 @@
 #include "base/messages.h"
 #include "problem/hemisphere.h"
 #include "problem/lay_out.h"
+#include "solve/field_side.h"
 #include "truetriad/base/units.h"
 #include "verdict/checks/check.h"
 
@@ -187,16 +188,20 @@ Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
 Findings CheckHand(const CalibrateOptions& options,
                    const PoseGraph& graph,
                    const NamedCovariance& covariance) {
-  const bool is_stated = options.triads[Triad::kMagnetometer].mounting.has_value();
-  if (is_stated || !MayReverse(options, graph.layout)) return {};
+  if (options.triads[Triad::kMagnetometer].mounting) return {};
   const double dip_rad = graph.reference()[kDip];
   const double sigma_rad = covariance.Sigma("reference.dip_rad");
-  if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
+  if (MayReverse(options, graph.layout)) {
+    if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
+  } else {
+    const auto other = OtherSideOfField(options, graph);
+    if (!other || other->IsTold()) return {};
+  }
   const bool is_right = graph.sensitivity(Triad::kMagnetometer).determinant() > 0.0;
   return {Finding(FindingCode::kHandAssumed,
                   Format("magnetometer: a dip of %.2g", dip_rad / kRadPerDeg) +
-                      Format(" ± %.1g deg does not tell its sign: with all axes reversed, ",
-                             sigma_rad / kRadPerDeg) +
+                      (sigma_rad > 0.0 ? Format(" ± %.1g", sigma_rad / kRadPerDeg) : "") +
+                      " deg does not tell its sign: with all axes reversed, " +
                       (is_right ? "left" : "right") + "-handed, it explains the readings as well",
                   "state its `mounting`, or check one heading")
               .About(Triad::kMagnetometer)

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/field_side.h"
+
+#include <cmath>
+#include <utility>
+
+#include "problem/hemisphere.h"
+#include "solve/chain_elimination.h"
+#include "solve/solve_graph.h"
+
+namespace truetriad {
+
+std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
+                                          const PoseGraph& solved) {
+  // The other side is 30 deg away, and readings that scatter by more than 6 deg are refused: four
+  // poses, the fewest, tell by a χ² of 100.
+  constexpr double kFarSine = 0.25;
+  if (!MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
+  if (std::abs(std::sin(solved.reference()[kDip])) > kFarSine) return std::nullopt;
+  OtherSide other{solved, 0.0};
+  ReverseField(options, &other.graph);
+  SolveGraph(&other.graph);
+  other.worse = 2.0 * (Linearised(other.graph).cost() - Linearised(solved).cost());
+  return other;
+}
+
+}  // namespace truetriad
