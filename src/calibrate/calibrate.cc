@@ -16,6 +16,7 @@
 #include "data/recorded_temperature.h"
 #include "motion/calibrate_motion.h"
 #include "noise/deletion.h"
+#include "noise/joint_test.h"
 #include "noise/noise_settling.h"
 #include "noise/variance_components.h"
 #include "problem/graph.h"
@@ -57,9 +58,10 @@ double RobustMisfit(const PoseGraph& graph) {
 
 // The field on the side where it is; false where it was there. Without a known dip that is the same
 // solution, else another one, and the likelier.
-bool SettleField(const CalibrateOptions& options, PoseGraph* graph) {
+bool SettleField(const CalibrateOptions& options, const NoiseState& noise, PoseGraph* graph) {
   if (auto other = OtherSideOfField(options, *graph)) {
-    if (other->IsTold() ? other->worse > 0.0 : !IsOfOtherHand(options, *graph)) return false;
+    const bool is_told = other->IsTold(NoiseDof(noise.estimate, *graph));
+    if (is_told ? other->worse > 0.0 : !IsOfOtherHand(options, *graph)) return false;
     *graph = std::move(other->graph);
     return true;
   }
@@ -321,11 +323,11 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
   }
-  SettleField(options, &*graph);
+  SettleField(options, noise, &*graph);
   summary.rounds =
       is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
               : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
-  if (SettleField(options, &*graph)) {
+  if (SettleField(options, noise, &*graph)) {
     // What is known of the noise is in terms of the parameters as they were.
     Findings known;
     summary.rounds += SettleNoise(options.robust, &noise, &*graph, &log, &known);
@@ -335,7 +337,7 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));
     return with_larger;
   }
-  if (auto rival = FindRivalAlignment(options, *graph)) {
+  if (auto rival = FindRivalAlignment(options, noise.estimate, *graph)) {
     return Refuse(*std::move(rival), std::move(summary));
   }
   summary.iterations = log.iterations;

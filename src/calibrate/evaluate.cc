@@ -12,7 +12,8 @@
 
 #include "calibrate/evaluate_turns.h"
 #include "calibrate/evaluated_reading.h"
-#include "truetriad/calibrate/evaluate.h"
+#include "math/distributions.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -79,9 +80,10 @@ class JointErrors {
     count_ += error.size();
   }
 
-  // RMS of the errors, whitened: 1 where they are as predicted. Unset where a reading has no noise.
-  std::optional<double> Rms(const Eigen::MatrixXd& covariance) const {
-    if (count_ == 0 || !is_noisy_) return std::nullopt;
+  // RMS of the errors, whitened: 1 where they are as predicted. `free`: so many of the parameters
+  // are fitted to the errors. Unset where a reading has no noise, or nothing is left.
+  std::optional<double> Rms(const Eigen::MatrixXd& covariance, Eigen::Index free = 0) const {
+    if (count_ <= free || !is_noisy_) return std::nullopt;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(covariance);
     const Eigen::MatrixXd root =
         parts.eigenvectors() * parts.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
@@ -89,7 +91,7 @@ class JointErrors {
     whole.diagonal().array() += 1.0;
     const Eigen::VectorXd pull = root.transpose() * gradient_;
     const double chi2 = chi2_ - pull.dot(whole.llt().solve(pull));
-    return std::sqrt(std::max(chi2, 0.0) / static_cast<double>(count_));
+    return std::sqrt(std::max(chi2, 0.0) / static_cast<double>(count_ - free));
   }
 
  private:
@@ -147,13 +149,54 @@ PoseResidual AddReading(const Calibration& calibration,
   return residual;
 }
 
-// Standard deviation; unset for less than two values.
-std::optional<double> Spread(const std::vector<double>& values) {
-  if (values.size() < 2) return std::nullopt;
-  const Eigen::Map<const Eigen::ArrayXd> all(values.data(),
-                                             static_cast<Eigen::Index>(values.size()));
-  return std::sqrt((all - all.mean()).square().mean());
-}
+// The cosine of the angle between gravity and field over the poses: one and the same wherever the
+// unit points. Its mean is a parameter more, of which nothing is known.
+class ConstantAngle {
+ public:
+  void Add(const Calibration& calibration,
+           const EvaluatedReading& force,
+           const EvaluatedReading& field) {
+    const double lengths[] = {force.truth.norm(), field.truth.norm()};
+    if (!(lengths[0] > 0.0) || !(lengths[1] > 0.0)) return;
+    const Eigen::Vector3d up = force.truth / lengths[0], north = field.truth / lengths[1];
+    const double cosine = up.dot(north);
+    const Eigen::RowVector3d by_force = (north - cosine * up).transpose() / lengths[0];
+    const Eigen::RowVector3d by_field = (up - cosine * north).transpose() / lengths[1];
+    Eigen::MatrixXd by_parameters(1, force.by_parameters.cols() + 1);
+    by_parameters << by_force * force.by_parameters + by_field * field.by_parameters, 1.0;
+    const Eigen::MatrixXd noise = by_force * force.noise * by_force.transpose() +
+                                  by_field * field.noise * by_field.transpose();
+    const auto of_calibration = by_parameters.leftCols(force.by_parameters.cols());
+    const double variance =
+        noise(0, 0) +
+        (of_calibration * calibration.covariance.matrix * of_calibration.transpose()).value();
+    const double sine_square = std::max(1.0 - cosine * cosine, kLeastSineSquare);
+    predicted_.push_back(variance / sine_square);
+    angles_rad_.push_back(std::atan2(up.cross(north).norm(), cosine));
+    errors_.Add(Eigen::VectorXd::Constant(1, cosine), noise, by_parameters);
+  }
+
+  void State(const Calibration& calibration, EvaluationSummary* summary) const {
+    if (angles_rad_.size() < 2) return;
+    const Eigen::Map<const Eigen::ArrayXd> angles(angles_rad_.data(),
+                                                  static_cast<Eigen::Index>(angles_rad_.size()));
+    const Eigen::Map<const Eigen::ArrayXd> predicted(predicted_.data(), angles.size());
+    summary->angle_std_deg = std::sqrt((angles - angles.mean()).square().mean()) / kRadPerDeg;
+    summary->predicted_angle_std_deg = std::sqrt(predicted.mean()) / kRadPerDeg;
+    const Eigen::Index size = calibration.covariance.matrix.rows();
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size + 1, size + 1);
+    covariance.topLeftCorner(size, size) = calibration.covariance.matrix;
+    // Of a cosine: ten times as much as it can be.
+    covariance(size, size) = 100.0;
+    summary->angle_ratio = errors_.Rms(covariance, 1);
+  }
+
+ private:
+  // Near a magnetic pole the cosine hardly tells the angle.
+  static constexpr double kLeastSineSquare = 1e-4;
+  JointErrors errors_;
+  std::vector<double> angles_rad_, predicted_;  // variances
+};
 
 // The bias at the reference is a convention (a sweep without a static calibration): the norm error
 // has a constant part that says nothing.
@@ -193,8 +236,41 @@ PerTriad<std::set<int>> LeftOut(const Calibration& calibration, const PoseSet& p
   return numbers;
 }
 
-double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / M_PI;
+// An RMS of so many errors over the one that was predicted.
+struct ErrorRatio {
+  double ratio = 0.0;
+  double count = 0.0;
+};
+
+std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
+  std::vector<ErrorRatio> ratios;
+  PerTriad<double> counts{};
+  int pairs = -1;  // less the mean angle
+  const PoseResidual* before = nullptr;
+  for (const PoseResidual& residual : evaluation.pose_residuals) {
+    counts[residual.triad] += residual.triad == Triad::kGyroscope ? 3.0 : 1.0;
+    pairs += residual.triad == Triad::kMagnetometer && before != nullptr &&
+                     before->triad == Triad::kAccelerometer && before->pose == residual.pose
+                 ? 1
+                 : 0;
+    before = &residual;
+  }
+  for (const Triad triad : kTriads) {
+    if (evaluation.error_ratio[triad])
+      ratios.push_back({*evaluation.error_ratio[triad], counts[triad]});
+  }
+  if (evaluation.angle_ratio) ratios.push_back({*evaluation.angle_ratio, std::max(pairs, 1) * 1.0});
+  if (const auto& turns = evaluation.turns; turns && turns->predicted_rms_rad > 0.0) {
+    ratios.push_back({turns->rms_rad / turns->predicted_rms_rad, 2.0 * turns->count});
+  }
+  return ratios;
+}
+
+// Few errors are larger by chance.
+bool IsTooLarge(const ErrorRatio& error) {
+  constexpr double kByChance = 0.999;
+  return error.ratio > kExpectedErrorRatio &&
+         error.ratio * error.ratio * error.count > ChiSquareQuantile(kByChance, error.count);
 }
 
 }  // namespace
@@ -213,7 +289,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
   summary.poses = static_cast<int>(poses.poses.size());
   const PerTriad<std::set<int>> left_out = LeftOut(calibration, poses, is_own);
   PerTriad<ErrorSums> sums;
-  std::vector<double> angles_deg;
+  ConstantAngle angle;
   std::vector<std::optional<EvaluatedReading>> vectors;  // that turns are measured against
   PerTriad<std::vector<ThermalState>> felt;
   for (const Triad triad : kTriads) {
@@ -247,8 +323,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
     }
     if (is_clamped) ++summary.clamped_poses;
     if (seen[Triad::kAccelerometer] && seen[Triad::kMagnetometer]) {
-      angles_deg.push_back(
-          AngleDeg(seen[Triad::kAccelerometer]->truth, seen[Triad::kMagnetometer]->truth));
+      angle.Add(calibration, *seen[Triad::kAccelerometer], *seen[Triad::kMagnetometer]);
     }
     vectors.push_back(
         std::move(seen[calibration.sensors[Triad::kAccelerometer] ? Triad::kAccelerometer
@@ -256,7 +331,10 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
   }
   for (const Triad triad : kTriads) {
     ErrorSums& sum = sums[triad];
-    if (sum.count == 0) continue;
+    if (sum.count == 0) {
+      if (calibration.sensors[triad]) summary.not_tested.push_back(triad);
+      continue;
+    }
     if (IsBiasHeld(calibration, triad)) TakeMeanOut(triad, &summary.pose_residuals, &sum);
     summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
     summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
@@ -268,19 +346,15 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
       summary.norm_rms_before[triad] = std::sqrt(sum.squares_before / sum.count);
     }
   }
-  summary.angle_std_deg = Spread(angles_deg);
+  angle.State(calibration, &summary);
   summary.turns = EvaluateTurns(calibration, poses, vectors, left_out[Triad::kGyroscope]);
   return summary;
 }
 
 std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation) {
   std::optional<double> worst;
-  const auto add = [&worst](double ratio) { worst = std::max(ratio, worst.value_or(0.0)); };
-  for (const Triad triad : kTriads) {
-    if (evaluation.error_ratio[triad]) add(*evaluation.error_ratio[triad]);
-  }
-  if (evaluation.turns && evaluation.turns->predicted_rms_rad > 0.0) {
-    add(evaluation.turns->rms_rad / evaluation.turns->predicted_rms_rad);
+  for (const ErrorRatio& error : ErrorRatios(evaluation)) {
+    worst = std::max(error.ratio, worst.value_or(0.0));
   }
   return worst;
 }
@@ -292,10 +366,10 @@ PredictionVerdict VerdictOf(const EvaluationSummary& evaluation) {
       });
   if (!has_poses) return PredictionVerdict::kNotEvaluated;
   if (evaluation.is_own) return PredictionVerdict::kNoTest;
-  const std::optional<double> worst = WorstErrorRatio(evaluation);
-  if (!worst) return PredictionVerdict::kNoPrediction;
-  return *worst <= kExpectedErrorRatio ? PredictionVerdict::kAsPredicted
-                                       : PredictionVerdict::kWorse;
+  const std::vector<ErrorRatio> ratios = ErrorRatios(evaluation);
+  if (ratios.empty()) return PredictionVerdict::kNoPrediction;
+  return std::any_of(ratios.begin(), ratios.end(), IsTooLarge) ? PredictionVerdict::kWorse
+                                                               : PredictionVerdict::kAsPredicted;
 }
 
 std::string_view PredictionVerdictName(PredictionVerdict verdict) {

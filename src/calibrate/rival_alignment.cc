@@ -12,6 +12,7 @@
 #include "base/messages.h"
 #include "init/frame_alignment.h"
 #include "math/dense/eigenvalues.h"
+#include "noise/joint_test.h"
 #include "problem/start_values.h"
 #include "solve/chain_elimination.h"
 #include "solve/field_side.h"
@@ -34,20 +35,31 @@ struct Pairs {
   std::vector<Eigen::Vector3d> ups, fields;  // in the body as it was solved, unit vectors
   double cosine = 0.0;                       // of the angle between them, mean
   double rms = 0.0;                          // of what they differ by from it
+  double noise = 0.0;                        // its σ by the noise of one pose, RMS
 };
+
+// Mean variance of a unit vector's component by the noise of a reading.
+double VarianceOfDirection(const TriadModel<double>& model, const Observation& observation) {
+  const Eigen::Matrix3d C = model.sensitivity.inverse();
+  const Eigen::Matrix3d variance = C * observation.variance * C.transpose();
+  return variance.trace() / 3.0 / model.TruthFromRaw(observation.mean_raw).squaredNorm();
+}
 
 // `of_kept`: without readings that were rejected.
 Pairs PairsOf(const PoseGraph& graph, bool of_kept) {
   Pairs pairs;
   for (const PoseNode& node : graph.nodes) {
     PerTriad<std::optional<Eigen::Vector3d>> seen;
+    double variance = 0.0;
     for (const Observation& observation : node.observations) {
       if (observation.triad == Triad::kGyroscope) continue;
       if (of_kept && observation.rejected) continue;
-      seen[observation.triad] =
-          graph.ModelAt(observation.triad, node).TruthFromRaw(observation.mean_raw).normalized();
+      const TriadModel<double> model = graph.ModelAt(observation.triad, node);
+      seen[observation.triad] = model.TruthFromRaw(observation.mean_raw).normalized();
+      variance += VarianceOfDirection(model, observation);
     }
     if (!seen[Triad::kAccelerometer] || !seen[Triad::kMagnetometer]) continue;
+    pairs.noise += variance;
     pairs.ups.push_back(*seen[Triad::kAccelerometer]);
     pairs.fields.push_back(*seen[Triad::kMagnetometer]);
   }
@@ -59,6 +71,7 @@ Pairs PairsOf(const PoseGraph& graph, bool of_kept) {
     pairs.rms += std::pow(pairs.ups[k].dot(pairs.fields[k]) - pairs.cosine, 2) / count;
   }
   pairs.rms = std::sqrt(pairs.rms);
+  pairs.noise = std::sqrt(pairs.noise / count);
   return pairs;
 }
 
@@ -87,10 +100,12 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
     add(+1, &pairs.cosine);
     add(-1, &pairs.cosine);
   }
-  constexpr double kHopeless = 0.02;  // on top of what the solution itself leaves
+  // On top of what the solution itself, which is fitted, and noise leave. Only what it costs in the
+  // end decides.
+  constexpr double kHopeless = 0.02;
   std::erase_if(all, [&](const FrameAlignment& other) {
     return AngleOf(other.rotation) < kSameByClosedFormRad ||
-           other.rms > 3.0 * pairs.rms + kHopeless;
+           other.rms > 3.0 * std::max(pairs.rms, pairs.noise) + kHopeless;
   });
   return all;
 }
@@ -134,6 +149,7 @@ double AngleBetween(const PoseGraph& a, const PoseGraph& b, Triad triad) {
 }  // namespace
 
 std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
+                                          const ExcessEstimate& noise,
                                           const PoseGraph& solved) {
   const SharedLayout& layout = solved.layout;
   if (!layout.Has(Triad::kAccelerometer) || !layout.Has(Triad::kMagnetometer) ||
@@ -150,11 +166,12 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
   const std::vector<FrameAlignment> others = Others(solved, pairs);
   if (others.empty()) return std::nullopt;
   const double cost = Linearised(solved).cost();
+  const double far = FarInChi2(NoiseDof(noise, solved));
   for (const FrameAlignment& alignment : others) {
     const PoseGraph other = SolvedFrom(alignment, turned, solved);
     const double worse = 2.0 * (Linearised(other).cost() - cost);
     const double angle_rad = AngleBetween(solved, other, turned);
-    if (!(worse < kFarInChi2) || angle_rad < kSameRad) continue;
+    if (!(worse < far) || angle_rad < kSameRad) continue;
     return Finding(FindingCode::kAlignmentUndetermined,
                    "the " + std::to_string(pairs.ups.size()) +
                        " poses with both sensors do not tell how they stand to each other: " +

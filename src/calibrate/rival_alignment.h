@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "noise/variance_components.h"
 #include "problem/graph.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/problem/options.h"
@@ -13,6 +14,8 @@ namespace truetriad {
 // poses as well: the one angle between gravity and field has several solutions where few poses have
 // both sensors, each of which looks determined where it stands. Or that they do not stand to each
 // other in any one way. Unset where neither is so, and where turns or given attitudes tell.
-std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options, const PoseGraph& solved);
+std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
+                                          const ExcessEstimate& noise,
+                                          const PoseGraph& solved);
 
 }  // namespace truetriad

@@ -58,8 +58,8 @@ Json PoseJson(const StaticPose& pose, bool has_time) {
   json["means"] = Json::object();
   for (const Triad triad : kTriads) {
     if (!pose.triads[triad]) continue;
-    json["means"][std::string(TriadName(triad))] = {{"samples", pose.triads[triad]->samples},
-                                                    {"mean", ListJson(pose.triads[triad]->mean_raw)}};
+    json["means"][std::string(TriadName(triad))] = {
+        {"samples", pose.triads[triad]->samples}, {"mean", ListJson(pose.triads[triad]->mean_raw)}};
   }
   return json;
 }
@@ -155,7 +155,11 @@ Json ToJson(const EvaluationSummary& evaluation) {
                {"predicted_rms", OfEachTriad(evaluation.predicted_rms)},
                {"error_ratio", OfEachTriad(evaluation.error_ratio)},
                {"angle_std_deg", OrNull(evaluation.angle_std_deg)},
+               {"predicted_angle_std_deg", OrNull(evaluation.predicted_angle_std_deg)},
+               {"angle_ratio", OrNull(evaluation.angle_ratio)},
+               {"not_tested", Json::array()},
                {"turns", nullptr}};
+  for (const Triad triad : evaluation.not_tested) json["not_tested"].push_back(TriadName(triad));
   if (const auto& turns = evaluation.turns) {
     json["turns"] = {{"against", TriadName(turns->against)},
                      {"count", turns->count},

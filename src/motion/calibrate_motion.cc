@@ -442,7 +442,7 @@ Status StateMotionVerdict(const PoseSet& poses,
     SayRemarks(options, track, *run, &calibration->findings);
     for (const Findings& found :
          {CheckMagnetometerScale(calibration->reference),
-          CheckHand(options, graph, solution.covariance),
+          CheckHand(options, graph, solution.covariance, quality.effective_dof),
           FindingsOf(left_out),
           FindingsOf(blocks),
           CheckStillDetermined(graph, covariance, options.observable_sigma)}) {

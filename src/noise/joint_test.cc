@@ -74,6 +74,11 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& 
   return ApproximateTest(estimate.covariance, changes, system.size());
 }
 
+double NoiseDof(const ExcessEstimate& estimate, const PoseGraph& graph) {
+  if (estimate.components.empty()) return JointTest().dof;
+  return KenwardRogerTest(estimate, ReducedSystem(graph)).dof;
+}
+
 JointTest KenwardRogerTest(const ExcessEstimate& estimate,
                            const ReducedSystem& system,
                            const PoseGraph& graph,

@@ -26,6 +26,10 @@ struct JointTest {
 };
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
 
+// Degrees of freedom that tell the noise of a graph with this estimate: infinite where nothing was
+// estimated.
+double NoiseDof(const ExcessEstimate& estimate, const PoseGraph& graph);
+
 // The same for some of them: `tested` spans, by its columns, the directions of the free coordinates
 // that are tested; the variances may come from a larger model than `graph`, with whose present
 // variances `system` was made. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/messages.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
@@ -59,6 +60,14 @@ Table TableOf(const EvaluationSummary& evaluation) {
                           number(evaluation.error_ratio[triad]),
                           TruthUnit(triad)});
   }
+  if (evaluation.angle_ratio) {
+    table.rows.push_back({"Angle, field to gravity",
+                          "–",
+                          number(evaluation.angle_std_deg),
+                          number(evaluation.predicted_angle_std_deg),
+                          number(evaluation.angle_ratio),
+                          "deg"});
+  }
   if (evaluation.turns) {
     const EvaluatedTurns& turns = *evaluation.turns;
     const double ratio =
@@ -75,10 +84,16 @@ Table TableOf(const EvaluationSummary& evaluation) {
 }
 
 Verdict VerdictFor(const EvaluationSummary& evaluation, const Calibration& calibration) {
-  const std::string tested =
+  std::string tested =
       "Calibration of " +
       (calibration.serial.empty() ? "a unit without serial number" : calibration.serial) +
-      " tested on " + std::to_string(evaluation.poses) + " poses.";
+      " tested on " + std::to_string(evaluation.poses) +
+      (evaluation.poses == 1 ? " pose." : " poses.");
+  std::vector<std::string> names;
+  for (const Triad triad : evaluation.not_tested) names.emplace_back(TriadName(triad));
+  if (!names.empty()) {
+    tested += " NOT TESTED, since the recording has no rests of it: " + Listed(names) + ".";
+  }
   switch (VerdictOf(evaluation)) {
     case PredictionVerdict::kNotEvaluated:
       return {Grade::kBad,
@@ -122,9 +137,9 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
         " poses lie outside the calibrated temperature range; they were evaluated with the terms "
         "at its nearest end.");
   }
-  if (evaluation.angle_std_deg) {
-    add("Angle between field and gravity: spread " + Significant(*evaluation.angle_std_deg, 3) +
-        " deg (std over the poses; constant in a uniform field).");
+  if (evaluation.angle_ratio) {
+    add("The angle between field and gravity is one over all poses in a uniform field: its "
+        "spread.");
   }
   if (evaluation.turns) {
     const EvaluatedTurns& turns = *evaluation.turns;

@@ -10,6 +10,13 @@
 
 namespace truetriad {
 
+double FarInChi2(double noise_dof) {
+  constexpr double kFar = 13.8;
+  return std::isfinite(noise_dof) ? noise_dof * std::expm1(kFar / noise_dof) : kFar;
+}
+
+bool OtherSide::IsTold(double noise_dof) const { return !(std::abs(worse) < FarInChi2(noise_dof)); }
+
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
                                           const PoseGraph& solved) {
   // The other side is 30 deg away, and readings that scatter by more than 6 deg are refused: four

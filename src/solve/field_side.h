@@ -8,8 +8,9 @@
 
 namespace truetriad {
 
-// One solution is a thousand times as likely as another: 2 log 1000.
-inline constexpr double kFarInChi2 = 13.8;
+// From which χ² on, above that of another, one of two solutions is a thousand times less likely:
+// 2 log 1000 where the noise is known, more where so many degrees of freedom tell it (Student's t).
+double FarInChi2(double noise_dof);
 
 // A solution with the magnetometer's negative and the field on the other side of the horizontal.
 struct OtherSide {
@@ -17,7 +18,7 @@ struct OtherSide {
   double worse = 0.0;  // χ² above that of the first
 
   // Whether it tells which of the two it is.
-  bool IsTold() const { return !(worse < kFarInChi2 && worse > -kFarInChi2); }
+  bool IsTold(double noise_dof) const;
 };
 
 // Where a dip is known, fixed or with a σ, near enough to the horizontal that the other side might

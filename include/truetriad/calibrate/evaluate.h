@@ -39,7 +39,12 @@ struct EvaluationSummary {
   /// All errors held against noise and parameter covariance together, as an RMS: 1 as predicted.
   /// Unlike the two RMS' ratio it counts once what poses share, as the local gravity.
   PerTriad<std::optional<double>> error_ratio;
-  std::optional<double> angle_std_deg;  ///< Spread of the angle between field and gravity.
+  /// Spread of the angle between field and gravity, which one uniform field leaves none; unset for
+  /// less than two poses with both sensors. What noise and parameter σ let expect, and the ratio as
+  /// in `error_ratio`.
+  std::optional<double> angle_std_deg, predicted_angle_std_deg, angle_ratio;
+  /// Sensors that the calibration covers and of which the poses have no reading.
+  std::vector<Triad> not_tested;
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
   std::vector<PoseResidual> pose_residuals;
 };
@@ -49,7 +54,7 @@ enum class PredictionVerdict {
   kNotEvaluated,  ///< No poses of the calibrated sensors.
   kNoTest,        ///< The calibration was made from this recording.
   kNoPrediction,  ///< There is no σ to compare with.
-  kAsPredicted,   ///< The errors are at most kExpectedErrorRatio times those predicted.
+  kAsPredicted,   ///< At most kExpectedErrorRatio times, or chance.
   kWorse,
 };
 /// The ratio of two RMS over a few dozen poses scatters by some 20 %.

@@ -98,6 +98,7 @@ Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph);
 // A magnetometer whose sign only its hand tells, where that is not stated.
 Findings CheckHand(const CalibrateOptions& options,
                    const PoseGraph& graph,
-                   const NamedCovariance& covariance);
+                   const NamedCovariance& covariance,
+                   double noise_dof);
 
 }  // namespace truetriad

@@ -187,7 +187,8 @@ Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
 
 Findings CheckHand(const CalibrateOptions& options,
                    const PoseGraph& graph,
-                   const NamedCovariance& covariance) {
+                   const NamedCovariance& covariance,
+                   double noise_dof) {
   if (options.triads[Triad::kMagnetometer].mounting) return {};
   const double dip_rad = graph.reference()[kDip];
   const double sigma_rad = covariance.Sigma("reference.dip_rad");
@@ -195,7 +196,7 @@ Findings CheckHand(const CalibrateOptions& options,
     if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
   } else {
     const auto other = OtherSideOfField(options, graph);
-    if (!other || other->IsTold()) return {};
+    if (!other || other->IsTold(noise_dof)) return {};
   }
   const bool is_right = graph.sensitivity(Triad::kMagnetometer).determinant() > 0.0;
   return {Finding(FindingCode::kHandAssumed,
@@ -209,7 +210,8 @@ Findings CheckHand(const CalibrateOptions& options,
 }
 
 Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
-  return CheckHand(run.options, run.graph, solved.solution.covariance);
+  return CheckHand(
+      run.options, run.graph, solved.solution.covariance, solved.stated.quality.effective_dof);
 }
 
 }  // namespace truetriad
