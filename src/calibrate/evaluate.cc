@@ -240,37 +240,58 @@ PerTriad<std::set<int>> LeftOut(const Calibration& calibration, const PoseSet& p
 struct ErrorRatio {
   double ratio = 0.0;
   double count = 0.0;
+  double noise_dof = 0.0;  // that told what was predicted; zero: it was stated
+
+  // Few errors are larger by chance, or the noise was found smaller.
+  bool IsTooLarge() const {
+    constexpr double kByChance = 1e-3;
+    constexpr double kStated = 1e6;
+    if (!(ratio > kExpectedErrorRatio)) return false;
+    if (count < 1.0) return true;
+    const double dof = noise_dof > 0.0 ? std::min(noise_dof, kStated) : kStated;
+    return FisherUpper(ratio * ratio, count, dof) < kByChance;
+  }
 };
+
+// Poses with readings of both sensors that an angle is between.
+int CountPairs(const EvaluationSummary& evaluation) {
+  PerTriad<std::set<int>> poses;
+  for (const PoseResidual& residual : evaluation.pose_residuals) {
+    poses[residual.triad].insert(residual.pose);
+  }
+  const std::set<int>& forces = poses[Triad::kAccelerometer];
+  return static_cast<int>(std::count_if(forces.begin(), forces.end(), [&poses](const int pose) {
+    return poses[Triad::kMagnetometer].contains(pose);
+  }));
+}
 
 std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
   std::vector<ErrorRatio> ratios;
-  PerTriad<double> counts{};
-  int pairs = -1;  // less the mean angle
-  const PoseResidual* before = nullptr;
-  for (const PoseResidual& residual : evaluation.pose_residuals) {
-    counts[residual.triad] += residual.triad == Triad::kGyroscope ? 3.0 : 1.0;
-    pairs += residual.triad == Triad::kMagnetometer && before != nullptr &&
-                     before->triad == Triad::kAccelerometer && before->pose == residual.pose
-                 ? 1
-                 : 0;
-    before = &residual;
-  }
+  const PerTriad<double>& noise_dof = evaluation.noise_dof;
   for (const Triad triad : kTriads) {
-    if (evaluation.error_ratio[triad])
-      ratios.push_back({*evaluation.error_ratio[triad], counts[triad]});
+    if (!evaluation.error_ratio[triad]) continue;
+    const auto poses =
+        std::count_if(evaluation.pose_residuals.begin(),
+                      evaluation.pose_residuals.end(),
+                      [triad](const PoseResidual& residual) { return residual.triad == triad; });
+    const double axes = triad == Triad::kGyroscope ? 3.0 : 1.0;
+    ratios.push_back(
+        {*evaluation.error_ratio[triad], axes * static_cast<double>(poses), noise_dof[triad]});
   }
-  if (evaluation.angle_ratio) ratios.push_back({*evaluation.angle_ratio, std::max(pairs, 1) * 1.0});
+  if (evaluation.angle_ratio) {
+    const double dofs[] = {noise_dof[Triad::kAccelerometer], noise_dof[Triad::kMagnetometer]};
+    // The worse known one, of those that were not stated.
+    const double dof =
+        dofs[0] > 0.0 && dofs[1] > 0.0 ? std::min(dofs[0], dofs[1]) : std::max(dofs[0], dofs[1]);
+    ratios.push_back({*evaluation.angle_ratio, CountPairs(evaluation) - 1.0, dof});
+  }
   if (const auto& turns = evaluation.turns; turns && turns->predicted_rms_rad > 0.0) {
-    ratios.push_back({turns->rms_rad / turns->predicted_rms_rad, 2.0 * turns->count});
+    // Across gravity two components each.
+    ratios.push_back({turns->rms_rad / turns->predicted_rms_rad,
+                      2.0 * turns->count,
+                      noise_dof[Triad::kGyroscope]});
   }
   return ratios;
-}
-
-// Few errors are larger by chance.
-bool IsTooLarge(const ErrorRatio& error) {
-  constexpr double kByChance = 0.999;
-  return error.ratio > kExpectedErrorRatio &&
-         error.ratio * error.ratio * error.count > ChiSquareQuantile(kByChance, error.count);
 }
 
 }  // namespace
@@ -335,6 +356,8 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
       if (calibration.sensors[triad]) summary.not_tested.push_back(triad);
       continue;
     }
+    const double dof = calibration.sensors[triad]->noise.excess_dof;
+    if (std::isfinite(dof)) summary.noise_dof[triad] = dof;
     if (IsBiasHeld(calibration, triad)) TakeMeanOut(triad, &summary.pose_residuals, &sum);
     summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
     summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
@@ -368,8 +391,9 @@ PredictionVerdict VerdictOf(const EvaluationSummary& evaluation) {
   if (evaluation.is_own) return PredictionVerdict::kNoTest;
   const std::vector<ErrorRatio> ratios = ErrorRatios(evaluation);
   if (ratios.empty()) return PredictionVerdict::kNoPrediction;
-  return std::any_of(ratios.begin(), ratios.end(), IsTooLarge) ? PredictionVerdict::kWorse
-                                                               : PredictionVerdict::kAsPredicted;
+  const bool is_worse = std::any_of(
+      ratios.begin(), ratios.end(), [](const ErrorRatio& error) { return error.IsTooLarge(); });
+  return is_worse ? PredictionVerdict::kWorse : PredictionVerdict::kAsPredicted;
 }
 
 std::string_view PredictionVerdictName(PredictionVerdict verdict) {

@@ -39,6 +39,8 @@ struct EvaluationSummary {
   /// All errors held against noise and parameter covariance together, as an RMS: 1 as predicted.
   /// Unlike the two RMS' ratio it counts once what poses share, as the local gravity.
   PerTriad<std::optional<double>> error_ratio;
+  /// Degrees of freedom that told the noise which these are held against: zero where it was stated.
+  PerTriad<double> noise_dof{};
   /// Spread of the angle between field and gravity, which one uniform field leaves none; unset for
   /// less than two poses with both sensors. What noise and parameter σ let expect, and the ratio as
   /// in `error_ratio`.
