@@ -17,9 +17,10 @@ namespace {
 // Fewer rows can be rests that somebody took one after the other; a log at 10 Hz has more after two
 // minutes.
 constexpr std::size_t kMostRowsInAnyOrder = 1000;
-// Readings this close, as a share of their length, are of one attitude: 1 degree. Of attitudes in
-// any order one in ten thousand is that close to the one before.
-constexpr double kLike = 0.0175;
+// Readings this close, as a share of their length, are of one attitude: 1 degree; of a
+// magnetometer, which is noisier, 2. Of attitudes in any order one in ten thousand is that close to
+// the one before. A table of headings, 5 degrees apart, moves the field alone.
+constexpr double kLikeForce = 0.0175, kLikeField = 0.035;
 
 // At rest no gyroscope reads more than a few degrees a second off its bias.
 constexpr double kTurningRadps = 0.1;
@@ -66,6 +67,14 @@ Status RejectTurningRows(const PoseSet& poses) {
                    " of them. " + kRemedy);
 }
 
+// Where both have one.
+bool AreAlike(const StaticPose& pose, const StaticPose& other, Triad triad, double share) {
+  const auto& reading = pose.triads[triad];
+  const auto& before = other.triads[triad];
+  return !reading || !before ||
+         (reading->mean_raw - before->mean_raw).norm() <= share * reading->mean_raw.norm();
+}
+
 }  // namespace
 
 Status RejectRowsOfALog(const PoseSet& poses) {
@@ -73,23 +82,22 @@ Status RejectRowsOfALog(const PoseSet& poses) {
   TRUETRIAD_RETURN_IF_ERROR(RejectTurningRows(poses));
   if (poses.poses.size() <= kMostRowsInAnyOrder) return {};
   std::int64_t rows = 0, alike = 0;
-  const TriadPose* before = nullptr;
+  const StaticPose* before = nullptr;
   for (const StaticPose& pose : poses.poses) {
     if (!pose.triads[Triad::kAccelerometer]) continue;
-    const TriadPose& reading = *pose.triads[Triad::kAccelerometer];
     ++rows;
-    if (before != nullptr &&
-        (reading.mean_raw - before->mean_raw).norm() <= kLike * reading.mean_raw.norm()) {
+    if (before != nullptr && AreAlike(pose, *before, Triad::kAccelerometer, kLikeForce) &&
+        AreAlike(pose, *before, Triad::kMagnetometer, kLikeField)) {
       ++alike;
     }
-    before = &reading;
+    before = &pose;
   }
   if (2 * alike <= rows) return {};
   return Error(ErrorCode::kMissingTime,
                {poses.source},
                "has no time column, so each of its " + std::to_string(rows) +
                    " rows would be a rest; but " + std::to_string(alike) +
-                   " of them are within 1 degree of the row before, as in a log that was recorded "
+                   " of them show the attitude of the row before, as in a log that was recorded "
                    "through time. " +
                    kRemedy);
 }

@@ -31,6 +31,8 @@ struct Channel {
   Triad triad = Triad::kAccelerometer;
   ReadingCorrector corrector;
   std::deque<Sample> waiting;
+  double lengths = 0.0;  ///< Of what was written, and how many.
+  std::int64_t written = 0;
 };
 
 void AppendNumber(double value, std::string* text) {
@@ -87,6 +89,13 @@ class RowWriter {
              block.temperature_degc.empty() ? kNotKnown : block.temperature_degc[i],
              block.pose.empty() ? 0 : block.pose[i]});
       }
+    }
+  }
+
+  void StateLengths(CorrectedLogSummary* summary) const {
+    for (const Channel& channel : channels_) {
+      if (channel.written == 0) continue;
+      summary->mean_length[channel.triad] = channel.lengths / static_cast<double>(channel.written);
     }
   }
 
@@ -153,6 +162,10 @@ class RowWriter {
       if (channel.triad == Triad::kAccelerometer) force_mps2_ = truth;
       clamped = clamped || channel.corrector.clamped();
       unknown_temperature = unknown_temperature || truth.hasNaN();
+      if (!truth.hasNaN()) {
+        channel.lengths += truth.norm();
+        ++channel.written;
+      }
       for (const double value : truth) {
         if (!std::isnan(value)) AppendNumber(value, text);
         *text += ',';
@@ -245,6 +258,7 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
     if (progress) progress(source.progress());
   }
   TRUETRIAD_RETURN_IF_ERROR(file.Commit());
+  rows.StateLengths(&summary);
   return summary;
 }
 

@@ -46,6 +46,21 @@ TEST(RowsInTime, RowsLikeTheOneBeforeAreALog) {
               AllOf(HasSubstr("log.csv"), HasSubstr("1500 rows"), HasSubstr("rate_hz: 100")));
 }
 
+// Headings 5 degrees apart at a dip of 60: gravity stays in the body.
+TEST(RowsInTime, ATableOfHeadingsIsOfRests) {
+  PoseSet poses = Rows(0.0);
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    const double heading = 0.0873 * static_cast<double>(k);
+    auto& reading = poses.poses[k].triads[Triad::kMagnetometer].emplace();
+    reading.mean_raw = {24.0 * std::cos(heading), 24.0 * std::sin(heading), 42.0};
+  }
+  EXPECT_TRUE(RejectRowsOfALog(poses));
+  for (StaticPose& pose : poses.poses) {
+    pose.triads[Triad::kMagnetometer]->mean_raw = {24.0, 0.0, 42.0};
+  }
+  EXPECT_FALSE(RejectRowsOfALog(poses));
+}
+
 TEST(RowsInTime, AttitudesInAnyOrderAreRests) { EXPECT_TRUE(RejectRowsOfALog(Rows(2.4))); }
 
 TEST(RowsInTime, FewRowsAreRests) { EXPECT_TRUE(RejectRowsOfALog(Rows(0.003, 1000))); }

@@ -54,6 +54,7 @@ TEST_F(CorrectedLog, HoldsTruthInTrueUnits) {
       "1700000000200000000,100,202,300,,3\n");
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_EQ(summary->rows, 2);
+  EXPECT_NEAR(summary->mean_length[Triad::kAccelerometer], 0.5 * (std::sqrt(2.0) + 0.5), 1e-12);
   EXPECT_EQ(Output(),
             "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],temperature[degC],pose\n"
             "1700000000.123456789,1,0,-1,20.5,0\n"

@@ -68,7 +68,7 @@ poses: every_row
 )");
   const Result<LoadedPoses> loaded = LoadPoses(manifest, {});
   ASSERT_FALSE(loaded);
-  EXPECT_THAT(loaded.error().message, ::testing::HasSubstr("within 1 degree of the row before"));
+  EXPECT_THAT(loaded.error().message, ::testing::HasSubstr("the attitude of the row before"));
   PosesConfig config;
   config.given = true;
   config.kind = PoseSelectionKind::kEveryRow;

@@ -155,6 +155,32 @@ TEST(Units, OfGainsAreThoseOfTheUnit) {
   EXPECT_THAT(check(10.0, trusting), ElementsAre(HasCode(FindingCode::kOddGain)));
 }
 
+TEST(Units, OfOneAxisAreThoseOfTheOthers) {
+  const auto check = [](Triad triad, double gain, bool nominal = false) {
+    PerTriad<Eigen::Matrix3d> sensitivity;
+    sensitivity.items.fill(Eigen::Matrix3d::Identity());
+    sensitivity[triad].row(2) *= gain;
+    ReferenceValues reference;
+    reference.field_ut = 48.0;
+    reference.field_nominal = nominal;
+    return CheckGains(TurnedUnit(1.0), NineAxis(), sensitivity, reference);
+  };
+  for (const Triad triad : kTriads) EXPECT_TRUE(check(triad, 1.4).empty());
+  for (const double gain : {0.01, 0.1, 0.5, 2.0, 10.0}) {
+    for (const bool nominal : {false, true}) {
+      EXPECT_THAT(check(Triad::kMagnetometer, gain, nominal),
+                  ElementsAre(HasCode(FindingCode::kOddGain)));
+    }
+    const Findings found = check(Triad::kAccelerometer, gain);
+    ASSERT_THAT(found, ElementsAre(HasCode(FindingCode::kOddGain)));
+    EXPECT_TRUE(found.front().IsRefusal());
+    EXPECT_NE(found.front().text.find("z axis"), std::string::npos);
+  }
+  // Iron may do so.
+  EXPECT_FALSE(check(Triad::kMagnetometer, 2.0).front().IsRefusal());
+  EXPECT_TRUE(check(Triad::kMagnetometer, 10.0).front().IsRefusal());
+}
+
 TEST(NotRaw, IsASensorWhoseReadingsTurnAtOneLength) {
   PoseSet set = TurnedUnit(1.0);
   StreamSummary& stream = set.streams[1];

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/model/calibration.h"
@@ -20,6 +21,8 @@ struct CorrectedLogSummary {
   /// had not stated yet.
   std::int64_t not_corrected = 0;
   std::vector<Triad> left_out;  ///< Triads of the log that the calibration does not have.
+  /// Mean length of what was written, m/s^2, uT, rad/s; zero where nothing was.
+  PerTriad<double> mean_length{};
 };
 
 /// Streams `source` through `calibration` into a self-describing CSV in true units (m/s^2, rad/s,

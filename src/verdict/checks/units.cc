@@ -22,6 +22,9 @@ namespace {
 constexpr double kMostGain = 1.3;
 // A magnetometer whose unit is taken at its word: from here on it is said.
 constexpr double kOddGain = 5.0;
+// One axis against the other two: makers leave less, and soft iron seldom more than the second.
+constexpr double kOddAxis = 1.6;
+constexpr double kWrongAxis = 3.0;
 // Bias and hand leave this much of gravity's length.
 constexpr double kMostForce = 3.0;
 // A unit is recognised this near.
@@ -242,6 +245,33 @@ std::optional<Finding> WhyGainIsOdd(Triad triad,
   return finding.About(triad).With("gain", gain);
 }
 
+// A column of another unit, or of another sensor.
+std::optional<Finding> WhyAxisIsOdd(Triad triad, const Eigen::Matrix3d& sensitivity) {
+  const Eigen::Vector3d gains = sensitivity.rowwise().norm();
+  double odd = 1.0;
+  int axis = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double others = std::sqrt(gains[(i + 1) % 3] * gains[(i + 2) % 3]);
+    if (std::abs(std::log(gains[i] / others)) <= std::abs(std::log(odd))) continue;
+    odd = gains[i] / others;
+    axis = i;
+  }
+  const double times = std::max(odd, 1.0 / odd);
+  if (times < kOddAxis) return std::nullopt;
+  // Nothing bends the field that an accelerometer or a gyroscope sees.
+  const bool is_wrong = triad != Triad::kMagnetometer || times > kWrongAxis;
+  Finding finding(FindingCode::kOddGain,
+                  "the " + std::string(TriadName(triad)) + "'s " + "xyz"[axis] +
+                      Format(" axis has %.3g times the gain of the other two", odd),
+                  is_wrong
+                      ? "check that its column has the unit of the others; `units: trust` takes "
+                        "it as it is"
+                      : "check that its column has the unit of the others, and for iron on "
+                        "the unit");
+  if (is_wrong) finding.As(Severity::kRefusal);
+  return finding.About(triad).With("gain", odd);
+}
+
 }  // namespace
 
 std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated) {
@@ -281,6 +311,12 @@ Findings CheckGains(const PoseSet& poses,
     const TriadOptions& sensor = options.triads[triad];
     if (!sensor.enabled || stream == nullptr || stream->unit.is_counts) continue;
     if (sensor.fixed_sensitivity) continue;
+    if (options.check_units) {
+      if (auto odd = WhyAxisIsOdd(triad, sensitivity[triad])) {
+        findings.push_back(*std::move(odd));
+        continue;
+      }
+    }
     if (triad == Triad::kMagnetometer && reference.field_nominal) {
       const double strength = *reference.field_ut;
       if (!options.check_units || IsEarthly(strength, kIndoors)) continue;

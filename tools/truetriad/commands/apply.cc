@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/messages.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
@@ -18,6 +19,24 @@
 
 namespace truetriad {
 namespace {
+
+/// Where what was written has not the size of the field it should show: a wrong unit in the log's
+/// header, or another unit's calibration. Whatever the unit does, on the whole it feels gravity.
+void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibration) {
+  constexpr double kOdd = 3.0;
+  const auto tell = [&](Triad triad, double expected, const char* field) {
+    const double length = summary.mean_length[triad];
+    if (!(length > 0.0) || (length < kOdd * expected && length * kOdd > expected)) return;
+    Note("warning: the corrected " + std::string(TriadName(triad)) +
+         Format(" reads %.3g ", length) + std::string(TruthUnitName(triad)) +
+         Format(" in the mean, %.3g times ", length / expected) + field +
+         ": check the unit that the log states, and whose calibration this is");
+  };
+  tell(Triad::kAccelerometer, calibration.reference.gravity_mps2, "gravity");
+  if (calibration.reference.field_ut && !calibration.reference.field_nominal) {
+    tell(Triad::kMagnetometer, *calibration.reference.field_ut, "the field it was calibrated in");
+  }
+}
 
 /// What a user must know about the rows, on stderr: stdout may be the log itself.
 void Tell(const CorrectedLogSummary& summary) {
@@ -63,6 +82,7 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
   EndAsInterrupted();
   TRUETRIAD_RETURN_IF_ERROR(summary);
   Tell(*summary);
+  TellOddLength(*summary, calibration);
   VerbResult result;
   result.result = {{"output", FLAGS_output},
                    {"rows", summary->rows},
