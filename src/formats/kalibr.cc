@@ -115,6 +115,15 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
   return text;
 }
 
+// These files state both sensors.
+void WarnOfMissing(const Calibration& calibration, std::vector<std::string>* warnings) {
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+    if (calibration.sensors[triad]) continue;
+    warnings->emplace_back(std::string(TriadName(triad)) +
+                           ": not calibrated; the file, which must state it, holds the identity");
+  }
+}
+
 constexpr std::string_view kBody =
     "  T_i_b: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
     "  time_offset: 0.0\n"
@@ -123,6 +132,7 @@ constexpr std::string_view kBody =
 Result<std::vector<ExportedFile>> WriteKalibr(const WriteRequest& request,
                                               std::vector<std::string>* warnings) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
+  WarnOfMissing(request.calibration, warnings);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText(request.options, warnings));
   const Eigen::Matrix3d A = chain.G * chain.gyroscope.C.transpose();
   std::string text = CommentText("# ", request.comment) + BiasComments(request.calibration) +
@@ -137,6 +147,7 @@ Result<std::vector<ExportedFile>> WriteKalibr(const WriteRequest& request,
 Result<std::vector<ExportedFile>> WriteOpenVins(const WriteRequest& request,
                                                 std::vector<std::string>* warnings) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
+  WarnOfMissing(request.calibration, warnings);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText(request.options, warnings));
   std::string text = "%YAML:1.0\n\n" + CommentText("# ", request.comment) +
                      BiasComments(request.calibration) + "imu0:\n  model: \"kalibr\"\n" +

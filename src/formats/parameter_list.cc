@@ -44,7 +44,8 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
     if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
       return Error(ErrorCode::kUnreadableNumber,
                    place,
-                   fields[name_field] + ": `" + text + "` is not a number");
+                   fields[name_field] + ": `" + text +
+                       "` is not a number; expected a name and a value on each line");
     }
     if (!list.values_.emplace(fields[name_field], value).second) {
       return Error(

@@ -217,8 +217,19 @@ std::string CalibrationToYaml(const Calibration& calibration) {
 
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name) {
   Result<YamlReader> root = YamlReader::FromText(text, name);
+  if (!root && text.find("format: ") == std::string::npos) {
+    Error error = root.error();
+    error.message += " Expected a calibration.yaml that `calibrate` wrote";
+    return error;
+  }
   TRUETRIAD_RETURN_IF_ERROR(root);
   YamlReader& reader = *root;
+  if (reader.Child("experiment") || reader.Child("recording")) {
+    return Error(
+        ErrorCode::kWrongFormat,
+        {name},
+        "is an experiment or a recording; expected a calibration.yaml that `calibrate` wrote");
+  }
   std::string format;
   if (reader.Require("format", &format) && format != kFormat) {
     reader.Child("format").Fail("`" + format + "` is not supported; this truetriad reads " +

@@ -50,7 +50,15 @@ struct SeemingName {
 SeemingName TakenApart(const std::string& column) {
   SeemingName name;
   std::string word;
-  for (const char c : LowerCase(column)) {
+  std::string text = LowerCase(column);
+  using Spelling = std::pair<std::string_view, std::string_view>;
+  for (const auto& [per, letters] :
+       {Spelling("/s^2", "ps2"), Spelling("/s2", "ps2"), Spelling("/s", "ps")}) {
+    if (const auto at = text.rfind(per); at != std::string::npos) {
+      text.replace(at, per.size(), letters);
+    }
+  }
+  for (const char c : text) {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
       word += c;
     } else {
@@ -96,7 +104,10 @@ std::string SeeminglyCalled(const std::string& column) {
 
 std::string SeeminglyIn(const std::string& column) {
   const SeemingName name = TakenApart(column);
-  const bool is_time = SeeminglyCalled(column) == "time";
+  const std::string called = SeeminglyCalled(column);
+  const bool is_time = called == "time";
+  const std::string_view unit = name.unit != nullptr ? name.unit->unit : "";
+  if (called.starts_with("mag") && (unit == "g" || unit == "mg")) return unit == "g" ? "G" : "mG";
   return name.unit != nullptr && name.unit->is_time == is_time ? std::string(name.unit->unit) : "";
 }
 
@@ -170,7 +181,8 @@ Result<std::string> HeaderColumns::UnitOf(std::size_t column, std::string_view e
     return Fail(ErrorCode::kMissingUnit,
                 column,
                 "has no unit; state it in the header, like `" + stated.name + "[" +
-                    std::string(example) + "]`");
+                    std::string(example) + "]`" +
+                    (example == "s" ? " (numbers: convert dates)" : ""));
   }
   return stated.unit;
 }

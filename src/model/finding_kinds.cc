@@ -263,7 +263,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "estimate the noise, or state more"),
     Warning(kRejectedPoses,
             "rejected-poses",
-            "Poses or turns of a sensor disagree with all others and are left out",
+            "Poses or turns of a sensor disagree with all others and are left out; a single one is a note",
             "look what was different there"),
     WarningOr(kNotConverged,
               kMagnetometerChanged,

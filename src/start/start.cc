@@ -63,18 +63,19 @@ Status CheckCount(Triad triad,
   if (poses >= needed) return {};
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
   may_be_faces = may_be_faces && !attitudes && poses >= 6;
-  return NotEnoughError(Finding(FindingCode::kTooFewPoses,
-                                std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " +
-                                    noun + (poses == 1 ? ", but " : "s, but ") + model +
-                                    " needs at least " + std::to_string(needed),
-                                "add " + noun + "s, " +
-                                    (may_be_faces ? "choose a smaller model, or, if the unit stood "
-                                                    "on its six faces, state `attitudes: { "
-                                                    "six_face: {} }`"
-                                                  : "or choose a smaller model"))
-                            .About(triad)
-                            .With("poses", static_cast<double>(poses))
-                            .With("needed", static_cast<double>(needed)));
+  return NotEnoughError(
+      Finding(FindingCode::kTooFewPoses,
+              std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " + noun +
+                  (poses == 1 ? ", but " : "s, but ") + model + " needs at least " +
+                  std::to_string(needed),
+              "add " + noun + "s, " +
+                  (may_be_faces ? "choose a smaller `model:`, or, if the unit stood "
+                                  "on its six faces, state `attitudes: { "
+                                  "six_face: {} }`"
+                                : "or choose a smaller `model:` (symmetric, diagonal, bias)"))
+          .About(triad)
+          .With("poses", static_cast<double>(poses))
+          .With("needed", static_cast<double>(needed)));
 }
 
 // Gravity that is off by a large factor in a log that states its unit.
