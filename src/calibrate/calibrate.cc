@@ -12,6 +12,7 @@
 #include "base/messages.h"
 #include "calibrate/calibrate_settled.h"
 #include "calibrate/rival_alignment.h"
+#include "calibrate/stated_dip.h"
 #include "choice/model_choice.h"
 #include "data/recorded_temperature.h"
 #include "motion/calibrate_motion.h"
@@ -161,6 +162,7 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
+    WeighReadingsAtStart(options.robust, &graph);
     WeighTurnsAtStart(options.robust, &graph);
     log->Solve(kRoundTolerance, &graph);
     if (!std::isfinite(log->final_cost)) continue;
@@ -336,6 +338,9 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
     if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));
     return with_larger;
+  }
+  if (auto contradicted = FindContradictedDip(options, noise, *graph)) {
+    return Refuse(*std::move(contradicted), std::move(summary));
   }
   if (auto rival = FindRivalAlignment(options, noise.estimate, *graph)) {
     return Refuse(*std::move(rival), std::move(summary));

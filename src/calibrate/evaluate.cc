@@ -31,7 +31,8 @@ Status CheckStreams(const Calibration& calibration, const PoseSet& poses) {
       return Error(ErrorCode::kUnitMismatch,
                    {poses.source},
                    "the " + std::string(TriadName(triad)) + " is in " + stream->unit.name +
-                       ", but the calibration takes " + calibration.sensors[triad]->input_unit);
+                       ", but the calibration takes " + calibration.sensors[triad]->input_unit +
+                       "; evaluate a log in that unit");
     }
   }
   if (!any) {

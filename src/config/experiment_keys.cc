@@ -87,7 +87,10 @@ void ReadReference(YamlReader reader, Draft* draft) {
     // No upper end: people normalise the field to 1 or use coils.
     ReadStated(field.Child("strength_ut"), kPositive, true, &draft->strength_ut);
     ReadStated(field.Child("dip_deg"), kDipDeg, true, &draft->dip_deg);
-    ReadChoice(field.Child("hemisphere"), kHemispheres, &reference.northern_hemisphere);
+    if (YamlReader hemisphere = field.Child("hemisphere")) {
+      ReadChoice(std::move(hemisphere), kHemispheres, &reference.northern_hemisphere);
+      reference.is_hemisphere_stated = true;
+    }
     ReadChoice(field.Child("site"), kFieldSites, &draft->field_site);
     field.RejectUnknown();
   }

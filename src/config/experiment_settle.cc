@@ -95,6 +95,7 @@ void SettleField(Draft* draft, Fail fail) {
   if (earth && !draft->given.contains("reference.field.hemisphere")) {
     draft->given.insert("reference.field.hemisphere");
     experiment.options.reference.northern_hemisphere = earth->dip_deg >= 0.0;
+    experiment.options.reference.is_hemisphere_stated = true;
   }
 }
 

@@ -29,7 +29,9 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Open("field");
   out.Line("strength_ut", draft.strength_ut);
   out.Line("dip_deg", draft.dip_deg);
-  out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
+  if (reference.is_hemisphere_stated) {
+    out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
+  }
   out.Line("site", kFieldSites.Name(draft.field_site));
   out.Close();
   // A static calibration brings its own; the default would contradict it when read back.

@@ -320,33 +320,4 @@ Findings ImpossibleRows::Left() const {
   return findings;
 }
 
-void LeaveOutZeroRows(PoseSet* poses) {
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    std::int64_t left = 0;
-    int first = 0;
-    for (StaticPose& pose : poses->poses) {
-      auto& reading = pose.triads[triad];
-      if (!reading || !reading->mean_raw.isZero(0.0)) continue;
-      reading.reset();
-      if (++left == 1) first = pose.number;
-    }
-    if (left == 0) continue;
-    poses->findings.push_back(
-        Finding(FindingCode::kImpossibleRows,
-                std::string(TriadName(triad)) + ": " + Counted(left, "row") +
-                    " read 0, 0, 0, which is no reading, and are left out; "
-                    "the first is pose " +
-                    std::to_string(first),
-                "check how the table was made")
-            .About(triad)
-            .With("rows", static_cast<double>(left))
-            .With("share", static_cast<double>(left) / static_cast<double>(poses->poses.size())));
-  }
-  std::erase_if(poses->poses, [](const StaticPose& pose) {
-    return std::none_of(kTriads.begin(), kTriads.end(), [&pose](const Triad triad) {
-      return pose.triads[triad].has_value();
-    });
-  });
-}
-
 }  // namespace truetriad

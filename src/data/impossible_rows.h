@@ -14,7 +14,6 @@
 #include "data/word_check.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/sample_source.h"
-#include "truetriad/data/static_pose.h"
 #include "truetriad/model/finding.h"
 
 namespace truetriad {
@@ -78,9 +77,5 @@ class ImpossibleRows {
  private:
   PerTriad<std::optional<RowScreen>> screens_;
 };
-
-/// That of a table of poses: neither gravity nor the field is zero on all axes at rest. Rows that
-/// are left with no reading go.
-void LeaveOutZeroRows(PoseSet* poses);
 
 }  // namespace truetriad

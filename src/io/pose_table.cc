@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/messages.h"
 #include "io/recording_layout.h"
 #include "truetriad/io/recording.h"
 
@@ -251,13 +252,51 @@ class DuplicateFinder {
   std::string Describe() const {
     return std::to_string(count_) +
            " rows repeat another row's readings to the last digit (lines " + lines_ +
-           "); check for a stuck sensor or rows pasted twice.";
+           "); check for a stuck sensor or rows pasted twice";
   }
 
  private:
   std::unordered_map<std::string, std::int64_t> line_of_;
   std::int64_t count_ = 0;
   std::string lines_;
+};
+
+/// Leaves out readings of 0, 0, 0: neither gravity nor the field is zero on all axes at rest.
+class ZeroRows {
+ public:
+  void Take(std::int64_t line, StaticPose* pose) {
+    ++rows_;
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      auto& reading = pose->triads[triad];
+      if (!reading || !reading->mean_raw.isZero(0.0)) continue;
+      reading.reset();
+      if (++left_[triad] == 1) first_line_[triad] = line;
+    }
+  }
+
+  Findings Left() const {
+    Findings findings;
+    for (const Triad triad : kTriads) {
+      const std::int64_t left = left_[triad];
+      if (left == 0) continue;
+      findings.push_back(
+          Finding(FindingCode::kImpossibleRows,
+                  std::string(TriadName(triad)) + ": " + Counted(left, "row") +
+                      (left == 1 ? " reads" : " read") + " 0, 0, 0, which is no reading, and " +
+                      (left == 1 ? "is" : "are") + " left out; " +
+                      (left == 1 ? "it is" : "the first is") + " line " +
+                      std::to_string(first_line_[triad]),
+                  "check how the table was made")
+              .About(triad)
+              .With("rows", static_cast<double>(left))
+              .With("share", static_cast<double>(left) / static_cast<double>(rows_)));
+    }
+    return findings;
+  }
+
+ private:
+  PerTriad<std::int64_t> left_{}, first_line_{};
+  std::int64_t rows_ = 0;
 };
 
 void Extend(const StaticPose& pose, StreamSummary* stream) {
@@ -342,12 +381,14 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
   poses.how = "every row";
 
   DuplicateFinder duplicates;
+  ZeroRows zeros;
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t count, csv.Read());
     if (count == 0) break;
     for (std::size_t i = 0; i < count; ++i) {
       const Row row(csv, columns, i);
       TRUETRIAD_ASSIGN_OR_RETURN(StaticPose pose, row.Read());
+      zeros.Take(row.line(), &pose);
       for (StreamSummary& stream : poses.streams) Extend(pose, &stream);
       const bool has_reading = std::any_of(pose.triads.begin(),
                                            pose.triads.end(),
@@ -367,12 +408,13 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
     }
   }
   poses.poses.shrink_to_fit();
+  for (Finding& zero : zeros.Left()) poses.findings.push_back(std::move(zero));
   if (duplicates.count() > 0) {
     if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
       return Error(ErrorCode::kRepeatedRows,
                    {path},
                    duplicates.Describe() +
-                       " These are too many to be readings; check how the table was made");
+                       ". These are too many to be readings; check how the table was made");
     }
     poses.findings.push_back(Finding(FindingCode::kRepeatedRows, duplicates.Describe())
                                  .With("rows", static_cast<double>(duplicates.count())));

@@ -142,6 +142,12 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
       if (LowerCase(other.name) == LowerCase(column.name)) {
         FilePlace place = header.place_;
         place.column = static_cast<int>(header.columns_.size()) + 1;
+        if (column.name.empty()) {
+          return Error(ErrorCode::kDuplicateColumn,
+                       std::move(place),
+                       "has several columns without a name; name them, or map columns in a "
+                       "manifest recording.yaml");
+        }
         return Error(
             ErrorCode::kDuplicateColumn,
             std::move(place),
@@ -263,7 +269,15 @@ std::string HeaderColumns::Understandable() const {
     if (stated.empty() && called == "temperature") stated = "degC";
     header += (column == 0 ? "" : ",") + called + (stated.empty() ? "" : "[" + stated + "]");
   }
-  return header;
+  // It must have a sensor.
+  const auto has = [&names](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const bool has_sensor = std::any_of(kTriads.begin(), kTriads.end(), [&has](const Triad triad) {
+    const std::string prefix(TriadPrefix(triad));
+    return has(prefix + "_x") && has(prefix + "_y") && has(prefix + "_z");
+  });
+  return has_sensor ? header : "";
 }
 
 Result<std::vector<std::string>> HeaderColumns::Ignored() const {

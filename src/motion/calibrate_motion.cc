@@ -18,6 +18,7 @@
 #include "problem/graph_builder.h"
 #include "problem/hemisphere.h"
 #include "problem/start_values.h"
+#include "solve/field_side.h"
 #include "solve/solve_graph.h"
 #include "verdict/checks/check.h"
 #include "verdict/checks/clock_offsets.h"
@@ -158,10 +159,21 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
   }
 }
 
-// The same solution, with the field on the side where it is.
+// The same solution, with the field on the side where it is; of a dip that is stated with a σ,
+// which follows when it is solved again, the likelier.
 void SettleField(const CalibrateOptions& options, MotionRun* run) {
   constexpr double kDipSigmaRad = 0.0;  // of thousands of readings
-  if (!SettleHemisphereOfField(options, kDipSigmaRad, &run->graph)) return;
+  const SharedLayout& layout = run->graph.layout;
+  bool turns = SettleHemisphereOfField(options, kDipSigmaRad, &run->graph);
+  if (layout.IsFree(layout.reference + kDip) && MayReverseAgainstDip(options, layout)) {
+    const double other = SideOfStatedDip(options.reference.dip_rad, run->graph.reference()[kDip]);
+    const bool is_told = std::abs(other) > FarInChi2(std::numeric_limits<double>::infinity());
+    if (is_told ? other < 0.0 : IsOfOtherHand(options, run->graph)) {
+      ReverseField(options, &run->graph);
+      turns = !turns;
+    }
+  }
+  if (!turns) return;
   for (Eigen::Quaterniond& attitude : run->attitudes) attitude = TurnedHalfway(attitude);
 }
 

@@ -309,6 +309,29 @@ void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph) {
   }
 }
 
+void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph) {
+  if (!robust.enabled) return;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!graph->layout.Has(triad)) continue;
+    const double field = WorldVector(triad, graph->reference()).norm();
+    std::vector<Observation*> observations;
+    std::vector<double> errors;
+    for (PoseNode& node : graph->nodes) {
+      for (Observation& observation : node.observations) {
+        if (observation.triad != triad) continue;
+        const double length = graph->ModelAt(triad, node).TruthFromRaw(observation.mean_raw).norm();
+        observations.push_back(&observation);
+        errors.push_back(std::abs(length / field - 1.0));
+      }
+    }
+    const double wild = WildFrom(errors);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      if (!(errors[i] > wild)) continue;
+      observations[i]->weight = kRejectedWeight;
+    }
+  }
+}
+
 void SolveLog::Solve(double tolerance, PoseGraph* graph) {
   const SolveOutcome outcome = SolveGraph(graph, tolerance);
   VLOG(1) << outcome.iterations << " iterations, cost " << outcome.initial_cost << " -> "

@@ -40,6 +40,9 @@ void StartNoise(NoiseState* noise, PoseGraph* graph);
 // do by and large: a few would pull the first solution far away. UpdateWeights judges them anew.
 void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
+// The same of readings whose length is not that of the field.
+void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
+
 // The optimisations of a run, added up.
 struct SolveLog {
   bool converged = false;  // the last one

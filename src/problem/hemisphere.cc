@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "problem/lay_out.h"
@@ -70,9 +71,13 @@ bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout) {
 }
 
 bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout) {
-  // Readings in motion tell the dip many times better than what is known of it.
-  return IsSignFree(options, layout) && options.reference.dip_rad.known() && !options.motion &&
+  return IsSignFree(options, layout) && options.reference.dip_rad.known() &&
          layout.Has(Triad::kAccelerometer);
+}
+
+double SideOfStatedDip(const Knowledge& stated, double dip_rad) {
+  if (!(stated.sigma > 0.0)) return std::numeric_limits<double>::infinity();
+  return 4.0 * dip_rad * *stated.value / (stated.sigma * stated.sigma);
 }
 
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {

@@ -21,6 +21,10 @@ bool SettleHemisphereOfField(const CalibrateOptions& options,
 // Whether that may reverse the magnetometer: nothing but the hemisphere knows the sign.
 bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout);
 
+// By how much more χ² a stated dip and σ let the other side of a dip cost, where readings tell it
+// far better: (dip + stated)² - (dip - stated)² over σ².
+double SideOfStatedDip(const Knowledge& stated, double dip_rad);
+
 // Whether the field's other side is to be weighed against a dip that is known, fixed or with a σ.
 bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout);
 

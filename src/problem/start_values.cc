@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "init/frame_alignment.h"
 #include "init/six_position.h"
@@ -11,6 +13,14 @@
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
+
+double WildFrom(std::vector<double> errors) {
+  constexpr std::size_t kFewest = 12;
+  constexpr double kTimesMedian = 10.0;
+  constexpr double kLeast = 0.02;
+  if (errors.size() < kFewest) return std::numeric_limits<double>::infinity();
+  return std::max(kLeast, kTimesMedian * Median(std::move(errors)));
+}
 
 StartValues StartAt(const PoseGraph& graph) {
   StartValues start;

@@ -38,6 +38,10 @@ StartValues StartAt(const PoseGraph& graph);
 // Readings of `triad`, a pose each.
 std::vector<Eigen::Vector3d> ReadingsOf(const PoseSet& poses, Triad triad);
 
+// From where on a length's error, as a share of the field, is no work of noise or of a rough start,
+// where `errors` are those of all readings. Nothing is, of too few.
+double WildFrom(std::vector<double> errors);
+
 // Median over the poses, axis by axis: a pose that was touched does not matter. Zero without poses.
 Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad);
 

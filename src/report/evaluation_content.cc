@@ -107,12 +107,28 @@ Verdict VerdictFor(const EvaluationSummary& evaluation, const Calibration& calib
     case PredictionVerdict::kNoPrediction:
       return {Grade::kCaution, "EVALUATED, but no prediction to compare with", tested};
     case PredictionVerdict::kAsPredicted:
+      if (WorstErrorRatio(evaluation).value_or(0.0) > kExpectedErrorRatio) {
+        return {Grade::kCaution,
+                "AS PREDICTED, as far as so few poses and degrees of freedom tell: the errors are "
+                "up to " +
+                    Significant(*WorstErrorRatio(evaluation), 3) +
+                    " times the prediction, which is itself hardly known",
+                tested + " Evaluate more poses, or calibrate from more."};
+      }
       return {Grade::kGood,
               "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
               "uncertainty",
               tested};
     case PredictionVerdict::kWorse:
       break;
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const auto& before = evaluation.norm_rms_before[triad];
+    if (!before || !(*evaluation.norm_rms[triad] > *before)) continue;
+    tested += " Uncalibrated the " + std::string(TriadName(triad)) +
+              "'s errors are smaller: a calibration of another unit, exchanged or reversed axes, "
+              "or a log that was corrected already?";
+    break;
   }
   return {Grade::kBad,
           "WORSE THAN PREDICTED: up to " + Significant(*WorstErrorRatio(evaluation), 3) +

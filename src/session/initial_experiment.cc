@@ -84,6 +84,7 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   if (has_magnetometer) {
     text +=
         "  # Without a strength the magnetometer's gains have no common scale.\n"
+        "  # Add `hemisphere: south` south of the magnetic equator, or `north`.\n"
         "  field: { strength_ut: unknown, dip_deg: unknown }\n";
   }
   text += "sensors:\n";

@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "data/impossible_rows.h"
 #include "data/rows_in_time.h"
 #include "io/known_motion_file.h"
 #include "truetriad/base/units.h"
@@ -196,7 +195,6 @@ Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
   if (!is_table) return LoadRecording(input, config, progress, OpenRecording, true);
   TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(input));
   if (!config.given) TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(table.poses));
-  LeaveOutZeroRows(&table.poses);
   if (!config.exclude.empty()) {
     return ErrorIn(ErrorCode::kDoesNotMatch,
                    config.exclude.front().stated_in,

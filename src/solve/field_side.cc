@@ -20,10 +20,15 @@ bool OtherSide::IsTold(double noise_dof) const { return !(std::abs(worse) < FarI
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
                                           const PoseGraph& solved) {
   // The other side is 30 deg away, and readings that scatter by more than 6 deg are refused: four
-  // poses, the fewest, tell by a χ² of 100.
+  // poses, the fewest, tell by a χ² of 100 that it is not where the dip is held to. A σ of it lets
+  // the other side be what is stated.
   constexpr double kFarSine = 0.25;
-  if (!MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
-  if (std::abs(std::sin(solved.reference()[kDip])) > kFarSine) return std::nullopt;
+  constexpr double kFarChi2 = 100.0;
+  if (options.motion || !MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
+  const Knowledge& stated = options.reference.dip_rad;
+  const double dip_rad = solved.reference()[kDip];
+  const bool is_far_from_stated = SideOfStatedDip(stated, dip_rad) > kFarChi2;
+  if (std::abs(std::sin(dip_rad)) > kFarSine && is_far_from_stated) return std::nullopt;
   OtherSide other{solved, 0.0};
   ReverseField(options, &other.graph);
   SolveGraph(&other.graph);

@@ -23,6 +23,7 @@ struct OtherSide {
 
 // Where a dip is known, fixed or with a σ, near enough to the horizontal that the other side might
 // be the one: solved from there. Without a known dip both sides are one solution (hemisphere.h).
+// Not of a motion, whose readings tell the dip so well that SideOfStatedDip does.
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options, const PoseGraph& solved);
 
 }  // namespace truetriad

@@ -273,22 +273,53 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
   return alignments;
 }
 
+// Both fields at one pose, as unit vectors, and what their lengths are off by, as a share.
+struct Pair {
+  const StaticPose* pose = nullptr;
+  Eigen::Vector3d up, field;
+  double up_error = 0.0, field_error = 0.0;
+};
+
+std::vector<Pair> PairsOf(const PoseSet& poses,
+                          const StartValues& base,
+                          const TriadModel<double>& own) {
+  std::vector<Pair> pairs;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
+    const Eigen::Vector3d up = base.models[Triad::kAccelerometer]->TruthFromRaw(
+        pose.triads[Triad::kAccelerometer]->mean_raw);
+    const Eigen::Vector3d field = own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw);
+    pairs.push_back({&pose,
+                     up.normalized(),
+                     field.normalized(),
+                     std::abs(up.norm() / base.reference[kGravity] - 1.0),
+                     std::abs(field.norm() / base.reference[kField] - 1.0)});
+  }
+  return pairs;
+}
+
 // Turns the own-frame magnetometer into the body frame by the constant angle between field and
 // gravity; one start for every rival solution.
 Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
                                                    const CalibrateOptions& options,
                                                    const StartValues& base,
                                                    const TriadModel<double>& own) {
+  std::vector<Pair> pairs = PairsOf(poses, base, own);
+  std::vector<double> up_errors, field_errors;
+  for (const Pair& pair : pairs) {
+    up_errors.push_back(pair.up_error);
+    field_errors.push_back(pair.field_error);
+  }
+  // What has not the length of the field has not its direction.
+  const double wild_up = WildFrom(up_errors), wild_field = WildFrom(field_errors);
+  std::erase_if(pairs, [&](const Pair& pair) {
+    return pair.up_error > wild_up || pair.field_error > wild_field;
+  });
   std::vector<Eigen::Vector3d> ups;
   std::vector<Eigen::Vector3d> fields;
-  std::vector<const StaticPose*> pairs;
-  for (const StaticPose& pose : poses.poses) {
-    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
-    ups.push_back(base.models[Triad::kAccelerometer]
-                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
-                      .normalized());
-    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
-    pairs.push_back(&pose);
+  for (const Pair& pair : pairs) {
+    ups.push_back(pair.up);
+    fields.push_back(pair.field);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<FrameAlignment> alignments,
                              RivalAlignments(ups, fields, options));
@@ -308,9 +339,9 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
         dip.known() ? *dip.value : -std::asin(std::clamp(alignment.cosine, -1.0, 1.0));
     if (options.attitudes.kind == AttitudeKind::kGiven) {
       Eigen::Vector3d world = Eigen::Vector3d::Zero();
-      for (const StaticPose* pose : pairs) {
-        world += base.level_from_fixture * pose->attitude->world_from_body *
-                 model.TruthFromRaw(pose->triads[Triad::kMagnetometer]->mean_raw);
+      for (const Pair& pair : pairs) {
+        world += base.level_from_fixture * pair.pose->attitude->world_from_body *
+                 model.TruthFromRaw(pair.pose->triads[Triad::kMagnetometer]->mean_raw);
       }
       start.reference[kHeading] = std::atan2(world.y(), world.x());
     }

@@ -71,7 +71,8 @@ TEST(CalibrateAccelMag, RecoversTruthExactlyWithoutNoise) {
     const PoseSet poses = ExactPoses(unit, 24, &random);
     const auto summary = Calibrate(poses, JointOptions(unit));
     ASSERT_TRUE(summary) << summary.error().message;
-    ASSERT_TRUE(summary->calibration.IsUsable()) << seed;
+    ASSERT_TRUE(summary->calibration.IsUsable())
+        << seed << ": " << summary->calibration.findings.front().Message();
     const Eigen::VectorXd error = Errors(summary->calibration, unit);
     // Rounding of readings up to 4 * 8 * 50 uT (1e3 * 1e-16) times a condition number of ~1e3.
     EXPECT_LT(error.lpNorm<Eigen::Infinity>(), 1e-9) << "seed " << seed;
@@ -184,6 +185,83 @@ TEST(CalibrateAccelMag, WeighsBothSidesOfTheEquatorAgainstAKnownDip) {
   EXPECT_GE(usable, 110);
   // A σ of 2 deg leaves some of the sides open, and nothing is stated of right-handed ones.
   EXPECT_GE(told, 5);
+}
+
+// Held to a wrong dip readings scatter as if something had changed; the cause is named.
+TEST(CalibrateAccelMag, RefusesADipThatTheReadingsContradict) {
+  for (int seed = 0; seed < 20; ++seed) {
+    for (const double sigma_deg : {0.0, 0.1}) {
+      for (const double off_deg : {0.0, 0.6, 2.0, -10.0}) {
+        Random random(static_cast<std::uint64_t>(seed));
+        const SyntheticUnit unit = RandomUnit({}, &random);
+        CalibrateOptions options = JointOptions(unit);
+        options.reference.dip_rad = {unit.dip_rad + off_deg * kRadPerDeg, sigma_deg * kRadPerDeg};
+        const PoseSet poses =
+            SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+        const auto summary = Calibrate(poses, options);
+        ASSERT_TRUE(summary) << summary.error().message;
+        const Calibration& calibration = summary->calibration;
+        const std::string of = std::to_string(seed) + ", off by " + std::to_string(off_deg);
+        EXPECT_EQ(calibration.IsUsable(), off_deg == 0.0) << of;
+        if (off_deg == 0.0) continue;
+        const Finding* found = Find(calibration.findings, FindingCode::kStatedOtherwise);
+        ASSERT_NE(found, nullptr) << of;
+        EXPECT_NEAR(*found->Value("dip"), unit.dip_rad / kRadPerDeg, 0.5) << of;
+      }
+    }
+  }
+}
+
+// σ follow the noise that is stated where no more is to be estimated.
+TEST(CalibrateAccelMag, SaysThatTheNoiseIsStatedTooSmall) {
+  int said = 0, said_of_true = 0;
+  for (int seed = 0; seed < 30; ++seed) {
+    for (const double times : {1.0, 2.0}) {
+      Random random(static_cast<std::uint64_t>(seed));
+      const SyntheticUnit unit = RandomUnit({}, &random);
+      CalibrateOptions options = JointOptions(unit);
+      for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
+      PoseSet poses =
+          SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+      for (StaticPose& pose : poses.poses) {
+        for (auto& reading : pose.triads) {
+          if (reading) reading->mean_covariance_raw /= times * times;
+        }
+      }
+      const auto summary = Calibrate(poses, options);
+      ASSERT_TRUE(summary) << summary.error().message;
+      const bool is_said =
+          Find(summary->calibration.findings, FindingCode::kNoiseUnderstated) != nullptr;
+      (times > 1.0 ? said : said_of_true) += is_said ? 1 : 0;
+    }
+  }
+  // Where the poses that were furthest off are left out, the others scatter by less than twice.
+  EXPECT_GE(said, 20);
+  EXPECT_EQ(said_of_true, 0);
+}
+
+// One reading of a length that gravity and the field do not have, in a table of good ones.
+TEST(CalibrateAccelMag, LeavesOutAReadingOfImpossibleLength) {
+  int usable = 0;
+  for (int seed = 0; seed < 30; ++seed) {
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      Random random(static_cast<std::uint64_t>(seed));
+      const SyntheticUnit unit = RandomUnit({}, &random);
+      PoseSet poses =
+          SimulatePoses(unit, RandomAttitudes(40, &random), trials::ModelNoise(), &random);
+      poses.poses[7].triads[triad]->mean_raw *= 2.0 + random.Uniform(0.0, 8.0);
+      const auto summary = Calibrate(poses, JointOptions(unit));
+      ASSERT_TRUE(summary) << summary.error().message;
+      const Calibration& calibration = summary->calibration;
+      if (!calibration.IsUsable()) continue;
+      ++usable;
+      EXPECT_NE(Find(calibration.findings, FindingCode::kRejectedPoses), nullptr) << seed;
+      int dimension = 0;
+      const Eigen::VectorXd error = Errors(calibration, unit);
+      EXPECT_LT(trials::Nees(error, calibration.covariance.matrix, &dimension), 100.0) << seed;
+    }
+  }
+  EXPECT_GE(usable, 56);
 }
 
 // A rival of either hand counts.

@@ -167,27 +167,5 @@ TEST(ImpossibleRows, AreThoseOverTheEndOf16Bits) {
   EXPECT_THAT(Screen(stream, 11).left, ContainerEq(bad));
 }
 
-TEST(ImpossibleRows, OfATableAreThoseOfZeros) {
-  PoseSet poses;
-  for (int i = 0; i < 4; ++i) {
-    StaticPose& pose = poses.poses.emplace_back();
-    pose.number = i + 1;
-    pose.triads[Triad::kAccelerometer].emplace().mean_raw = Vector3d(i == 3 ? 0.0 : 9.8, 0.0, 0.0);
-    pose.triads[Triad::kMagnetometer].emplace().mean_raw =
-        Vector3d(i % 2 == 0 ? 48.0 : 0.0, 0.0, 0.0);
-    if (i > 0) pose.triads[Triad::kGyroscope].emplace();
-  }
-  poses.poses[3].triads[Triad::kGyroscope].reset();
-  LeaveOutZeroRows(&poses);
-  ASSERT_EQ(poses.poses.size(), 3U);
-  EXPECT_TRUE(poses.poses[1].triads[Triad::kAccelerometer]);
-  EXPECT_FALSE(poses.poses[1].triads[Triad::kMagnetometer]);
-  // A gyroscope may read zero.
-  EXPECT_TRUE(poses.poses[1].triads[Triad::kGyroscope]);
-  ASSERT_EQ(poses.findings.size(), 2U);
-  EXPECT_EQ(poses.findings[1].code, FindingCode::kImpossibleRows);
-  EXPECT_EQ(poses.findings[1].Value("rows"), 2.0);
-}
-
 }  // namespace impossible_rows_test
 }  // namespace truetriad

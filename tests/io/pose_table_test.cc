@@ -103,6 +103,25 @@ TEST_F(PoseTables, WarnOfRepeatedRowsAndRefuseMany) {
               HasSubstr("3 rows repeat another row's readings"));
 }
 
+// Neither stuck nor clipped: no readings.
+TEST_F(PoseTables, LeaveOutZeros) {
+  std::string text = accel_ + ",mag_x[uT],mag_y[uT],mag_z[uT]\n";
+  for (int i = 0; i < 12; ++i) {
+    const std::string reading = std::to_string(i) + ",2,9";
+    text += (i < 4 ? "0,0,0" : reading) + "," + (i == 1 || i == 7 ? "0,0,0" : reading) + "\n";
+  }
+  const Result<PoseTable> table = Read(text);
+  ASSERT_TRUE(table) << table.error().message;
+  const PoseSet& poses = table->poses;
+  EXPECT_EQ(poses.poses.size(), 11U);  // one row had none at all
+  EXPECT_FALSE(poses.poses[0].triads[Triad::kAccelerometer]);
+  EXPECT_TRUE(poses.poses[0].triads[Triad::kMagnetometer]);
+  ASSERT_EQ(poses.findings.size(), 2U);
+  EXPECT_EQ(poses.findings[0].code, FindingCode::kImpossibleRows);
+  EXPECT_EQ(poses.findings[0].Value("rows"), 4.0);
+  EXPECT_THAT(poses.findings[1].text, HasSubstr("the first is line 3"));
+}
+
 TEST_F(PoseTables, AreRefusedWhenReadingsPileUpAtAnExtreme) {
   std::string text = accel_ + "\n";
   for (int k = 0; k < 12; ++k) {

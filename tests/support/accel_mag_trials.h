@@ -90,6 +90,7 @@ inline CalibrateOptions JointOptions(const SyntheticUnit& unit) {
   options.triads[Triad::kMagnetometer].enabled = true;
   options.reference.gravity_mps2 = {unit.gravity_mps2, 0.0};
   options.reference.field_ut = {unit.field_ut, 0.0};
+  options.reference.is_hemisphere_stated = true;
   options.cross_validation_folds = 0;
   return options;
 }

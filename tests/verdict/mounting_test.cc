@@ -199,7 +199,16 @@ TEST(Mounting, OfOneSensorIsMirroredAndNobodyKnowsOfWhich) {
 TEST(Mounting, OfAnAccelerometerWithTheWrongSignIsNotTakenForTheMagnetometers) {
   const SyntheticUnit unit = UnitOf(kAll, {{kAccel, "-x-y-z"}});
   CalibrateOptions options = OptionsFor(unit);
+  // As likely the unit was south of the magnetic equator, where nobody says that it was not.
+  const Calibration refused = CalibrationOf(unit, options);
+  EXPECT_FALSE(refused.IsUsable());
+  const Finding* guessed = Find(refused.findings, FindingCode::kLeftHanded);
+  ASSERT_NE(guessed, nullptr);
+  EXPECT_THAT(guessed->Message(), HasSubstr("hemisphere: south"));
+
+  options.reference.is_hemisphere_stated = true;
   const Calibration found = CalibrationOf(unit, options);
+  EXPECT_TRUE(found.IsUsable());
   const Finding* finding = Find(found.findings, FindingCode::kLeftHanded);
   ASSERT_NE(finding, nullptr);
   EXPECT_FALSE(finding->sensor);

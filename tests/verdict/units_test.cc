@@ -92,6 +92,26 @@ TEST(Units, OfAGyroscopeAreToldByItsTurns) {
   EXPECT_FALSE(WhyNotAsStated(in_counts, NineAxis()));
 }
 
+TEST(Units, OfOneAxisOfAGyroscopeAreToldByItsTurns) {
+  for (int axis = 0; axis < 3; ++axis) {
+    // An axis that reads too little leaves half of the turns explained; its gain tells then.
+    for (const double factor : {kRadPerDeg, 1e-3}) {
+      PoseSet set = TurnedUnit(1.0);
+      for (StaticPose& pose : set.poses) {
+        pose.triads[Triad::kGyroscope]->mean_raw[axis] /= factor;
+      }
+      for (RecordedMove& move : set.moves) {
+        for (Vector3d& raw : move.gyroscope_raw) raw[axis] /= factor;
+      }
+      const auto finding = WhyNotAsStated(set, NineAxis());
+      ASSERT_TRUE(finding) << axis << " " << factor;
+      EXPECT_THAT(*finding, HasCode(FindingCode::kWrongUnit));
+      EXPECT_NEAR(*finding->Value("factor") / factor, 1.0, 1e-9);
+      EXPECT_THAT(finding->Message(), HasSubstr(std::string("its ") + "xyz"[axis] + " axis"));
+    }
+  }
+}
+
 TEST(Units, OfTimesAreToldByTheRate) {
   PoseSet set = TurnedUnit(1.0);
   set.streams[2].rate_hz = 0.1;

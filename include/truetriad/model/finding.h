@@ -103,6 +103,8 @@ enum class FindingCode : int {
   kExcessUnknown,
   kFewDegreesOfFreedom,
   kNoiseFree,
+  kNoiseUnderstated,
+  kStatedOtherwise,
   kCorrelatedResiduals,
   // Axes, scales, clocks and directions.
   kMountingContradicted,

@@ -211,6 +211,8 @@ struct ReferenceOptions {
   /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. docs/method.md,
   /// "Signs".
   bool northern_hemisphere = true;
+  /// Else that is a guess: a magnetometer that comes out all reversed is refused.
+  bool is_hemisphere_stated = false;
   /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
   double temperature_degc = 25.0;
   /// Unset: the earth stands still. Needs the heading of every pose that the gyroscope rests in:

@@ -59,6 +59,8 @@ Findings CheckRejectedPoses(const SettledRun& run, const SolvedRun& solved);  //
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
 Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved);
+Findings CheckStatedNoise(const SettledRun& run, const SolvedRun& solved);   // stated.cc
+Findings CheckStatedValues(const SettledRun& run, const SolvedRun& solved);  // stated.cc
 Findings CheckCoverage(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatures(const SettledRun& run, const SolvedRun& solved);
 Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved);

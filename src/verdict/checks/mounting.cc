@@ -149,18 +149,31 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
 // One of the sensors is mirrored, and nothing says which.
 Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
   const Triad triad = view.mirrored.front();
+  // Nobody said on which side of the magnetic equator the unit was.
+  const bool is_side_guessed =
+      !options.reference.is_hemisphere_stated && !options.reference.dip_rad.known();
+  const std::string remedy =
+      "south of the magnetic equator state `reference: { field: { "
+      "hemisphere: south } }`, north of it `north`; of an accelerometer "
+      "that reads -g on the axis that points up, `sign: gravity`";
   if (IsReversedAgainst(options, triad, *view.maps[triad])) {
-    return {FindingCode::kLeftHanded,
-            "magnetometer: all of its axes came out reversed against the accelerometer's, -x-y-z" +
-                std::string(kReversed)};
+    Finding finding(
+        FindingCode::kLeftHanded,
+        "magnetometer: all of its axes came out reversed against the accelerometer's, -x-y-z" +
+            std::string(is_side_guessed ? ", and nothing says on which side of the magnetic "
+                                          "equator the unit was"
+                                        : kReversed),
+        is_side_guessed ? remedy : "");
+    return is_side_guessed ? finding.As(Severity::kRefusal) : finding;
   }
   const bool is_relative = !options.IsBodyKnown() && triad == Triad::kMagnetometer;
   const std::string against = is_relative ? " against the accelerometer's" : "";
-  Finding finding(FindingCode::kLeftHanded,
-                  std::string(TriadName(triad)) + ": its axes came out left-handed" + against +
-                      ", " + AxisMapName(*view.maps[triad]) +
-                      ": one log swaps two axes or reverses one" +
-                      (is_relative ? ", or `sign` or `hemisphere` is wrong" : ""));
+  Finding finding(
+      FindingCode::kLeftHanded,
+      std::string(TriadName(triad)) + ": its axes came out left-handed" + against + ", " +
+          AxisMapName(*view.maps[triad]) + ": one log swaps two axes or reverses one" +
+          (is_relative ? ", or `sign` or `hemisphere` is wrong" : ""),
+      is_relative && is_side_guessed ? "look for swapped or reversed axes; " + remedy : "");
   // Which of the two it is, only a gyroscope would say.
   if (!is_relative || options.triads[Triad::kGyroscope].enabled) finding.About(triad);
   return finding;
@@ -194,6 +207,11 @@ Findings CheckHand(const CalibrateOptions& options,
   const double sigma_rad = covariance.Sigma("reference.dip_rad");
   if (MayReverse(options, graph.layout)) {
     if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
+  } else if (options.motion) {
+    const double other = SideOfStatedDip(options.reference.dip_rad, dip_rad);
+    if (!MayReverseAgainstDip(options, graph.layout) || std::abs(other) > FarInChi2(noise_dof)) {
+      return {};
+    }
   } else {
     const auto other = OtherSideOfField(options, graph);
     if (!other || other->IsTold(noise_dof)) return {};

@@ -128,13 +128,13 @@ std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& s
   return most;
 }
 
-// Half of the turns end nearer to where gravity did, if one raw unit is so many rad/s.
+// Half of the turns end nearer to where gravity did, if one raw unit of each axis is so many rad/s.
 double TurnErrorAt(const std::vector<SeenTurn>& turns,
                    const Eigen::Vector3d& bias_raw,
-                   double truth_per_raw) {
+                   const Eigen::Vector3d& truth_per_raw) {
   GyroModel model;
   model.triad.bias = bias_raw;
-  model.triad.sensitivity = Eigen::Matrix3d::Identity() / truth_per_raw;
+  model.triad.sensitivity = truth_per_raw.cwiseInverse().asDiagonal();
   std::vector<double> errors;
   for (const SeenTurn& turn : turns) {
     const Eigen::Quaterniond rotation = IntegrateRotation(
@@ -158,7 +158,7 @@ Explanation SmallestFactor(const std::vector<SeenTurn>& turns,
   Explanation best;
   double first = kLargestFactor;
   const auto consider = [&](double factor) {
-    const double error = TurnErrorAt(turns, bias_raw, factor * stated);
+    const double error = TurnErrorAt(turns, bias_raw, Eigen::Vector3d::Constant(factor * stated));
     if (!(error < best.error)) return;
     best = {factor, error};
     first = std::min(first, factor);
@@ -171,6 +171,42 @@ Explanation SmallestFactor(const std::vector<SeenTurn>& turns,
   const double about = best.factor;
   for (double fine = 1.0 / kStep; fine < kStep; fine *= kFineStep) consider(fine * about);
   return best;
+}
+
+// A single axis in another unit than the others.
+std::optional<Finding> WhyOneAxisIsNotAsStated(const std::vector<SeenTurn>& turns,
+                                               const Eigen::Vector3d& bias_raw,
+                                               const StreamSummary& gyroscope,
+                                               double error) {
+  // rad/s, deg/s, and a thousandth of each, as one of the others.
+  constexpr double kDeg = kRadPerDeg;
+  constexpr std::array<double, 6> kFactors = {kDeg, 1.0 / kDeg, 1e-3, 1e3, 1e-3 * kDeg, 1e3 / kDeg};
+  double least = std::min(kExplainedRad, error / kBetterBy);
+  int found = -1;
+  double found_factor = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double factor : kFactors) {
+      Eigen::Vector3d truth_per_raw = Eigen::Vector3d::Constant(gyroscope.unit.truth_per_raw);
+      truth_per_raw[axis] *= factor;
+      const double left = TurnErrorAt(turns, bias_raw, truth_per_raw);
+      if (!(left < least)) continue;
+      least = left;
+      found = axis;
+      found_factor = factor;
+    }
+  }
+  if (found < 0) return std::nullopt;
+  const auto unit =
+      LooksLike(Triad::kGyroscope, found_factor * gyroscope.unit.truth_per_raw, gyroscope.unit);
+  return Finding(
+             FindingCode::kWrongUnit,
+             Format("the gyroscope's turns miss gravity by %.0f deg, but by ", error * kDegPerRad) +
+                 Format("%.1f deg with the readings of its ", least * kDegPerRad) + "xyz"[found] +
+                 Format(" axis times %.3g: looks like ", found_factor) +
+                 unit.value_or("another unit") + " labelled " + gyroscope.unit.name,
+             "give all three columns one unit, and state it")
+      .About(Triad::kGyroscope)
+      .With("factor", found_factor);
 }
 
 }  // namespace
@@ -197,10 +233,12 @@ std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
   }
   const Eigen::Vector3d bias_raw = MedianReading(poses, Triad::kGyroscope);
   const double stated = gyroscope->unit.truth_per_raw;
-  const double error = TurnErrorAt(turns, bias_raw, stated);
+  const double error = TurnErrorAt(turns, bias_raw, Eigen::Vector3d::Constant(stated));
   if (error < kExplainedRad) return std::nullopt;
   const Explanation best = SmallestFactor(turns, bias_raw, stated);
-  if (best.error >= kExplainedRad || kBetterBy * best.error > error) return std::nullopt;
+  if (best.error >= kExplainedRad || kBetterBy * best.error > error) {
+    return WhyOneAxisIsNotAsStated(turns, bias_raw, *gyroscope, error);
+  }
   const auto unit = LooksLike(Triad::kGyroscope, best.factor * stated, gyroscope->unit);
   return Finding(FindingCode::kWrongUnit,
                  "the gyroscope's turns miss those of " +

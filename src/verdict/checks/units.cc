@@ -168,6 +168,18 @@ std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
       .With("highest", range[1], "degC");
 }
 
+// ", and its y axis spans 9.8 times what the others do", where one does.
+std::string OddSpan(const StreamSummary& stream) {
+  const Eigen::Vector3d span = stream.maximum_raw - stream.minimum_raw;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double others = std::max(span[(axis + 1) % 3], span[(axis + 2) % 3]);
+    if (!(span[axis] > kMostForce * others) || !(others > 0.0)) continue;
+    return std::string(", and its ") + "xyz"[axis] +
+           Format(" axis spans %.3g times what the others do", span[axis] / others);
+  }
+  return "";
+}
+
 // Gravity at rest, or over a motion.
 std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
                                              const CalibrateOptions& options) {
@@ -187,7 +199,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
   return Finding(FindingCode::kWrongUnit,
                  Format("the accelerometer reads %.4g ", length) + stream->unit.name +
                      (options.motion ? " on the whole" : " at rest") +
-                     Format(", %.3g times gravity", gain) +
+                     Format(", %.3g times gravity", gain) + OddSpan(*stream) +
                      Guess(LooksLike(Triad::kAccelerometer, gravity / length, stream->unit),
                            stream->unit.name),
                  Remedy())
