@@ -18,6 +18,9 @@ namespace {
 // With the noise that a contradiction has made: less than this of what is known cannot hide one.
 constexpr double kSuspectSigmas = 1.5;
 
+// What a stated dip may pull the result by, σ of what the readings say.
+constexpr double kPulledSigmas = 3.0;
+
 double VarianceAt(int index, const PoseGraph& graph, const SharedInformation& known) {
   const Eigen::RowVectorXd row = graph.layout.basis.row(index);
   return row * known.covariance() * row.transpose();
@@ -62,6 +65,9 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
   const double off_rad = freed.shared[freed_at] - *dip.value;
   const double chi2 = off_rad * off_rad / (variance + dip.sigma * dip.sigma);
   if (!(chi2 > FarInChi2(NoiseDof(found.estimate, freed)))) return std::nullopt;
+  // A σ that readings outweigh has spoilt nothing; that it is contradicted is said (stated.cc).
+  const double pulled_rad = freed.shared[freed_at] - solved.shared[dip_at];
+  if (pulled_rad * pulled_rad < kPulledSigmas * kPulledSigmas * variance) return std::nullopt;
   return Finding(
              FindingCode::kStatedOtherwise,
              Format("the dip was stated as %.6g", *dip.value / kRadPerDeg) +

@@ -82,7 +82,7 @@ double RmsOf(const TriadModel<double>& model,
 std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
                                              MatrixModel model,
                                              double radius) {
-  constexpr std::size_t kMost = 200;  // of which a fit each is cheap
+  constexpr std::size_t kMost = 100;  // of which a fit each is cheap
   constexpr int kMostSpoilers = 3;
   constexpr std::size_t kFewestDof = 4;
   // With four degrees of freedom one of 20 readings does so in 1 of 1e4 tables.
