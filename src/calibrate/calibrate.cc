@@ -162,7 +162,10 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
-    WeighReadingsAtStart(options.robust, &graph);
+    // At other temperatures or after another start of the unit a length may be off for good reason.
+    if (!options.HasThermal() && poses.sessions.empty()) {
+      WeighReadingsAtStart(options.robust, &graph);
+    }
     WeighTurnsAtStart(options.robust, &graph);
     log->Solve(kRoundTolerance, &graph);
     if (!std::isfinite(log->final_cost)) continue;
