@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include <glog/logging.h>
@@ -20,6 +21,9 @@ bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& 
         return p.offset == q.offset && p.size == q.size;
       });
 }
+
+// A residual of this share of the signal and more bends the cost as much as the signal does.
+constexpr double kBends = 0.3;
 
 // Of less than three rows filled up with zeros.
 Eigen::Matrix3d Root(const ChainRow& row) {
@@ -101,6 +105,16 @@ struct ChainElimination::Arrow {
   FreeJacobian columns, next_columns;
   Eigen::MatrixXd eliminated;
 };
+
+// What a Gauss-Newton step lacks where a residual is not small: second derivatives by a rotation
+// are as long as the first ones, so this much more of a curvature never steps beyond the least
+// cost. A reading twice as long as its field, left alone with an attitude, is stepped over for ever
+// without.
+double ChainElimination::BendOf(const LinearRow& row) {
+  const double residual = row.residual.norm();
+  const double signal = row.by_first.norm() / std::numbers::sqrt2;
+  return residual > kBends * signal ? residual * signal : 0.0;
+}
 
 ChainElimination::ChainElimination(ChainProblem problem) : problem_(std::move(problem)) {
   pattern_of_.reserve(problem_.rows.size());
@@ -214,6 +228,8 @@ void ChainElimination::LineariseAndEliminate(const Eigen::VectorXd& shared) {
       const std::size_t seen = problem_.rows[index].row->state_count();
       if (seen == 0) continue;
       arrow.pivot.noalias() += linear.by_first.transpose() * linear.by_first;
+      // Where no states will be asked for there is no step either.
+      if (keeps_panels_ && seen == 1) arrow.pivot.diagonal().array() += BendOf(linear);
       Arrow::AddColumns(linear.by_first, linear, pattern.free, &arrow.columns);
       if (seen == 1) continue;
       arrow.next_pivot.noalias() += linear.by_second.transpose() * linear.by_second;

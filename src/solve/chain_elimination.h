@@ -68,6 +68,7 @@ class ChainElimination final : public EliminatedProblem {
   struct LinearRow;
   struct Arrow;
 
+  static double BendOf(const LinearRow& row);
   std::size_t PatternOf(const Row& row);
   void LineariseRow(std::size_t index, RowEvaluation* evaluation, LinearRow* linear) const;
   void LineariseAndEliminate(const Eigen::VectorXd& shared);

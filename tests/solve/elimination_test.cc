@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "math/dense/cholesky.h"
+#include "noise/deletion.h"
 #include "noise/variance_components.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
@@ -98,6 +99,30 @@ TEST(Elimination, EndsWhereCeresEndsRowByRow) {
                                        (covariance - system.covariance()) *
                                        sigma.cwiseInverse().asDiagonal();
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6);
+  }
+}
+
+// A reading that is not believed still holds the turn of its pose about the magnetic field. Where
+// it is longer than twice gravity's part across that field, Gauss-Newton steps over the least cost
+// further and further.
+TEST(Elimination, ReachesTheLeastCostBesideALongReadingThatIsNotBelieved) {
+  for (const double times : {2.0, 3.0, 10.0}) {
+    for (std::size_t at = 0; at < 16; ++at) {
+      PoseGraph graph = NineAxisGraph(7);
+      graph.increments.clear();
+      Observation& reading = graph.nodes[at].observations.front();
+      ASSERT_EQ(reading.triad, Triad::kAccelerometer);
+      reading.mean_raw =
+          times *
+          Eigen::Vector3d(reading.mean_raw.y(), -reading.mean_raw.z(), reading.mean_raw.x());
+      reading.weight = kRejectedWeight;
+      PoseGraph whole = graph;
+      whole.solver = Solver::kCeres;
+      const SolveOutcome outcome = SolveGraph(&graph);
+      EXPECT_TRUE(outcome.converged) << times << " times at pose " << at;
+      const double least = SolveGraph(&whole).final_cost;
+      EXPECT_NEAR(outcome.final_cost, least, 1e-9 * least) << times << " times at pose " << at;
+    }
   }
 }
 
