@@ -23,7 +23,7 @@ constexpr int kMaxIterations = 50;
 std::shared_ptr<const Row> RowOf(Triad triad,
                                  const SharedLayout& layout,
                                  const GatheredReadings& seen) {
-  const FieldRow::Reading reading{seen.mean_raw, seen.turn, ThermalFactors()};
+  const FieldRow::Reading reading{seen.mean_raw, seen.turn, ThermalFactors(), seen.turning};
   if (triad == Triad::kAccelerometer) {
     return std::make_shared<AccelerometerRow>(layout, PoseKind::kRotation, reading);
   }

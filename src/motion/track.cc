@@ -23,6 +23,29 @@ double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
 
+// Of the readings at one node: by how much they are apart from it, in time and in angle.
+struct TurnSums {
+  double time = 0.0, squared = 0.0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+
+  void Add(double since_s, const Eigen::Vector3d& angle_rad) {
+    time += since_s;
+    squared += since_s * since_s;
+    moment += since_s * angle_rad;
+  }
+  // The steady rate that comes closest to the turns.
+  std::shared_ptr<const FieldRow::Turning> Turning(int count,
+                                                   const TriadModel<double>& gyroscope) const {
+    if (!(moment.squaredNorm() > 0.0)) return nullptr;
+    const Eigen::Vector3d rate_radps = moment / squared;
+    return std::make_shared<const FieldRow::Turning>(
+        FieldRow::Turning{time / count,
+                          squared / count,
+                          rate_radps,
+                          gyroscope.sensitivity * rate_radps + gyroscope.bias});
+  }
+};
+
 // Pieces of a broken chain in which no reading of the leading sensor shows where they point.
 void RemoveUntied(Triad leading, std::vector<MotionNode>* nodes) {
   std::size_t kept = 0;
@@ -193,6 +216,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const Vectors& readings = vectors_[triad];
     const double reach_s = 0.5 * spacing_s_[Triad::kGyroscope];
+    std::vector<TurnSums> sums(gyroscope != nullptr ? nodes.size() : 0);
     std::size_t k = 0, i = 0;
     for (std::size_t j = 0; j < readings.time_s.size(); ++j) {
       const double time_s = readings.time_s[j] - ahead_s_[triad];
@@ -203,35 +227,37 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
       const double since_s = time_s - TimeOf(nodes[k]);
       const bool has_next = k + 1 < nodes.size();
       const double until_s = has_next ? TimeOf(nodes[k + 1]) - time_s : 0.0;
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-      MotionNode* node = &nodes[k];
+      Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();  // from the node to the reading
+      std::size_t at = k;
       if (nodes[k].is_linked) {
         const Eigen::Quaterniond from_first = turn_at(i, time_s);
         if (since_s <= until_s) {
-          turn = from_first.conjugate().toRotationMatrix();
+          turned = from_first;
         } else {
-          node = &nodes[k + 1];
+          at = k + 1;
           const std::size_t last = nodes[k + 1].reading - 1;
           const double half_s = 0.5 * (time_s_[last + 1] - time_s_[last]);
           const Eigen::Quaterniond whole =
               turns[last] * RotationExp(half_s * (rate(last) + rate(last + 1)));
-          turn = (from_first.conjugate() * whole).toRotationMatrix();
+          turned = whole.conjugate() * from_first;
         }
       } else if (std::abs(since_s) > reach_s) {
         // Where the gyroscope tells nothing a reading belongs to no attitude.
         if (!has_next || until_s > reach_s) continue;
-        node = &nodes[k + 1];
+        at = k + 1;
       }
-      GatheredReadings& seen = node->seen(triad);
+      GatheredReadings& seen = nodes[at].seen(triad);
       seen.mean_raw += readings.reading_raw[j];
-      seen.turn += turn;
+      seen.turn += turned.conjugate().toRotationMatrix();
       ++seen.count;
+      if (gyroscope != nullptr) sums[at].Add(time_s - TimeOf(nodes[at]), RotationLog(turned));
     }
-    for (MotionNode& node : nodes) {
-      GatheredReadings& seen = node.seen(triad);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      GatheredReadings& seen = nodes[n].seen(triad);
       if (seen.count == 0) continue;
       seen.mean_raw /= seen.count;
       seen.turn /= seen.count;
+      if (gyroscope != nullptr) seen.turning = sums[n].Turning(seen.count, gyroscope->triad);
     }
   }
   RemoveUntied(

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "model/gyro_increment.h"
+#include "problem/rows/field_row.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/static_pose.h"
 
@@ -18,6 +20,9 @@ struct GatheredReadings {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
   // Mean of R_reading^T R_node: turns a vector in the body at the node to what the readings saw.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
+  // That turn was made with a rate, and follows when it is found to be another; null: there is
+  // none.
+  std::shared_ptr<const FieldRow::Turning> turning;
   double weight = 1.0;  // robust
 };
 

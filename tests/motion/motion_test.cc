@@ -109,7 +109,9 @@ CalibrateOptions FieldOptions(const SixTurns& unit, double spacing_s) {
   return options;
 }
 
-// As IsFollowedExactlyWithoutNoise: 2.4e-5 rad of the field's direction.
+// As IsFollowedExactlyWithoutNoise: 2.4e-5 rad of the field's direction. Of each axis of the rate
+// no more than what the trapezoid is off by at its largest: 1.6 rad/s (2 pi / 5 s)^2 / 12 (80
+// Hz)^2.
 TEST(MotionAgainstTheField, IsFollowedExactlyWithoutNoise) {
   Random random(5);
   const SixTurns unit = ShortUnit(&random);
@@ -120,11 +122,30 @@ TEST(MotionAgainstTheField, IsFollowedExactlyWithoutNoise) {
   ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
   const SixTurns truth = InMagnetometersFrame(unit);
   EXPECT_EQ(found.gauge_sensor, kMag);
-  EXPECT_LT((found.sensors[kGyro]->model.bias - truth.gyroscope.bias).norm(), 3e-5);
+  const Eigen::Vector3d off = found.sensors[kGyro]->model.bias - truth.gyroscope.bias;
+  EXPECT_LT(off.cwiseAbs().maxCoeff(), 3.3e-5);
   EXPECT_LT((found.sensors[kMag]->model.bias - truth.magnetometer.bias).norm(), 1e-4 * 27.0);
   EXPECT_LT((found.sensors[kMag]->model.sensitivity - truth.magnetometer.sensitivity).norm(),
             2e-4 * 27.0);
   EXPECT_LT((found.sensors[kGyro]->model.sensitivity - truth.gyroscope.sensitivity).norm(), 2e-4);
+}
+
+// Readings gathered at an attitude every 0.1 s say what they say each by itself: without noise what
+// differs is of third order in how far the unit turns in half of that, a tenth of a radian.
+TEST(MotionAgainstTheField, IsNoOtherWhereReadingsAreGathered) {
+  Random random(5);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 0.0, NoPush, &random);
+  const auto single = Calibrate(recording, FieldOptions(unit, 0.0));
+  const auto gathered = Calibrate(recording, FieldOptions(unit, 0.1));
+  ASSERT_TRUE(single && single->calibration.IsUsable());
+  ASSERT_TRUE(gathered && gathered->calibration.IsUsable());
+  const SixTurns truth = InMagnetometersFrame(unit);
+  const auto off_of = [&](const CalibrationSummary& summary) -> Eigen::Vector3d {
+    return summary.calibration.sensors[kGyro]->model.bias - truth.gyroscope.bias;
+  };
+  const Eigen::Vector3d off = off_of(*single);
+  EXPECT_LT((off_of(*gathered) - off).norm(), 1e-2 * off.norm());
 }
 
 TEST(MotionAgainstTheField, HasTheErrorsThatItStates) {
@@ -230,10 +251,12 @@ TEST(MotionChain, EndsWhereCeresEndsRowByRow) {
   EXPECT_LT(std::sqrt(off.dot(solved.information() * off)), 1e-6);
 }
 
-// A hand pushes: accelerations that hang together for a second, half of the noise of one reading.
-// The noise found allows for them, and the errors are inside what is stated: χ² of 15 runs, an
-// approximation (the pushes are no noise), within twice its expectation.
-TEST(Motion, IsNotMisledByTheAccelerationsOfTheHand) {
+class MotionByHand : public ::testing::TestWithParam<double> {};
+
+// A hand pushes: accelerations in m/s^2 that hang together for a second, noise of one reading being
+// 0.18. The noise found allows for them, and the errors are inside what is stated: χ² of 15 runs,
+// an approximation (the pushes are no noise), within twice its expectation.
+TEST_P(MotionByHand, IsNotMisledByTheAccelerationsOfTheHand) {
   double chi2 = 0.0;
   double dof = 0.0;
   for (int run = 0; run < 15; ++run) {
@@ -241,9 +264,9 @@ TEST(Motion, IsNotMisledByTheAccelerationsOfTheHand) {
     const SixTurns unit = ShortUnit(&random);
     const Eigen::Vector3d phase = trials::UniformVector(3.0, &random);
     const auto push = [&phase](double time_s) -> Eigen::Vector3d {
-      return 0.4 * Eigen::Vector3d(std::sin(4.1 * time_s + phase[0]),
-                                   std::sin(7.3 * time_s + phase[1]),
-                                   std::sin(5.9 * time_s + phase[2]));
+      return GetParam() * Eigen::Vector3d(std::sin(4.1 * time_s + phase[0]),
+                                          std::sin(7.3 * time_s + phase[1]),
+                                          std::sin(5.9 * time_s + phase[2]));
     };
     CalibrateOptions options = SixTurnsOptions(unit, true, 0.1);
     for (TriadOptions& triad : options.triads) {
@@ -262,6 +285,8 @@ TEST(Motion, IsNotMisledByTheAccelerationsOfTheHand) {
   EXPECT_LT(chi2 / dof, 2.0);
   EXPECT_GT(chi2 / dof, 0.3);
 }
+
+INSTANTIATE_TEST_SUITE_P(GentlyAndNot, MotionByHand, ::testing::Values(0.4, 1.5, 4.0));
 
 void ExpectWithinFourSigmas(const SixTurns& unit, const Calibration& found) {
   const Eigen::VectorXd error = trials::SixTurnsErrors(unit, found);

@@ -192,6 +192,45 @@ TEST_P(FieldRows, HaveTheDerivativesOfTheirPrediction) {
     ExpectJetsAgree(AccelerometerRow(all.layout, GetParam(), reading), all, state);
     reading.thermal = SomeFactors(all.layout, kMag, &random);
     ExpectJetsAgree(MagnetometerRow(all.layout, GetParam(), reading), all, state);
+    if (GetParam() != PoseKind::kRotation) continue;
+    reading.turning = std::make_shared<const FieldRow::Turning>(FieldRow::Turning{
+        random.Uniform(-0.1, 0.1), random.Uniform(0.0, 0.01), random.Normal3(), random.Normal3()});
+    ExpectJetsAgree(MagnetometerRow(all.layout, GetParam(), reading), all, state);
+  }
+}
+
+// A body that turns steadily, by the field's own turn and by that of a gyroscope of other axes.
+TEST(FieldRowOfMotion, FollowsTheGyroscopeThatTurnedItsReadings) {
+  Random random(18);
+  const Everything all = WithEveryTerm(&random);
+  constexpr double kChange = 1e-4;
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    const Eigen::Vector3d rate = 2.0 * random.Normal3(), other = rate + kChange * random.Normal3();
+    const Eigen::Vector3d times = 0.02 * random.Normal3();
+    const auto mean_turn = [&](const Eigen::Vector3d& radps) {
+      Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+      for (const double time_s : times) sum += RotationExp(-time_s * radps).toRotationMatrix();
+      return Eigen::Matrix3d(sum / 3.0);
+    };
+    const Eigen::Map<const Eigen::Matrix3d> sensitivity(all.shared.data() +
+                                                        all.layout.sensitivity[kGyro]);
+    const Eigen::Map<const Eigen::Vector3d> bias(all.shared.data() + all.layout.bias[kGyro]);
+    FieldRow::Reading reading{10.0 * random.Normal3(), mean_turn(rate), {}};
+    reading.thermal = SomeFactors(all.layout, kMag, &random);
+    // What it read is, by the parameters as they are, the other rate.
+    reading.turning = std::make_shared<const FieldRow::Turning>(FieldRow::Turning{
+        times.mean(), times.squaredNorm() / 3.0, rate, sensitivity * other + bias});
+    FieldRow::Reading stays = reading, again = reading;
+    stays.turning = again.turning = nullptr;
+    again.mean_turn = mean_turn(other);
+    const std::vector<PoseValues> state = {RandomState(PoseKind::kRotation, &random)};
+    const auto residual_of = [&](const FieldRow::Reading& of) {
+      const MagnetometerRow row(all.layout, PoseKind::kRotation, of);
+      return DerivativesOf(row, row, all, state).residual;
+    };
+    // Of the change what is left out is its square of 0.02 s times 3.5 rad/s and less.
+    const double change = (residual_of(stays) - residual_of(again)).norm();
+    EXPECT_LT((residual_of(reading) - residual_of(again)).norm(), 0.03 * change) << repeat;
   }
 }
 

@@ -12,8 +12,12 @@ FieldRow::FieldRow(Triad triad, const SharedLayout& layout, PoseKind state, cons
       state_(state),
       reading_(reading),
       triad_blocks_(layout, triad, reading.thermal) {
-  AddFirstShared(triad_blocks_.blocks(), 1);
+  AddFirstShared(triad_blocks_.blocks(), reading.turning == nullptr ? 1 : 3);
   AddShared({layout.reference, kReferenceSize});
+  if (reading.turning != nullptr) {
+    AddShared({layout.bias[Triad::kGyroscope], 3});
+    AddShared({layout.sensitivity[Triad::kGyroscope], 9});
+  }
   AddState(state == PoseKind::kDirection ? kDirectionSize : kAttitudeSize);
 }
 
@@ -22,17 +26,18 @@ bool FieldRow::Evaluate(double const* const* parameters,
                         double** jacobians) const {
   if (jacobians == nullptr) return (*this)(parameters, residuals);
   const std::size_t count = triad_blocks_.count();
-  const double* state = parameters[count + 1];
+  double const* const* const gyroscope = parameters + count + 1;
+  const double* const state = StateOf(parameters);
   const TriadModel<double> model = triad_blocks_.ModelAt(parameters);
   const WorldVectorWithJacobian& world = WorldVectorAt(triad_, parameters[count]);
-  const Eigen::Vector3d field = FieldInBody(world.vector, state);
+  const Eigen::Vector3d field = FieldInBody(world.vector, gyroscope, state);
   Eigen::Map<Eigen::Vector3d>{residuals} = model.RawFromTruth(field) - reading_.mean_raw;
 
   triad_blocks_.SetFieldJacobians(model, field, jacobians);
   const Eigen::Matrix3d by_field =
       model.Slope(model.sensitivity * field).asDiagonal() * model.sensitivity;
   double* const by_reference = jacobians[count];
-  double* const by_state = jacobians[count + 1];
+  double* const by_state = jacobians[shared_blocks().size()];
   using ReferenceJacobian = Eigen::Matrix<double, 3, kReferenceSize, Eigen::RowMajor>;
   if (state_ == PoseKind::kDirection) {
     const Eigen::Map<const Eigen::Vector3d> direction(state);
@@ -52,7 +57,7 @@ bool FieldRow::Evaluate(double const* const* parameters,
   }
   const Eigen::Map<const Eigen::Quaterniond> world_from_body(state);
   const Eigen::Matrix3d body_from_world = world_from_body.conjugate().toRotationMatrix();
-  const Eigen::Matrix3d by_vector = by_field * reading_.mean_turn;
+  const Eigen::Matrix3d by_vector = by_field * TurnAt(gyroscope);
   if (by_reference != nullptr) {
     Eigen::Map<ReferenceJacobian> out(by_reference);
     out.noalias() = by_vector * body_from_world * world.by_reference;
@@ -62,7 +67,38 @@ bool FieldRow::Evaluate(double const* const* parameters,
     Eigen::Map<RowMajor34> out(by_state);
     out.noalias() = by_vector * Skew(body_from_world * world.vector) * TangentFromQuaternion(state);
   }
+  if (reading_.turning != nullptr) {
+    SetGyroscopeJacobians(
+        by_field, body_from_world * world.vector, gyroscope, jacobians + count + 1);
+  }
   return true;
+}
+
+Eigen::Matrix3d FieldRow::TurnAt(double const* const* gyroscope) const {
+  if (reading_.turning == nullptr) return reading_.mean_turn;
+  const Turning& turning = *reading_.turning;
+  const Eigen::Vector3d change = RateChange(gyroscope);
+  return reading_.mean_turn - turning.mean_s * Skew(change) +
+         turning.mean_square_s2 * (Skew(change) * Skew(turning.rate_radps) +
+                                   0.5 * Skew(turning.rate_radps.cross(change)));
+}
+
+void FieldRow::SetGyroscopeJacobians(const Eigen::Matrix3d& by_field,
+                                     const Eigen::Vector3d& in_body,
+                                     double const* const* gyroscope,
+                                     double** jacobians) const {
+  const Turning& turning = *reading_.turning;
+  const Eigen::Map<const Eigen::Matrix3d> sensitivity(gyroscope[1]);
+  const Eigen::Vector3d rate = turning.rate_radps + RateChange(gyroscope);
+  const Eigen::Matrix3d across = Skew(in_body);
+  const Eigen::Matrix3d by_rate =
+      turning.mean_s * across - turning.mean_square_s2 * (Skew(turning.rate_radps.cross(in_body)) +
+                                                          0.5 * across * Skew(turning.rate_radps));
+  const Eigen::Matrix3d by_bias = -by_field * by_rate * sensitivity.inverse();
+  if (jacobians[0] != nullptr) Eigen::Map<RowMajor33>{jacobians[0]} = by_bias;
+  if (jacobians[1] == nullptr) return;
+  Eigen::Map<Eigen::Matrix<double, 3, 9, Eigen::RowMajor>> out(jacobians[1]);
+  for (int axis = 0; axis < 3; ++axis) out.middleCols<3>(3 * axis) = rate[axis] * by_bias;
 }
 
 }  // namespace truetriad

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include "problem/parameters.h"
 #include "problem/pose_state.h"
@@ -20,13 +23,28 @@ namespace truetriad {
 // them, Identity at rest. S, b and h at the temperature of the pose. Of a pose of which only the
 // direction d is known, x = |v| d.
 //
-// Parameters: the triad's (TriadBlocks), the reference block (6), the state.
+// The turns R^T R_i = Exp(t_i w) are the gyroscope's, and follow its parameters: with the rate that
+// is another by e,
+//
+//   dM = -<t> [e] + <t^2> ([e] [w] + [w x e] / 2)        [.]: skew; third order of t w left out
+//
+// A turn that stays while the gyroscope's axes are looked for would hold them where they are.
+//
+// Parameters: the triad's (TriadBlocks), the reference block (6), where turns are followed the
+// gyroscope's bias (3) and sensitivity (9, column by column), the state.
 class FieldRow : public Row {
  public:
+  // What M was made with.
+  struct Turning {
+    double mean_s = 0.0, mean_square_s2 = 0.0;             // of t_i
+    Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // w
+    Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // what the gyroscope reads at it
+  };
   struct Reading {
     Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
     Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();  // M
     ThermalFactors thermal;
+    std::shared_ptr<const Turning> turning = nullptr;  // M stays
   };
 
   bool Evaluate(double const* const* parameters,
@@ -37,8 +55,8 @@ class FieldRow : public Row {
   bool operator()(T const* const* parameters, T* residuals) const {
     const std::size_t count = triad_blocks_.count();
     const TriadModel<T> model = triad_blocks_.ModelAt(parameters);
-    const Eigen::Matrix<T, 3, 1> field =
-        FieldInBody(WorldVectorOf(triad_, parameters[count]), parameters[count + 1]);
+    const Eigen::Matrix<T, 3, 1> field = FieldInBody(
+        WorldVectorOf(triad_, parameters[count]), parameters + count + 1, StateOf(parameters));
     Eigen::Map<Eigen::Matrix<T, 3, 1>>{residuals} =
         model.RawFromTruth(field) - reading_.mean_raw.cast<T>();
     return true;
@@ -49,14 +67,46 @@ class FieldRow : public Row {
 
  private:
   template <typename T>
-  Eigen::Matrix<T, 3, 1> FieldInBody(const Eigen::Matrix<T, 3, 1>& world, const T* state) const {
+  T const* StateOf(T const* const* parameters) const {
+    return parameters[shared_blocks().size()];
+  }
+
+  // By how much the rate is another than that with which M was made. `gyroscope`: its bias and its
+  // sensitivity.
+  template <typename T>
+  Eigen::Matrix<T, 3, 1> RateChange(T const* const* gyroscope) const {
+    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> bias(gyroscope[0]);
+    const Eigen::Map<const Eigen::Matrix<T, 3, 3>> sensitivity(gyroscope[1]);
+    return sensitivity.inverse() * (reading_.turning->rate_raw.cast<T>() - bias) -
+           reading_.turning->rate_radps.cast<T>();
+  }
+
+  template <typename T>
+  Eigen::Matrix<T, 3, 1> FieldInBody(const Eigen::Matrix<T, 3, 1>& world,
+                                     T const* const* gyroscope,
+                                     const T* state) const {
     if (state_ == PoseKind::kDirection) {
       return world.norm() * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(state);
     }
     const Eigen::Map<const Eigen::Quaternion<T>> world_from_body(state);
     const Eigen::Matrix<T, 3, 1> in_body = world_from_body.conjugate() * world;
-    return reading_.mean_turn.cast<T>() * in_body;
+    const Eigen::Matrix<T, 3, 1> field = reading_.mean_turn.cast<T>() * in_body;
+    if (reading_.turning == nullptr) return field;
+    const Turning& turning = *reading_.turning;
+    const Eigen::Matrix<T, 3, 1> rate = turning.rate_radps.cast<T>();
+    const Eigen::Matrix<T, 3, 1> change = RateChange(gyroscope);
+    return field + T(turning.mean_s) * in_body.cross(change) -
+           T(turning.mean_square_s2) *
+               (rate.cross(in_body).cross(change) + T(0.5) * in_body.cross(rate.cross(change)));
   }
+
+  // M with the gyroscope as it is.
+  Eigen::Matrix3d TurnAt(double const* const* gyroscope) const;
+  // Derivatives by the gyroscope; `in_body`: the world's vector in the body.
+  void SetGyroscopeJacobians(const Eigen::Matrix3d& by_field,
+                             const Eigen::Vector3d& in_body,
+                             double const* const* gyroscope,
+                             double** jacobians) const;
 
   Triad triad_;
   PoseKind state_;
