@@ -163,6 +163,8 @@ bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const st
 // S scaled by 1 + e, log det S changes by 3 e; so
 //
 //   x -> x - v (w x)      v = (S, its temperature terms)      w = transpose(S^-1) / 3      w v = 1
+//
+// S being the mean of both: what is taken out of one is what is taken out of the other.
 void TakeOutCommonScale(PresentedSolution* a, PresentedSolution* b) {
   constexpr Triad kTriad = Triad::kMagnetometer;
   const double factor = std::cbrt(std::abs(b->models[kTriad]->sensitivity.determinant() /
@@ -171,11 +173,12 @@ void TakeOutCommonScale(PresentedSolution* a, PresentedSolution* b) {
   if (a->thermal[kTriad]) {
     for (Eigen::Matrix3d& term : a->thermal[kTriad]->sensitivity) term *= factor;
   }
+  const Eigen::Matrix3d sensitivity =
+      0.5 * (a->models[kTriad]->sensitivity + b->models[kTriad]->sensitivity);
+  const Eigen::Matrix3d inverse = sensitivity.inverse();
   for (const auto& [solution, scaled] : {std::pair(a, factor), std::pair(b, 1.0)}) {
     NamedCovariance& covariance = solution->covariance;
     const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
-    const Eigen::Matrix3d sensitivity = solution->models[kTriad]->sensitivity;
-    const Eigen::Matrix3d inverse = sensitivity.inverse();
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(size), v = Eigen::VectorXd::Zero(size), w = v;
     for (Eigen::Index i = 0; i < size; ++i) {
       const auto name = ParameterName::Parse(covariance.parameters[static_cast<std::size_t>(i)]);

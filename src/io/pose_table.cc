@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
@@ -261,41 +263,112 @@ class DuplicateFinder {
   std::string lines_;
 };
 
-/// Leaves out readings of 0, 0, 0: neither gravity nor the field is zero on all axes at rest.
-class ZeroRows {
+/// Leaves out what no sensor reads at rest: 0, 0, 0, since neither gravity nor the field is zero on
+/// all axes, and a multiple of all others, as error words and slipped decimal points are.
+class ImpossibleReadings {
  public:
-  void Take(std::int64_t line, StaticPose* pose) {
+  void TakeZeros(std::int64_t line, StaticPose* pose) {
     ++rows_;
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    for (const Triad triad : kVectorTriads) {
       auto& reading = pose->triads[triad];
       if (!reading || !reading->mean_raw.isZero(0.0)) continue;
       reading.reset();
-      if (++left_[triad] == 1) first_line_[triad] = line;
+      zeros_[triad].Count(line);
+    }
+  }
+
+  /// `lines`: of the poses.
+  void TakeFar(const std::vector<std::int64_t>& lines, std::vector<StaticPose>* poses) {
+    for (const Triad triad : kVectorTriads) {
+      const auto limits = LimitsOf(triad, *poses);
+      if (!limits) continue;
+      for (std::size_t k = 0; k < poses->size(); ++k) {
+        auto& reading = (*poses)[k].triads[triad];
+        if (!reading || !limits->AreExceededBy(reading->mean_raw)) continue;
+        reading.reset();
+        far_[triad].Count(lines[k]);
+      }
     }
   }
 
   Findings Left() const {
     Findings findings;
-    for (const Triad triad : kTriads) {
-      const std::int64_t left = left_[triad];
-      if (left == 0) continue;
-      findings.push_back(
-          Finding(FindingCode::kImpossibleRows,
-                  std::string(TriadName(triad)) + ": " + Counted(left, "row") +
-                      (left == 1 ? " reads" : " read") + " 0, 0, 0, which is no reading, and " +
-                      (left == 1 ? "is" : "are") + " left out; " +
-                      (left == 1 ? "it is" : "the first is") + " line " +
-                      std::to_string(first_line_[triad]),
-                  "check how the table was made")
-              .About(triad)
-              .With("rows", static_cast<double>(left))
-              .With("share", static_cast<double>(left) / static_cast<double>(rows_)));
+    for (const Triad triad : kVectorTriads) {
+      AddFinding(triad, zeros_[triad], "0, 0, 0", &findings);
+      AddFinding(triad, far_[triad], "more than ten times what the others do", &findings);
     }
     return findings;
   }
 
  private:
-  PerTriad<std::int64_t> left_{}, first_line_{};
+  static constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
+  /// Beyond four of five readings' length, and their distance from the middle of all, by this
+  /// factor: readings of one sphere are never twice as far from its middle as most others are, and
+  /// an offset is no reason for one to be longer than the others.
+  static constexpr double kFar = 10.0;
+  static constexpr double kUsualShare = 0.8;
+  static constexpr std::size_t kFewestReadings = 6;
+
+  struct Limits {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    double length = 0.0, distance = 0.0;
+    bool AreExceededBy(const Eigen::Vector3d& reading) const {
+      return reading.norm() > length && (reading - middle).norm() > distance;
+    }
+  };
+  struct LeftOut {
+    std::int64_t rows = 0, first_line = 0;
+    void Count(std::int64_t line) {
+      if (++rows == 1) first_line = line;
+    }
+  };
+
+  static double At(double share, std::vector<double>* values) {
+    const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size() - 1));
+    std::nth_element(values->begin(), values->begin() + at, values->end());
+    return (*values)[static_cast<std::size_t>(at)];
+  }
+
+  static std::optional<Limits> LimitsOf(Triad triad, const std::vector<StaticPose>& poses) {
+    std::vector<double> values;
+    const auto collect = [&](const auto& value_of) {
+      values.clear();
+      for (const StaticPose& pose : poses) {
+        if (pose.triads[triad]) values.push_back(value_of(pose.triads[triad]->mean_raw));
+      }
+    };
+    Limits limits;
+    collect([](const Eigen::Vector3d& reading) { return reading.norm(); });
+    if (values.size() < kFewestReadings) return std::nullopt;
+    limits.length = kFar * At(kUsualShare, &values);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      collect([axis](const Eigen::Vector3d& reading) { return reading[axis]; });
+      limits.middle[axis] = At(0.5, &values);
+    }
+    collect([&](const Eigen::Vector3d& reading) { return (reading - limits.middle).norm(); });
+    limits.distance = kFar * At(kUsualShare, &values);
+    return limits;
+  }
+
+  void AddFinding(Triad triad,
+                  const LeftOut& left,
+                  const std::string& what,
+                  Findings* findings) const {
+    if (left.rows == 0) return;
+    const bool is_one = left.rows == 1;
+    findings->push_back(
+        Finding(FindingCode::kImpossibleRows,
+                std::string(TriadName(triad)) + ": " + Counted(left.rows, "row") +
+                    (is_one ? " reads " : " read ") + what + ", which is no reading, and " +
+                    (is_one ? "is" : "are") + " left out; " + (is_one ? "it is" : "the first is") +
+                    " line " + std::to_string(left.first_line),
+                "check how the table was made")
+            .About(triad)
+            .With("rows", static_cast<double>(left.rows))
+            .With("share", static_cast<double>(left.rows) / static_cast<double>(rows_)));
+  }
+
+  PerTriad<LeftOut> zeros_, far_;
   std::int64_t rows_ = 0;
 };
 
@@ -381,24 +454,32 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
   poses.how = "every row";
 
   DuplicateFinder duplicates;
-  ZeroRows zeros;
+  ImpossibleReadings impossible;
+  std::vector<std::int64_t> lines;  // of the poses
+  const auto is_empty = [&](const StaticPose& pose) {
+    return !columns.triads.empty() &&
+           std::none_of(pose.triads.begin(), pose.triads.end(), [](const auto& triad) {
+             return triad.has_value();
+           });
+  };
+  const auto extend = [&](const StaticPose& pose) {
+    for (StreamSummary& stream : poses.streams) Extend(pose, &stream);
+  };
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t count, csv.Read());
     if (count == 0) break;
     for (std::size_t i = 0; i < count; ++i) {
       const Row row(csv, columns, i);
       TRUETRIAD_ASSIGN_OR_RETURN(StaticPose pose, row.Read());
-      zeros.Take(row.line(), &pose);
-      for (StreamSummary& stream : poses.streams) Extend(pose, &stream);
-      const bool has_reading = std::any_of(pose.triads.begin(),
-                                           pose.triads.end(),
-                                           [](const auto& triad) { return triad.has_value(); });
-      if (!has_reading && !columns.triads.empty()) continue;
+      impossible.TakeZeros(row.line(), &pose);
+      if (is_empty(pose)) {
+        extend(pose);
+        continue;
+      }
       // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
-      if (has_reading) duplicates.Add(pose, row.line());
-      ExtendTemperature(pose, &poses);
-      pose.number = static_cast<int>(poses.poses.size()) + 1;
+      if (!columns.triads.empty()) duplicates.Add(pose, row.line());
       poses.poses.push_back(std::move(pose));
+      lines.push_back(row.line());
     }
     if (poses.poses.size() > kMaxPoses) {
       return Error(ErrorCode::kTooMany,
@@ -407,8 +488,15 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
                        " rows but no time column; add `time[s]`, or state the rate in a manifest");
     }
   }
+  impossible.TakeFar(lines, &poses.poses);
+  for (Finding& left : impossible.Left()) poses.findings.push_back(std::move(left));
+  for (const StaticPose& pose : poses.poses) extend(pose);
+  std::erase_if(poses.poses, is_empty);
   poses.poses.shrink_to_fit();
-  for (Finding& zero : zeros.Left()) poses.findings.push_back(std::move(zero));
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    ExtendTemperature(poses.poses[k], &poses);
+    poses.poses[k].number = static_cast<int>(k) + 1;
+  }
   if (duplicates.count() > 0) {
     if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
       return Error(ErrorCode::kRepeatedRows,

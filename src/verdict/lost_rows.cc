@@ -30,6 +30,8 @@ constexpr double kSurePhaseSigmas = 6.5;
 // Of a step that those of a period stand out by: a whole one, at most less what the gain took over
 // of it. Moves that begin at even times, and hum, have others.
 constexpr double kLeastContrast = 0.7, kMostContrast = 1.3;
+// Of the steps of a body that turns: more readings that are the same are repeated ones.
+constexpr double kRepeatedShare = 0.05;
 
 }  // namespace
 
@@ -50,6 +52,8 @@ void LostRowCounter::Add(std::span<const std::int64_t> time_ns,
       const Eigen::Vector3d told = before.cross(0.5 * step_s * to_rate * rates);
       const double size = told.norm();
       if (size > least) {
+        ++turned_;
+        if (vector_raw[i] == vector_raw[i - 1]) ++repeated_;
         steps[i] = {told.dot(field - before) / (size * size) - 1.0,
                     std::numbers::sqrt2 * sigma_ / size,
                     true};
@@ -76,15 +80,20 @@ void LostRowCounter::AddStep(std::int64_t row, double beyond, double noise) {
   told_.push_back({row, std::clamp(beyond, -most, most), variance});
 }
 
+bool LostRowCounter::CanTell() const {
+  return told_.size() >= kFewestSteps &&
+         static_cast<double>(repeated_) <= kRepeatedShare * static_cast<double>(turned_);
+}
+
 double LostRowCounter::Share() const {
-  if (told_.size() < kFewestSteps) return 0.0;
+  if (!CanTell()) return 0.0;
   const ShareOfRows random = AtRandom();
   const double sure = 0.5 * std::erfc(kSureSigmas / std::numbers::sqrt2);
   return std::max(random.chance < sure ? random.share : 0.0, PeriodicShare());
 }
 
 ShareOfRows LostRowCounter::AtRandom() const {
-  if (told_.size() < kFewestSteps) return {};
+  if (!CanTell()) return {};
   // Sums of weights, of weight times k^3, and of the squares of both.
   double weights = 0.0, cubes = 0.0, weight_squares = 0.0, cross = 0.0, cube_squares = 0.0;
   for (const Told& step : told_) {

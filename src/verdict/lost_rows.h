@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -57,7 +58,12 @@ class LostRowCounter {
     double beyond = 0.0;    // k
     double variance = 0.0;  // of its noise and of what is beside it
   };
+  // Few steps tell nothing, nor does a sensor that is read less often than rows are written, its
+  // last reading being repeated: it turns by nothing and then by several steps.
+  bool CanTell() const;
+
   std::vector<Told> told_;
+  std::size_t turned_ = 0, repeated_ = 0;  // steps, and those by which the reading is the same
   std::int64_t spacing_ns_ = 0;
 };
 

@@ -94,7 +94,7 @@ std::optional<double> TermSearch::KappaOf(const std::vector<Eigen::Index>& at,
     return largest(layout.basis * given_.gain(Eigen::all, at) * left.Root());
   }
   const std::vector<Eigen::Index> seen = SeenOf(at);
-  if (seen.size() < at.size()) return std::nullopt;
+  if (seen.empty()) return std::nullopt;
   const Cholesky factor(information_(seen, seen));
   if (!factor.is_positive()) return std::nullopt;
   return largest(layout.basis * given_.gain(Eigen::all, seen) *

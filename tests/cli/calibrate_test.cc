@@ -326,6 +326,20 @@ INSTANTIATE_TEST_SUITE_P(
                   "plane"}),
     [](const auto& test) { return test.param.name; });
 
+TEST_F(CalibrateVerb, KeepsAUsableResultBesideOneThatIsNot) {
+  EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
+  const std::string first = TemporaryFolder::Read(folder_.Path("result/calibration.yaml"));
+  const std::string few = LogText({.rests = 6, .magnetometer = false});
+  const Finished refused = Calibrate(few);
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("calibration.yaml to calibration.previous.yaml"));
+  EXPECT_NE(TemporaryFolder::Read(folder_.Path("result/calibration.yaml")), first);
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
+  // The refused one is replaced: the usable one stays.
+  EXPECT_EQ(Calibrate(few).exit_code, 3);
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
+}
+
 TEST_F(CalibrateVerb, LeavesNoResultOfAnotherRunWhereItFailed) {
   EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
   const std::string first = TemporaryFolder::Read(folder_.Path("result/calibration.yaml"));

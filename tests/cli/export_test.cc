@@ -112,6 +112,7 @@ TEST(ExportVerb, RefusesWhatDoesNotFitItsFlags) {
   EXPECT_THAT(error("--units=furlong"), HasSubstr("`furlong` is not a unit"));
   EXPECT_THAT(error("--instance=4"), HasSubstr("px4 has sensors 0 to 3"));
   EXPECT_THAT(error("--id=compass:3"), HasSubstr("`compass` is not a sensor"));
+  EXPECT_THAT(error("--id=1,2,3"), HasSubstr("which sensors' are they?"));
   EXPECT_THAT(error("--max-loss=much"), HasSubstr("`much` is not a valid number"));
   EXPECT_EQ(folder.FileCount(), 0U);
 }

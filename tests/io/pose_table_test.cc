@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
+#include "math/random.h"
 #include "support/finding_matchers.h"
 #include "truetriad/io/recording.h"
 
@@ -120,6 +121,49 @@ TEST_F(PoseTables, LeaveOutZeros) {
   EXPECT_EQ(poses.findings[0].code, FindingCode::kImpossibleRows);
   EXPECT_EQ(poses.findings[0].Value("rows"), 4.0);
   EXPECT_THAT(poses.findings[1].text, HasSubstr("the first is line 3"));
+}
+
+// An error word or a slipped decimal point, not what an offset, readings near zero or many rows at
+// one attitude make of good ones.
+TEST_F(PoseTables, LeaveOutWhatIsTenTimesAsLongAsTheOthers) {
+  Random random(3);
+  struct Case {
+    Eigen::Vector3d bias;
+    double strength;
+    int alike;  // rows at one attitude
+    Eigen::Vector3d bad;
+  };
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero(), word(9999.0, 9999.0, 9999.0);
+  for (const Case& c : {Case{{0.1, -0.2, 0.1}, 9.8, 0, word},
+                        Case{{0.1, -0.2, 0.1}, 9.8, 0, {0.0, 0.0, -490.0}},
+                        Case{{0.1, -0.2, 0.1}, 9.8, 16, none},
+                        Case{{9.8, 0.0, 0.0}, 9.8, 0, none},
+                        Case{{2048.0, 2050.0, 2040.0}, 256.0, 0, none}}) {
+    std::string text = accel_ + "\n";
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Vector3d direction =
+          i < c.alike ? Eigen::Vector3d(0.0, 0.0, 1.0) : random.Normal3().normalized();
+      const Eigen::Vector3d reading =
+          i == 17 && !c.bad.isZero() ? c.bad
+                                     : c.bias + c.strength * direction + 0.01 * random.Normal3();
+      text += std::to_string(reading.x()) + "," + std::to_string(reading.y()) + "," +
+              std::to_string(reading.z()) + "\n";
+    }
+    const Result<PoseTable> table = Read(text);
+    ASSERT_TRUE(table) << table.error().message;
+    const PoseSet& poses = table->poses;
+    if (c.bad.isZero()) {
+      EXPECT_EQ(poses.poses.size(), 20U);
+      EXPECT_THAT(poses.findings, IsEmpty());
+      continue;
+    }
+    EXPECT_EQ(poses.poses.size(), 19U);
+    EXPECT_EQ(poses.poses.back().number, 19);
+    EXPECT_LT(poses.Find(Triad::kAccelerometer)->maximum_raw.norm(), 20.0);
+    ASSERT_EQ(poses.findings.size(), 1U);
+    EXPECT_EQ(poses.findings[0].code, FindingCode::kImpossibleRows);
+    EXPECT_THAT(poses.findings[0].text, HasSubstr("it is line 19"));
+  }
 }
 
 TEST_F(PoseTables, AreRefusedWhenReadingsPileUpAtAnExtreme) {

@@ -57,6 +57,34 @@ TEST(LostRows, TheirShareIsFound) {
   }
 }
 
+// A sensor that is read every few rows, its reading being repeated meanwhile, as logs of drones
+// have it: no rows are missing.
+TEST(LostRows, RepeatedReadingsTellOfNone) {
+  for (const int every : {2, 3, 4, 5, 8, 10, 20}) {
+    Random random(11);
+    Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
+    std::vector<std::int64_t> time_ns;
+    std::vector<Eigen::Vector3d> rate, field;
+    for (int i = 0; i < 6000; ++i) {
+      const double t = kSpacingS * i;
+      const Eigen::Vector3d omega =
+          1.5 * Eigen::Vector3d(std::cos(0.3 * t), std::sin(0.3 * t), std::sin(0.17 * t));
+      attitude = attitude * Eigen::Quaterniond(
+                                Eigen::AngleAxisd(omega.norm() * kSpacingS, omega.normalized()));
+      time_ns.push_back(std::llround(1e9 * t));
+      rate.push_back(omega);
+      field.push_back(i % every > 0 ? field.back()
+                                    : Eigen::Vector3d(attitude.conjugate() *
+                                                      Eigen::Vector3d(24.0, 0.0, -41.6)) +
+                                          kSigma * random.Normal3());
+    }
+    LostRowCounter counter({}, {}, kSigma / kField);
+    counter.Add(time_ns, rate, field);
+    EXPECT_EQ(counter.Share(), 0.0) << every;
+    EXPECT_EQ(counter.AtRandom().chance, 1.0) << every;
+  }
+}
+
 // Turns that begin at even times, so that their ends, where a row's rate says little of the step to
 // the next, come every so many rows.
 TEST(LostRows, RegularMovesAreNone) {

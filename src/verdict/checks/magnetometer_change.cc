@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/messages.h"
 #include "problem/start_values.h"
@@ -18,6 +19,13 @@ namespace {
 constexpr double kRefusedChange = 1e-6;
 constexpr double kMovedSigmas = 1.0;
 
+// Whether it may be that one session's magnetometer is not as the other's.
+bool MayBeBetweenSessions(const SettledRun& run, const MagnetometerChange& change) {
+  if (change.last || change.kind == ChangeKind::kField) return false;
+  const std::vector<PoseNode>& nodes = run.graph.nodes;
+  return nodes[change.earliest - 1].session != nodes[change.latest].session;
+}
+
 // "between pose 12 and pose 13 (61.2 s after the first)"; where others are as likely, "somewhere
 // between pose 10 and pose 14, most likely …".
 std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& change) {
@@ -27,6 +35,7 @@ std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& chang
   };
   const int after = run.graph.nodes[change.node].number;
   std::string text = between(change.node - 1, change.node);
+  if (MayBeBetweenSessions(run, change)) text += ", where one session ends";
   if (change.earliest < change.latest) {
     text = "somewhere " + between(change.earliest - 1, change.latest) + ", most likely " + text;
   }
@@ -91,7 +100,9 @@ Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
   Finding finding(FindingCode::kMagnetometerChanged,
                   std::move(text),
                   change.last ? "leave them out: `exclude_poses: [" + NumbersOf(run, change) + "]`"
-                              : "take the run again, or the poses of one side alone");
+                  : MayBeBetweenSessions(run, change)
+                      ? "state `magnetometer: { bias: per_session }`, or take one session alone"
+                      : "take the run again, or the poses of one side alone");
   finding.About(Triad::kMagnetometer)
       .AtPose(run.graph.nodes[change.node].number)
       .Shifting(change.effect_sigmas, Treatment::kWidened)

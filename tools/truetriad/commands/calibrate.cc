@@ -56,6 +56,14 @@ Status PutAside(const std::string& folder, const std::vector<std::string>& names
   return {};
 }
 
+/// A result without parameters takes the place of none that has them.
+Status KeepUsable(const std::string& folder) {
+  const Result<Calibration> there =
+      ReadCalibration((std::filesystem::path(folder) / "calibration.yaml").string());
+  if (!there || !there->IsUsable()) return {};
+  return PutAside(folder, {kResults.begin(), kResults.end()});
+}
+
 bool HasText(const std::string& path, const std::string& text) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
@@ -95,6 +103,7 @@ Result<std::string> WriteResult(const Task& task,
     if (const std::string path = directory / name; InputGuard::Holds(path))
       return InputGuard::Refusal(path);
   }
+  if (!calibration.IsUsable()) TRUETRIAD_RETURN_IF_ERROR(KeepUsable(task.folder));
   std::string written;
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;

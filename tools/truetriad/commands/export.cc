@@ -48,6 +48,12 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
   for (std::string item; std::getline(items, item, ',');) {
     const std::size_t colon = item.find(':');
     const bool for_all = colon == std::string::npos;
+    if (for_all && item != FLAGS_id) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--id=" + FLAGS_id +
+                       ": which sensors' are they? expected one number for all, or "
+                       "accelerometer:N,gyroscope:N,magnetometer:N");
+    }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id,
                                ParseInteger("id", for_all ? item : item.substr(colon + 1)));
     const std::optional<Triad> triad = TriadFromName(item.substr(0, colon));
