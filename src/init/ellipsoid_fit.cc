@@ -28,6 +28,7 @@
 #include <Eigen/LU>
 #include <glog/logging.h>
 
+#include "base/messages.h"
 #include "math/dense/cholesky.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/lu.h"
@@ -248,8 +249,19 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   // A design no better than the residual is scatter: readings near a plane, or a small cap, that
   // noise swells to an ellipsoid. A few readings of a tilted ellipsoid leave a residual of their
   // own in the axis-aligned fit, which says nothing.
-  const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;
-  if (!(ellipsoid.conditioning > std::max(kMinConditioning, least))) return undetermined;
+  if (!(ellipsoid.conditioning > kMinConditioning)) return undetermined;
+  if (methods.front() != Method::kAxisAligned &&
+      !(ellipsoid.conditioning > ellipsoid.relative_rms)) {
+    return NotEnoughError(
+        Finding(FindingCode::kTooFewDirections,
+                count + Format(" do not determine an ellipsoid: they scatter by %.0f %% of its "
+                               "radius about the best, which is more than their directions tell",
+                               100.0 * ellipsoid.relative_rms),
+                "add attitudes with every axis up, down and level, and some on edges and corners; "
+                "look for readings of another sensor, range or unit among them")
+            .With("readings", static_cast<double>(points.size()))
+            .With("scatter", ellipsoid.relative_rms));
+  }
   return ellipsoid;
 }
 

@@ -219,7 +219,9 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   Result<YamlReader> root = YamlReader::FromText(text, name);
   if (!root && text.find("format: ") == std::string::npos) {
     Error error = root.error();
-    error.message += " Expected a calibration.yaml that `calibrate` wrote";
+    error.message +=
+        " Expected a calibration.yaml that `calibrate` wrote; other files are brought in by "
+        "`import`";
     return error;
   }
   TRUETRIAD_RETURN_IF_ERROR(root);

@@ -16,7 +16,7 @@
 DEFINE_string(input,
               "",
               "the log: a self-describing CSV (also .gz), a manifest recording.yaml, or, for "
-              "`convert`, another system's log");
+              "`convert`, another system's log, for `import` its calibration");
 DEFINE_string(output, "", "file or folder to write");
 DEFINE_string(config,
               "",

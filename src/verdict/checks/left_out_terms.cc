@@ -125,8 +125,10 @@ std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
     case LeftOutKind::kSettling:
       return "wait longer before and after each move, or set a wider bandwidth";
     case LeftOutKind::kLostRows:
-    case LeftOutKind::kTurnScatter:
       return "log the times at which readings were taken, and all of them";
+    case LeftOutKind::kTurnScatter:
+      return "rest for some seconds between turns; log the times at which readings were taken, and "
+             "all of them";
   }
   return {};
 }
