@@ -50,6 +50,8 @@ enum class Method { kAxisAligned, kLeastSquares, kConstrained };
 constexpr int kMaxRounds = 30;
 // The largest change of the unit sphere at which it counts as settled.
 constexpr double kSettled = 1e-10;
+// Of the radius: no sensor's noise.
+constexpr double kMuchScatter = 0.1;
 // Below this the smallest direction of the design matrix is rounding, not data.
 constexpr double kMinConditioning = 1e-7;
 
@@ -249,20 +251,20 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   // A design no better than the residual is scatter: readings near a plane, or a small cap, that
   // noise swells to an ellipsoid. A few readings of a tilted ellipsoid leave a residual of their
   // own in the axis-aligned fit, which says nothing.
-  if (!(ellipsoid.conditioning > kMinConditioning)) return undetermined;
-  if (methods.front() != Method::kAxisAligned &&
-      !(ellipsoid.conditioning > ellipsoid.relative_rms)) {
-    return NotEnoughError(
-        Finding(FindingCode::kTooFewDirections,
-                count + Format(" do not determine an ellipsoid: they scatter by %.0f %% of its "
-                               "radius about the best, which is more than their directions tell",
-                               100.0 * ellipsoid.relative_rms),
-                "add attitudes with every axis up, down and level, and some on edges and corners; "
-                "look for readings of another sensor, range or unit among them")
-            .With("readings", static_cast<double>(points.size()))
-            .With("scatter", ellipsoid.relative_rms));
-  }
-  return ellipsoid;
+  const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;
+  if (ellipsoid.conditioning > std::max(kMinConditioning, least)) return ellipsoid;
+  if (ellipsoid.relative_rms < kMuchScatter) return undetermined;
+  return NotEnoughError(
+      Finding(FindingCode::kTooFewDirections,
+              count +
+                  " do not determine an ellipsoid: they cover too little of the sphere, or are "
+                  "of more than one range, unit or sensor" +
+                  Format(" (they scatter by %.0f %% of its radius about the best)",
+                         100.0 * ellipsoid.relative_rms),
+              "add attitudes with every axis up, down and level, and some on edges and corners; "
+              "look how long the readings are over time")
+          .With("readings", static_cast<double>(points.size()))
+          .With("scatter", ellipsoid.relative_rms));
 }
 
 }  // namespace

@@ -21,12 +21,13 @@ Verdict VerdictFor(const Comparison& comparison) {
         Grade::kBad, "NOT COMPARED: the two calibrations have no common parameter with a σ", ""};
   }
   const ComparisonEntry* const largest = LargestOf(comparison);
-  const std::string numbers =
-      "χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
-      " degrees of freedom, p = " + Probability(comparison.p_value) + " (they agree if at least " +
-      Significant(kAgreementProbability, 1) + "); largest difference " +
-      Significant(comparison.largest_in_sigmas, 3) + " σ" +
-      (largest == nullptr ? "" : " (" + largest->parameter + ")") + ".";
+  const std::string p = Probability(comparison.p_value);  // "0.3", "< 1e-6"
+  const std::string numbers = "χ² " + Significant(comparison.chi2, 4) + " for " +
+                              std::to_string(comparison.dof) + " degrees of freedom, p " +
+                              (p.front() == '<' ? "" : "= ") + p + " (they agree if at least " +
+                              Significant(kAgreementProbability, 1) + "); largest difference " +
+                              Significant(comparison.largest_in_sigmas, 3) + " σ" +
+                              (largest == nullptr ? "" : " (" + largest->parameter + ")") + ".";
   if (agreement == Agreement::kAgree) {
     const std::string where = comparison.not_compared.empty() ? "" : " in common parameters";
     return {

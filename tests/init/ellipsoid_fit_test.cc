@@ -201,6 +201,20 @@ TEST(Ellipsoid, ConditioningTellsFullFromPoorCoverage) {
   EXPECT_LT(conditioning(-0.8), 1e-3);
 }
 
+// All over the sphere, half of them read in another range.
+TEST(Ellipsoid, SaysThatPointsOfTwoSensorsScatter) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  std::vector<Vector3d> points;
+  for (int i = 0; i < 24; ++i) {
+    const Vector3d direction(normal(random), normal(random), normal(random));
+    points.emplace_back((i < 12 ? 9.8 : 19.6) * direction.normalized());
+  }
+  const Result<Ellipsoid> ellipsoid = FitEllipsoid(points);
+  ASSERT_FALSE(ellipsoid);
+  EXPECT_THAT(ellipsoid.error().message, HasSubstr("more than one range, unit or sensor"));
+}
+
 TEST(Ellipsoid, RefusesPointsThatDoNotDetermineIt) {
   for (const double thickness : {0.0, 1e-12, 1e-6, 1e-3, 1e-2}) {
     const Result<Ellipsoid> ellipsoid = FitEllipsoid(Circle(24, thickness));

@@ -11,6 +11,7 @@
 #include "allan/allan_file.h"
 #include "allan/allan_report.h"
 #include "io/input_guard.h"
+#include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -58,8 +59,10 @@ Status PutAside(const std::string& folder, const std::vector<std::string>& names
 
 /// A result without parameters takes the place of none that has them.
 Status KeepUsable(const std::string& folder) {
-  const Result<Calibration> there =
-      ReadCalibration((std::filesystem::path(folder) / "calibration.yaml").string());
+  const std::string file = (std::filesystem::path(folder) / "calibration.yaml").string();
+  const Result<std::string> text = LookAtSmallFile(file);
+  if (!text) return {};
+  const Result<Calibration> there = CalibrationFromYaml(*text, file);
   if (!there || !there->IsUsable()) return {};
   return PutAside(folder, {kResults.begin(), kResults.end()});
 }
