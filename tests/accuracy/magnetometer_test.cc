@@ -116,7 +116,9 @@ TEST_F(MagnetometerRecordings, ASmallCapOfDirectionsIsRefusedWithTheReason) {
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_EQ(run.calibration.outcome, Outcome::kNotObservable);
   EXPECT_FALSE(run.calibration.sensors[Triad::kMagnetometer].has_value());
-  EXPECT_THAT(run.text, HasSubstr("cover too little of the sphere"));
+  const Finding* const why = Find(run.calibration.findings, FindingCode::kTooFewDirections);
+  ASSERT_NE(why, nullptr);
+  EXPECT_THAT(why->text, HasSubstr("cover too little of the sphere"));
 }
 
 }  // namespace magnetometer_test
