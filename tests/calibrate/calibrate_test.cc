@@ -619,6 +619,31 @@ TEST(Compare, TakesOutAFieldStrengthThatIsAConvention) {
   EXPECT_TRUE(comparison->not_compared.empty());
 }
 
+// Where one of them is a hundred times less certain, what is taken out of one is still what is
+// taken out of the other: of 21 degrees of freedom the scale is one.
+TEST(Compare, TakesOneScaleOutOfACoarseAndAFineCalibration) {
+  int differ = 0;
+  for (int seed = 0; seed < 20; ++seed) {
+    Random random(static_cast<std::uint64_t>(900 + seed));
+    const SyntheticUnit unit = RandomUnit({}, &random);
+    CalibrateOptions options = JointOptions(unit);
+    options.reference.field_ut = {};
+    const auto calibrate = [&](double sigma_ut) {
+      SyntheticNoise noise = trials::ModelNoise();
+      noise.rest_sigma[Triad::kMagnetometer] = sigma_ut;
+      const auto summary =
+          Calibrate(SimulatePoses(unit, RandomAttitudes(24, &random), noise, &random), options);
+      EXPECT_TRUE(summary && summary->calibration.IsUsable());
+      return summary->calibration;
+    };
+    const auto comparison = Compare(calibrate(0.5), calibrate(0.005));
+    ASSERT_TRUE(comparison) << comparison.error().message;
+    EXPECT_EQ(comparison->dof, 20);
+    if (AgreementOf(*comparison) == Agreement::kDiffer) ++differ;
+  }
+  EXPECT_LE(differ, 2);  // 0.2 by chance
+}
+
 // Two places with fields of their own, neither known: what all gains have in common is no
 // difference, what one axis has is.
 TEST(Compare, LeavesTheCommonScaleOfUnknownFieldsOpen) {

@@ -81,6 +81,31 @@ TEST(CalibrateOnFaces, ADiagonalModelHasNoMisalignmentInKnownAttitudes) {
   }
 }
 
+// On faces a cubic term is all but a gain: of what tilts show of it nothing is to be made.
+TEST(CalibrateOnFaces, ACubicTermOfWhichNothingShowsIsNotFound) {
+  constexpr double kTiltRad = 0.3 * std::numbers::pi / 180.0, kSigma = 0.01;
+  for (int seed = 0; seed < 60; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed));
+    std::vector<Eigen::Vector3d> tilts, readings;
+    for (int face = 0; face < 6; ++face) tilts.push_back(kTiltRad * random.Normal3());
+    for (int k = 0; k < 24; ++k) {
+      const Eigen::Vector3d up = (k % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(k % 6 / 2);
+      const Eigen::Vector3d tilt =
+          tilts[static_cast<std::size_t>(k % 6)] + 0.1 * kTiltRad * random.Normal3();
+      readings.emplace_back(9.8 * (up + tilt.cross(up)).normalized() +
+                            Eigen::Vector3d(0.1, -0.2, 0.3) + kSigma * random.Normal3());
+    }
+    CalibrateOptions options = AccelerometerOptions(9.8);
+    options.attitudes.kind = AttitudeKind::kSixFace;
+    const auto summary = Calibrate(AccelerometerPoses(readings, 0.0), options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    EXPECT_TRUE(summary->calibration.IsUsable()) << seed;
+    for (const LeftOutTest& test : summary->calibration.quality.left_out_tests) {
+      EXPECT_FALSE(test.term == "cubic" && test.is_shown) << seed;
+    }
+  }
+}
+
 // Labels of which one is another than those of the other rests with that axis up.
 TEST(CalibrateOnFaces, NamesARestWithTheWrongFace) {
   constexpr std::array<const char*, 6> kFaces = {"+x", "-x", "+y", "-y", "+z", "-z"};
