@@ -84,7 +84,7 @@ TEST(CalibrateOnFaces, ADiagonalModelHasNoMisalignmentInKnownAttitudes) {
 // On faces a cubic term is all but a gain: of what tilts show of it nothing is to be made.
 TEST(CalibrateOnFaces, ACubicTermOfWhichNothingShowsIsNotFound) {
   constexpr double kTiltRad = 0.3 * std::numbers::pi / 180.0, kSigma = 0.01;
-  for (int seed = 0; seed < 60; ++seed) {
+  for (int seed = 0; seed < 100; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));
     std::vector<Eigen::Vector3d> tilts, readings;
     for (int face = 0; face < 6; ++face) tilts.push_back(kTiltRad * random.Normal3());
@@ -97,6 +97,8 @@ TEST(CalibrateOnFaces, ACubicTermOfWhichNothingShowsIsNotFound) {
     }
     CalibrateOptions options = AccelerometerOptions(9.8);
     options.attitudes.kind = AttitudeKind::kSixFace;
+    options.attitudes.tilt_sigma_deg = 0.3;
+    options.attitudes.seat_sigma_deg = 0.03;
     const auto summary = Calibrate(AccelerometerPoses(readings, 0.0), options);
     ASSERT_TRUE(summary) << summary.error().message;
     EXPECT_TRUE(summary->calibration.IsUsable()) << seed;
