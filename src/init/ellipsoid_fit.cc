@@ -200,6 +200,8 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
                               .With("readings", static_cast<double>(points.size()))
                               .With("needed", needed));
   }
+  const std::string more_attitudes =
+      "add attitudes with every axis up, down and level, and some on edges and corners";
   Vector3d mean = Vector3d::Zero();
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (!points[k].allFinite()) {
@@ -218,8 +220,8 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
       count +
           " do not determine an ellipsoid: they lie close to a plane or another surface, or cover "
           "too little of the sphere",
-      "add attitudes with every axis up, down and level, and some on edges and corners (six faces "
-      "alone are enough for `model: diagonal` or with `attitudes: { six_face: {} }`)"));
+      more_attitudes + " (six faces alone are enough for `model: diagonal` or with `attitudes: { "
+                       "six_face: {} }`)"));
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
@@ -261,8 +263,7 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
                   "of more than one range, unit or sensor" +
                   Format(" (they scatter by %.0f %% of its radius about the best)",
                          100.0 * ellipsoid.relative_rms),
-              "add attitudes with every axis up, down and level, and some on edges and corners; "
-              "look how long the readings are over time")
+              more_attitudes + "; look how long the readings are over time")
           .With("readings", static_cast<double>(points.size()))
           .With("scatter", ellipsoid.relative_rms));
 }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstring>
 #include <optional>
 #include <unordered_map>
@@ -10,6 +9,7 @@
 
 #include "base/messages.h"
 #include "io/recording_layout.h"
+#include "math/distributions.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
@@ -323,30 +323,26 @@ class ImpossibleReadings {
     }
   };
 
-  static double At(double share, std::vector<double>* values) {
-    const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size() - 1));
-    std::nth_element(values->begin(), values->begin() + at, values->end());
-    return (*values)[static_cast<std::size_t>(at)];
-  }
-
   static std::optional<Limits> LimitsOf(Triad triad, const std::vector<StaticPose>& poses) {
-    std::vector<double> values;
-    const auto collect = [&](const auto& value_of) {
-      values.clear();
+    const auto of_all = [&](const auto& value_of) {
+      std::vector<double> values;
       for (const StaticPose& pose : poses) {
         if (pose.triads[triad]) values.push_back(value_of(pose.triads[triad]->mean_raw));
       }
+      return values;
     };
+    std::vector<double> lengths = of_all([](const Eigen::Vector3d& y) { return y.norm(); });
+    if (lengths.size() < kFewestReadings) return std::nullopt;
     Limits limits;
-    collect([](const Eigen::Vector3d& reading) { return reading.norm(); });
-    if (values.size() < kFewestReadings) return std::nullopt;
-    limits.length = kFar * At(kUsualShare, &values);
+    limits.length = kFar * LowerQuantile(std::move(lengths), kUsualShare);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      collect([axis](const Eigen::Vector3d& reading) { return reading[axis]; });
-      limits.middle[axis] = At(0.5, &values);
+      limits.middle[axis] =
+          LowerQuantile(of_all([axis](const Eigen::Vector3d& y) { return y[axis]; }), 0.5);
     }
-    collect([&](const Eigen::Vector3d& reading) { return (reading - limits.middle).norm(); });
-    limits.distance = kFar * At(kUsualShare, &values);
+    limits.distance =
+        kFar *
+        LowerQuantile(of_all([&](const Eigen::Vector3d& y) { return (y - limits.middle).norm(); }),
+                      kUsualShare);
     return limits;
   }
 
@@ -355,13 +351,14 @@ class ImpossibleReadings {
                   const std::string& what,
                   Findings* findings) const {
     if (left.rows == 0) return;
-    const bool is_one = left.rows == 1;
+    const std::string subject = std::string(TriadName(triad)) + ": " + Counted(left.rows, "row");
+    const std::string line = " line " + std::to_string(left.first_line);
     findings->push_back(
         Finding(FindingCode::kImpossibleRows,
-                std::string(TriadName(triad)) + ": " + Counted(left.rows, "row") +
-                    (is_one ? " reads " : " read ") + what + ", which is no reading, and " +
-                    (is_one ? "is" : "are") + " left out; " + (is_one ? "it is" : "the first is") +
-                    " line " + std::to_string(left.first_line),
+                left.rows == 1 ? subject + " reads " + what +
+                                     ", which is no reading, and is left out; it is" + line
+                               : subject + " read " + what +
+                                     ", which is no reading, and are left out; the first is" + line,
                 "check how the table was made")
             .About(triad)
             .With("rows", static_cast<double>(left.rows))

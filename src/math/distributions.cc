@@ -109,6 +109,14 @@ double MadSigma(std::vector<double> values) {
   return values.empty() ? 0.0 : kMadToSigma * Median(std::move(values));
 }
 
+double LowerQuantile(std::vector<double> values, double share) {
+  CHECK(!values.empty());
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 double Median(std::vector<double> values) {
   CHECK(!values.empty());
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

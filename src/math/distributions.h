@@ -30,6 +30,10 @@ inline constexpr double kMadToSigma = 1.4826;
 /// σ of normal values about zero, by the median of their sizes; 0 of none.
 double MadSigma(std::vector<double> values);
 
+/// The value that `share` (0 to 1) of the others reach at most: one of them, the lower where it
+/// lies between two. At least one value, none NaN.
+double LowerQuantile(std::vector<double> values, double share);
+
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.
 double Median(std::vector<double> values);
 

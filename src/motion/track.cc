@@ -216,7 +216,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const Vectors& readings = vectors_[triad];
     const double reach_s = 0.5 * spacing_s_[Triad::kGyroscope];
-    std::vector<TurnSums> sums(gyroscope != nullptr ? nodes.size() : 0);
+    std::vector<TurnSums> sums(nodes.size());
     std::size_t k = 0, i = 0;
     for (std::size_t j = 0; j < readings.time_s.size(); ++j) {
       const double time_s = readings.time_s[j] - ahead_s_[triad];
@@ -250,7 +250,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
       seen.mean_raw += readings.reading_raw[j];
       seen.turn += turned.conjugate().toRotationMatrix();
       ++seen.count;
-      if (gyroscope != nullptr) sums[at].Add(time_s - TimeOf(nodes[at]), RotationLog(turned));
+      sums[at].Add(time_s - TimeOf(nodes[at]), RotationLog(turned));
     }
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       GatheredReadings& seen = nodes[n].seen(triad);

@@ -14,6 +14,8 @@ namespace {
 
 // A panel of this many states stays in the cache while it is squared.
 constexpr std::size_t kPanelStates = 64;
+// A residual of this share of the signal and more bends the cost as much as the signal does.
+constexpr double kBends = 0.3;
 
 bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& b) {
   return std::equal(
@@ -21,9 +23,6 @@ bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& 
         return p.offset == q.offset && p.size == q.size;
       });
 }
-
-// A residual of this share of the signal and more bends the cost as much as the signal does.
-constexpr double kBends = 0.3;
 
 // Of less than three rows filled up with zeros.
 Eigen::Matrix3d Root(const ChainRow& row) {

@@ -126,10 +126,7 @@ double MisfitOf(const TriadModel<double>& model,
   for (const auto& reading : readings) {
     errors.push_back(std::abs(NormError(model, reading, radius)) * ScaleOf(model));
   }
-  const auto place = errors.begin() + static_cast<std::ptrdiff_t>(
-                                          kMostShare * static_cast<double>(errors.size() - 1));
-  std::nth_element(errors.begin(), place, errors.end());
-  return *place;
+  return LowerQuantile(std::move(errors), kMostShare);
 }
 
 }  // namespace

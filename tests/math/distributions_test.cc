@@ -50,6 +50,15 @@ TEST(Distributions, TakeInfiniteDegreesOfFreedomAsKnownNoise) {
   EXPECT_NEAR(FisherCdf(2.37, 4, 1e9), FisherCdf(2.37, 4, kInfinity), 1e-7);
 }
 
+TEST(LowerQuantile, IsTheLowerOfTwoValues) {
+  const std::vector<double> values = {5.0, 1.0, 4.0, 2.0, 3.0, 6.0};
+  EXPECT_EQ(LowerQuantile(values, 0.0), 1.0);
+  EXPECT_EQ(LowerQuantile(values, 0.5), 3.0);
+  EXPECT_EQ(LowerQuantile(values, 0.8), 5.0);
+  EXPECT_EQ(LowerQuantile(values, 0.99), 5.0);
+  EXPECT_EQ(LowerQuantile(values, 1.0), 6.0);
+}
+
 TEST(Distributions, ReachTheEndsOfTheirRange) {
   EXPECT_EQ(ChiSquareCdf(0.0, 3), 0.0);
   EXPECT_EQ(ChiSquareCdf(kInfinity, 3), 1.0);

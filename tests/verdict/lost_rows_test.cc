@@ -14,14 +14,24 @@ namespace lost_rows_test {
 
 constexpr double kField = 48.0, kSigma = 0.25, kSpacingS = 0.02;
 
+struct Rows {
+  std::vector<std::int64_t> time_ns;
+  std::vector<Eigen::Vector3d> rate, field;
+};
+
+LostRowCounter Counted(const Rows& rows) {
+  LostRowCounter counter({}, {}, kSigma / kField);
+  counter.Add(rows.time_ns, rows.rate, rows.field);
+  return counter;
+}
+
 // A unit that turns about an axis that wanders; the rows that are lost are missing while the times
 // are regular.
 template <typename IsLost>
-double ShareFound(double rate_radps, const IsLost& is_lost, std::uint64_t seed) {
+Rows Turn(double rate_radps, const IsLost& is_lost, std::uint64_t seed) {
   Random random(seed);
   Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
-  std::vector<std::int64_t> time_ns;
-  std::vector<Eigen::Vector3d> rate, field;
+  Rows rows;
   for (int i = 0; i < 6000; ++i) {
     const double t = kSpacingS * i;
     const Eigen::Vector3d omega =
@@ -30,14 +40,19 @@ double ShareFound(double rate_radps, const IsLost& is_lost, std::uint64_t seed) 
     attitude = attitude *
                Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm() * kSpacingS, omega.normalized()));
     if (is_lost(i, &random)) continue;
-    time_ns.push_back(std::llround(1e9 * kSpacingS * static_cast<double>(time_ns.size())));
-    rate.push_back(omega);
-    field.push_back(attitude.conjugate() * Eigen::Vector3d(0.5 * kField, 0.0, -0.866 * kField) +
-                    kSigma * random.Normal3());
+    rows.time_ns.push_back(
+        std::llround(1e9 * kSpacingS * static_cast<double>(rows.time_ns.size())));
+    rows.rate.push_back(omega);
+    rows.field.push_back(attitude.conjugate() *
+                             Eigen::Vector3d(0.5 * kField, 0.0, -0.866 * kField) +
+                         kSigma * random.Normal3());
   }
-  LostRowCounter counter({}, {}, kSigma / kField);
-  counter.Add(time_ns, rate, field);
-  return counter.Share();
+  return rows;
+}
+
+template <typename IsLost>
+double ShareFound(double rate_radps, const IsLost& is_lost, std::uint64_t seed) {
+  return Counted(Turn(rate_radps, is_lost, seed)).Share();
 }
 
 double ShareFound(double lost, std::uint64_t seed) {
@@ -60,26 +75,13 @@ TEST(LostRows, TheirShareIsFound) {
 // A sensor that is read every few rows, its reading being repeated meanwhile, as logs of drones
 // have it: no rows are missing.
 TEST(LostRows, RepeatedReadingsTellOfNone) {
-  for (const int every : {2, 3, 4, 5, 8, 10, 20}) {
-    Random random(11);
-    Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
-    std::vector<std::int64_t> time_ns;
-    std::vector<Eigen::Vector3d> rate, field;
-    for (int i = 0; i < 6000; ++i) {
-      const double t = kSpacingS * i;
-      const Eigen::Vector3d omega =
-          1.5 * Eigen::Vector3d(std::cos(0.3 * t), std::sin(0.3 * t), std::sin(0.17 * t));
-      attitude = attitude * Eigen::Quaterniond(
-                                Eigen::AngleAxisd(omega.norm() * kSpacingS, omega.normalized()));
-      time_ns.push_back(std::llround(1e9 * t));
-      rate.push_back(omega);
-      field.push_back(i % every > 0 ? field.back()
-                                    : Eigen::Vector3d(attitude.conjugate() *
-                                                      Eigen::Vector3d(24.0, 0.0, -41.6)) +
-                                          kSigma * random.Normal3());
+  for (const std::size_t every : {2, 3, 4, 5, 8, 10, 20}) {
+    Rows rows = Turn(
+        1.5, [](int, Random*) { return false; }, 11);
+    for (std::size_t i = 0; i < rows.field.size(); ++i) {
+      rows.field[i] = rows.field[i - i % every];
     }
-    LostRowCounter counter({}, {}, kSigma / kField);
-    counter.Add(time_ns, rate, field);
+    const LostRowCounter counter = Counted(rows);
     EXPECT_EQ(counter.Share(), 0.0) << every;
     EXPECT_EQ(counter.AtRandom().chance, 1.0) << every;
   }

@@ -30,7 +30,8 @@ bool FieldRow::Evaluate(double const* const* parameters,
   const double* const state = StateOf(parameters);
   const TriadModel<double> model = triad_blocks_.ModelAt(parameters);
   const WorldVectorWithJacobian& world = WorldVectorAt(triad_, parameters[count]);
-  const Eigen::Vector3d field = FieldInBody(world.vector, gyroscope, state);
+  const Eigen::Vector3d rate_change = RateChange(gyroscope);
+  const Eigen::Vector3d field = FieldInBody(world.vector, rate_change, state);
   Eigen::Map<Eigen::Vector3d>{residuals} = model.RawFromTruth(field) - reading_.mean_raw;
 
   triad_blocks_.SetFieldJacobians(model, field, jacobians);
@@ -57,7 +58,7 @@ bool FieldRow::Evaluate(double const* const* parameters,
   }
   const Eigen::Map<const Eigen::Quaterniond> world_from_body(state);
   const Eigen::Matrix3d body_from_world = world_from_body.conjugate().toRotationMatrix();
-  const Eigen::Matrix3d by_vector = by_field * TurnAt(gyroscope);
+  const Eigen::Matrix3d by_vector = by_field * TurnAt(rate_change);
   if (by_reference != nullptr) {
     Eigen::Map<ReferenceJacobian> out(by_reference);
     out.noalias() = by_vector * body_from_world * world.by_reference;
@@ -69,34 +70,34 @@ bool FieldRow::Evaluate(double const* const* parameters,
   }
   if (reading_.turning != nullptr) {
     SetGyroscopeJacobians(
-        by_field, body_from_world * world.vector, gyroscope, jacobians + count + 1);
+        by_field, body_from_world * world.vector, rate_change, gyroscope[1], jacobians + count + 1);
   }
   return true;
 }
 
-Eigen::Matrix3d FieldRow::TurnAt(double const* const* gyroscope) const {
-  if (reading_.turning == nullptr) return reading_.mean_turn;
-  const Turning& turning = *reading_.turning;
-  const Eigen::Vector3d change = RateChange(gyroscope);
-  return reading_.mean_turn - turning.mean_s * Skew(change) +
-         turning.mean_square_s2 * (Skew(change) * Skew(turning.rate_radps) +
-                                   0.5 * Skew(turning.rate_radps.cross(change)));
+Eigen::Matrix3d FieldRow::TurnAt(const Eigen::Vector3d& rate_change) const {
+  Eigen::Matrix3d turn = reading_.mean_turn;
+  if (reading_.turning == nullptr) return turn;
+  for (int axis = 0; axis < 3; ++axis) {
+    turn.col(axis) += Followed<double>(Eigen::Vector3d::Unit(axis), rate_change);
+  }
+  return turn;
 }
 
 void FieldRow::SetGyroscopeJacobians(const Eigen::Matrix3d& by_field,
                                      const Eigen::Vector3d& in_body,
-                                     double const* const* gyroscope,
+                                     const Eigen::Vector3d& rate_change,
+                                     const double* sensitivity,
                                      double** jacobians) const {
-  const Turning& turning = *reading_.turning;
-  const Eigen::Map<const Eigen::Matrix3d> sensitivity(gyroscope[1]);
-  const Eigen::Vector3d rate = turning.rate_radps + RateChange(gyroscope);
-  const Eigen::Matrix3d across = Skew(in_body);
-  const Eigen::Matrix3d by_rate =
-      turning.mean_s * across - turning.mean_square_s2 * (Skew(turning.rate_radps.cross(in_body)) +
-                                                          0.5 * across * Skew(turning.rate_radps));
-  const Eigen::Matrix3d by_bias = -by_field * by_rate * sensitivity.inverse();
+  Eigen::Matrix3d by_rate;
+  for (int axis = 0; axis < 3; ++axis) {
+    by_rate.col(axis) = Followed<double>(in_body, Eigen::Vector3d::Unit(axis));
+  }
+  const Eigen::Matrix3d by_bias =
+      -by_field * by_rate * Eigen::Map<const Eigen::Matrix3d>(sensitivity).inverse();
   if (jacobians[0] != nullptr) Eigen::Map<RowMajor33>{jacobians[0]} = by_bias;
   if (jacobians[1] == nullptr) return;
+  const Eigen::Vector3d rate = reading_.turning->rate_radps + rate_change;
   Eigen::Map<Eigen::Matrix<double, 3, 9, Eigen::RowMajor>> out(jacobians[1]);
   for (int axis = 0; axis < 3; ++axis) out.middleCols<3>(3 * axis) = rate[axis] * by_bias;
 }

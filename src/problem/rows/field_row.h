@@ -55,8 +55,9 @@ class FieldRow : public Row {
   bool operator()(T const* const* parameters, T* residuals) const {
     const std::size_t count = triad_blocks_.count();
     const TriadModel<T> model = triad_blocks_.ModelAt(parameters);
-    const Eigen::Matrix<T, 3, 1> field = FieldInBody(
-        WorldVectorOf(triad_, parameters[count]), parameters + count + 1, StateOf(parameters));
+    const Eigen::Matrix<T, 3, 1> field = FieldInBody(WorldVectorOf(triad_, parameters[count]),
+                                                     RateChange(parameters + count + 1),
+                                                     StateOf(parameters));
     Eigen::Map<Eigen::Matrix<T, 3, 1>>{residuals} =
         model.RawFromTruth(field) - reading_.mean_raw.cast<T>();
     return true;
@@ -75,15 +76,27 @@ class FieldRow : public Row {
   // sensitivity.
   template <typename T>
   Eigen::Matrix<T, 3, 1> RateChange(T const* const* gyroscope) const {
+    if (reading_.turning == nullptr) return Eigen::Matrix<T, 3, 1>::Zero();
     const Eigen::Map<const Eigen::Matrix<T, 3, 1>> bias(gyroscope[0]);
     const Eigen::Map<const Eigen::Matrix<T, 3, 3>> sensitivity(gyroscope[1]);
     return sensitivity.inverse() * (reading_.turning->rate_raw.cast<T>() - bias) -
            reading_.turning->rate_radps.cast<T>();
   }
 
+  // dM u, linear in u and in the change of the rate.
+  template <typename T>
+  Eigen::Matrix<T, 3, 1> Followed(const Eigen::Matrix<T, 3, 1>& u,
+                                  const Eigen::Matrix<T, 3, 1>& rate_change) const {
+    const Turning& turning = *reading_.turning;
+    const Eigen::Matrix<T, 3, 1> rate = turning.rate_radps.cast<T>();
+    return T(turning.mean_s) * u.cross(rate_change) -
+           T(turning.mean_square_s2) *
+               (rate.cross(u).cross(rate_change) + T(0.5) * u.cross(rate.cross(rate_change)));
+  }
+
   template <typename T>
   Eigen::Matrix<T, 3, 1> FieldInBody(const Eigen::Matrix<T, 3, 1>& world,
-                                     T const* const* gyroscope,
+                                     const Eigen::Matrix<T, 3, 1>& rate_change,
                                      const T* state) const {
     if (state_ == PoseKind::kDirection) {
       return world.norm() * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(state);
@@ -92,20 +105,16 @@ class FieldRow : public Row {
     const Eigen::Matrix<T, 3, 1> in_body = world_from_body.conjugate() * world;
     const Eigen::Matrix<T, 3, 1> field = reading_.mean_turn.cast<T>() * in_body;
     if (reading_.turning == nullptr) return field;
-    const Turning& turning = *reading_.turning;
-    const Eigen::Matrix<T, 3, 1> rate = turning.rate_radps.cast<T>();
-    const Eigen::Matrix<T, 3, 1> change = RateChange(gyroscope);
-    return field + T(turning.mean_s) * in_body.cross(change) -
-           T(turning.mean_square_s2) *
-               (rate.cross(in_body).cross(change) + T(0.5) * in_body.cross(rate.cross(change)));
+    return field + Followed(in_body, rate_change);
   }
 
   // M with the gyroscope as it is.
-  Eigen::Matrix3d TurnAt(double const* const* gyroscope) const;
+  Eigen::Matrix3d TurnAt(const Eigen::Vector3d& rate_change) const;
   // Derivatives by the gyroscope; `in_body`: the world's vector in the body.
   void SetGyroscopeJacobians(const Eigen::Matrix3d& by_field,
                              const Eigen::Vector3d& in_body,
-                             double const* const* gyroscope,
+                             const Eigen::Vector3d& rate_change,
+                             const double* sensitivity,
                              double** jacobians) const;
 
   Triad triad_;

@@ -81,6 +81,14 @@ std::string WhatChanged(const SettledRun& run, const MagnetometerChange& change)
   return {};
 }
 
+std::string RemedyOf(const SettledRun& run, const MagnetometerChange& change) {
+  if (change.last) return "leave them out: `exclude_poses: [" + NumbersOf(run, change) + "]`";
+  if (MayBeBetweenSessions(run, change)) {
+    return "state `magnetometer: { bias: per_session }`, or take one session alone";
+  }
+  return "take the run again, or the poses of one side alone";
+}
+
 // What happened to the magnetometer, and what to do about it.
 Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
   std::string text =
@@ -97,12 +105,7 @@ Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
         "too low an order, look the same",
         (*range)[1] - (*range)[0]);
   }
-  Finding finding(FindingCode::kMagnetometerChanged,
-                  std::move(text),
-                  change.last ? "leave them out: `exclude_poses: [" + NumbersOf(run, change) + "]`"
-                  : MayBeBetweenSessions(run, change)
-                      ? "state `magnetometer: { bias: per_session }`, or take one session alone"
-                      : "take the run again, or the poses of one side alone");
+  Finding finding(FindingCode::kMagnetometerChanged, std::move(text), RemedyOf(run, change));
   finding.About(Triad::kMagnetometer)
       .AtPose(run.graph.nodes[change.node].number)
       .Shifting(change.effect_sigmas, Treatment::kWidened)
