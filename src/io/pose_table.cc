@@ -9,6 +9,7 @@
 
 #include "base/messages.h"
 #include "io/recording_layout.h"
+#include "math/common_step.h"
 #include "math/distributions.h"
 #include "truetriad/io/recording.h"
 
@@ -225,11 +226,19 @@ class Row {
   std::size_t row_;
 };
 
+bool StandAlike(const StaticPose& a, const StaticPose& b) {
+  if (a.face_up != b.face_up || a.attitude.has_value() != b.attitude.has_value()) return false;
+  return !a.attitude ||
+         a.attitude->world_from_body.coeffs() == b.attitude->world_from_body.coeffs();
+}
+
 /// Finds rows whose readings equal those of an earlier row to the last bit. Real sensors have
-/// noise: such rows are a stuck sensor or pasted data.
+/// noise: such rows are a stuck sensor or pasted data, or rounded ones, and say nothing new.
 class DuplicateFinder {
  public:
-  void Add(const StaticPose& pose, std::int64_t line) {
+  /// The place among the poses of the row that this one repeats; unset where it is the first of its
+  /// kind, which stands at `place`.
+  std::optional<std::size_t> Add(const StaticPose& pose, std::int64_t line, std::size_t place) {
     constexpr std::size_t kBytes = 3 * sizeof(double);
     std::string bits(3 * kBytes + 3, '\0');
     for (const Triad triad : kTriads) {
@@ -238,27 +247,32 @@ class DuplicateFinder {
       bits[3 * kBytes + index] = 1;
       std::memcpy(bits.data() + index * kBytes, pose.triads[triad]->mean_raw.data(), kBytes);
     }
-    const auto [first, is_new] = line_of_.emplace(std::move(bits), line);
-    if (is_new) return;
+    const auto [first, is_new] = firsts_.emplace(std::move(bits), First{line, place});
+    if (is_new) return std::nullopt;
     ++count_;
     constexpr std::int64_t kNamedRepeats = 5;
     if (count_ <= kNamedRepeats) {
-      lines_ += (lines_.empty() ? "" : ", ") + std::to_string(first->second) + " and " +
+      lines_ += (lines_.empty() ? "" : ", ") + std::to_string(first->second.line) + " and " +
                 std::to_string(line);
     } else if (count_ == kNamedRepeats + 1) {
       lines_ += ", …";
     }
+    return first->second.place;
   }
 
   std::int64_t count() const { return count_; }
   std::string Describe() const {
-    return std::to_string(count_) +
-           " rows repeat another row's readings to the last digit (lines " + lines_ +
-           "); check for a stuck sensor or rows pasted twice";
+    return Counted(count_, "row") + (count_ == 1 ? " repeats" : " repeat") +
+           " another row's readings to the last digit (lines " + lines_ + ")";
   }
 
  private:
-  std::unordered_map<std::string, std::int64_t> line_of_;
+  struct First {
+    std::int64_t line;
+    std::size_t place;
+  };
+
+  std::unordered_map<std::string, First> firsts_;
   std::int64_t count_ = 0;
   std::string lines_;
 };
@@ -381,6 +395,21 @@ void Extend(const StaticPose& pose, StreamSummary* stream) {
   stream->maximum_raw = first ? mean : stream->maximum_raw.cwiseMax(mean);
 }
 
+/// The step that a triad's readings were rounded to, on all axes; 0 where they show none.
+double StepOf(Triad triad, const std::vector<StaticPose>& poses) {
+  std::vector<double> distances;
+  const StaticPose* last = nullptr;
+  for (const StaticPose& pose : poses) {
+    if (!pose.triads[triad]) continue;
+    if (last != nullptr) {
+      const Eigen::Vector3d step = pose.triads[triad]->mean_raw - last->triads[triad]->mean_raw;
+      for (const double distance : step.cwiseAbs()) distances.push_back(distance);
+    }
+    last = &pose;
+  }
+  return CommonStep(distances);
+}
+
 void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   if (!pose.temperature_degc) return;
   const double degc = *pose.temperature_degc;
@@ -389,7 +418,8 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
 }
 
 /// Readings that pile up at an axis' extreme are the limit of the sensor, not the field.
-Status RejectClipped(const PoseSet& poses) {
+/// `read`: rows, those that count once with what they repeat.
+Status RejectClipped(const PoseSet& poses, std::int64_t read) {
   // Three that agree to the last digit can be a stuck sensor or pasted rows, which have words of
   // their own.
   constexpr std::int64_t kLeastRows = 4;
@@ -406,13 +436,13 @@ Status RejectClipped(const PoseSet& poses) {
                      pose.triads[stream.triad]->mean_raw[axis] == limit;
             });
         if (rows < kLeastRows ||
-            static_cast<double>(rows) < kLeastShare * static_cast<double>(poses.poses.size())) {
+            static_cast<double>(rows) < kLeastShare * static_cast<double>(read)) {
           continue;
         }
         std::string message = std::string(TriadName(stream.triad)) + " axis ";
         message += AxisLetter(axis);
         message += " is clipped: it reads exactly " + std::to_string(limit) + " in " +
-                   std::to_string(rows) + " of " + std::to_string(poses.poses.size()) +
+                   std::to_string(rows) + " of " + std::to_string(read) +
                    " rows; set a larger full-scale range and record again";
         return Error(ErrorCode::kStuckSensor, {poses.source}, message);
       }
@@ -451,6 +481,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
   poses.how = "every row";
 
   DuplicateFinder duplicates;
+  std::int64_t counted_once = 0;
   ImpossibleReadings impossible;
   std::vector<std::int64_t> lines;  // of the poses
   const auto is_empty = [&](const StaticPose& pose) {
@@ -474,7 +505,13 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
         continue;
       }
       // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
-      if (!columns.triads.empty()) duplicates.Add(pose, row.line());
+      if (!columns.triads.empty()) {
+        const auto first = duplicates.Add(pose, row.line(), poses.poses.size());
+        if (first && StandAlike(poses.poses[*first], pose)) {
+          ++counted_once;
+          continue;
+        }
+      }
       poses.poses.push_back(std::move(pose));
       lines.push_back(row.line());
     }
@@ -488,23 +525,30 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
   impossible.TakeFar(lines, &poses.poses);
   for (Finding& left : impossible.Left()) poses.findings.push_back(std::move(left));
   for (const StaticPose& pose : poses.poses) extend(pose);
+  for (StreamSummary& stream : poses.streams) {
+    stream.resolution_raw.setConstant(StepOf(stream.triad, poses.poses));
+  }
   std::erase_if(poses.poses, is_empty);
   poses.poses.shrink_to_fit();
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     ExtendTemperature(poses.poses[k], &poses);
     poses.poses[k].number = static_cast<int>(k) + 1;
   }
+  const auto rows = static_cast<std::int64_t>(poses.poses.size()) + counted_once;
   if (duplicates.count() > 0) {
-    if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
+    const std::string advice = "check for a stuck sensor or rows pasted twice";
+    if (3 * duplicates.count() > rows) {
       return Error(ErrorCode::kRepeatedRows,
                    {path},
-                   duplicates.Describe() +
+                   duplicates.Describe() + "; " + advice +
                        ". These are too many to be readings; check how the table was made");
     }
-    poses.findings.push_back(Finding(FindingCode::kRepeatedRows, duplicates.Describe())
-                                 .With("rows", static_cast<double>(duplicates.count())));
+    poses.findings.push_back(
+        Finding(FindingCode::kRepeatedRows,
+                duplicates.Describe() + (counted_once > 0 ? ", and count once; " : "; ") + advice)
+            .With("rows", static_cast<double>(duplicates.count())));
   }
-  TRUETRIAD_RETURN_IF_ERROR(RejectClipped(poses));
+  TRUETRIAD_RETURN_IF_ERROR(RejectClipped(poses, rows));
   if (poses.has_time && !poses.poses.empty()) {
     const auto [first, last] = std::minmax_element(
         poses.poses.begin(), poses.poses.end(), [](const StaticPose& a, const StaticPose& b) {

@@ -241,7 +241,8 @@ std::vector<PoseNode> PlanProblem::Nodes(const PoseSet& poses) const {
   SetStartAttitudes(nominal_, &graph);
   for (PoseNode& node : graph.nodes) {
     for (Observation& observation : node.observations) {
-      if (observation.rest_covariance.isZero(0.0)) {
+      if (source_[observation.triad] == NoiseSource::kResidual ||
+          observation.rest_covariance.isZero(0.0)) {
         observation.rest_covariance = rest_covariance_[observation.triad];
       }
       const auto weight = weights_.find({node.number, observation.triad});

@@ -45,6 +45,9 @@ Result<Observation> Observe(const PoseSet& poses,
     observation.rest_covariance = sensor.allan->MeanSigma(duration_s).cwiseAbs2().asDiagonal();
   } else if (source != NoiseSource::kResidual) {
     observation.rest_covariance = pose.triads[triad]->mean_covariance_raw;
+  } else if (const StreamSummary* stream = poses.Find(triad)) {
+    // All that is known of single readings: they were rounded.
+    observation.rest_covariance = (stream->resolution_raw.cwiseAbs2() / 12.0).asDiagonal();
   }
   return observation;
 }

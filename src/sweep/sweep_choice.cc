@@ -14,6 +14,7 @@ namespace {
 constexpr double kFewestOfItsOwn = 0.25;
 constexpr double kEnterLevel = 0.01;
 constexpr double kLeaveLevel = 0.05;
+constexpr double kHigherLevel = 1e-4;
 constexpr double kFewerLags = 0.95;
 constexpr double kLongestLagShare = 0.25;
 constexpr double kLagRatio = 1.35;
@@ -60,7 +61,11 @@ class Chooser {
     choice_.held_out = best->held_out;
     choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
     choice_.fit = FitSweepWithNoise(problem_, axis_, best->terms, best->lags);
-    if (wanted_.bias_order_auto) LowerOrder(*best);
+    if (wanted_.bias_order_auto) {
+      LowerOrder(*best);
+    } else {
+      FindHigher(*best);
+    }
     return std::move(choice_);
   }
 
@@ -276,6 +281,22 @@ class Chooser {
       choice_.held_out = held_out;
       choice_.fit = FitSweepWithNoise(problem_, axis_, terms, chosen.lags);
       Note("- tau^" + std::to_string(power), terms, chosen.lags, &choice_.steps);
+    }
+  }
+
+  void FindHigher(const Candidate& chosen) {
+    constexpr int kMost = ThermalOptions::kMaxBiasOrder;
+    ThermalOptions terms = chosen.terms;
+    const double held_out = HeldOutRms(&problem_, axis_, terms, chosen.lags);
+    const int tries = kMost - terms.bias_order;
+    std::vector<int> added;
+    while (terms.bias_order < kMost) {
+      added.push_back(problem_.power_column(++terms.bias_order));
+      if (HeldOutRms(&problem_, axis_, terms, chosen.lags) >= held_out) continue;
+      SweepFit fit = FitSweepWithNoise(problem_, axis_, terms, chosen.lags);
+      if (WaldProbability(fit, added) > kHigherLevel / tries) continue;
+      choice_.higher = std::move(fit);
+      return;
     }
   }
 

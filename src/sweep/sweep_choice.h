@@ -18,6 +18,8 @@ struct SweepChoice {
   double held_out_cubic = 0.0;  // of a plain cubic
   std::vector<SweepStep> steps;
   std::vector<std::string> left_out;  // "T'^2: …why and what to do"
+  // With the powers beyond a stated order that show, where they do.
+  std::optional<SweepFit> higher;
 };
 
 // `wanted`: orders, rates and lags, some of them open (ThermalOptions). What the recording cannot
@@ -32,6 +34,9 @@ struct SweepChoice {
 // An open order is the lowest at which no higher one is significant (p < 1 %, shared by all that
 // are tried) and better for held-out blocks. Open rate terms enter and leave one by one by the same
 // two. An open number of lags is the smallest whose held-out error more lags do not lower by 5 %.
+//
+// A stated order stays. Powers beyond it that lower the held-out error, and that chance would make
+// in fewer than one axis of 10,000, are `higher`.
 SweepChoice ChooseSweep(SweepProblem* problem, int axis, const ThermalOptions& wanted);
 
 // "tau, tau^2, T'".

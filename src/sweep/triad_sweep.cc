@@ -13,6 +13,8 @@
 
 #include <Eigen/Dense>
 
+#include "math/dense/lu.h"
+#include "math/dense/products.h"
 #include "problem/parameter_name.h"
 #include "sweep/sweep_fit.h"
 #include "sweep/sweep_regression.h"
@@ -62,6 +64,48 @@ ListedTerms InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
   ListedTerms terms{listed * fit.coefficients, listed * fit.covariance * listed.transpose()};
   terms.values[0] += problem.origin()[axis];
   return terms;
+}
+
+// What the fit lacks moves its terms in tau to those of `higher`: its covariance grows by as much,
+// of each term by itself. By how many σ it moves one at most.
+double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, SweepFit* fit) {
+  const int order = fit->terms.bias_order, more = higher.terms.bias_order - order;
+  const ListedTerms without = InTau(problem, axis, *fit);
+  const Eigen::VectorXd with = InTau(problem, axis, higher).values;
+  const int constants = problem.attitude_count();
+  const Eigen::MatrixXd listed = BlockOf(fit->terms).ListedFromVectors(problem.scale());
+  const Eigen::Index size = listed.rows();
+  Eigen::VectorXd moved(1 + size);
+  moved.head(1 + order) = with.head(1 + order);
+  moved.tail(size - order) = with.segment(1 + order + more, size - order);
+  moved -= without.values.head(1 + size);
+  const Eigen::MatrixXd vectors = InverseByLu(listed) * moved.tail(size).asDiagonal();
+  fit->covariance.block(constants, constants, size, size) += TimesTranspose(vectors, vectors);
+  fit->covariance(0, 0) += moved[0] * moved[0];
+  const Eigen::ArrayXd variances = without.covariance.diagonal().head(1 + size).array();
+  return std::sqrt((variances > 0.0).select(moved.array().square() / variances, 0.0).maxCoeff());
+}
+
+// The axes whose stated order is too low.
+Finding OrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, double effect_sigmas) {
+  std::string names;
+  int higher = 0;
+  const int stated = axes.front().fit.terms.bias_order;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (!axes[axis].higher) continue;
+    names += names.empty() ? " " : ", ";
+    names += AxisLetter(static_cast<int>(axis));
+    higher = std::max(higher, axes[axis].higher->terms.bias_order);
+  }
+  const std::string order = std::to_string(higher);
+  return Finding(FindingCode::kSweepUnexplained,
+                 std::string(TriadName(triad)) + names + ": the stated order of " +
+                     std::to_string(stated) + " leaves what one of " + order +
+                     " explains; σ allow for it",
+                 "state `bias_order: " + order + "`, or `auto`")
+      .About(triad)
+      .Shifting(effect_sigmas, Treatment::kWidened)
+      .With("order", higher);
 }
 
 // Where the parts of ListedTerms go.
@@ -292,8 +336,12 @@ Status TriadSweep::Run(Calibration* calibration) {
   thermal.range_degc = range_degc();
   thermal.smoothing_s = poses_.sweep.temperature.smoothing_s;
   thermal.rate_range_degcps = problem_.rate_range_degcps();
+  double effect_sigmas = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     choices_.push_back(ChooseSweep(&problem_, axis, options_.triads[triad_].thermal));
+    if (SweepChoice& choice = choices_.back(); choice.higher) {
+      effect_sigmas = std::max(effect_sigmas, WidenBy(problem_, axis, *choice.higher, &choice.fit));
+    }
     TakeTerms(axis, &sensor);
     calibration->quality.sweep.axes.push_back(
         DescribeAxis(problem_, triad_, axis, choices_.back()));
@@ -301,6 +349,9 @@ Status TriadSweep::Run(Calibration* calibration) {
       calibration->quality.sweep.axes.back().regression =
           RegressSweep(problem_, axis, wanted, unit);
     }
+  }
+  if (effect_sigmas > 0.0) {
+    calibration->findings.push_back(OrderTooLow(triad_, choices_, effect_sigmas));
   }
   if (thermal.bias.empty()) thermal.bias.emplace_back(Eigen::Vector3d::Zero());
   StateNoise(calibration->quality, &sensor);

@@ -110,6 +110,13 @@ CalibrateOptions WithEverything(const CalibrateOptions& stated,
   if (has.Has(Triad::kGyroscope) && has.Has(Triad::kAccelerometer)) {
     options.triads[Triad::kGyroscope].g_sensitivity = Wanted::kYes;
   }
+  if (options.HasThermal()) {
+    for (const Triad triad : kTriads) {
+      ThermalOptions& thermal = options.triads[triad].thermal;
+      if (!has.Has(triad) || thermal.matrix_order == ThermalOptions::kMaxMatrixOrder) continue;
+      if (thermal.matrix_order++ == 0) thermal.matrix = ThermalMatrix::kFull;
+    }
+  }
   if (!drifts) return options;
   options.reference.temperature_degc = 0.0;
   for (const Triad triad : kTriads) {
@@ -130,9 +137,11 @@ bool AreRows(const PoseSet& poses) {
          });
 }
 
-// `base`: where the columns of `has` stand among those of `whole`.
+// `base`: where the columns of `has` stand among those of `whole`. `drifts`: what stands in the
+// place of temperature is something else.
 std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
                                     const SharedLayout& has,
+                                    bool drifts,
                                     const std::vector<Eigen::Index>& base) {
   std::vector<Candidate> candidates;
   int matrices = 0;
@@ -167,9 +176,16 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
       if (!is_known) add(triad, LeftOutKind::kAxisTerm, term, at, 3);
     }
     const ThermalBlock& thermal = whole.thermal[triad];
-    if (thermal.size() == 0 || has.thermal[triad].size() > 0) continue;
-    if (thermal.vector_count() > 0) add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
-    add(triad, LeftOutKind::kGainDrift, {}, thermal.matrix_at(0), 9);
+    const int known = has.thermal[triad].terms.matrix_order;
+    if (thermal.terms.matrix_order == known) continue;
+    if (drifts && thermal.vector_count() > 0) {
+      add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
+    }
+    add(triad,
+        drifts ? LeftOutKind::kGainDrift : LeftOutKind::kThermalGain,
+        {},
+        thermal.matrix_at(known),
+        9);
   }
   if (matrices > 1) {
     all.term.is_shared = true;
@@ -272,7 +288,8 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   result.covariance = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
   const auto base = CommonColumns(larger, graph.layout);
   if (!base) return result;
-  std::vector<Candidate> candidates = CandidatesOf(larger, graph.layout, *base);
+  std::vector<Candidate> candidates =
+      CandidatesOf(larger, graph.layout, !options.HasThermal(), *base);
   for (const ProbedTerm& probe : probed) {
     candidates.push_back({probe.term, larger.ColumnsOf(probe.block.offset, probe.block.size)});
   }
@@ -434,6 +451,8 @@ std::string_view NameOf(const LeftOutTerm& term) {
       return "bias drift";
     case LeftOutKind::kGainDrift:
       return "gain drift";
+    case LeftOutKind::kThermalGain:
+      return "matrix over temperature";
     case LeftOutKind::kLowPass:
       return "low-pass";
     case LeftOutKind::kLeverArm:

@@ -24,6 +24,7 @@ enum class LeftOutKind {
   kGSensitivity,  // of the gyroscope
   kDrift,         // the bias goes on with time
   kGainDrift,     // each gain does
+  kThermalGain,   // the matrix follows the temperature by a power more than the terms allow
   kStep,          // the bias is another from a pose on
   kLowPass,       // reads less the faster it is turned
   kLeverArm,      // of the accelerometer: is not where the unit is turned about

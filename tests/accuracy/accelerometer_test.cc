@@ -157,7 +157,7 @@ TEST_F(AccelerometerRecordings, TooFewDirectionsForNineParametersAreEnoughForSix
 
   const Outcomes diagonal = Run("krepa-accelerometer", Table("krepa_accel_1"));
   ASSERT_EQ(diagonal.exit_code, 0) << diagonal.text;
-  EXPECT_EQ(diagonal.calibration.quality.poses, 667);
+  EXPECT_EQ(diagonal.calibration.quality.poses, 667 - 2);  // two rows repeat others
   // A thirtieth of the spread before, 0.155 m/s^2: the six parameters explain the readings.
   EXPECT_LT(ResidualRms(diagonal), 0.155 / 30.0);
 }

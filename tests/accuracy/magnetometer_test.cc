@@ -54,7 +54,7 @@ TEST_F(MagnetometerRecordings, StronglyEllipticSetsAgreeWithTheReference) {
   ExpectAgreement("mag-krepa-2",
                   Table("krepa_mag_2"),
                   ReadReferenceFit(reference, {"mag_test_data_2.json:mag"}),
-                  655);
+                  655 - 2);  // two rows repeat others
 }
 
 TEST_F(MagnetometerRecordings, AKnownFieldGivesAbsoluteGains) {

@@ -96,6 +96,37 @@ TEST(CalibrateSoak, RecoversFullMatrixTermsOnAFixture) {
   ExpectExact(soak, poses);
 }
 
+// A matrix over temperature that no term was asked for: seen, and allowed for.
+TEST(CalibrateSoak, SaysThatTheMatrixFollowsTheTemperatureBeyondTheTerms) {
+  Random random(5);
+  ThermalOptions terms = CubicAndLinear();
+  for (const int order : {1, 0}) {
+    Soak soak = MakeSoak(terms, 12, false, &random);
+    soak.options.triads[Triad::kAccelerometer].thermal.matrix_order = order;
+    soak.options.triads[Triad::kAccelerometer].excess = ExcessNoise::kEstimate;
+    soak.thermal[Triad::kAccelerometer]->sensitivity[0] *= 0.3;
+    const auto summary =
+        Calibrate(PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random), soak.options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    const Calibration& calibration = summary->calibration;
+    const bool is_said =
+        std::any_of(calibration.findings.begin(), calibration.findings.end(), [](const Finding& f) {
+          return f.code == FindingCode::kLeftOutTerm &&
+                 f.text.find("a matrix that follows the temperature") != std::string::npos;
+        });
+    EXPECT_EQ(is_said, order == 0);
+    ASSERT_TRUE(calibration.IsUsable());
+    if (order == 1) continue;
+    const Eigen::Matrix3d error = calibration.sensors[Triad::kAccelerometer]->model.sensitivity -
+                                  soak.unit.models[Triad::kAccelerometer]->sensitivity;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name =
+          std::string("accelerometer.sensitivity.") + "xyz"[axis] + "xyz"[axis];
+      EXPECT_LT(std::abs(error(axis, axis)), 5.0 * calibration.covariance.Sigma(name)) << name;
+    }
+  }
+}
+
 TEST(CalibrateSoak, RecoversRateTerms) {
   Random random(4);
   ThermalOptions terms = CubicAndLinear();

@@ -340,6 +340,19 @@ TEST_F(CalibrateVerb, KeepsAUsableResultBesideOneThatIsNot) {
   EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
 }
 
+TEST_F(CalibrateVerb, KeepsTheResultOfAUnitBesideOneOfNoUnit) {
+  const std::string log = LogText(kEnough);
+  EXPECT_EQ(Calibrate(log).exit_code, 0);
+  const std::string first = TemporaryFolder::Read(folder_.Path("result/calibration.yaml"));
+  const Finished unnamed = Calibrate(log, {R"(--set=device.serial="")"});
+  EXPECT_EQ(unnamed.exit_code, 0);
+  EXPECT_THAT(unnamed.err, HasSubstr("calibration.yaml to calibration.previous.yaml"));
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
+  // That of no unit is replaced.
+  EXPECT_EQ(Calibrate(log, {R"(--set=device.serial="")"}).exit_code, 0);
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
+}
+
 TEST_F(CalibrateVerb, LeavesNoResultOfAnotherRunWhereItFailed) {
   EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
   const std::string first = TemporaryFolder::Read(folder_.Path("result/calibration.yaml"));

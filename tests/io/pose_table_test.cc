@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -102,6 +103,42 @@ TEST_F(PoseTables, WarnOfRepeatedRowsAndRefuseMany) {
   EXPECT_THAT(table->poses.findings[0], Says(HasSubstr("(lines 2 and 6)")));
   EXPECT_THAT(ErrorOf(accel_ + "\n" + distinct + "1,2,3\n1,2,3\n4,5,6\n"),
               HasSubstr("3 rows repeat another row's readings"));
+}
+
+TEST_F(PoseTables, CountRepeatedRowsOnceUnlessTheyStandOtherwise) {
+  const Result<PoseTable> once = Read(accel_ + "\n1,2,3\n4,5,6\n7,8,9\n2,2,2\n1,2,3\n");
+  ASSERT_TRUE(once) << once.error().message;
+  EXPECT_EQ(once->poses.poses.size(), 4U);
+  EXPECT_EQ(once->poses.streams[0].samples, 4);
+  EXPECT_THAT(once->poses.findings[0], Says(HasSubstr("1 row repeats")));
+  EXPECT_THAT(once->poses.findings[0], Says(HasSubstr("count once")));
+  // A sensor that stuck while the fixture turned contradicts its attitudes, and may.
+  const Result<PoseTable> stuck = Read(accel_ +
+                                       ",qw,qx,qy,qz\n1,2,3,1,0,0,0\n4,5,6,0,1,0,0\n"
+                                       "7,8,9,0,0,1,0\n1,2,3,0,0,0,1\n");
+  ASSERT_TRUE(stuck) << stuck.error().message;
+  EXPECT_EQ(stuck->poses.poses.size(), 4U);
+  EXPECT_THAT(stuck->poses.findings[0], HasCode(FindingCode::kRepeatedRows));
+}
+
+TEST_F(PoseTables, KnowTheStepThatTheyWereRoundedTo) {
+  Random random(5);
+  const auto table_of = [&](double step) {
+    std::string text = accel_ + "\n";
+    for (int row = 0; row < 12; ++row) {
+      for (int axis = 0; axis < 3; ++axis) {
+        double value = 20.0 * random.Uniform() - 10.0;
+        if (step > 0.0) value = step * std::round(value / step);
+        text += (axis > 0 ? "," : "") + std::to_string(value);
+      }
+      text += "\n";
+    }
+    return text;
+  };
+  const Result<PoseTable> rounded = Read(table_of(0.04)), fine = Read(table_of(0.0));
+  ASSERT_TRUE(rounded && fine);
+  EXPECT_NEAR(rounded->poses.streams[0].resolution_raw.maxCoeff(), 0.04, 1e-8);
+  EXPECT_LT(fine->poses.streams[0].resolution_raw.maxCoeff(), 1e-4);
 }
 
 // Neither stuck nor clipped: no readings.

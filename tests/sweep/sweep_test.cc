@@ -139,6 +139,31 @@ TEST(CalibrateSweep, ErrorsAreWhatTheCovarianceSays) {
   RecordProperty("nees_over_dim", std::to_string(nees / kDof));
 }
 
+// σ are those of the stated terms, and of how far the missing one moves them.
+TEST(CalibrateSweep, SaysThatAStatedOrderIsTooLowAndAllowsForIt) {
+  Random random(4);
+  Sweep sweep;
+  sweep.legs = TwoRates();
+  sweep.terms = CubicWithRates();
+  for (const RateTermInfo& rate : kRateTerms) sweep.terms.rate[rate.term].reset();
+  for (int order = 1; order <= 3; ++order) {
+    sweep.terms.bias.resize(static_cast<std::size_t>(std::max(order, 2)));
+    const Calibration calibration =
+        Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(Polynomial(order)));
+    const bool is_too_low = static_cast<std::size_t>(order) < sweep.terms.bias.size();
+    EXPECT_EQ(Find(calibration.findings, FindingCode::kSweepUnexplained) != nullptr, is_too_low)
+        << order;
+    if (!is_too_low) continue;
+    EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("the stated order of 1 leaves"))));
+    const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
+    for (Eigen::Index i = 0; i < errors.size(); ++i) {
+      if (!(calibration.covariance.matrix(i, i) > 0.0)) continue;
+      EXPECT_LE(std::abs(errors[i]), 3.0 * std::sqrt(calibration.covariance.matrix(i, i)))
+          << calibration.covariance.parameters[static_cast<std::size_t>(i)];
+    }
+  }
+}
+
 TEST(CalibrateSweep, NamesWhatOneRateUpAndDownDoesNotTell) {
   Random random(3);
   Sweep sweep = SweepWithRates();

@@ -67,6 +67,10 @@ std::string WordsOf(const LeftOutTerm& term) {
              " over the run; what is stated is its mean";
     case LeftOutKind::kGainDrift:
       return "has gains that drift over the run";
+    case LeftOutKind::kThermalGain:
+      return "has a matrix that follows the temperature beyond its terms; what is stated is its "
+             "mean "
+             "over the poses";
     case LeftOutKind::kStep:
       return "has another bias from pose " + std::to_string(term.pose) + " on, by " + SizeOf(term) +
              "; what is stated is the mean over all poses";
@@ -112,6 +116,9 @@ std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
     case LeftOutKind::kGainDrift:
       return std::string("let the unit warm up first") +
              (has_temperature ? ", or state temperature terms" : "");
+    case LeftOutKind::kThermalGain:
+      return "state `thermal: { matrix_order: auto }` for the " + sensor +
+             ", or a higher `matrix_order`";
     case LeftOutKind::kStep:
       return "look what happened to the unit then; take the run again, or the poses of one side";
     case LeftOutKind::kLeverArm:

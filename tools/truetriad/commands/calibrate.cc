@@ -57,13 +57,16 @@ Status PutAside(const std::string& folder, const std::vector<std::string>& names
   return {};
 }
 
-/// A result without parameters takes the place of none that has them.
-Status KeepUsable(const std::string& folder) {
+/// A result without parameters takes the place of none that has them, nor does one of nobody knows
+/// which unit that of a unit.
+Status KeepUsable(const std::string& folder, const Calibration& by) {
+  if (by.IsUsable() && (FLAGS_overwrite || !by.serial.empty())) return {};
   const std::string file = (std::filesystem::path(folder) / "calibration.yaml").string();
   const Result<std::string> text = LookAtSmallFile(file);
   if (!text) return {};
   const Result<Calibration> there = CalibrationFromYaml(*text, file);
   if (!there || !there->IsUsable()) return {};
+  if (by.IsUsable() && there->serial.empty()) return {};
   return PutAside(folder, {kResults.begin(), kResults.end()});
 }
 
@@ -106,7 +109,7 @@ Result<std::string> WriteResult(const Task& task,
     if (const std::string path = directory / name; InputGuard::Holds(path))
       return InputGuard::Refusal(path);
   }
-  if (!calibration.IsUsable()) TRUETRIAD_RETURN_IF_ERROR(KeepUsable(task.folder));
+  TRUETRIAD_RETURN_IF_ERROR(KeepUsable(task.folder, calibration));
   std::string written;
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;
