@@ -57,8 +57,8 @@ Status PutAside(const std::string& folder, const std::vector<std::string>& names
   return {};
 }
 
-/// A result without parameters takes the place of none that has them, nor does one of nobody knows
-/// which unit that of a unit.
+/// A result without parameters takes the place of none that has them, and one that names no unit of
+/// none that names one: those are put aside.
 Status KeepUsable(const std::string& folder, const Calibration& by) {
   if (by.IsUsable() && (FLAGS_overwrite || !by.serial.empty())) return {};
   const std::string file = (std::filesystem::path(folder) / "calibration.yaml").string();
