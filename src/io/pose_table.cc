@@ -236,9 +236,12 @@ bool StandAlike(const StaticPose& a, const StaticPose& b) {
 /// noise: such rows are a stuck sensor or pasted data, or rounded ones, and say nothing new.
 class DuplicateFinder {
  public:
-  /// The place among the poses of the row that this one repeats; unset where it is the first of its
-  /// kind, which stands at `place`.
-  std::optional<std::size_t> Add(const StaticPose& pose, std::int64_t line, std::size_t place) {
+  /// Whether the row repeats one of `poses` that stands as it does, which both are counted as.
+  /// `lines`: of the poses, which those that do not repeat join.
+  bool CountsAlready(const StaticPose& pose,
+                     std::int64_t line,
+                     const std::vector<StaticPose>& poses,
+                     const std::vector<std::int64_t>& lines) {
     constexpr std::size_t kBytes = 3 * sizeof(double);
     std::string bits(3 * kBytes + 3, '\0');
     for (const Triad triad : kTriads) {
@@ -247,33 +250,47 @@ class DuplicateFinder {
       bits[3 * kBytes + index] = 1;
       std::memcpy(bits.data() + index * kBytes, pose.triads[triad]->mean_raw.data(), kBytes);
     }
-    const auto [first, is_new] = firsts_.emplace(std::move(bits), First{line, place});
-    if (is_new) return std::nullopt;
+    const auto [entry, is_new] = first_of_.emplace(std::move(bits), poses.size());
+    if (is_new) return false;
+    const std::size_t first = entry->second;
     ++count_;
     constexpr std::int64_t kNamedRepeats = 5;
     if (count_ <= kNamedRepeats) {
-      lines_ += (lines_.empty() ? "" : ", ") + std::to_string(first->second.line) + " and " +
+      lines_ += (lines_.empty() ? "" : ", ") + std::to_string(lines[first]) + " and " +
                 std::to_string(line);
     } else if (count_ == kNamedRepeats + 1) {
       lines_ += ", …";
     }
-    return first->second.place;
+    const bool is_same = StandAlike(poses[first], pose);
+    counted_once_ += is_same ? 1 : 0;
+    return is_same;
   }
 
-  std::int64_t count() const { return count_; }
-  std::string Describe() const {
-    return Counted(count_, "row") + (count_ == 1 ? " repeats" : " repeat") +
-           " another row's readings to the last digit (lines " + lines_ + ")";
+  /// Rows that are no poses of their own.
+  std::int64_t counted_once() const { return counted_once_; }
+
+  /// Says which rows repeat others. `rows`: all that were read. Error (bad input): too many of
+  /// them.
+  Status Judge(std::int64_t rows, const std::string& path, Findings* findings) const {
+    if (count_ == 0) return {};
+    const std::string text = Counted(count_, "row") + (count_ == 1 ? " repeats" : " repeat") +
+                             " another row's readings to the last digit (lines " + lines_ + ")";
+    const std::string advice = "; check for a stuck sensor or rows pasted twice";
+    if (3 * count_ > rows) {
+      return Error(
+          ErrorCode::kRepeatedRows,
+          {path},
+          text + advice + ". These are too many to be readings; check how the table was made");
+    }
+    findings->push_back(Finding(FindingCode::kRepeatedRows,
+                                text + (counted_once_ > 0 ? ", and count once" : "") + advice)
+                            .With("rows", static_cast<double>(count_)));
+    return {};
   }
 
  private:
-  struct First {
-    std::int64_t line;
-    std::size_t place;
-  };
-
-  std::unordered_map<std::string, First> firsts_;
-  std::int64_t count_ = 0;
+  std::unordered_map<std::string, std::size_t> first_of_;  // by the bits of its readings
+  std::int64_t count_ = 0, counted_once_ = 0;
   std::string lines_;
 };
 
@@ -481,7 +498,6 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
   poses.how = "every row";
 
   DuplicateFinder duplicates;
-  std::int64_t counted_once = 0;
   ImpossibleReadings impossible;
   std::vector<std::int64_t> lines;  // of the poses
   const auto is_empty = [&](const StaticPose& pose) {
@@ -505,12 +521,9 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
         continue;
       }
       // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
-      if (!columns.triads.empty()) {
-        const auto first = duplicates.Add(pose, row.line(), poses.poses.size());
-        if (first && StandAlike(poses.poses[*first], pose)) {
-          ++counted_once;
-          continue;
-        }
+      if (!columns.triads.empty() &&
+          duplicates.CountsAlready(pose, row.line(), poses.poses, lines)) {
+        continue;
       }
       poses.poses.push_back(std::move(pose));
       lines.push_back(row.line());
@@ -534,20 +547,8 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
     ExtendTemperature(poses.poses[k], &poses);
     poses.poses[k].number = static_cast<int>(k) + 1;
   }
-  const auto rows = static_cast<std::int64_t>(poses.poses.size()) + counted_once;
-  if (duplicates.count() > 0) {
-    const std::string advice = "check for a stuck sensor or rows pasted twice";
-    if (3 * duplicates.count() > rows) {
-      return Error(ErrorCode::kRepeatedRows,
-                   {path},
-                   duplicates.Describe() + "; " + advice +
-                       ". These are too many to be readings; check how the table was made");
-    }
-    poses.findings.push_back(
-        Finding(FindingCode::kRepeatedRows,
-                duplicates.Describe() + (counted_once > 0 ? ", and count once; " : "; ") + advice)
-            .With("rows", static_cast<double>(duplicates.count())));
-  }
+  const auto rows = static_cast<std::int64_t>(poses.poses.size()) + duplicates.counted_once();
+  TRUETRIAD_RETURN_IF_ERROR(duplicates.Judge(rows, path, &poses.findings));
   TRUETRIAD_RETURN_IF_ERROR(RejectClipped(poses, rows));
   if (poses.has_time && !poses.poses.empty()) {
     const auto [first, last] = std::minmax_element(

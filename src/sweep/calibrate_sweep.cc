@@ -139,6 +139,30 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
   }
 }
 
+// The axes whose stated order is too low.
+void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings* findings) {
+  std::string names;
+  int higher = 0;
+  double moved_sigmas = 0.0;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (!axes[axis].higher) continue;
+    names += names.empty() ? " " : ", ";
+    names += AxisLetter(static_cast<int>(axis));
+    higher = std::max(higher, axes[axis].higher->terms.bias_order);
+    moved_sigmas = std::max(moved_sigmas, axes[axis].moved_sigmas);
+  }
+  if (names.empty()) return;
+  const std::string order = std::to_string(higher);
+  findings->push_back(Finding(FindingCode::kSweepUnexplained,
+                              std::string(TriadName(triad)) + names + ": the stated order of " +
+                                  std::to_string(axes.front().fit.terms.bias_order) +
+                                  " leaves what one of " + order + " explains; σ allow for it",
+                              "state `bias_order: " + order + "`, or `auto`")
+                          .About(triad)
+                          .Shifting(moved_sigmas, Treatment::kWidened)
+                          .With("order", higher));
+}
+
 void SayLeftOut(const Quality& quality, Findings* findings) {
   // Axes that say the same are named together.
   struct Same {
@@ -323,6 +347,7 @@ Status SweepTriad(const PoseSet& poses,
   TRUETRIAD_RETURN_IF_ERROR(
       CheckStatedTemperatures(options, swept, triad, reference_degc, &findings));
   TRUETRIAD_RETURN_IF_ERROR(swept.Run(calibration));
+  SayOrderTooLow(triad, swept.choices(), &findings);
   calibration->quality.residual_rms[triad] = ResidualRms(*calibration, triad);
   const bool has_static = options.sweep->static_calibration.has_value();
   if (!has_static) TRUETRIAD_RETURN_IF_ERROR(CheckLimits(options, triad));

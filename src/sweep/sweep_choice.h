@@ -20,6 +20,7 @@ struct SweepChoice {
   std::vector<std::string> left_out;  // "T'^2: …why and what to do"
   // With the powers beyond a stated order that show, where they do.
   std::optional<SweepFit> higher;
+  double moved_sigmas = 0.0;  // by how many σ they move a term at most; σ of `fit` allow for it
 };
 
 // `wanted`: orders, rates and lags, some of them open (ThermalOptions). What the recording cannot

@@ -86,28 +86,6 @@ double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, Sw
   return std::sqrt((variances > 0.0).select(moved.array().square() / variances, 0.0).maxCoeff());
 }
 
-// The axes whose stated order is too low.
-Finding OrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, double effect_sigmas) {
-  std::string names;
-  int higher = 0;
-  const int stated = axes.front().fit.terms.bias_order;
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    if (!axes[axis].higher) continue;
-    names += names.empty() ? " " : ", ";
-    names += AxisLetter(static_cast<int>(axis));
-    higher = std::max(higher, axes[axis].higher->terms.bias_order);
-  }
-  const std::string order = std::to_string(higher);
-  return Finding(FindingCode::kSweepUnexplained,
-                 std::string(TriadName(triad)) + names + ": the stated order of " +
-                     std::to_string(stated) + " leaves what one of " + order +
-                     " explains; σ allow for it",
-                 "state `bias_order: " + order + "`, or `auto`")
-      .About(triad)
-      .Shifting(effect_sigmas, Treatment::kWidened)
-      .With("order", higher);
-}
-
 // Where the parts of ListedTerms go.
 std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& terms) {
   std::vector<ParameterName> names = {{triad, ParameterKind::kBias, 0, axis, 0}};
@@ -336,11 +314,10 @@ Status TriadSweep::Run(Calibration* calibration) {
   thermal.range_degc = range_degc();
   thermal.smoothing_s = poses_.sweep.temperature.smoothing_s;
   thermal.rate_range_degcps = problem_.rate_range_degcps();
-  double effect_sigmas = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     choices_.push_back(ChooseSweep(&problem_, axis, options_.triads[triad_].thermal));
     if (SweepChoice& choice = choices_.back(); choice.higher) {
-      effect_sigmas = std::max(effect_sigmas, WidenBy(problem_, axis, *choice.higher, &choice.fit));
+      choice.moved_sigmas = WidenBy(problem_, axis, *choice.higher, &choice.fit);
     }
     TakeTerms(axis, &sensor);
     calibration->quality.sweep.axes.push_back(
@@ -349,9 +326,6 @@ Status TriadSweep::Run(Calibration* calibration) {
       calibration->quality.sweep.axes.back().regression =
           RegressSweep(problem_, axis, wanted, unit);
     }
-  }
-  if (effect_sigmas > 0.0) {
-    calibration->findings.push_back(OrderTooLow(triad_, choices_, effect_sigmas));
   }
   if (thermal.bias.empty()) thermal.bias.emplace_back(Eigen::Vector3d::Zero());
   StateNoise(calibration->quality, &sensor);
