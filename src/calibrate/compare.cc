@@ -82,10 +82,12 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
                        "reference.temperature_degc");
     }
     if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
-      return Error(ErrorCode::kUnitMismatch,
-                   std::string(TriadName(triad)) + ": a takes " + a.sensors[triad]->input_unit +
-                       ", b takes " + b.sensors[triad]->input_unit +
-                       "; calibrate both from logs of one unit (the header says which)");
+      return Error(
+          ErrorCode::kUnitMismatch,
+          std::string(TriadName(triad)) + ": a takes " + a.sensors[triad]->input_unit +
+              ", b takes " + b.sensors[triad]->input_unit +
+              "; calibrate both from logs of one unit (the header says which), or state the unit "
+              "of an imported one (`import --units`)");
     }
   }
   return {};

@@ -121,6 +121,12 @@ void ReadDocument(YamlReader root, ExperimentDraft* draft);
 void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
+/// At the line that states a key, or in the experiment as a whole where none does.
+Error ErrorAtKey(const ExperimentDraft& draft,
+                 ErrorCode code,
+                 const std::string& key,
+                 const std::string& message);
+
 /// Settles what depends on several keys; adds to `errors` what contradicts itself.
 void Settle(ExperimentDraft* draft, std::vector<Error>* errors);
 

@@ -134,6 +134,10 @@ Result<Experiment> ReadOpened(YamlReader main,
   documents.CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
   if (!errors.empty()) return Joined(errors);
+  if (const Status valid = draft.experiment.options.Validate(); !valid) {
+    const Error& error = valid.error();
+    return ErrorAtKey(draft, ErrorCode::kConflictingKeys, error.key, error.message);
+  }
   draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
   Experiment experiment = draft.experiment;
   experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
@@ -141,6 +145,14 @@ Result<Experiment> ReadOpened(YamlReader main,
 }
 
 }  // namespace
+
+Error ErrorAtKey(const ExperimentDraft& draft,
+                 ErrorCode code,
+                 const std::string& key,
+                 const std::string& message) {
+  const std::string place = PlaceOf(key, draft.places);
+  return ErrorIn(code, place.empty() ? draft.experiment.path : place, message).About(key);
+}
 
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides) {
@@ -191,9 +203,7 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
 
 Error AtItsKey(const Experiment& experiment, const Error& error) {
   if (error.kind() != ErrorKind::kUsage || experiment.draft == nullptr) return error;
-  const std::string place = PlaceOf(error.key, experiment.draft->places);
-  return ErrorIn(error.code, place.empty() ? experiment.path : place, error.message)
-      .About(error.key);
+  return ErrorAtKey(*experiment.draft, error.code, error.key, error.message);
 }
 
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {

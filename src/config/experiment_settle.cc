@@ -244,11 +244,7 @@ void Settle(Draft* draft, std::vector<Error>* errors) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
   const auto fail = [&](const std::string& key, const std::string& problem) {
-    const std::string place = PlaceOf(key, draft->places);
-    errors->push_back(ErrorIn(ErrorCode::kConflictingKeys,
-                              place.empty() ? experiment.path : place,
-                              key + ": " + problem)
-                          .About(key));
+    errors->push_back(ErrorAtKey(*draft, ErrorCode::kConflictingKeys, key, key + ": " + problem));
   };
   const std::string motions_key = draft->turns_file.empty() ? "rates" : "turns";
   SettleGravity(draft);

@@ -112,6 +112,11 @@ char FindSeparator(std::string_view line) {
              : '\t';
 }
 
+/// `sep=;`, which spreadsheets write before everything else.
+bool IsSeparatorLine(std::string_view line) {
+  return EqualsIgnoringCase(line, "sep=;") || EqualsIgnoringCase(line, "sep=,");
+}
+
 /// A line that names columns holds no number at all; a line of data holds at least one.
 bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
   return std::none_of(fields.begin(), fields.end(), IsNumber) &&
@@ -227,17 +232,31 @@ Status CsvReader::ReadHeader() {
     const Line line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
     const std::string_view content = Trimmed(line.text);
     if (number <= layout_.skip_lines || content.empty()) continue;
+    if (lines.empty() && layout_.separator == '\0' && IsSeparatorLine(content)) {
+      layout_.separator = content.back();
+      continue;
+    }
     if (content[0] != '#') {
       lines.push_back(line);
     } else if (lines.empty()) {
       comment = {content.substr(1), number};
     }
   }
-  const bool looks_like_header =
-      !lines.empty() && LooksLikeHeader(SplitFields(lines[0].text, FindSeparator(lines[0].text)));
+  const auto fields_of = [](std::string_view line) {
+    return SplitFields(line, FindSeparator(line));
+  };
+  const bool looks_like_header = !lines.empty() && LooksLikeHeader(fields_of(lines[0].text));
+  // Some write their header as a comment; that no other comment may stand for it, it must fit.
+  const auto fits_as_header = [&] {
+    const std::vector<std::string_view> names = fields_of(comment.text);
+    return names.size() > 1 && LooksLikeHeader(names) &&
+           names.size() == fields_of(lines[0].text).size();
+  };
   Line header;
-  if (layout_.header == CsvLayout::Header::kPresent && !looks_like_header && comment.number > 0) {
-    header = comment;  // Some loggers write their header as a comment.
+  if (!looks_like_header && comment.number > 0 &&
+      (layout_.header == CsvLayout::Header::kPresent ||
+       (layout_.header == CsvLayout::Header::kAuto && !lines.empty() && fits_as_header()))) {
+    header = comment;
   } else if (!lines.empty() &&
              (layout_.header == CsvLayout::Header::kPresent ||
               (layout_.header == CsvLayout::Header::kAuto && looks_like_header))) {
@@ -489,8 +508,7 @@ Error CsvReader::FieldCountError(const char* line_begin) const {
                 0,
                 "has " + std::to_string(fields.size()) + " whole numbers for " +
                     std::to_string(columns_.size()) +
-                    " columns: are its decimals written with commas? Write points, or separate "
-                    "columns by `;`");
+                    " columns: are its decimals written with commas? Write decimal points");
   }
   return Fail(ErrorCode::kWrongFieldCount,
               0,

@@ -2,6 +2,7 @@
 #include "io/yaml_reader.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -42,6 +43,25 @@ int LineIndentedByTab(const std::string& text) {
       return number;
   }
   return 0;
+}
+
+/// "; …" where a name such as `time[s]` stands between braces or brackets of its own, on the line
+/// where reading ended (from 0) or the one before.
+std::string HintOfBrackets(const std::string& text, int ended) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 0; number <= ended && std::getline(lines, line); ++number) {
+    if (number + 1 < ended) continue;
+    bool is_inside = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const bool is_name = i > 0 && std::isalnum(static_cast<unsigned char>(line[i - 1])) != 0;
+      if (is_inside && is_name && line[i] == '[') {
+        return "; within {…} and […] a name with brackets needs quotes: 'time[s]'";
+      }
+      is_inside |= line[i] == '{' || (line[i] == '[' && !is_name);
+    }
+  }
+  return "";
 }
 
 }  // namespace
@@ -122,7 +142,7 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
     }
     return Error(ErrorCode::kBadYaml,
                  {name, exception.mark.line + 1, exception.mark.column + 1},
-                 "is not valid YAML: " + exception.msg);
+                 "is not valid YAML: " + exception.msg + HintOfBrackets(text, exception.mark.line));
   }
 }
 

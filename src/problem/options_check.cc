@@ -5,10 +5,15 @@
 #include <string>
 #include <string_view>
 
+#include "truetriad/model/limits.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {
 namespace {
+
+// No sensor has less noise in any unit; the square of its inverse would leave the range of a
+// double.
+constexpr double kLeastSigma = 1e-30;
 
 // Collects what is wrong with options, part by part.
 class OptionsCheck {
@@ -21,6 +26,7 @@ class OptionsCheck {
   void Attitudes();
   void Sweep();
   void Motion();
+  void Limits();
   void Rest();
   void Require(std::string_view key, bool good, const std::string& problem) {
     if (good) return;
@@ -76,8 +82,8 @@ void OptionsCheck::Sensor(Triad triad) {
           sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
           name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
   Require(key + ".noise",
-          !sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() > 0.0).all(),
-          name + ": every noise sigma must be > 0");
+          !sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() >= kLeastSigma).all(),
+          name + ": every noise sigma must be > 0, and at least 1e-30");
   Require(key + ".noise",
           !sensor.allan || !sensor.noise_sigma_raw,
           name + ": noise is given twice, as sigma and from an Allan deviation");
@@ -228,6 +234,30 @@ void OptionsCheck::Motion() {
           "motion: only `initialise: { method: auto }` starts without rests");
 }
 
+// Of each that must be there: that the calibration will have such a value.
+void OptionsCheck::Limits() {
+  Require("limits", options_.limits.guard_band_k >= 0.0, "guard band must be >= 0");
+  for (const auto& [name, limit] : options_.limits.limits) {
+    const auto parsed = ParseLimitName(name);
+    if (limit.if_present || !parsed || !parsed->triad) continue;
+    const Triad triad = *parsed->triad;
+    const std::string sensor(TriadName(triad)), limit_of = "limit `" + name + "`: ";
+    Require("limits." + name,
+            Has(triad),
+            limit_of + "no " + sensor + " is calibrated; list it under `sensors:`, or remove it");
+    const std::string_view quantity = parsed->quantity.name;
+    Require("limits." + name,
+            !Has(triad) || !quantity.ends_with("_per_degc") || options_.triads[triad].thermal.any(),
+            limit_of + "no temperature terms of the " + sensor +
+                " are estimated; state `thermal: { bias_order: … }` of it, or remove the limit");
+    Require("limits." + name,
+            quantity != "held_out_rms" || options_.cross_validation_folds > 0,
+            limit_of +
+                "no poses are held out; state `cross_validation: { folds: 5 }`, or remove "
+                "the limit");
+  }
+}
+
 void OptionsCheck::Rest() {
   Require("robust",
           options_.robust.scale > 0.0,
@@ -238,7 +268,6 @@ void OptionsCheck::Rest() {
   Require("observable_sigma",
           options_.observable_sigma > 0.0 && options_.observable_sigma < 1.0,
           "observable_sigma must lie between 0 and 1");
-  Require("limits", options_.limits.guard_band_k >= 0.0, "guard band must be >= 0");
 }
 
 }  // namespace
@@ -256,6 +285,7 @@ Status CalibrateOptions::Validate() const {
   check.Attitudes();
   if (sweep) check.Sweep();
   if (motion) check.Motion();
+  check.Limits();
   check.Rest();
   return check.Result();
 }

@@ -103,11 +103,14 @@ const close = async (page) => {
   await page.context().close();
 };
 
-// Findings of axe that are serious; it must be in the page.
-const axeFindings = async (page) => {
-  const { violations } = await page.evaluate(() => window.axe.run());
+// What axe finds other in another size or other colours.
+const kSeenRules = ['color-contrast', 'scrollable-region-focusable'];
+// Findings of axe that are serious, of all rules or of those that are named; it must be in the page.
+const axeFindings = async (page, rules = []) => {
+  const runOnly = rules.length > 0 ? { runOnly: rules } : {};
+  const { violations } = await page.evaluate((options) => window.axe.run(options), { resultTypes: ['violations'], ...runOnly });
   const serious = violations.filter((violation) => ['serious', 'critical'].includes(violation.impact));
   return serious.map((violation) => `${violation.id}: ${violation.nodes[0].html} ${violation.nodes[0].failureSummary}`).join('\n');
 };
 
-module.exports = { axeFindings, close, open, serve, skip, withBrowser };
+module.exports = { axeFindings, close, kSeenRules, open, serve, skip, withBrowser };

@@ -182,9 +182,11 @@ class KilledConverter : public ::testing::TestWithParam<Converted> {
 TEST_P(KilledConverter, LeavesAWholeRecordingOrNoneAndTheNextRunNoLitter) {
   const int kills_each = IsNightly() ? 50 : 9;
   // Who dies: truetriad and what it started; what it started, which it must say; truetriad alone.
-  const std::string children = "$(cat /proc/$p/task/$p/children 2>/dev/null)";
-  const std::string kills[] = {"kill -KILL $p " + children + " 2>/dev/null",
-                               "kill -KILL " + children + " 2>/dev/null",
+  const std::string look = "read -r c </proc/$p/task/$p/children; ";
+  const std::string kills[] = {"{ " + look + "kill -KILL $p $c; } 2>/dev/null",
+                               // Waits for it a moment, as it would seldom be met.
+                               "{ for i in $(seq 2000); do " + look +
+                                   "[ -n \"$c\" ] && break; done; kill -KILL $c; } 2>/dev/null",
                                "kill -KILL $p 2>/dev/null"};
   double took_s = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 5; ++i) {

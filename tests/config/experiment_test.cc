@@ -404,6 +404,27 @@ TEST_F(ExperimentConfig, RejectsUnknownKeyWithItsLine) {
               AllOf(HasSubstr("limits.accelerometer.drift"), HasSubstr("misalignment_rad")));
 }
 
+TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { gyroscope.bias: 1 }\n"),
+              AllOf(HasSubstr("experiment.yaml:3: limit `gyroscope.bias`"),
+                    HasSubstr("no gyroscope is calibrated")));
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits:\n  accelerometer.bias: 1\n"
+                                              "  accelerometer.bias_per_degc.x: 0.01\n"),
+              AllOf(HasSubstr("experiment.yaml:5: limit `accelerometer.bias_per_degc.x`"),
+                    HasSubstr("no temperature terms"),
+                    HasSubstr("bias_order")));
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "cross_validation: { folds: 0 }\n"
+                                              "limits: { accelerometer.held_out_rms: 1 }\n"),
+              HasSubstr("experiment.yaml:4: limit `accelerometer.held_out_rms`"));
+  EXPECT_THAT(
+      ErrorOf("experiment: 1\nsensors:\n  accelerometer: { noise: { sigma: 1e-300 } }\n"),
+      AllOf(HasSubstr("experiment.yaml:3: accelerometer: every noise sigma"), HasSubstr("1e-30")));
+  const std::string soak =
+      "experiment: 1\nsensors: { accelerometer: { thermal: { bias_order: 1 } } }\n";
+  LoadWell(soak + "limits: { accelerometer.bias_per_degc: 0.01 }\n");
+  LoadWell(std::string(kMinimal) + "limits: { gyroscope.bias: { upper: 1, if_present: true } }\n");
+}
+
 TEST_F(ExperimentConfig, TakesLimitsOfTwoSidesAndOfSingleAxes) {
   const Experiment experiment =
       LoadWell(std::string(kMinimal) +
@@ -452,8 +473,10 @@ TEST_F(ExperimentConfig, LimitsOfItsOwnTakeThePlaceOfAPresetsOfOtherComponents) 
       "preset.yaml");
   const auto limits = [&](const std::string& own) {
     std::map<std::string, double> found;
-    const Experiment experiment =
-        LoadWell(std::string(kMinimal) + "limits: { preset: preset.yaml, " + own + " }\n");
+    const Experiment experiment = LoadWell(
+        "experiment: 1\nsensors: { accelerometer: {}, gyroscope: {} }\n"
+        "limits: { preset: preset.yaml, " +
+        own + " }\n");
     for (const auto& [name, limit] : experiment.options.limits.limits) found[name] = limit.upper;
     return found;
   };

@@ -79,7 +79,7 @@ def ros1(path, topics, messages):
         header = b"".join(struct.pack("<I", len(k) + 1 + len(v)) + k.encode() + b"=" + v for k, v in fields.items())
         return struct.pack("<I", len(header)) + header + struct.pack("<I", len(data)) + data
 
-    body = b""
+    body = bytearray()
     for number, (name, (kind, definition)) in enumerate(topics.items()):
         fields = {"topic": name, "type": kind, "md5sum": "*", "message_definition": definition}
         data = b"".join(struct.pack("<I", len(k) + 1 + len(v)) + f"{k}={v}".encode() for k, v in fields.items())
@@ -90,7 +90,7 @@ def ros1(path, topics, messages):
                         "time": struct.pack("<II", *divmod(ns, 10**9))}, data)
     head = {"op": b"\3", "index_pos": bytes(8), "conn_count": struct.pack("<I", len(topics)),
             "chunk_count": struct.pack("<I", 1)}
-    chunk = record({"op": b"\5", "compression": b"none", "size": struct.pack("<I", len(body))}, body)
+    chunk = record({"op": b"\5", "compression": b"none", "size": struct.pack("<I", len(body))}, bytes(body))
     path.write_bytes(b"#ROSBAG V2.0\n" + record(head, b" " * 4000) + chunk)
 
 
@@ -127,13 +127,13 @@ def mcap(path, topics, messages, most=10**9, is_checked=True):
         known += record(3, struct.pack("<H", number + 1) + text(kind) + text("ros2msg") + text(definition))
         known += record(4, struct.pack("<HH", number, number + 1) + text(name) + text("cdr") + struct.pack("<I", 0))
     numbers = {name: number for number, name in enumerate(topics)}
-    chunks = b""
+    chunks = bytearray()
     for begin in range(0, len(messages), most):
-        body = known
+        body = bytearray(known)
         for name, ns, data in messages[begin:begin + most]:
             body += record(5, struct.pack("<HIQQ", numbers[name], 0, ns, ns) + data)
         checksum = zlib.crc32(body) if is_checked else 0
-        chunks += record(6, struct.pack("<QQQI", 0, 0, len(body), checksum) + text("") + struct.pack("<Q", len(body)) + body)
+        chunks += record(6, struct.pack("<QQQI", 0, 0, len(body), checksum) + text("") + struct.pack("<Q", len(body)) + bytes(body))
     path.write_bytes(b"\x89MCAP0\r\n" + record(1, text("ros2") + text("")) + chunks + record(15, bytes(4)) +
                      record(2, bytes(20)) + b"\x89MCAP0\r\n")
 

@@ -124,6 +124,9 @@ TEST_F(Recording, TakesEverySeparatorAndLineEnd) {
         "  time[s] accel_x[g]  accel_y[g] \t accel_z[g]\n  0 1   2\t3  \n 1 4 5 6\n",
         "time[s],accel_x[g],accel_y[g],accel_z[g]\n0 1 2 3\n1 4 5 6\n",
         "time[s] accel_x[g] accel_y[g] accel_z[g]\n0;1;2;3\n1;4;5;6\n",
+        "sep=;\r\ntime[s];accel_x[g];accel_y[g];accel_z[g]\r\n0;1;2;3\r\n1;4;5;6\r\n",
+        "# time[s] accel_x[g] accel_y[g] accel_z[g]\n0 1 2 3\n1 4 5 6\n",
+        "# of the bench\n#time[s],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3\n1,4,5,6\n",
         "time[s] , accel_x [g] , accel_y[g], accel_z[g]\n 0 , +1 , 2 , 3 \n1,4,5,6\n",
         "\xEF\xBB\xBFtime[s],accel_x[g],accel_y[g],accel_z[g]\n\n0,1,2,3\n# pause\n\n1,4,5,6\n"}) {
     EXPECT_EQ(Read(text).streams[Triad::kAccelerometer].x, expected) << text;

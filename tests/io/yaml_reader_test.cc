@@ -12,8 +12,10 @@
 namespace truetriad {
 namespace yaml_reader_test {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string ParseError(const std::string& text) {
   const Result<YamlReader> yaml = YamlReader::FromText(text, "file.yaml");
@@ -109,6 +111,11 @@ TEST(YamlReader, RejectsWrongTypes) {
 TEST(YamlReader, SaysWhatIsWrongWithTheFile) {
   const TemporaryFolder folder;
   EXPECT_THAT(ParseError("a: [1, 2\nb: 3\n"), HasSubstr("is not valid YAML"));
+  EXPECT_THAT(ParseError("columns: { time: time[s], accelerometer: [x[g], y[g], z[g]] }\n"),
+              AllOf(HasSubstr("is not valid YAML"), HasSubstr("needs quotes: 'time[s]'")));
+  EXPECT_THAT(ParseError("columns:\n  accelerometer: [x[g], y[g], z[g]]\n  time: t[s]\n"),
+              HasSubstr("needs quotes"));
+  EXPECT_THAT(ParseError("a: [1, 2\nb: 3\n"), Not(HasSubstr("quotes")));
   EXPECT_THAT(ParseError("just text"), HasSubstr("is not a YAML map"));
   EXPECT_THAT(ParseError(std::string("a: \0", 4)), HasSubstr("binary"));
   EXPECT_THAT(YamlReader::FromFile(folder.Path("none.yaml")).error().message,

@@ -6,7 +6,7 @@ const { spawnSync } = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { axeFindings, close, open, skip, withBrowser } = require('../browser/browser.js');
+const { axeFindings, close, kSeenRules, open, skip, withBrowser } = require('../browser/browser.js');
 const { makePages, makeReports } = require('./reports.js');
 const { spheresTurn } = require('./spheres.js');
 
@@ -21,14 +21,14 @@ const openReport = (browser, report, options = {}) => {
 const openAll = (page) => page.evaluate(() => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
 
 const fitsAndIsAccessible = async (browser, report, axe) => {
-  for (const [colorScheme, width] of [['light', 390], ['dark', 1280]]) {
+  for (const [colorScheme, width, rules] of [['light', 390, []], ['dark', 1280, kSeenRules]]) {
     const page = await openReport(browser, report, { colorScheme, viewport: { width, height: 900 }, bypassCSP: true });
     const where = `${report.name}, ${colorScheme}, ${width} px`;
     if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `${report.name}-${colorScheme}.png`), fullPage: true });
     await openAll(page);
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0, `${where}: scrolls sideways`);
     await page.addScriptTag({ path: axe });
-    assert.equal(await axeFindings(page), '', where);
+    assert.equal(await axeFindings(page, rules), '', where);
     await close(page);
   }
 };

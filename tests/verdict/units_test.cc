@@ -114,8 +114,15 @@ TEST(Units, OfOneAxisOfAGyroscopeAreToldByItsTurns) {
 
 TEST(Units, OfTimesAreToldByTheRate) {
   PoseSet set = TurnedUnit(1.0);
+  for (const auto& [rate_hz, guess] : {std::pair(0.1, "ms as s?"),
+                                       std::pair(1e-4, "us as s?"),
+                                       std::pair(1e-7, "ns as s?"),
+                                       std::pair(1e5, "s as ms?"),
+                                       std::pair(1e8, "s as us?")}) {
+    set.streams[2].rate_hz = rate_hz;
+    EXPECT_THAT(WhyNotAsStated(set, NineAxis())->Message(), HasSubstr(guess));
+  }
   set.streams[2].rate_hz = 0.1;
-  EXPECT_THAT(WhyNotAsStated(set, NineAxis())->Message(), HasSubstr("ms as s?"));
   CalibrateOptions slow = NineAxis();
   slow.triads[Triad::kGyroscope].enabled = false;  // Rests are rests at any rate.
   EXPECT_FALSE(WhyNotAsStated(set, slow));

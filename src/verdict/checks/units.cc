@@ -124,6 +124,24 @@ bool AreRestsEndless(const PoseSet& poses) {
   return durations_s.size() >= kManyRests && Median(std::move(durations_s)) > kEndlessRestS;
 }
 
+// " (ms as s?)": the nearest unit that makes it a rate that sensors are read at; "" without one.
+std::string TimeGuess(double rate_hz) {
+  constexpr double kLowHz = 5.0, kHighHz = 1e4;
+  constexpr std::array<std::string_view, 3> kFinerThanS = {"ms", "us", "ns"};
+  double factor = 1.0;
+  for (const std::string_view finer : kFinerThanS) {
+    factor *= 1e3;
+    const std::string name(finer);
+    if (rate_hz < kSlowestHz && rate_hz * factor > kLowHz) {
+      return rate_hz * factor < kHighHz ? " (" + name + " as s?)" : "";
+    }
+    if (rate_hz > kFastestHz && rate_hz / factor < kHighHz) {
+      return rate_hz / factor > kLowHz ? " (s as " + name + "?)" : "";
+    }
+  }
+  return "";
+}
+
 std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
                                               const CalibrateOptions& options) {
   const bool follows = !poses.moves.empty() || !poses.turns.empty() || poses.poses.empty() ||
@@ -137,14 +155,14 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
     const bool matters = is_slow ? is_endless || (follows && triad == Triad::kGyroscope)
                                  : rate_hz > kFastestHz && follows;
     if (!(rate_hz > 0.0) || !matters) continue;
-    return Finding(
-               FindingCode::kWrongUnit,
-               "the " + std::string(TriadName(triad)) +
-                   Format(" is read at %.4g Hz over ", rate_hz) +
-                   Format("%.4g s, which is too ", poses.duration_s) +
-                   (is_slow ? "slow for turns and rests: times look finer than stated (ms as s?)"
-                            : "fast for any turn: times look coarser than stated (s as ms?)"),
-               "state the unit of the times; `units: trust` takes them as they are")
+    return Finding(FindingCode::kWrongUnit,
+                   "the " + std::string(TriadName(triad)) +
+                       Format(" is read at %.4g Hz over ", rate_hz) +
+                       Format("%.4g s, which is too ", poses.duration_s) +
+                       (is_slow ? "slow for turns and rests: times look finer than stated"
+                                : "fast for any turn: times look coarser than stated") +
+                       TimeGuess(rate_hz),
+                   "state the unit of the times; `units: trust` takes them as they are")
         .About(triad)
         .With("rate", rate_hz, "Hz");
   }
