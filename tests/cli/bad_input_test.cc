@@ -203,8 +203,11 @@ TEST(Contradiction, InAnExperimentIsNamedWithItsLine) {
                                      "--config=" + config,
                                      "--input=datasets/demo/recording.csv",
                                      "--output=" + folder.Path("out")});
-  EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("experiment.yaml:5: gyroscope: g-sensitivity needs"));
+  const Finished check = RunTruetriad({"check", config});
+  for (const Finished& finished : {run, check}) {
+    EXPECT_EQ(finished.exit_code, 2);
+    EXPECT_THAT(finished.err, HasSubstr("experiment.yaml:5: gyroscope: g-sensitivity needs"));
+  }
 }
 
 TEST(EveryRow, OfALogOfAGyroscopeIsRefusedWithAdvice) {

@@ -81,7 +81,7 @@ TEST_F(TumbledByHand, NeedsAGyroscopeAndTimes) {
   EXPECT_THAT(run.err, HasSubstr("accelerometer or magnetometer"));
   const Finished thermal =
       Calibrate("tumble/recording.yaml", "sensors.accelerometer.thermal.bias_order=1");
-  EXPECT_EQ(thermal.exit_code, 1);
+  EXPECT_EQ(thermal.exit_code, 2);
   EXPECT_THAT(thermal.err, HasSubstr("temperature terms need rests"));
 }
 

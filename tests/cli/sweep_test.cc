@@ -300,7 +300,7 @@ TEST_F(TemperatureSweep, RegressesOnTheAmbientTemperatureToo) {
 
 TEST_F(TemperatureSweep, RefusesWhatOnlyASoakTells) {
   const Finished run = Calibrate("sensors.accelerometer.thermal.matrix_order=1");
-  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, HasSubstr("cannot separate sensitivity from bias"));
 }
 
