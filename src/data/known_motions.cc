@@ -9,6 +9,7 @@
 
 #include "base/messages.h"
 #include "data/stream_checks.h"
+#include "data/turn_ends.h"
 
 namespace truetriad {
 namespace {
@@ -300,6 +301,7 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
     if (from + 1 >= set->poses.size()) return NoSuchPose("turns", stated.at, *set);
     if (from < set->moves.size()) turn.move = set->moves[from];
   }
+  RejectCutTurns(set);
   for (RecordedMove& move : set->moves) {
     const StaticPose& before = set->poses[move.from];
     const StaticPose& after = set->poses[move.from + 1];

@@ -43,7 +43,8 @@ class RateMeans {
 std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 
 /// Fills in set->turns from what was recorded, and says of moves in which a rate was held that they
-/// are not to be used. Error: the number of a pose without a move into the next.
+/// are not to be used, nor turns that are cut. Error: the number of a pose without a move into the
+/// next.
 Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
 
 }  // namespace truetriad

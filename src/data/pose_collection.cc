@@ -317,7 +317,9 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     return Error(ErrorCode::kNoReadings,
                  info.Find(*leading)->file + ": has no readings of the " +
                      std::string(TriadName(*leading)) +
-                     "; expected rows of numbers: check the columns and the separator");
+                     (selection.excluded.empty()
+                          ? "; expected rows of numbers: check the columns and the separator"
+                          : " outside of what `exclude` leaves out"));
   }
 
   PoseSet set;

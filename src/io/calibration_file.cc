@@ -70,6 +70,17 @@ void WriteConfig(YamlText& out, const std::string& config_yaml) {
   }
 }
 
+// Whether variances and correlations can be those of parameters; rounding leaves a little.
+bool IsCovariance(const Eigen::MatrixXd& matrix) {
+  constexpr double kRounding = 1e-6;
+  if (matrix.size() == 0) return true;
+  if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0) return false;
+  const Eigen::VectorXd sigma = matrix.diagonal().cwiseSqrt();
+  const Eigen::ArrayXXd most = (sigma * sigma.transpose()).array();
+  return (matrix.array().abs() <= (1.0 + kRounding) * most).all() &&
+         ((matrix - matrix.transpose()).array().abs() <= kRounding * most).all();
+}
+
 void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   if (!reader) return;
   for (YamlReader& item : reader.RequireChild("parameters").Items()) {
@@ -78,9 +89,10 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   ReadMatrix(reader.RequireChild("matrix"),
              static_cast<Eigen::Index>(covariance->parameters.size()),
              &covariance->matrix);
-  const Eigen::MatrixXd& matrix = covariance->matrix;
-  if (matrix.size() > 0 && (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0)) {
-    reader.Fail("contains a number that is not finite, or a negative variance");
+  if (!IsCovariance(covariance->matrix)) {
+    reader.Fail(
+        "is no covariance: a number is not finite, a variance negative, a correlation above "
+        "one, or the matrix not symmetric; write the calibration anew");
   }
   reader.RejectUnknown();
 }

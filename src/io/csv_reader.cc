@@ -17,6 +17,9 @@ namespace {
 /// No sensor reads more in any unit; squares of larger numbers would leave the range of a double.
 constexpr double kLargestReading = 1e30;
 
+/// No log has more; a table on its side does.
+constexpr std::size_t kMostColumns = 4000;
+
 constexpr char kBlankRuns = ' ';
 
 bool IsBlank(char c, char separator) { return c == ' ' || (c == '\t' && separator != '\t'); }
@@ -112,9 +115,12 @@ char FindSeparator(std::string_view line) {
              : '\t';
 }
 
-/// `sep=;`, which spreadsheets write before everything else.
-bool IsSeparatorLine(std::string_view line) {
-  return EqualsIgnoringCase(line, "sep=;") || EqualsIgnoringCase(line, "sep=,");
+/// Of `sep=;`, which spreadsheets write before everything else; 0 of another line.
+char SeparatorStated(std::string_view line) {
+  line = Unquoted(Trimmed(line));
+  if (EqualsIgnoringCase(line, "sep=")) return '\t';  // Trimmed off.
+  if (line.size() != 5 || !EqualsIgnoringCase(line.substr(0, 4), "sep=")) return '\0';
+  return line.back() == ';' || line.back() == ',' || line.back() == '\t' ? line.back() : '\0';
 }
 
 /// A line that names columns holds no number at all; a line of data holds at least one.
@@ -223,45 +229,46 @@ Status CsvReader::ReadHeader() {
   const char* next = chunk.data();
   chunk_end_ = next + chunk.size();
   std::int64_t number = 0;
-  // The first lines that say something, and the last comment before them.
+  // The first lines that say something, and the comments before them.
   constexpr std::size_t kLines = 32;
-  std::vector<Line> lines;
-  Line comment;
+  std::vector<Line> lines, comments;
   while (lines.size() < kLines && next != chunk_end_) {
     const char* const begin = std::exchange(next, LineEnd(next, chunk_end_) + 1);
     const Line line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
     const std::string_view content = Trimmed(line.text);
     if (number <= layout_.skip_lines || content.empty()) continue;
-    if (lines.empty() && layout_.separator == '\0' && IsSeparatorLine(content)) {
-      layout_.separator = content.back();
-      continue;
-    }
-    if (content[0] != '#') {
+    if (const char stated = lines.empty() ? SeparatorStated(content) : '\0'; stated != '\0') {
+      if (layout_.separator == '\0') layout_.separator = stated;
+    } else if (content[0] != '#') {
       lines.push_back(line);
     } else if (lines.empty()) {
-      comment = {content.substr(1), number};
+      comments.push_back({Trimmed(content.substr(1)), number});
     }
   }
   const auto fields_of = [](std::string_view line) {
     return SplitFields(line, FindSeparator(line));
   };
   const bool looks_like_header = !lines.empty() && LooksLikeHeader(fields_of(lines[0].text));
-  // Some write their header as a comment; that no other comment may stand for it, it must fit.
-  const auto fits_as_header = [&] {
+  // Some write their header as a comment: the last that has as many names as there are columns.
+  const auto fits_as_header = [&](const Line& comment) {
     const std::vector<std::string_view> names = fields_of(comment.text);
     return names.size() > 1 && LooksLikeHeader(names) &&
            names.size() == fields_of(lines[0].text).size();
   };
   Line header;
-  if (!looks_like_header && comment.number > 0 &&
-      (layout_.header == CsvLayout::Header::kPresent ||
-       (layout_.header == CsvLayout::Header::kAuto && !lines.empty() && fits_as_header()))) {
-    header = comment;
-  } else if (!lines.empty() &&
-             (layout_.header == CsvLayout::Header::kPresent ||
-              (layout_.header == CsvLayout::Header::kAuto && looks_like_header))) {
-    header = lines[0];
-    lines.erase(lines.begin());
+  if (layout_.header != CsvLayout::Header::kAbsent) {
+    const bool must_be = layout_.header == CsvLayout::Header::kPresent;
+    const auto fitting = lines.empty()
+                             ? comments.rend()
+                             : std::find_if(comments.rbegin(), comments.rend(), fits_as_header);
+    if (!looks_like_header && fitting != comments.rend()) {
+      header = *fitting;
+    } else if (!looks_like_header && must_be && !comments.empty()) {
+      header = comments.back();
+    } else if (looks_like_header || (must_be && !lines.empty())) {
+      header = lines[0];
+      lines.erase(lines.begin());
+    }
   }
   const bool may_count = layout_.header == CsvLayout::Header::kAuto && header.number == 0;
   if (may_count && lines.size() >= 2 &&
@@ -284,6 +291,11 @@ Status CsvReader::ReadHeader() {
   header_line_ = header.number;
   columns_.resize(header_.empty() ? SplitFields(data.text, layout_.separator).size()
                                   : header_.size());
+  if (columns_.size() > kMostColumns) {
+    return Error(ErrorCode::kWrongFormat,
+                 path() + ": has " + std::to_string(columns_.size()) +
+                     " columns; expected one a reading and a row a time: is it transposed?");
+  }
   cursor_ = data.text.data();
   line_ = data.number - 1;
   return {};
@@ -291,12 +303,9 @@ Status CsvReader::ReadHeader() {
 
 void CsvReader::NameColumns(std::string_view header, const std::vector<std::string_view>& rows) {
   // Some write commas between the names and blanks between the numbers.
-  const std::vector<std::string_view> fields = SplitFields(rows[0], layout_.separator);
-  std::vector<std::string_view> names = SplitFields(header, layout_.separator);
-  if (names.size() != fields.size()) {
-    std::vector<std::string_view> others = SplitFields(header, FindSeparator(header));
-    if (others.size() == fields.size()) names = std::move(others);
-  }
+  const std::size_t fields = SplitFields(rows[0], layout_.separator).size();
+  std::vector<std::string_view> names = SplitFields(header, FindSeparator(header));
+  if (names.size() != fields) names = SplitFields(header, layout_.separator);
   has_unnamed_count_ = LeavesOutRowNumbers(names, rows, layout_.separator);
   if (has_unnamed_count_) header_.emplace_back();
   for (const std::string_view name : names) header_.emplace_back(name);

@@ -317,8 +317,16 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
 }
 
 std::string HeaderColumns::Names() const {
+  // As many as people read.
+  constexpr std::size_t kNamed = 40, kLongestName = 60;
   std::string names;
-  for (const HeaderColumn& column : columns_) names += (names.empty() ? "" : ", ") + column.name;
+  for (std::size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {
+    const std::string& name = columns_[i].name;
+    names += (i == 0 ? "" : ", ") +
+             (name.size() <= kLongestName ? name : std::to_string(name.size()) + " characters");
+  }
+  if (columns_.size() > kNamed)
+    names += " and " + std::to_string(columns_.size() - kNamed) + " more";
   return names;
 }
 

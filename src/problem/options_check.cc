@@ -27,6 +27,7 @@ class OptionsCheck {
   void Sweep();
   void Motion();
   void Limits();
+  std::string WhyAbsent(const LimitName& limit) const;
   void Rest();
   void Require(std::string_view key, bool good, const std::string& problem) {
     if (good) return;
@@ -234,28 +235,54 @@ void OptionsCheck::Motion() {
           "motion: only `initialise: { method: auto }` starts without rests");
 }
 
-// Of each that must be there: that the calibration will have such a value.
-void OptionsCheck::Limits() {
-  Require("limits", options_.limits.guard_band_k >= 0.0, "guard band must be >= 0");
-  for (const auto& [name, limit] : options_.limits.limits) {
-    const auto parsed = ParseLimitName(name);
-    if (limit.if_present || !parsed || !parsed->triad) continue;
-    const Triad triad = *parsed->triad;
-    const std::string sensor(TriadName(triad)), limit_of = "limit `" + name + "`: ";
-    Require("limits." + name,
-            Has(triad),
-            limit_of + "no " + sensor + " is calibrated; list it under `sensors:`, or remove it");
-    const std::string_view quantity = parsed->quantity.name;
-    Require("limits." + name,
-            !Has(triad) || !quantity.ends_with("_per_degc") || options_.triads[triad].thermal.any(),
-            limit_of + "no temperature terms of the " + sensor +
-                " are estimated; state `thermal: { bias_order: … }` of it, or remove the limit");
-    Require("limits." + name,
-            quantity != "held_out_rms" || options_.cross_validation_folds > 0,
-            limit_of +
-                "no poses are held out; state `cross_validation: { folds: 5 }`, or remove "
-                "the limit");
+// Why a calibration will have no such value, and what to do; empty where it may have.
+std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
+  const std::string_view quantity = limit.quantity.name;
+  const bool needs_field =
+      quantity == "reference.field_ut" ||
+      (limit.triad == Triad::kMagnetometer &&
+       (quantity == "scale_error" || quantity == "bias" || quantity == "bias_per_degc"));
+  if (limit.triad && !Has(*limit.triad)) {
+    return "no " + std::string(TriadName(*limit.triad)) +
+           " is calibrated; list it under `sensors:`, or remove the limit";
   }
+  if (quantity.starts_with("reference.") && quantity != "reference.gravity_mps2" &&
+      !Has(Triad::kMagnetometer)) {
+    return "no magnetometer is calibrated; list it under `sensors:`, or remove the limit";
+  }
+  if (needs_field && !options_.reference.field_ut.known() &&
+      !options_.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    return "the field strength is unknown, so that the magnetometer has no scale; state "
+           "`reference: { field: { strength_ut: … } }`, or remove the limit";
+  }
+  if (quantity.ends_with("_per_degc") && !options_.triads[*limit.triad].thermal.any()) {
+    return "no temperature terms of the " + std::string(TriadName(*limit.triad)) +
+           " are estimated; state `thermal: { bias_order: … }` of it, or remove the limit";
+  }
+  if (quantity == "held_out_rms" && options_.cross_validation_folds == 0) {
+    return "no poses are held out; state `cross_validation: { folds: 5 }`, or remove the limit";
+  }
+  return "";
+}
+
+void OptionsCheck::Limits() {
+  const LimitOptions& limits = options_.limits;
+  Require("limits", limits.guard_band_k >= 0.0, "guard band must be >= 0");
+  Require("limits",
+          limits.limits.empty() || !options_.initialise.only,
+          "limits: start values have no σ to be judged with; remove the limits, or `initialise: { "
+          "only: true }`");
+  bool is_any_there = limits.limits.empty();
+  for (const auto& [name, limit] : limits.limits) {
+    const auto parsed = ParseLimitName(name);
+    const std::string absent = parsed ? WhyAbsent(*parsed) : "";
+    Require(
+        "limits." + name, absent.empty() || limit.if_present, "limit `" + name + "`: " + absent);
+    is_any_there |= absent.empty() || !limit.if_present;
+  }
+  Require("limits",
+          is_any_there,
+          "limits: none of them is of what is calibrated; state limits of these sensors");
 }
 
 void OptionsCheck::Rest() {

@@ -91,11 +91,22 @@ Status CheckAccelerometerUnit(const PoseSet& poses,
   std::vector<double> norms;
   norms.reserve(readings.size());
   for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
+  const double norm = Median(std::move(norms));
+  const double length = norm * stream->unit.truth_per_raw / *options.reference.gravity_mps2.value;
+  if (length < kLargestSiGain && length > 1.0 / kLargestSiGain) {
+    if (options.attitudes.kind == AttitudeKind::kNone) return {};
+    return Error(
+        ErrorCode::kDoesNotMatch,
+        {poses.source},
+        "the accelerometer reads gravity at rest (" + std::to_string(norm) + " " +
+            stream->unit.name +
+            ", median norm), but its gain comes out wrong by far in the attitudes that are "
+            "stated: are faces or attitudes exchanged, or in another convention?");
+  }
   return Error(ErrorCode::kWrongUnit,
                {poses.source},
-               "the accelerometer reads " + std::to_string(Median(norms)) + " " +
-                   stream->unit.name + " at rest (median norm), and its fitted gain is " +
-                   std::to_string(gain) +
+               "the accelerometer reads " + std::to_string(norm) + " " + stream->unit.name +
+                   " at rest (median norm), and its fitted gain is " + std::to_string(gain) +
                    " times the nominal gain of that unit; the unit in the header or manifest "
                    "is probably wrong (mg stated as g? counts?)");
 }
@@ -471,7 +482,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   if (vector_model == nullptr && !options.has_stated_axes) {
     return GyroscopeFromSpeeds(poses, options);
   }
-  if (vector_model == nullptr) return known.error();
+  if (vector_model == nullptr) return WhyNoGyroscope(poses, known.error());
   const auto sensitivity =
       FindGyroSensitivity(DirectionMovesOf(poses, vector, *vector_model), model.bias);
   const Unit& unit = poses.Find(Triad::kGyroscope)->unit;

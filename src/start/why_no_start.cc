@@ -91,9 +91,13 @@ Error WhyNoGyroscope(const PoseSet& poses, const Error& error) {
   for (const RecordedMove& move : poses.moves) {
     if (move.fault) faults.push_back(&*move.fault);
   }
-  if (!error.finding || 2 * faults.size() < poses.moves.size() || faults.empty()) return error;
+  for (const KnownTurn& turn : poses.turns) {
+    if (turn.move.fault) faults.push_back(&*turn.move.fault);
+  }
+  const std::size_t turns = poses.moves.size() + poses.turns.size();
+  if (!error.finding || 2 * faults.size() < turns || faults.empty()) return error;
   Finding why = *error.finding;
-  why.text += ": " + std::to_string(faults.size()) + " of " + std::to_string(poses.moves.size()) +
+  why.text += ": " + std::to_string(faults.size()) + " of " + std::to_string(turns) +
               " turns are skipped, as " + faults.front()->text;
   why.remedy = FindingKindOf(faults.front()->code).remedy;
   return NotEnoughError(std::move(why));

@@ -434,6 +434,41 @@ TEST(KnownTurns, AreWorthWhatTheOperatorKnows) {
   EXPECT_NEAR(share(1, 1), 0.02, 0.002);
 }
 
+// Rows that begin or end within a turn leave out a part of its angle, with the same sign in all.
+TEST(KnownTurns, ThatTheirRowsCutAreLeftOut) {
+  const Scenario scenario = HandTurns();
+  const PoseSelection whole = SelectionOf(scenario);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].noise_sigma_raw = Eigen::Vector3d::Constant(1.0);
+  for (const double cut_begin : {0.0, 0.25}) {
+    for (const double cut_end : {0.0, 0.25}) {
+      PoseSelection selection = whole;
+      for (StatedTurn& turn : selection.turns) {
+        const auto rows = static_cast<double>(turn.at.rows.last - turn.at.rows.first);
+        turn.at.rows.first += std::lround(cut_begin * rows);
+        turn.at.rows.last -= std::lround(cut_end * rows);
+      }
+      const PoseSet poses = Collect(scenario, selection);
+      const bool is_cut = cut_begin + cut_end > 0.0;
+      for (const KnownTurn& turn : poses.turns) EXPECT_EQ(turn.move.fault.has_value(), is_cut);
+      EXPECT_EQ(Find(poses.findings, FindingCode::kTurnCut) != nullptr, is_cut);
+      if (!is_cut) continue;
+      const auto refused = Calibrate(poses, options);
+      ASSERT_TRUE(refused);
+      EXPECT_FALSE(refused->calibration.IsUsable());
+      EXPECT_THAT(refused->calibration.findings.back().Message(),
+                  HasSubstr("while the unit still turns"));
+    }
+  }
+  // The others go on without one.
+  PoseSelection selection = whole;
+  selection.turns[1].at.rows.last -=
+      (selection.turns[1].at.rows.last - selection.turns[1].at.rows.first) / 4;
+  const PoseSet poses = Collect(scenario, selection);
+  EXPECT_TRUE(poses.turns[1].move.fault);
+  ExpectTruth(scenario, Calibrated(poses, options), 1e-7, 1e-3);
+}
+
 TEST(KnownTurns, ThatAreHeldOutArePredicted) {
   Scenario scenario = RateTable();
   scenario.sensors[kGyro]->noise.density.setConstant(2e-4);

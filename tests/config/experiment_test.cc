@@ -105,7 +105,7 @@ attitudes: { six_face: { tilt_sigma_deg: 0.7, seat_sigma_deg: 0 } }
 robust: { loss: none, scale: 2.5 }
 clocks: as_stated
 units: trust
-initialise: { method: six-position, only: true, forces: forces.csv }
+initialise: { method: six-position, only: false, forces: forces.csv }
 limits: { accelerometer.bias: 0.5, magnetometer.scale_error: 0.1, decision: { guard_band_k: 2 } }
 cross_validation: { folds: 0 }
 observable_sigma: 0.1
@@ -200,7 +200,7 @@ TEST_F(ExperimentConfig, ReadsEveryKey) {
   EXPECT_EQ(options.attitudes.tilt_sigma_deg, 0.7);
   EXPECT_FALSE(options.robust.enabled);
   EXPECT_EQ(options.initialise.method, InitialiseMethod::kSixPosition);
-  EXPECT_TRUE(options.initialise.only);
+  EXPECT_FALSE(options.initialise.only);
   EXPECT_THAT(options.limits.limits, SizeIs(2));
   EXPECT_EQ(options.limits.guard_band_k, 2.0);
   EXPECT_EQ(options.cross_validation_folds, 0);
@@ -419,10 +419,28 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
   EXPECT_THAT(
       ErrorOf("experiment: 1\nsensors:\n  accelerometer: { noise: { sigma: 1e-300 } }\n"),
       AllOf(HasSubstr("experiment.yaml:3: accelerometer: every noise sigma"), HasSubstr("1e-30")));
+  const std::string compass = "experiment: 1\nsensors: { magnetometer: {} }\n";
+  for (const char* limit :
+       {"magnetometer.bias", "magnetometer.scale_error", "reference.field_ut"}) {
+    const std::string limits = std::string("limits: { ") + limit + ": { upper: 60 } }\n";
+    EXPECT_THAT(ErrorOf(compass + limits), HasSubstr("the field strength is unknown")) << limit;
+    LoadWell(compass + "reference: { field: { strength_ut: 50 } }\n" + limits);
+  }
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { reference.dip_deg: 60 }\n"),
+              HasSubstr("no magnetometer is calibrated"));
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) +
+                      "limits: { gyroscope.bias: { upper: 1, if_present: true } }\n"),
+              HasSubstr("none of them is of what is calibrated"));
+  EXPECT_TRUE(
+      LoadWell(std::string(kMinimal) + "initialise: { only: true }\n").options.initialise.only);
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) +
+                      "initialise: { only: true }\nlimits: { accelerometer.bias: 1 }\n"),
+              HasSubstr("start values have no σ to be judged with"));
   const std::string soak =
       "experiment: 1\nsensors: { accelerometer: { thermal: { bias_order: 1 } } }\n";
   LoadWell(soak + "limits: { accelerometer.bias_per_degc: 0.01 }\n");
-  LoadWell(std::string(kMinimal) + "limits: { gyroscope.bias: { upper: 1, if_present: true } }\n");
+  LoadWell(std::string(kMinimal) +
+           "limits: { accelerometer.bias: 1, gyroscope.bias: { upper: 1, if_present: true } }\n");
 }
 
 TEST_F(ExperimentConfig, TakesLimitsOfTwoSidesAndOfSingleAxes) {
@@ -431,13 +449,13 @@ TEST_F(ExperimentConfig, TakesLimitsOfTwoSidesAndOfSingleAxes) {
                "limits:\n"
                "  accelerometer.bias: 0.5\n"
                "  accelerometer: { bias: { x: { lower: -0.1, upper: 0.3 } } }\n"
-               "  reference.dip_deg: { lower: 60 }\n");
+               "  accelerometer.scale_error: { lower: -0.1 }\n");
   const auto& limits = experiment.options.limits.limits;
   EXPECT_THAT(limits, SizeIs(3));
   EXPECT_TRUE(limits.at("accelerometer.bias").IsAboutZero());
   EXPECT_EQ(limits.at("accelerometer.bias.x").lower, -0.1);
   EXPECT_EQ(limits.at("accelerometer.bias.x").upper, 0.3);
-  EXPECT_TRUE(std::isinf(limits.at("reference.dip_deg").upper));
+  EXPECT_TRUE(std::isinf(limits.at("accelerometer.scale_error").upper));
   EXPECT_THAT(
       ErrorOf(std::string(kMinimal) + "limits: { accelerometer.bias: { lower: 2, upper: 1 } }\n"),
       HasSubstr("lower <= target <= upper"));

@@ -352,6 +352,19 @@ TEST(CalibrationFile, RejectsANegativeStandardDeviation) {
               HasSubstr("sensors.accelerometer.noise.sigma: contains a negative"));
 }
 
+TEST(CalibrationFile, RejectsWhatIsNoCovariance) {
+  const auto error = [](const Eigen::Matrix2d& matrix) {
+    Calibration calibration = Awkward();
+    calibration.covariance.matrix = matrix;
+    return ErrorOf(CalibrationToYaml(calibration));
+  };
+  EXPECT_EQ(error(Eigen::Matrix2d{{1.0, -0.5}, {-0.5, 1.0}}), "no error");
+  EXPECT_EQ(error(Eigen::Matrix2d::Zero()), "no error");
+  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 2.0}, {2.0, 1.0}}), HasSubstr("is no covariance"));
+  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 0.5}, {0.4, 1.0}}), HasSubstr("is no covariance"));
+  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 1e308}, {1e308, 1.0}}), HasSubstr("is no covariance"));
+}
+
 TEST(CalibrationFile, TakesItsTimeFromTheEnvironment) {
   setenv("SOURCE_DATE_EPOCH", "1769860800", 1);
   EXPECT_EQ(TimestampUtc(), "2026-01-31T12:00:00Z");

@@ -126,11 +126,26 @@ TEST_F(Recording, TakesEverySeparatorAndLineEnd) {
         "time[s] accel_x[g] accel_y[g] accel_z[g]\n0;1;2;3\n1;4;5;6\n",
         "sep=;\r\ntime[s];accel_x[g];accel_y[g];accel_z[g]\r\n0;1;2;3\r\n1;4;5;6\r\n",
         "# time[s] accel_x[g] accel_y[g] accel_z[g]\n0 1 2 3\n1 4 5 6\n",
+        "\"sep=;\"\ntime[s];accel_x[g];accel_y[g];accel_z[g]\n0;1;2;3\n1;4;5;6\n",
+        "sep=\t\ntime[s]\taccel_x[g]\taccel_y[g]\taccel_z[g]\n0\t1\t2\t3\n1\t4\t5\t6\n",
         "# of the bench\n#time[s],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3\n1,4,5,6\n",
+        "# time[s],accel_x[g],accel_y[g],accel_z[g]\n# at noon\n0,1,2,3\n1,4,5,6\n",
+        "# time[s], accel_x[g], accel_y[g], accel_z[g]\n0 1 2 3\n1 4 5 6\n",
+        "#\ttime[s]\taccel_x[g]\taccel_y[g]\taccel_z[g]\n0\t1\t2\t3\n1\t4\t5\t6\n",
         "time[s] , accel_x [g] , accel_y[g], accel_z[g]\n 0 , +1 , 2 , 3 \n1,4,5,6\n",
         "\xEF\xBB\xBFtime[s],accel_x[g],accel_y[g],accel_z[g]\n\n0,1,2,3\n# pause\n\n1,4,5,6\n"}) {
     EXPECT_EQ(Read(text).streams[Triad::kAccelerometer].x, expected) << text;
   }
+}
+
+TEST_F(Recording, RefusesATableOnItsSide) {
+  std::string header = "time[s]", row = "0";
+  for (int i = 0; i < 5000; ++i) {
+    header += ",a" + std::to_string(i);
+    row += ",0";
+  }
+  EXPECT_THAT(ErrorOf(header + "\n" + row + "\n"),
+              AllOf(HasSubstr("has 5001 columns"), HasSubstr("transposed")));
 }
 
 TEST_F(Recording, DropsAndCountsRowsOfASlowerSensor) {

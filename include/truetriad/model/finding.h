@@ -61,6 +61,7 @@ enum class FindingCode : int {
   kTurnStuck,
   kTurnTooLong,
   kTurnAtKnownRate,
+  kTurnCut,
   kOtherSerial,
   kWrongUnit,
   kNotRaw,

@@ -33,7 +33,7 @@ void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibr
          ": check the unit that the log states, and whose calibration this is");
   };
   tell(Triad::kAccelerometer, calibration.reference.gravity_mps2, "gravity");
-  if (calibration.reference.field_ut && !calibration.reference.field_nominal) {
+  if (calibration.reference.field_ut) {
     tell(Triad::kMagnetometer, *calibration.reference.field_ut, "the field it was calibrated in");
   }
 }

@@ -22,10 +22,28 @@ std::string SensorsOf(const Experiment& experiment) {
   return names;
 }
 
+// All that it names.
+std::vector<std::string> FilesOf(const Experiment& experiment) {
+  std::vector<std::string> files = experiment.inputs;
+  for (const std::string& file : {experiment.poses.file,
+                                  experiment.attitudes_file,
+                                  experiment.static_file,
+                                  experiment.forces_file,
+                                  experiment.poses.known_motions.turns_file,
+                                  experiment.poses.known_motions.rates_file}) {
+    if (!file.empty()) files.push_back(file);
+  }
+  for (const Triad triad : kTriads) {
+    const std::string& file = experiment.allan_files[triad];
+    if (!file.empty()) files.push_back(file);
+  }
+  return files;
+}
+
 Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
                              ReadExperiment(FLAGS_config, Overrides()));
-  for (const std::string& input : experiment.inputs) {
+  for (const std::string& input : FilesOf(experiment)) {
     std::error_code failure;
     if (std::filesystem::exists(input, failure)) continue;
     Note("note: there is no " + std::filesystem::path(input).lexically_normal().string() +

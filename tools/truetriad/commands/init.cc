@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -23,6 +24,12 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   TRUETRIAD_RETURN_IF_ERROR(look);
   const std::string& experiment = look->experiment_yaml;
   if (!FLAGS_output.empty()) {
+    // People write into it.
+    if (const auto there = ReadSmallFile(FLAGS_output); there && *there != experiment) {
+      return Error(ErrorCode::kConflictingArguments,
+                   "--output=" + FLAGS_output +
+                       " exists and may have been edited; choose another file, or remove it");
+    }
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_output, experiment));
     return VerbResult{
         .text = FLAGS_output + '\n',

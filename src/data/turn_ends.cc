@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/turn_ends.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/messages.h"
+#include "math/distributions.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+namespace {
+
+// Over so long the readings at an end are averaged, but over so many at least.
+constexpr double kEndS = 0.05;
+constexpr std::size_t kFewestAtEnd = 3;
+// What noise does to a mean is less.
+constexpr double kNoiseSigmas = 6.0;
+// No unit that nothing drives turns on for longer: beyond this an end says no more about its ramp.
+constexpr double kLongestRampS = 0.5;
+// Of σ of the angle; what is missing has one sign in all turns of a file.
+constexpr double kMissingSigmas = 0.5;
+
+struct End {
+  Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // of as many readings next to them
+  double sigma_raw = 0.0;                               // of mean_raw along any direction
+  double span_s = 0.0;                                  // from one mean to the other
+};
+
+// The ends of a turn; unset where it has too few readings for both.
+std::optional<std::array<End, 2>> EndsOf(const RecordedMove& move) {
+  const std::vector<Eigen::Vector3d>& readings = move.gyroscope_raw;
+  const std::size_t count = readings.size();
+  if (count < 2) return std::nullopt;
+  const double duration_s = 1e-9 * static_cast<double>(move.time_ns.back() - move.time_ns.front());
+  const double spacing_s = duration_s / static_cast<double>(count - 1);
+  if (!(spacing_s > 0.0)) return std::nullopt;
+  const std::size_t most =
+      std::max(kFewestAtEnd, static_cast<std::size_t>(std::lround(kEndS / spacing_s)));
+  if (count < 4 * most) return std::nullopt;
+  std::array<End, 2> ends;
+  for (const bool is_last : {false, true}) {
+    const auto at = [&](std::size_t i) -> const Eigen::Vector3d& {
+      return readings[is_last ? count - 1 - i : i];
+    };
+    End& end = ends[is_last ? 1 : 0];
+    double square = 0.0;
+    for (std::size_t i = 0; i < 2 * most; ++i) {
+      (i < most ? end.mean_raw : end.inner_raw) += at(i) / static_cast<double>(most);
+      // Of second differences, which a ramp does not enter: 6 σ², three axes.
+      square += (at(i) - 2.0 * at(i + 1) + at(i + 2)).squaredNorm() / 18.0;
+    }
+    end.sigma_raw = std::sqrt(square / static_cast<double>(2 * most * most));
+    end.span_s = spacing_s * static_cast<double>(most);
+  }
+  return ends;
+}
+
+// The gyroscope's reading at rest: the middle one of rests and of the ends of turns, of which those
+// that are cut go both ways.
+Eigen::Vector3d RestLevel(const PoseSet& set) {
+  std::array<std::vector<double>, 3> levels;
+  const auto take = [&levels](const Eigen::Vector3d& reading) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      levels[static_cast<std::size_t>(axis)].push_back(reading[axis]);
+    }
+  };
+  for (const StaticPose& pose : set.poses) {
+    if (const auto& means = pose.triads[Triad::kGyroscope]) take(means->mean_raw);
+  }
+  for (const KnownTurn& turn : set.turns) {
+    if (const auto ends = EndsOf(turn.move)) {
+      for (const End& end : *ends) take(end.mean_raw);
+    }
+  }
+  Eigen::Vector3d level;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    level[static_cast<Eigen::Index>(axis)] =
+        levels[axis].empty() ? 0.0 : Median(std::move(levels[axis]));
+  }
+  return level;
+}
+
+// What of its angle a turn lacks beyond one end, radians, from the rate there and how it changes;
+// zero where nothing but noise shows. `rad_per_raw`: of the integral of readings.
+double MissingAngle(const End& end, const Eigen::Vector3d& rest_raw, double rad_per_raw) {
+  const Eigen::Vector3d off = end.mean_raw - rest_raw;
+  if (!(off.norm() > kNoiseSigmas * end.sigma_raw)) return 0.0;
+  const Eigen::Vector3d direction = off.normalized();
+  const double change = (end.inner_raw - end.mean_raw).dot(direction) / end.span_s;
+  // The line through both means, at the end itself; below zero where the turn only begins.
+  const double rate = off.norm() - 0.5 * change * end.span_s;
+  if (!(rate > kNoiseSigmas * std::sqrt(2.5) * end.sigma_raw)) return 0.0;
+  const double ramp_s = change > 0.0 ? std::min(rate / change, kLongestRampS) : kLongestRampS;
+  return 0.5 * rate * ramp_s * rad_per_raw;
+}
+
+// Radians a raw unit and second, as the stated angle of the turn gives them.
+double ScaleOf(const KnownTurn& turn, const Eigen::Vector3d& rest_raw) {
+  const RecordedMove& move = turn.move;
+  Eigen::Vector3d integral = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i < move.time_ns.size(); ++i) {
+    const double step_s = 1e-9 * static_cast<double>(move.time_ns[i] - move.time_ns[i - 1]);
+    integral += step_s * (0.5 * (move.gyroscope_raw[i] + move.gyroscope_raw[i - 1]) - rest_raw);
+  }
+  const double turned = integral.norm();
+  return turned > 0.0 ? std::abs(turn.stated.angle_rad) / turned : 0.0;
+}
+
+}  // namespace
+
+void RejectCutTurns(PoseSet* set) {
+  if (set->turns.empty()) return;
+  const Eigen::Vector3d rest_raw = RestLevel(*set);
+  std::size_t cut = 0;
+  double most_rad = 0.0;
+  for (KnownTurn& turn : set->turns) {
+    const auto ends = EndsOf(turn.move);
+    if (!ends || turn.move.fault || turn.stated.at.is_pose()) continue;
+    const double rad_per_raw = ScaleOf(turn, rest_raw);
+    for (const bool is_last : {false, true}) {
+      const double missing_rad = MissingAngle((*ends)[is_last ? 1 : 0], rest_raw, rad_per_raw);
+      if (!(missing_rad > kMissingSigmas * turn.stated.sigma_rad)) continue;
+      turn.move.fault = Finding(FindingCode::kTurnCut,
+                                std::string("it ") + (is_last ? "ends" : "begins") +
+                                    Format(" while the unit still turns, with some %.2g deg of it ",
+                                           missing_rad * kDegPerRad) +
+                                    (is_last ? "after" : "before") + " its rows")
+                            .With("missing", missing_rad * kDegPerRad, "deg");
+      most_rad = std::max(most_rad, missing_rad);
+    }
+    cut += turn.move.fault ? 1 : 0;
+  }
+  if (cut == 0) return;
+  set->findings.push_back(
+      Finding(
+          FindingCode::kTurnCut,
+          std::to_string(cut) + " of " + std::to_string(set->turns.size()) +
+              " known turns are left out: their rows or times begin or end while the unit still "
+              "turns" +
+              Format(", with some %.2g deg outside", most_rad * kDegPerRad))
+          .About(Triad::kGyroscope)
+          .With("turns", static_cast<double>(cut))
+          .With("missing", most_rad * kDegPerRad, "deg"));
+}
+
+}  // namespace truetriad
