@@ -86,8 +86,8 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
           ErrorCode::kUnitMismatch,
           std::string(TriadName(triad)) + ": a takes " + a.sensors[triad]->input_unit +
               ", b takes " + b.sensors[triad]->input_unit +
-              "; calibrate both from logs of one unit (the header says which), or state the unit "
-              "of an imported one (`import --units`)");
+              "; calibrate both from logs that state one unit of measurement (in the header), "
+              "or state the unit of an imported one (`import --units`)");
     }
   }
   return {};

@@ -92,9 +92,14 @@ void SettleField(Draft* draft, Fail fail) {
            "`site: clean` needs the field at the position, but " + experiment.no_earth_field);
     }
   }
-  if (earth && !draft->given.contains("reference.field.hemisphere")) {
+  // The magnetic equator lies nowhere farther from the other one than 16 degrees.
+  constexpr double kNearEquatorDeg = 20.0;
+  const bool is_far_from_equator =
+      experiment.position && std::abs(experiment.position->latitude_deg) > kNearEquatorDeg;
+  if ((earth || is_far_from_equator) && !draft->given.contains("reference.field.hemisphere")) {
     draft->given.insert("reference.field.hemisphere");
-    experiment.options.reference.northern_hemisphere = earth->dip_deg >= 0.0;
+    experiment.options.reference.northern_hemisphere =
+        (earth ? earth->dip_deg : experiment.position->latitude_deg) >= 0.0;
     experiment.options.reference.is_hemisphere_stated = true;
   }
 }

@@ -15,7 +15,7 @@ const MatlabModule* Module() {
   return module;
 }
 
-constexpr char kHowToHaveIt[] = "; install libmatio-dev and build truetriad again";
+constexpr char kHowToHaveIt[] = "; build it with `tools/build.sh programs`";
 
 }  // namespace
 

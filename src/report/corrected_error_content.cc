@@ -80,6 +80,11 @@ std::vector<std::string> HeadingRow(const Calibration& calibration) {
           ""};
 }
 
+// Fewer entries of the matrix were estimated than gains and the angles between axes are.
+bool HoldsMisalignment(const TriadCalibration& sensor) {
+  return (sensor.sensitivity_sigma.array() > 0.0).count() < 6;
+}
+
 }  // namespace
 
 Section CorrectedErrorSection(const Calibration& calibration) {
@@ -115,6 +120,11 @@ Section CorrectedErrorSection(const Calibration& calibration) {
       "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in nominal "
       "units, as the log has them. "
       "Corrected: what the parameters' σ leave; a reading's own noise comes on top."));
+  for (const Triad triad : kTriads) {
+    if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
+    section.blocks.emplace_back("The model of the " + std::string(TriadName(triad)) +
+                                " holds its misalignment: what that is adds to these numbers.");
+  }
   if (calibration.sensors[Triad::kMagnetometer] && calibration.reference.field_nominal) {
     section.blocks.emplace_back(std::string(
         "Nobody stated the strength of the field: by how much the assumed one is off, in per cent, "

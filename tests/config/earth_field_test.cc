@@ -107,6 +107,17 @@ TEST_F(EarthFieldInExperiment, HemisphereOfTheDipFollowsFromThePosition) {
                   .options.reference.northern_hemisphere);
 }
 
+TEST_F(EarthFieldInExperiment, LatitudeAloneGivesTheHemisphereFarFromTheEquator) {
+  const auto reference = [this](const std::string& latitude) {
+    return LoadWell("latitude_deg: " + latitude + ", height_m: 20").options.reference;
+  };
+  EXPECT_FALSE(reference("-33").northern_hemisphere);
+  EXPECT_TRUE(reference("-33").is_hemisphere_stated);
+  EXPECT_TRUE(reference("47").northern_hemisphere);
+  EXPECT_TRUE(reference("47").is_hemisphere_stated);
+  EXPECT_FALSE(reference("-12").is_hemisphere_stated);
+}
+
 TEST_F(EarthFieldInExperiment, EarthRateTakesLatitudeAndDeclination) {
   const auto rate = LoadWell(kPlace, ", earth_rate: position").options.reference.earth_rate;
   ASSERT_TRUE(rate);

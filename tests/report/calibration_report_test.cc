@@ -153,6 +153,16 @@ TEST(CalibrationText, TakesMisalignmentSigmaFromTheFullCovariance) {
   EXPECT_THAT(CalibrationText(c), HasSubstr("100.0 ± 9.0"));
 }
 
+TEST(CalibrationText, SaysThatAHeldMisalignmentIsInNoError) {
+  constexpr char kWords[] = "The model of the accelerometer holds its misalignment";
+  Calibration calibration = SampleCalibration();
+  Eigen::Matrix3d& sigma = calibration.sensors[Triad::kAccelerometer]->sensitivity_sigma;
+  sigma.setConstant(1e-3);
+  EXPECT_THAT(CalibrationText(calibration), Not(HasSubstr(kWords)));
+  sigma = Eigen::Vector3d::Constant(1e-3).asDiagonal();
+  EXPECT_THAT(CalibrationText(calibration), HasSubstr(kWords));
+}
+
 TEST(CalibrationText, StatesTheNinetyFivePercentFactorOnce) {
   // Student's t, 27.4 degrees of freedom: 2.0505.
   const std::string text = CalibrationText(SampleCalibration());
