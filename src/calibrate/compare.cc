@@ -25,6 +25,8 @@ namespace {
 constexpr double kTiedShare = 1e-9;
 // Variances below this share of the largest of the same matrix are the rounding of a fixed entry.
 constexpr double kFixedShare = 1e-20;
+// Differences below this share of the largest entry of a matrix are rounding.
+constexpr double kRounding = 1e-6;
 
 // The names of a covariance list no term that the calibration does not hold.
 bool HoldsItsTerms(const Calibration& calibration) {
@@ -301,6 +303,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   const ComparedValues of_a = values_of(in_a), of_b = values_of(in_b);
   std::vector<CommonParameter> common;
   std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
+  std::map<std::string, double> sizes;    // of the same entries
   for (std::size_t i = 0; i < of_a.names.size(); ++i) {
     const std::string& name = of_a.names[i];
     const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
@@ -321,6 +324,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     comparison.entries.push_back(entry);
     const std::string group = name.substr(0, name.rfind('.'));
     largest[group] = std::max(largest[group], variance);
+    sizes[group] = std::max({sizes[group], std::abs(entry.a), std::abs(entry.b)});
     common.push_back({at_a, at_b, entry.difference});
   }
   if (comparison.entries.empty()) {
@@ -328,11 +332,16 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
                  "the two calibrations have no parameter with an uncertainty in common");
   }
 
-  // Entries that the gauge fixes.
+  // Entries that the gauge fixes, or a model of both.
   std::erase_if(common, [&](const CommonParameter& at) {
     const std::string& name = of_a.names[static_cast<std::size_t>(at.in_a)];
+    const std::string group = name.substr(0, name.rfind('.'));
     const double variance = of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
-    return variance <= kFixedShare * largest[name.substr(0, name.rfind('.'))];
+    if (variance > kFixedShare * largest[group]) return false;
+    if (std::abs(at.difference) > kRounding * sizes[group]) {
+      comparison.not_compared.push_back(name + " (held in both, and different)");
+    }
+    return true;
   });
 
   if (common.empty()) return comparison;  // Neither states an uncertainty.

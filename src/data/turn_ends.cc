@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -62,29 +64,44 @@ std::optional<std::array<End, 2>> EndsOf(const RecordedMove& move) {
   return ends;
 }
 
-// The gyroscope's reading at rest: the middle one of rests and of the ends of turns, of which those
-// that are cut go both ways.
-Eigen::Vector3d RestLevel(const PoseSet& set) {
-  std::array<std::vector<double>, 3> levels;
-  const auto take = [&levels](const Eigen::Vector3d& reading) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      levels[static_cast<std::size_t>(axis)].push_back(reading[axis]);
-    }
-  };
+struct Level {
+  std::int64_t time_ns = 0;
+  Eigen::Vector3d reading_raw = Eigen::Vector3d::Zero();
+};
+
+// What the gyroscope reads in rests, and at the ends of turns.
+std::vector<Level> LevelsOf(const PoseSet& set) {
+  std::vector<Level> levels;
   for (const StaticPose& pose : set.poses) {
-    if (const auto& means = pose.triads[Triad::kGyroscope]) take(means->mean_raw);
+    if (const auto& means = pose.triads[Triad::kGyroscope]) {
+      levels.push_back({pose.start_ns / 2 + pose.end_ns / 2, means->mean_raw});
+    }
   }
   for (const KnownTurn& turn : set.turns) {
-    if (const auto ends = EndsOf(turn.move)) {
-      for (const End& end : *ends) take(end.mean_raw);
-    }
+    const auto ends = EndsOf(turn.move);
+    if (!ends) continue;
+    levels.push_back({turn.move.time_ns.front(), (*ends)[0].mean_raw});
+    levels.push_back({turn.move.time_ns.back(), (*ends)[1].mean_raw});
   }
-  Eigen::Vector3d level;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    level[static_cast<Eigen::Index>(axis)] =
-        levels[axis].empty() ? 0.0 : Median(std::move(levels[axis]));
+  return levels;
+}
+
+// The middle one of those about a time: turns that are cut go both ways, and the bias may drift.
+Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
+  constexpr std::size_t kNearest = 16;
+  const std::size_t count = std::min(kNearest, levels->size());
+  const auto distance = [time_ns](const Level& level) { return std::abs(level.time_ns - time_ns); };
+  std::partial_sort(levels->begin(),
+                    levels->begin() + static_cast<std::ptrdiff_t>(count),
+                    levels->end(),
+                    [&](const Level& a, const Level& b) { return distance(a) < distance(b); });
+  Eigen::Vector3d middle;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; ++i) values.push_back((*levels)[i].reading_raw[axis]);
+    middle[axis] = Median(std::move(values));
   }
-  return level;
+  return middle;
 }
 
 // What of its angle a turn lacks beyond one end, radians, from the rate there and how it changes;
@@ -117,12 +134,14 @@ double ScaleOf(const KnownTurn& turn, const Eigen::Vector3d& rest_raw) {
 
 void RejectCutTurns(PoseSet* set) {
   if (set->turns.empty()) return;
-  const Eigen::Vector3d rest_raw = RestLevel(*set);
+  std::vector<Level> levels = LevelsOf(*set);
   std::size_t cut = 0;
   double most_rad = 0.0;
   for (KnownTurn& turn : set->turns) {
     const auto ends = EndsOf(turn.move);
     if (!ends || turn.move.fault || turn.stated.at.is_pose()) continue;
+    const std::vector<std::int64_t>& times = turn.move.time_ns;
+    const Eigen::Vector3d rest_raw = LevelAt(times[times.size() / 2], &levels);
     const double rad_per_raw = ScaleOf(turn, rest_raw);
     for (const bool is_last : {false, true}) {
       const double missing_rad = MissingAngle((*ends)[is_last ? 1 : 0], rest_raw, rad_per_raw);

@@ -619,6 +619,22 @@ TEST(Compare, TakesOutAFieldStrengthThatIsAConvention) {
   EXPECT_TRUE(comparison->not_compared.empty());
 }
 
+TEST(Compare, NamesWhatBothHoldAndHoldOtherwise) {
+  Random random(11);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  CalibrateOptions options = JointOptions(unit);
+  options.triads[Triad::kAccelerometer].model = MatrixModel::kDiagonal;
+  const auto diagonal = Calibrate(poses, options);
+  ASSERT_TRUE(diagonal);
+  Calibration other = diagonal->calibration;
+  EXPECT_TRUE(Compare(diagonal->calibration, other)->not_compared.empty());
+  other.sensors[Triad::kAccelerometer]->model.sensitivity(1, 0) += 0.01;
+  EXPECT_THAT(Compare(diagonal->calibration, other)->not_compared,
+              ::testing::Contains("accelerometer.sensitivity.yx (held in both, and different)"));
+}
+
 // Where one of them is a hundred times less certain, what is taken out of one is still what is
 // taken out of the other: of 21 degrees of freedom the scale is one.
 TEST(Compare, TakesOneScaleOutOfACoarseAndAFineCalibration) {

@@ -24,7 +24,7 @@ struct Comparison {
   int dof = 0;
   double p_value = 1.0;
   double largest_in_sigmas = 0.0;
-  /// What only one of the two holds, in words: nothing is said about it.
+  /// What only one of the two holds, or both without a σ, in words: nothing is said about it.
   std::vector<std::string> not_compared;
   /// The strength of the field was a convention in one of the two: the common scale of the
   /// magnetometer was taken out.
