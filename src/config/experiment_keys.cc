@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,12 +32,15 @@ void ReadDevice(YamlReader reader, Experiment* experiment) {
   reader.RejectUnknown();
 }
 
-void ReadPosition(YamlReader reader, std::optional<SitePosition>* position) {
+// `given`: what any document states; the parts of a position may be in several.
+void ReadPosition(YamlReader reader,
+                  const std::set<std::string>& given,
+                  std::optional<SitePosition>* position) {
   if (!reader) return;
   SitePosition site = position->value_or(SitePosition());
-  const bool is_first = !position->has_value();
-  const auto read = [&](std::string_view key, const Range& range, double* value) {
-    ReadNumber(is_first ? reader.RequireChild(key) : reader.Child(key), range, value);
+  const auto read = [&](const std::string& key, const Range& range, double* value) {
+    const bool is_stated = given.contains("reference.position." + key);
+    ReadNumber(is_stated ? reader.Child(key) : reader.RequireChild(key), range, value);
   };
   read("latitude_deg", kLatitudeDeg, &site.latitude_deg);
   read("height_m", {-1000.0, 20000.0, "a height in metres"}, &site.height_m);
@@ -82,7 +86,7 @@ void ReadReference(YamlReader reader, Draft* draft) {
              {9.7, 9.9, "gravity at the Earth's surface in m/s^2, 9.7 to 9.9"},
              false,
              &draft->gravity_mps2);
-  ReadPosition(reader.Child("position"), &draft->experiment.position);
+  ReadPosition(reader.Child("position"), draft->given, &draft->experiment.position);
   if (YamlReader field = reader.Child("field")) {
     // No upper end: people normalise the field to 1 or use coils.
     ReadStated(field.Child("strength_ut"), kPositive, true, &draft->strength_ut);

@@ -27,6 +27,7 @@ class OptionsCheck {
   void Sweep();
   void Motion();
   void Limits();
+  void HasSomethingToEstimate();
   std::string WhyAbsent(const LimitName& limit) const;
   void Rest();
   void Require(std::string_view key, bool good, const std::string& problem) {
@@ -43,6 +44,7 @@ class OptionsCheck {
 
  private:
   bool Has(Triad triad) const { return options_.triads[triad].enabled; }
+  bool HoldsAll(Triad triad) const;
 
   const CalibrateOptions& options_;
   std::string problems_;
@@ -179,6 +181,26 @@ void OptionsCheck::Attitudes() {
           "tilt sigma must be > 0 and seat sigma >= 0 degrees");
 }
 
+bool OptionsCheck::HoldsAll(Triad triad) const {
+  const TriadOptions& sensor = options_.triads[triad];
+  return sensor.fixed_bias && (sensor.fixed_sensitivity || sensor.model == MatrixModel::kBias) &&
+         !sensor.HasAxisTerm(Wanted::kYes) && !sensor.HasAxisTerm(Wanted::kAuto) &&
+         sensor.g_sensitivity == Wanted::kNo && !sensor.thermal.any();
+}
+
+// Of a sensor: gravity and the field are not the unit's.
+void OptionsCheck::HasSomethingToEstimate() {
+  bool is_any = false, is_any_free = false;
+  for (const Triad triad : kTriads) {
+    is_any |= Has(triad);
+    is_any_free |= Has(triad) && !HoldsAll(triad);
+  }
+  Require("sensors", is_any, "no sensor is enabled: list at least one under `sensors:`");
+  Require("sensors",
+          !is_any || is_any_free,
+          "every parameter is held by `fixed:`, nothing is left to estimate; free one");
+}
+
 void OptionsCheck::Sweep() {
   Require("attitudes",
           !options_.motion && options_.attitudes.kind == AttitudeKind::kNone,
@@ -301,13 +323,10 @@ void OptionsCheck::Rest() {
 
 Status CalibrateOptions::Validate() const {
   OptionsCheck check(*this);
-  bool any = false;
+  check.HasSomethingToEstimate();
   for (const Triad triad : kTriads) {
-    if (!triads[triad].enabled) continue;
-    any = true;
-    check.Sensor(triad);
+    if (triads[triad].enabled) check.Sensor(triad);
   }
-  check.Require("sensors", any, "no sensor is enabled: list at least one under `sensors:`");
   check.Reference();
   check.Attitudes();
   if (sweep) check.Sweep();

@@ -118,6 +118,19 @@ TEST_F(EarthFieldInExperiment, LatitudeAloneGivesTheHemisphereFarFromTheEquator)
   EXPECT_FALSE(reference("-12").is_hemisphere_stated);
 }
 
+TEST_F(EarthFieldInExperiment, PositionMayBeStatedKeyByKey) {
+  const std::string path = (folder_ / "experiment.yaml").string();
+  EXPECT_TRUE(WriteFileAtomically(path, "experiment: 1\nsensors: { accelerometer: {} }\n"));
+  const auto experiment = ReadExperiment(
+      path, {"reference.position.latitude_deg=-33", "reference.position.height_m=20"});
+  ASSERT_TRUE(experiment) << experiment.error().message;
+  EXPECT_EQ(experiment->position->latitude_deg, -33.0);
+  EXPECT_EQ(experiment->position->height_m, 20.0);
+  const auto half = ReadExperiment(path, {"reference.position.latitude_deg=-33"});
+  ASSERT_FALSE(half);
+  EXPECT_THAT(half.error().message, HasSubstr("reference.position.height_m"));
+}
+
 TEST_F(EarthFieldInExperiment, EarthRateTakesLatitudeAndDeclination) {
   const auto rate = LoadWell(kPlace, ", earth_rate: position").options.reference.earth_rate;
   ASSERT_TRUE(rate);
