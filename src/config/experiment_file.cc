@@ -116,6 +116,17 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
   });
 }
 
+// The options as the readings will complete them: a matrix of `identity` is one of their unit.
+CalibrateOptions AsSettled(const Experiment& experiment) {
+  CalibrateOptions options = experiment.options;
+  for (const Triad triad : kTriads) {
+    if (experiment.fixed_identity[triad]) {
+      options.triads[triad].fixed_sensitivity = Eigen::Matrix3d::Identity();
+    }
+  }
+  return options;
+}
+
 Result<Experiment> ReadOpened(YamlReader main,
                               const std::string& path,
                               const std::vector<std::string>& overrides) {
@@ -134,7 +145,7 @@ Result<Experiment> ReadOpened(YamlReader main,
   documents.CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
   if (!errors.empty()) return Joined(errors);
-  if (const Status valid = draft.experiment.options.Validate(); !valid) {
+  if (const Status valid = AsSettled(draft.experiment).Validate(); !valid) {
     const Error& error = valid.error();
     return ErrorAtKey(draft, ErrorCode::kConflictingKeys, error.key, error.message);
   }

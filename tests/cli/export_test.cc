@@ -13,6 +13,7 @@ namespace export_test {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr char kDemo[] = "datasets/demo/truth.yaml";
 
@@ -43,6 +44,18 @@ TEST(ExportVerb, RefusesMoreLossThanAllowedAndWritesNothing) {
     EXPECT_THAT(run.err, HasSubstr("more than --max-loss=0.001"));
   }
   EXPECT_EQ(folder.FileCount(), 0U);
+}
+
+TEST(ExportVerb, WarnsEvenWhereItIsToBeQuiet) {
+  const TemporaryFolder folder;
+  const Finished run = RunTruetriad({"export",
+                                     std::string("--calibration=") + kDemo,
+                                     "--to=px4",
+                                     "--quiet",
+                                     "--output=" + folder.Path("unit.params")});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("warning: PX4 uses these values only if"));
+  EXPECT_THAT(run.err, Not(HasSubstr("note:")));
 }
 
 TEST(ExportVerb, RefusesACalibrationThatIsNotUsable) {

@@ -426,6 +426,9 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
     EXPECT_THAT(ErrorOf(compass + limits), HasSubstr("the field strength is unknown")) << limit;
     LoadWell(compass + "reference: { field: { strength_ut: 50 } }\n" + limits);
   }
+  LoadWell(
+      "experiment: 1\nsensors: { magnetometer: { fixed: { matrix: identity } } }\n"
+      "limits: { reference.field_ut: { upper: 60 }, magnetometer.bias: 9 }\n");
   EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { reference.dip_deg: 60 }\n"),
               HasSubstr("no magnetometer is calibrated"));
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +

@@ -105,6 +105,10 @@ void Note(const std::string& text) {
   if (!FLAGS_quiet) std::fprintf(stderr, "%s\n", Printable(text).c_str());
 }
 
+void Warn(const std::string& text) {
+  std::fprintf(stderr, "warning: %s\n", Printable(text).c_str());
+}
+
 std::vector<std::string> Overrides() {
   std::vector<std::string> items;
   std::string item;

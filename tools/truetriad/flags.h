@@ -42,4 +42,7 @@ Status CheckFailOn(const std::string& word);
 /// What people should know of a run, on stderr unless --quiet.
 void Note(const std::string& text);
 
+/// What would do harm where nobody knows of it, on stderr, --quiet or not.
+void Warn(const std::string& text);
+
 }  // namespace truetriad

@@ -27,8 +27,8 @@ void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibr
   const auto tell = [&](Triad triad, double expected, const char* field) {
     const double length = summary.mean_length[triad];
     if (!(length > 0.0) || (length < kOdd * expected && length * kOdd > expected)) return;
-    Note("warning: the corrected " + std::string(TriadName(triad)) +
-         Format(" reads %.3g ", length) + std::string(TruthUnitName(triad)) +
+    Warn("the corrected " + std::string(TriadName(triad)) + Format(" reads %.3g ", length) +
+         std::string(TruthUnitName(triad)) +
          Format(" in the mean, %.3g times ", length / expected) + field +
          ": check the unit that the log states, and whose calibration this is");
   };

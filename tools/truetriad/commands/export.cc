@@ -197,7 +197,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   verb.result["loss"] = LossJson(*result);
   verb.result["notes"] = result->notes;
   verb.result["warnings"] = result->warnings;
-  for (const std::string& warning : result->warnings) Note("warning: " + warning);
+  for (const std::string& warning : result->warnings) Warn(warning);
   return verb;
 }
 

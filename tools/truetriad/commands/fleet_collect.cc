@@ -46,11 +46,11 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   }
   constexpr std::size_t kMostCopies = 10;
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
-    Note("warning: " + collected.copies[i] +
+    Warn(collected.copies[i] +
          "; find out which unit was measured, and refuse the other with `truetriad fleet dispose`");
   }
   if (collected.copies.size() > kMostCopies) {
-    Note("warning: and " + std::to_string(collected.copies.size() - kMostCopies) +
+    Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
          " further units with the readings of another");
   }
   const std::string store = fleet::ShownStore(FLAGS_store);
