@@ -54,7 +54,7 @@ TEST(ExportVerb, WarnsEvenWhereItIsToBeQuiet) {
                                      "--quiet",
                                      "--output=" + folder.Path("unit.params")});
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_THAT(run.err, HasSubstr("warning: PX4 uses these values only if"));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("warning: "), HasSubstr("PX4 uses these values only if")));
   EXPECT_THAT(run.err, Not(HasSubstr("note:")));
 }
 

@@ -441,7 +441,7 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
               HasSubstr("start values have no σ to be judged with"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors:\n"
                       "  accelerometer: { fixed: { matrix: identity, bias: [0, 0, 0] } }\n"),
-              AllOf(HasSubstr("experiment.yaml:2"), HasSubstr("nothing is left to estimate")));
+              AllOf(HasSubstr("experiment.yaml:3"), HasSubstr("nothing is left to estimate")));
   const std::string soak =
       "experiment: 1\nsensors: { accelerometer: { thermal: { bias_order: 1 } } }\n";
   LoadWell(soak + "limits: { accelerometer.bias_per_degc: 0.01 }\n");
