@@ -116,11 +116,12 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
   });
 }
 
-// The options as the readings will complete them: a matrix of `identity` is one of their unit.
+// The options as the readings will complete them: a matrix of `identity` is one of their unit, and
+// a sweep holds all.
 CalibrateOptions AsSettled(const Experiment& experiment) {
   CalibrateOptions options = experiment.options;
   for (const Triad triad : kTriads) {
-    if (experiment.fixed_identity[triad]) {
+    if (experiment.fixed_identity[triad] || options.sweep) {
       options.triads[triad].fixed_sensitivity = Eigen::Matrix3d::Identity();
     }
   }

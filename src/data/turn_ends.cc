@@ -158,12 +158,11 @@ void RejectCutTurns(PoseSet* set) {
   }
   if (cut == 0) return;
   set->findings.push_back(
-      Finding(
-          FindingCode::kTurnCut,
-          std::to_string(cut) + " of " + std::to_string(set->turns.size()) +
-              " known turns are left out: their rows or times begin or end while the unit still "
-              "turns" +
-              Format(", with some %.2g deg outside", most_rad * kDegPerRad))
+      Finding(FindingCode::kTurnCut,
+              "of " + std::to_string(set->turns.size()) + " known turns " + std::to_string(cut) +
+                  (cut == 1 ? " is" : " are") +
+                  " left out, as rows or times begin or end while the unit still turns" +
+                  Format(", with some %.2g deg outside", most_rad * kDegPerRad))
           .About(Triad::kGyroscope)
           .With("turns", static_cast<double>(cut))
           .With("missing", most_rad * kDegPerRad, "deg"));

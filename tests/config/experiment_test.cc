@@ -429,6 +429,10 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
   LoadWell(
       "experiment: 1\nsensors: { magnetometer: { fixed: { matrix: identity } } }\n"
       "limits: { reference.field_ut: { upper: 60 }, magnetometer.bias: 9 }\n");
+  LoadWell(
+      "experiment: 1\nposes: { sweep: auto }\n"
+      "sensors: { magnetometer: { thermal: { bias_order: 1 } } }\n"
+      "limits: { magnetometer.bias_per_degc: 0.1 }\n");
   EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { reference.dip_deg: 60 }\n"),
               HasSubstr("no magnetometer is calibrated"));
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +
