@@ -228,6 +228,10 @@ struct CommonParameter {
   double difference = 0.0;
 };
 
+struct LargestEntries {
+  double variance = 0.0, value = 0.0;
+};
+
 void AddChiSquare(const ComparedValues& in_a,
                   const ComparedValues& in_b,
                   const std::vector<CommonParameter>& common,
@@ -302,8 +306,8 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   };
   const ComparedValues of_a = values_of(in_a), of_b = values_of(in_b);
   std::vector<CommonParameter> common;
-  std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
-  std::map<std::string, double> sizes;    // of the same entries
+  std::map<std::string, LargestEntries> largest;  // of each matrix and vector
+  const auto group_of = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
   for (std::size_t i = 0; i < of_a.names.size(); ++i) {
     const std::string& name = of_a.names[i];
     const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
@@ -322,9 +326,9 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     entry.difference = entry.a - entry.b;
     entry.sigma = std::sqrt(std::max(variance, 0.0));
     comparison.entries.push_back(entry);
-    const std::string group = name.substr(0, name.rfind('.'));
-    largest[group] = std::max(largest[group], variance);
-    sizes[group] = std::max({sizes[group], std::abs(entry.a), std::abs(entry.b)});
+    LargestEntries& group = largest[group_of(name)];
+    group.variance = std::max(group.variance, variance);
+    group.value = std::max({group.value, std::abs(entry.a), std::abs(entry.b)});
     common.push_back({at_a, at_b, entry.difference});
   }
   if (comparison.entries.empty()) {
@@ -335,10 +339,10 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   // Entries that the gauge fixes, or a model of both.
   std::erase_if(common, [&](const CommonParameter& at) {
     const std::string& name = of_a.names[static_cast<std::size_t>(at.in_a)];
-    const std::string group = name.substr(0, name.rfind('.'));
+    const LargestEntries& group = largest[group_of(name)];
     const double variance = of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
-    if (variance > kFixedShare * largest[group]) return false;
-    if (std::abs(at.difference) > kRounding * sizes[group]) {
+    if (variance > kFixedShare * group.variance) return false;
+    if (std::abs(at.difference) > kRounding * group.value) {
       comparison.not_compared.push_back(name + " (held in both, and different)");
     }
     return true;

@@ -42,4 +42,14 @@ std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<double>& at_s,
   return Interpolated(at_s, time_s, reading_raw);
 }
 
+Eigen::Vector3d MeanOverTime(const std::vector<std::int64_t>& time_ns,
+                             const std::vector<Eigen::Vector3d>& reading_raw) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i < reading_raw.size(); ++i) {
+    const double step_s = 1e-9 * static_cast<double>(time_ns[i] - time_ns[i - 1]);
+    sum += 0.5 * step_s * (reading_raw[i - 1] + reading_raw[i]);
+  }
+  return sum / (1e-9 * static_cast<double>(time_ns.back() - time_ns.front()));
+}
+
 }  // namespace truetriad

@@ -17,4 +17,8 @@ std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<double>& at_s,
                                         const std::vector<double>& time_s,
                                         const std::vector<Eigen::Vector3d>& reading_raw);
 
+// Mean over time of readings at uneven times, by trapezoids. At least two times.
+Eigen::Vector3d MeanOverTime(const std::vector<std::int64_t>& time_ns,
+                             const std::vector<Eigen::Vector3d>& reading_raw);
+
 }  // namespace truetriad

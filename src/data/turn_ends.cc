@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "data/readings_at.h"
 #include "math/distributions.h"
 #include "truetriad/base/units.h"
 
@@ -35,18 +36,20 @@ struct End {
   double span_s = 0.0;                                  // from one mean to the other
 };
 
-// The ends of a turn; unset where it has too few readings for both.
-std::optional<std::array<End, 2>> EndsOf(const RecordedMove& move) {
+// Where a turn begins, and where it ends.
+using Ends = std::array<End, 2>;
+
+// Unset where a turn has too few readings for both.
+std::optional<Ends> EndsOf(const RecordedMove& move) {
   const std::vector<Eigen::Vector3d>& readings = move.gyroscope_raw;
   const std::size_t count = readings.size();
   if (count < 2) return std::nullopt;
-  const double duration_s = 1e-9 * static_cast<double>(move.time_ns.back() - move.time_ns.front());
-  const double spacing_s = duration_s / static_cast<double>(count - 1);
+  const double spacing_s = move.duration_s() / static_cast<double>(count - 1);
   if (!(spacing_s > 0.0)) return std::nullopt;
   const std::size_t most =
       std::max(kFewestAtEnd, static_cast<std::size_t>(std::lround(kEndS / spacing_s)));
   if (count < 4 * most) return std::nullopt;
-  std::array<End, 2> ends;
+  Ends ends;
   for (const bool is_last : {false, true}) {
     const auto at = [&](std::size_t i) -> const Eigen::Vector3d& {
       return readings[is_last ? count - 1 - i : i];
@@ -69,19 +72,19 @@ struct Level {
   Eigen::Vector3d reading_raw = Eigen::Vector3d::Zero();
 };
 
-// What the gyroscope reads in rests, and at the ends of turns.
-std::vector<Level> LevelsOf(const PoseSet& set) {
+// What the gyroscope reads in rests, and at the ends of turns. `ends`: of set.turns.
+std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<Ends>>& ends) {
   std::vector<Level> levels;
   for (const StaticPose& pose : set.poses) {
     if (const auto& means = pose.triads[Triad::kGyroscope]) {
-      levels.push_back({pose.start_ns / 2 + pose.end_ns / 2, means->mean_raw});
+      levels.push_back({pose.middle_ns(), means->mean_raw});
     }
   }
-  for (const KnownTurn& turn : set.turns) {
-    const auto ends = EndsOf(turn.move);
-    if (!ends) continue;
-    levels.push_back({turn.move.time_ns.front(), (*ends)[0].mean_raw});
-    levels.push_back({turn.move.time_ns.back(), (*ends)[1].mean_raw});
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    if (!ends[i]) continue;
+    const std::vector<std::int64_t>& times = set.turns[i].move.time_ns;
+    levels.push_back({times.front(), ends[i]->front().mean_raw});
+    levels.push_back({times.back(), ends[i]->back().mean_raw});
   }
   return levels;
 }
@@ -121,12 +124,8 @@ double MissingAngle(const End& end, const Eigen::Vector3d& rest_raw, double rad_
 // Radians a raw unit and second, as the stated angle of the turn gives them.
 double ScaleOf(const KnownTurn& turn, const Eigen::Vector3d& rest_raw) {
   const RecordedMove& move = turn.move;
-  Eigen::Vector3d integral = Eigen::Vector3d::Zero();
-  for (std::size_t i = 1; i < move.time_ns.size(); ++i) {
-    const double step_s = 1e-9 * static_cast<double>(move.time_ns[i] - move.time_ns[i - 1]);
-    integral += step_s * (0.5 * (move.gyroscope_raw[i] + move.gyroscope_raw[i - 1]) - rest_raw);
-  }
-  const double turned = integral.norm();
+  const Eigen::Vector3d mean_raw = MeanOverTime(move.time_ns, move.gyroscope_raw);
+  const double turned = (mean_raw - rest_raw).norm() * move.duration_s();
   return turned > 0.0 ? std::abs(turn.stated.angle_rad) / turned : 0.0;
 }
 
@@ -134,11 +133,14 @@ double ScaleOf(const KnownTurn& turn, const Eigen::Vector3d& rest_raw) {
 
 void RejectCutTurns(PoseSet* set) {
   if (set->turns.empty()) return;
-  std::vector<Level> levels = LevelsOf(*set);
+  std::vector<std::optional<Ends>> ends_of;
+  for (const KnownTurn& turn : set->turns) ends_of.push_back(EndsOf(turn.move));
+  std::vector<Level> levels = LevelsOf(*set, ends_of);
   std::size_t cut = 0;
   double most_rad = 0.0;
-  for (KnownTurn& turn : set->turns) {
-    const auto ends = EndsOf(turn.move);
+  for (std::size_t i = 0; i < ends_of.size(); ++i) {
+    const std::optional<Ends>& ends = ends_of[i];
+    KnownTurn& turn = set->turns[i];
     if (!ends || turn.move.fault || turn.stated.at.is_pose()) continue;
     const std::vector<std::int64_t>& times = turn.move.time_ns;
     const Eigen::Vector3d rest_raw = LevelAt(times[times.size() / 2], &levels);

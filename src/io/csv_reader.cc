@@ -129,6 +129,27 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
          std::any_of(fields.begin(), fields.end(), [](std::string_view f) { return !f.empty(); });
 }
 
+struct TableLine {
+  std::string_view text;
+  std::int64_t number = 0;  ///< From 1; 0: none.
+};
+
+std::vector<std::string_view> FieldsOf(const TableLine& line) {
+  return SplitFields(line.text, FindSeparator(line.text));
+}
+
+/// The last comment that has as many names as `data` has columns, as which some write their header;
+/// null where there is none.
+const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const TableLine& data) {
+  const std::size_t columns = FieldsOf(data).size();
+  const auto found =
+      std::find_if(comments.rbegin(), comments.rend(), [&](const TableLine& comment) {
+        const std::vector<std::string_view> names = FieldsOf(comment);
+        return names.size() > 1 && names.size() == columns && LooksLikeHeader(names);
+      });
+  return found == comments.rend() ? nullptr : &*found;
+}
+
 /// The numbers 0, 1, 2, … of the columns, from which some tables are without names; before them the
 /// empty name of a column of row numbers. Four and more, which no row of data counts by chance.
 bool CountsColumns(std::vector<std::string_view> fields) {
@@ -222,19 +243,15 @@ CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
 
 Status CsvReader::ReadHeader() {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view chunk, file_->Next());
-  struct Line {
-    std::string_view text;
-    std::int64_t number = 0;
-  };
   const char* next = chunk.data();
   chunk_end_ = next + chunk.size();
   std::int64_t number = 0;
   // The first lines that say something, and the comments before them.
   constexpr std::size_t kLines = 32;
-  std::vector<Line> lines, comments;
+  std::vector<TableLine> lines, comments;
   while (lines.size() < kLines && next != chunk_end_) {
     const char* const begin = std::exchange(next, LineEnd(next, chunk_end_) + 1);
-    const Line line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
+    const TableLine line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
     const std::string_view content = Trimmed(line.text);
     if (number <= layout_.skip_lines || content.empty()) continue;
     if (const char stated = lines.empty() ? SeparatorStated(content) : '\0'; stated != '\0') {
@@ -245,24 +262,13 @@ Status CsvReader::ReadHeader() {
       comments.push_back({Trimmed(content.substr(1)), number});
     }
   }
-  const auto fields_of = [](std::string_view line) {
-    return SplitFields(line, FindSeparator(line));
-  };
-  const bool looks_like_header = !lines.empty() && LooksLikeHeader(fields_of(lines[0].text));
-  // Some write their header as a comment: the last that has as many names as there are columns.
-  const auto fits_as_header = [&](const Line& comment) {
-    const std::vector<std::string_view> names = fields_of(comment.text);
-    return names.size() > 1 && LooksLikeHeader(names) &&
-           names.size() == fields_of(lines[0].text).size();
-  };
-  Line header;
+  TableLine header;
   if (layout_.header != CsvLayout::Header::kAbsent) {
     const bool must_be = layout_.header == CsvLayout::Header::kPresent;
-    const auto fitting = lines.empty()
-                             ? comments.rend()
-                             : std::find_if(comments.rbegin(), comments.rend(), fits_as_header);
-    if (!looks_like_header && fitting != comments.rend()) {
-      header = *fitting;
+    const bool looks_like_header = !lines.empty() && LooksLikeHeader(FieldsOf(lines[0]));
+    if (const TableLine* commented = lines.empty() ? nullptr : CommentedHeader(comments, lines[0]);
+        !looks_like_header && commented != nullptr) {
+      header = *commented;
     } else if (!looks_like_header && must_be && !comments.empty()) {
       header = comments.back();
     } else if (looks_like_header || (must_be && !lines.empty())) {
@@ -271,8 +277,7 @@ Status CsvReader::ReadHeader() {
     }
   }
   const bool may_count = layout_.header == CsvLayout::Header::kAuto && header.number == 0;
-  if (may_count && lines.size() >= 2 &&
-      CountsColumns(SplitFields(lines[0].text, FindSeparator(lines[0].text)))) {
+  if (may_count && lines.size() >= 2 && CountsColumns(FieldsOf(lines[0]))) {
     lines.erase(lines.begin());
   }
   if (lines.empty()) {
@@ -283,10 +288,10 @@ Status CsvReader::ReadHeader() {
                                : ": has no rows of numbers") +
             " in its first lines; check for an empty log or a `skip_lines` that is too large");
   }
-  const Line& data = lines[0];
+  const TableLine& data = lines[0];
   if (layout_.separator == '\0') layout_.separator = FindSeparator(data.text);
   std::vector<std::string_view> rows;
-  for (const Line& line : lines) rows.push_back(line.text);
+  for (const TableLine& line : lines) rows.push_back(line.text);
   if (header.number > 0) NameColumns(header.text, rows);
   header_line_ = header.number;
   columns_.resize(header_.empty() ? SplitFields(data.text, layout_.separator).size()

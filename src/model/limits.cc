@@ -76,6 +76,15 @@ bool LimitName::IsNeverNegative() const {
   return quantity.name.ends_with("_rms") || quantity.name.find("_sigma") != std::string_view::npos;
 }
 
+bool LimitName::IsSlope() const { return quantity.name.ends_with("_per_degc"); }
+
+bool LimitName::GoesWithField() const {
+  // The same share of all gains is in each bias, in true units.
+  return triad == Triad::kMagnetometer &&
+         (quantity.name == "scale_error" || quantity.name == "bias" ||
+          quantity.name == "bias_per_degc");
+}
+
 std::string LimitName::Unit() const {
   std::string unit(quantity.unit);
   if (!unit.starts_with(kTrueUnit)) return unit;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "data/readings_at.h"
 #include "math/dense/qr.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
@@ -26,23 +27,8 @@ constexpr double kNothingShare = 10.0;
 
 bool IsUsed(const KnownTurn& turn) { return !turn.stated.held_out && !turn.move.fault; }
 
-double Duration(const RecordedMove& move) {
-  return 1e-9 * static_cast<double>(move.time_ns.back() - move.time_ns.front());
-}
-
-// Mean over time of readings at uneven times, by trapezoids.
-Eigen::Vector3d MeanOverTime(const RecordedMove& move,
-                             const std::vector<Eigen::Vector3d>& readings) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const double step_s = 1e-9 * static_cast<double>(move.time_ns[i] - move.time_ns[i - 1]);
-    sum += 0.5 * step_s * (readings[i - 1] + readings[i]);
-  }
-  return sum / Duration(move);
-}
-
 Eigen::Vector3d MeanRate(const KnownTurn& turn) {
-  return turn.stated.angle_rad / Duration(turn.move) * turn.stated.axis;
+  return turn.stated.angle_rad / turn.move.duration_s() * turn.stated.axis;
 }
 
 Eigen::Matrix3d AcrossAxis(const Eigen::Vector3d& axis) {
@@ -69,7 +55,7 @@ Eigen::Matrix3d MeanRateCovariance(const KnownTurn& turn) {
 const StaticPose* NearestInTime(const PoseSet& poses, std::int64_t time_ns) {
   const StaticPose* nearest = nullptr;
   const auto distance = [&](const StaticPose& pose) {
-    return std::abs(pose.start_ns / 2 + pose.end_ns / 2 - time_ns);
+    return std::abs(pose.middle_ns() - time_ns);
   };
   const auto consider = [&](const StaticPose& pose) {
     if (nearest == nullptr || distance(pose) < distance(*nearest)) nearest = &pose;
@@ -88,8 +74,8 @@ std::string NameOf(const KnownTurn& turn, std::size_t place) {
 // Angle about the axis as the corrected readings add up, whole turns included; its error is of
 // second order in how far the unit wobbled.
 double CountedAngle(const KnownTurn& turn, const TriadModel<double>& gyroscope) {
-  const Eigen::Vector3d mean = MeanOverTime(turn.move, turn.move.gyroscope_raw);
-  return turn.stated.axis.dot(gyroscope.TruthFromRaw(mean)) * Duration(turn.move);
+  const Eigen::Vector3d mean = MeanOverTime(turn.move.time_ns, turn.move.gyroscope_raw);
+  return turn.stated.axis.dot(gyroscope.TruthFromRaw(mean)) * turn.move.duration_s();
 }
 
 Eigen::Quaterniond StatedRotation(const StatedTurn& turn) {
@@ -162,7 +148,7 @@ Status AddKnownMotions(const PoseSet& poses,
     axis->known_rate_radps = MeanRate(turn);
     Observation seen;
     seen.triad = Triad::kGyroscope;
-    seen.mean_raw = MeanOverTime(turn.move, turn.move.gyroscope_raw);
+    seen.mean_raw = MeanOverTime(turn.move.time_ns, turn.move.gyroscope_raw);
     seen.rate_covariance = MeanRateCovariance(turn);
     axis->observations.push_back(seen);
     nodes->push_back(*std::move(axis));
@@ -216,7 +202,7 @@ void JoinKnownTurns(const PoseSet& poses, const StartValues& start, PoseGraph* g
         (edge.sigma_raw.cwiseAbs2() / readings).asDiagonal();
     if (accelerometer && !turn.move.accelerometer_raw.empty()) {
       axis.known_force_mps2 =
-          accelerometer->TruthFromRaw(MeanOverTime(turn.move, turn.move.accelerometer_raw));
+          accelerometer->TruthFromRaw(MeanOverTime(turn.move.time_ns, turn.move.accelerometer_raw));
     }
     graph->increments.push_back(std::move(edge));
   }
@@ -237,7 +223,7 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
   }
   for (const KnownTurn& turn : poses.turns) {
     if (!IsUsed(turn)) continue;
-    rates.emplace_back(MeanRate(turn), MeanOverTime(turn.move, turn.move.gyroscope_raw));
+    rates.emplace_back(MeanRate(turn), MeanOverTime(turn.move.time_ns, turn.move.gyroscope_raw));
   }
   const auto count = static_cast<Eigen::Index>(rates.size());
   double largest = 0.0;

@@ -260,10 +260,7 @@ void OptionsCheck::Motion() {
 // Why a calibration will have no such value, and what to do; empty where it may have.
 std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
   const std::string_view quantity = limit.quantity.name;
-  const bool needs_field =
-      quantity == "reference.field_ut" ||
-      (limit.triad == Triad::kMagnetometer &&
-       (quantity == "scale_error" || quantity == "bias" || quantity == "bias_per_degc"));
+  const bool needs_field = quantity == "reference.field_ut" || limit.GoesWithField();
   if (limit.triad && !Has(*limit.triad)) {
     return "no " + std::string(TriadName(*limit.triad)) +
            " is calibrated; list it under `sensors:`, or remove the limit";
@@ -277,7 +274,7 @@ std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
     return "the field strength is unknown, so that the magnetometer has no scale; state "
            "`reference: { field: { strength_ut: … } }`, or remove the limit";
   }
-  if (quantity.ends_with("_per_degc") && !options_.triads[*limit.triad].thermal.any()) {
+  if (limit.IsSlope() && !options_.triads[*limit.triad].thermal.any()) {
     return "no temperature terms of the " + std::string(TriadName(*limit.triad)) +
            " are estimated; state `thermal: { bias_order: … }` of it, or remove the limit";
   }

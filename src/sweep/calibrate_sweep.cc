@@ -110,7 +110,7 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
     const auto parsed = ParseLimitName(name);
     if (!parsed || parsed->triad != triad) continue;
     const std::string_view what = parsed->quantity.name;
-    if (what == "residual_rms" || what.ends_with("_per_degc")) continue;
+    if (what == "residual_rms" || parsed->IsSlope()) continue;
     if (triad == Triad::kGyroscope && what == "bias") continue;
     return Error(ErrorCode::kInvalidExperiment,
                  "limits: " + name +

@@ -186,17 +186,17 @@ std::vector<std::pair<std::string, OfEntries>> NumbersOf(const std::string_view 
 
 // What limits are held against, at each temperature.
 std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
-                                        std::string_view quantity,
+                                        const LimitName& limit,
                                         const Eigen::Matrix3d& axis_map,
                                         double truth_per_raw) {
   std::vector<JudgedValue> values;
+  const std::string_view quantity = limit.quantity.name;
   const bool is_sigma = quantity.find("sigma") != std::string_view::npos;
-  const bool is_slope = quantity.ends_with("_per_degc");
   const auto numbers = NumbersOf(quantity, axis_map, truth_per_raw);
   for (const double tau : sensor.Temperatures()) {
     const Entries entries = sensor.At(tau);
     for (const auto& [component, number] : numbers) {
-      if (is_slope) {
+      if (limit.IsSlope()) {
         constexpr double kStepDegc = 0.01;
         const double slope =
             (number(sensor.At(tau + kStepDegc)) - number(sensor.At(tau - kStepDegc))) /
@@ -263,10 +263,7 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
     return std::vector<JudgedValue>{{"", *held_out->rms[triad], 0.0}};
   }
   double truth_per_raw = 1.0;
-  // The same share of all gains is in each bias, in true units.
-  const bool goes_with_field =
-      quantity == "scale_error" || quantity == "bias" || quantity == "bias_per_degc";
-  if (goes_with_field && triad == Triad::kMagnetometer && calibration.reference.field_nominal) {
+  if (parsed.GoesWithField() && calibration.reference.field_nominal) {
     return fail(
         "the field strength is unknown, so the magnetometer's gains have no common scale, nor has "
         "its bias in µT; state `reference: { field: { strength_ut: … } }`");
@@ -278,11 +275,11 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
     }
     truth_per_raw = stream->unit.truth_per_raw;
   }
-  if (quantity.ends_with("_per_degc") && !calibration.sensors[triad]->thermal) {
+  if (parsed.IsSlope() && !calibration.sensors[triad]->thermal) {
     return fail("this calibration has no temperature terms");
   }
   return ValuesOfSensor(SensorAt(calibration, triad),
-                        quantity,
+                        parsed,
                         NearestAxisMap(calibration.sensors[triad]->model.sensitivity),
                         truth_per_raw);
 }

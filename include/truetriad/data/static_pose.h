@@ -65,6 +65,7 @@ struct StaticPose {
   std::string face_up;
 
   double duration_s() const { return static_cast<double>(end_ns - start_ns) * 1e-9; }
+  std::int64_t middle_ns() const { return start_ns / 2 + end_ns / 2; }
 };
 
 /// The gyroscope's readings over a stretch of time: between two consecutive poses, or where a turn
@@ -76,6 +77,9 @@ struct RecordedMove {
   /// Interpolated to the gyroscope's times; empty without the sensor.
   std::vector<Eigen::Vector3d> accelerometer_raw, magnetometer_raw;
   std::optional<Finding> fault;  ///< Why the turn cannot be told from them.
+
+  /// Of one that has readings.
+  double duration_s() const { return 1e-9 * static_cast<double>(time_ns.back() - time_ns.front()); }
 };
 
 /// Readings of one triad over a whole recording, in time order.

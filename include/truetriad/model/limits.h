@@ -46,6 +46,10 @@ struct LimitName {
 
   /// An RMS or a σ.
   bool IsNeverNegative() const;
+  /// A change with temperature.
+  bool IsSlope() const;
+  /// Of the magnetometer's common gain, which without a known field strength is a convention.
+  bool GoesWithField() const;
   /// "m/s^2", "rad", "1"; of the true unit where the quantity has it.
   std::string Unit() const;
 };
