@@ -56,6 +56,6 @@ unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /bin/sh -e
     truetriad inspect --input=table/recording.yaml || test $? -eq 3
   fi
 ' >"$root.out" 2>&1 || { tail -20 "$root.out" >&2; rm -f "$root.out"; exit 1; }
-grep -E "^( *truetriad |USABLE)|newly installed|recording.yaml" "$root.out"
+grep -E "^( *truetriad |[A-Z ]+: |[A-Z ]+, )|newly installed|recording.yaml" "$root.out"
 rm -f "$root.out"
 echo "The package installs and runs in a fresh Debian 12."

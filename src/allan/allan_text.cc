@@ -263,7 +263,7 @@ std::string AllanHtml(const AllanResult& result) {
   PageContent content{
       TitleOf(result), {Grade::kGood, "AT REST", "Coefficients of all sensors are stated."}, {}};
   if (const std::vector<std::string> moved = Disturbances(result); !moved.empty()) {
-    content.verdict = {Grade::kBad, "NOT AT REST: " + moved.front(), std::string(kNoCoefficients)};
+    content.headline = {Grade::kBad, "NOT AT REST: " + moved.front(), std::string(kNoCoefficients)};
     PageSection others;
     for (std::size_t i = 1; i < moved.size(); ++i) others.blocks.emplace_back(Bullet{moved[i]});
     if (!others.blocks.empty()) content.sections.push_back(std::move(others));

@@ -169,7 +169,7 @@ Result<std::optional<Standing>> FleetEngine::Add(UnitRun* run) {
 }
 
 Status FleetEngine::RefuseCopy(UnitRun* run) const {
-  if (!HasCalibration(run->verdict)) return {};
+  if (run->verdict == Verdict::kNoResult) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunName> others, store_->RunsOfSameReadings(*run));
   std::error_code ignored;
   // A log that was renamed since was given the right serial number by that.
@@ -220,6 +220,11 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
     Tell(run.serial + ": run " + run.id + ", of another recording, lifts the decision of " +
          before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
          before->disposed_why + ")");
+  }
+  if (!unit.disposed_by.empty()) {
+    const Status told = StateDecision(
+        run.folder, {unit.final_verdict, unit.disposed_by, unit.disposed_why, unit.disposed_at});
+    if (!told) Tell(told.error().message);
   }
   if (before && !is_new_recording) {
     constexpr std::size_t kMostNamed = 3;

@@ -77,7 +77,7 @@ Disposition DispositionFrom(const Json& json) {
           .who = json.at("who"),
           .why = json.at("why"),
           // Of another, CheckStored says that people do not decide it.
-          .verdict = VerdictFromName(name).value_or(Verdict::kBadInput),
+          .verdict = VerdictFromName(name).value_or(Verdict::kNoResult),
           .run = json.at("run")};
 }
 

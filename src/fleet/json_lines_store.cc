@@ -321,7 +321,7 @@ class JsonLinesStore : public Store {
       std::string& latest = (*latest_)[key];
       latest = std::max(latest, run.id);
     }
-    if (run.verdict == Verdict::kBadInput) return;
+    if (run.verdict == Verdict::kNoResult) return;
     by_readings_.emplace(RecordingOf(run.inputs), RunName{run.id, run.serial, run.log});
   }
 

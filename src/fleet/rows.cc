@@ -181,7 +181,7 @@ std::string RunsOfSameReadings(std::size_t files) {
             ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
   }
   return "SELECT run, serial, log FROM run WHERE serial <> $1 AND log <> $2 AND "
-         "verdict <> 'bad-input' AND run IN (" +
+         "verdict <> 'NO_RESULT' AND run IN (" +
          runs + ") ORDER BY run LIMIT 100";
 }
 

@@ -56,10 +56,13 @@ inline constexpr std::string_view kLastRuns =
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
 inline constexpr std::string_view kStandingRun =
     "SELECT run, verdict FROM standing WHERE serial = $1";
+inline constexpr std::string_view kFolderOfRun = "SELECT folder FROM run WHERE run = $1";
 inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =
     "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "
-    "(SELECT value FROM fact WHERE name = 'retest_most') FROM standing WHERE serial = $1";
+    "(SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) FROM "
+    "disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1) FROM standing WHERE "
+    "serial = $1";
 inline constexpr std::string_view kLatestRun =
     "SELECT max(run) FROM (SELECT max(run) AS run FROM run WHERE serial = $1 UNION ALL "
     "SELECT max(run) FROM run WHERE log = $2 UNION ALL "

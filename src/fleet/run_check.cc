@@ -107,8 +107,8 @@ Status CheckVerdict(const UnitRun& run) {
     return Wrong("its verdict is `" + std::string(VerdictName(run.verdict)) + "`, and its limit " +
                  InWords(missed->name) + " is missed");
   }
-  if (is_missed || run.verdict != Verdict::kOutside) return {};
-  return Wrong("its verdict is `outside-limits`, and it misses none of its limits");
+  if (is_missed || run.verdict != Verdict::kFail) return {};
+  return Wrong("its verdict is `FAIL`, and it misses none of its limits");
 }
 
 }  // namespace

@@ -23,12 +23,12 @@ inline constexpr int kSchemaVersion = 4;
 ///
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
 /// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
-/// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the window
-/// at all. A unit with one run costs some ten microseconds, one with 200 some ten milliseconds. A
-/// decision holds unless the run that counts is a later one and of another recording: none of the
-/// unit's runs before the decision, whether they counted or not, was of the same log, untouched, or
-/// of all the files that its samples are from. (What was exported of the runs that count alone may
-/// name a run that is later than the decision.)
+/// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the
+/// window at all. A unit with one run costs some ten microseconds, one with 200 some ten
+/// milliseconds. A decision holds unless the run that counts is a later one and of another
+/// recording: none of the unit's runs before the decision, whether they counted or not, was of the
+/// same log, untouched, or of all the files that its samples are from. (What was exported of the
+/// runs that count alone may name a run that is later than the decision.)
 inline constexpr std::array<std::string_view, kSchemaVersion> kMigrations = {R"sql(
 CREATE TABLE unit (
   serial {text} PRIMARY KEY
@@ -155,7 +155,7 @@ CREATE VIEW standing AS
     ORDER BY
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
         CASE counted.verdict
-          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+          WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
         END
       END,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
@@ -197,7 +197,7 @@ CREATE VIEW standing AS
     ORDER BY
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
         CASE counted.verdict
-          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+          WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
         END
       END,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
@@ -339,7 +339,7 @@ CREATE VIEW standing AS
     ORDER BY
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
         CASE counted.verdict
-          WHEN 'pass' THEN 0 WHEN 'usable' THEN 1 WHEN 'outside-limits' THEN 2 ELSE 3
+          WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
         END
       END,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN

@@ -26,7 +26,7 @@ KnownRun KnownRunOf(const std::vector<Cell>& row) {
           NumberOf<std::int64_t>(row[2], 0),
           row[3].value_or(""),
           row[4].value_or(""),
-          VerdictFromName(row[5].value_or("")).value_or(Verdict::kBadInput),
+          VerdictFromName(row[5].value_or("")).value_or(Verdict::kNoResult),
           row[6].value_or(""),
           {},
           row[9].value_or("")};
@@ -48,7 +48,7 @@ StationCheck StationCheckOf(const std::vector<Cell>& row) {
 }
 
 Verdict VerdictIn(const Cell& name) {
-  return VerdictFromName(name.value_or("")).value_or(Verdict::kBadInput);
+  return VerdictFromName(name.value_or("")).value_or(Verdict::kNoResult);
 }
 
 Disposition DispositionOf(const std::vector<Cell>& row) {
@@ -63,12 +63,12 @@ Disposition DispositionOf(const std::vector<Cell>& row) {
 
 /// Error (usage): good is only what has a calibration.
 Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
-  if (HasCalibration(of_run) || !HasCalibration(disposition.verdict)) return {};
+  if (of_run != Verdict::kNoResult || disposition.verdict == Verdict::kFail) return {};
   return Error(ErrorCode::kConflictingArguments,
                "unit `" + disposition.serial + "` has no calibration (run " + disposition.run +
                    ", which counts, is `" + std::string(VerdictName(of_run)) +
                    "`), so cannot be `" + std::string(VerdictName(disposition.verdict)) +
-                   "`; measure it again, or decide `refused`");
+                   "`; measure it again, or decide `FAIL`");
 }
 
 Standing StandingFrom(const std::vector<Cell>& row) {
@@ -77,7 +77,8 @@ Standing StandingFrom(const std::vector<Cell>& row) {
                     .final_verdict = VerdictIn(row[2]),
                     .attempts = NumberOf<std::int64_t>(row[3], 0),
                     .disposed_by = row[4].value_or(""),
-                    .disposed_why = row[5].value_or("")};
+                    .disposed_why = row[5].value_or(""),
+                    .disposed_at = row[7].value_or("")};
   if (row[6]) standing.most = NumberOf<std::int64_t>(row[6], 0);
   return standing;
 }
@@ -288,6 +289,9 @@ Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
     }
     added.run = standing[0].value_or("");
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(added, VerdictIn(standing[1])));
+    const Value run[] = {std::string_view(added.run)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> folder, Row(kFolderOfRun, run));
+    added.folder = folder.at(0).value_or("");
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last, Row(kLastRunOfUnit, serial));
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
                                MakeLast("disposition", last.at(0).value_or(""), &added.id));

@@ -23,7 +23,7 @@ struct KnownRun {
   std::string log;
   std::int64_t log_bytes = 0, log_modified_ns = 0;
   std::string config_sha256, software_version;
-  Verdict verdict = Verdict::kBadInput;
+  Verdict verdict = Verdict::kNoResult;
   std::string serial;
   Tags tags;
   std::string code = {};  ///< Of its verdict.
@@ -65,10 +65,10 @@ struct Disposition {
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The one that counted.
+  std::string folder = {};           ///< Of that run's files, as Dispose gives it.
 };
-/// What somebody can decide; the others are of a machine.
-inline constexpr std::array kVerdictsOfPeople = {
-    Verdict::kPass, Verdict::kUsable, Verdict::kOutside, Verdict::kRefused};
+/// What somebody can decide: that the unit may leave, or that it may not.
+inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
 
 /// Error (usage): who or why is blank, longer than 200 or 2000 bytes, more than one line or no
 /// UTF-8, or the verdict is none of people.
@@ -106,8 +106,8 @@ std::string_view RetestCountsName(RetestCounts counts);  ///< "last", "first", "
 std::optional<RetestCounts> RetestCountsFromName(std::string_view name);
 
 struct RetestPolicy {
-  /// Of those that may count; the best is the last of those with the best verdict: pass, usable,
-  /// outside-limits, any other.
+  /// Of those that may count; the best is the last of those with the best verdict, in the order of
+  /// their enumeration.
   RetestCounts counts = RetestCounts::kLast;
   /// Of how many recordings after the first runs may count, 0 to a million; unset: of all.
   std::optional<std::int64_t> most;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/unit_folders.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -8,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -143,6 +145,28 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
                {folder},
                "is in the hands of another fleet watch or fleet run --resume; wait for its end, or "
                "choose another --output");
+}
+
+Status StateDecision(const std::string& folder, const Decision& decision) {
+  constexpr std::string_view kWithdrawn = ".withdrawn";
+  std::error_code failure;
+  if (folder.empty()) return {};
+  if (!fs::is_directory(folder, failure)) {
+    return Error(ErrorCode::kCannotWrite, {folder}, "cannot be reached from here");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(AddDecision(folder, decision));
+  if (decision.verdict != Verdict::kFail) return {};
+  const std::vector<FormatInfo> formats = Formats();
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failure)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_export = std::any_of(formats.begin(), formats.end(), [&](const auto& format) {
+      return !format.states_verdict && name.starts_with(format.file_name);
+    });
+    if (!is_export || name.ends_with(kWithdrawn)) continue;
+    fs::rename(entry.path(), entry.path().string().append(kWithdrawn), failure);
+    if (failure) return Error(ErrorCode::kCannotWrite, {entry.path().string()}, failure.message());
+  }
+  return {};
 }
 
 Status RenameFolder(const std::string& name, std::string* folder) {

@@ -6,6 +6,7 @@
 #include "fleet/shard.h"
 #include "fleet/store.h"
 #include "truetriad/base/result.h"
+#include "truetriad/formats/export.h"
 
 namespace truetriad::fleet {
 
@@ -17,6 +18,11 @@ void FinishFolder(const std::string& folder);
 /// Gives a run's folder the `name` of its run. Nothing, where there is none. Error (bad input): it
 /// cannot be renamed.
 Status RenameFolder(const std::string& name, std::string* folder);
+
+/// Adds what a person decided to the folder of a run's files, where `export` looks for it; what was
+/// exported there of a unit that may not leave ends in `.withdrawn` from then on. Nothing, where
+/// there is no folder. Error (bad input): it cannot be reached or written to from here.
+Status StateDecision(const std::string& folder, const Decision& decision);
 
 /// A claim to a folder, given up with the object or the process.
 class FolderClaim {

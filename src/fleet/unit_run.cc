@@ -13,53 +13,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/named_values.h"
 #include "calibrate/compared_values.h"
 #include "json/verb_json.h"
-#include "report/format.h"
+#include "report/content.h"
 #include "truetriad/model/limits.h"
 #include "verdict/presentation.h"
 
 namespace truetriad::fleet {
 namespace {
-
-constexpr NamedValues<Verdict, 8> kVerdicts = {{
-    {Verdict::kPass, "pass"},
-    {Verdict::kUsable, "usable"},
-    {Verdict::kOutside, "outside-limits"},
-    {Verdict::kRefused, "refused"},
-    {Verdict::kBadInput, "bad-input"},
-    {Verdict::kCrashed, "crashed"},
-    {Verdict::kTimeLimit, "time-limit"},
-    {Verdict::kMemoryLimit, "memory-limit"},
-}};
-
-/// The worst of the limits that are not met: the one that is most surely passed.
-const LimitCheck& WorstOf(const std::vector<LimitCheck>& limits) {
-  return *std::max_element(
-      limits.begin(), limits.end(), [](const LimitCheck& one, const LimitCheck& other) {
-        return std::pair(!one.pass, one.outside) < std::pair(!other.pass, other.outside);
-      });
-}
-
-/// "± 0.7", "at most 3", "0.98 to 1.02".
-std::string AllowedRange(const Limit& limit, bool is_never_negative) {
-  if (std::isinf(limit.lower) || (is_never_negative && limit.lower <= 0.0)) {
-    return "at most " + Significant(limit.upper, 4);
-  }
-  if (limit.lower == -limit.upper) return "± " + Significant(limit.upper, 4);
-  if (std::isinf(limit.upper)) return "at least " + Significant(limit.lower, 4);
-  return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
-}
-
-/// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".
-std::string OutsideMessage(const LimitCheck& check) {
-  const Result<LimitName> name = ParseLimitName(check.name);
-  const std::string unit = name ? DisplayUnit(name->Unit()) : "";
-  return check.FullName() + ' ' + Significant(check.worst, 3) + " of " +
-         AllowedRange(check.limit, name && name->IsNeverNegative()) +
-         (unit.empty() || unit == "1" ? "" : ' ' + unit);
-}
 
 /// Each number that a limit is for by itself, so that a line can look at every axis of its units.
 std::vector<LimitCheck> ByComponent(const std::vector<LimitCheck>& limits) {
@@ -251,10 +212,6 @@ Finding FindingFrom(const Json& json) {
   return finding;
 }
 
-std::string_view VerdictName(Verdict verdict) { return kVerdicts.Name(verdict); }
-
-std::optional<Verdict> VerdictFromName(std::string_view name) { return kVerdicts.Find(name); }
-
 std::string NewRunId() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return RunIdAt(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
@@ -283,28 +240,22 @@ void Fill(const Calibration& calibration, UnitRun* run) {
   run->inputs = calibration.inputs;
   run->findings = calibration.findings;
   run->judgements = ByComponent(calibration.quality.limits);
-  if (!calibration.IsUsable()) {
-    run->verdict = Verdict::kRefused;
+  run->verdict = calibration.verdict();
+  if (run->verdict == Verdict::kNoResult) {
     run->code = calibration.ReasonNotUsable();
     const Finding* const refusal = FirstRefusal(calibration.findings);
     run->message = refusal == nullptr ? run->code : refusal->Message();
     return;
   }
   TakeParameters(calibration, run);
-  if (!calibration.within_limits) {
-    run->verdict = Verdict::kUsable;
-  } else if (*calibration.within_limits) {
-    run->verdict = Verdict::kPass;
-  } else {
-    const LimitCheck& worst = WorstOf(calibration.quality.limits);
-    run->verdict = Verdict::kOutside;
-    run->code = "limit:" + worst.FullName();
-    run->message = OutsideMessage(worst);
-  }
+  if (run->verdict != Verdict::kFail) return;
+  const LimitCheck& worst = WorstLimit(calibration.quality.limits);
+  run->code = "limit:" + worst.FullName();
+  run->message = MissedText(worst);
 }
 
 void Fill(const Error& error, UnitRun* run) {
-  run->verdict = error.kind() == ErrorKind::kNotEnough ? Verdict::kRefused : Verdict::kBadInput;
+  run->verdict = Verdict::kNoResult;
   run->code =
       error.finding != nullptr ? FindingCodeName(error.finding->code) : InfoOf(error.code).name;
   run->message = error.message;

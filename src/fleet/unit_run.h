@@ -13,32 +13,20 @@
 #include "truetriad/base/result.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/finding.h"
+#include "truetriad/model/outcome.h"
 #include "truetriad/model/quality.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 
-/// How the run of a unit ended.
-enum class Verdict {
-  kPass,         ///< Usable, and within its limits.
-  kUsable,       ///< No limits are set.
-  kOutside,      ///< Usable, but outside its limits.
-  kRefused,      ///< Readable, but not enough for a calibration.
-  kBadInput,     ///< Not readable, or not what the experiment says.
-  kCrashed,      ///< The worker died of it.
-  kTimeLimit,    ///< The worker took too long over it.
-  kMemoryLimit,  ///< It needs too much memory.
-};
-std::string_view VerdictName(Verdict verdict);  ///< "pass", "usable", "outside-limits", …
-std::optional<Verdict> VerdictFromName(std::string_view name);
-/// Somebody has to look at it.
+/// Somebody has to look at the unit.
 inline bool IsRed(Verdict verdict) {
-  return verdict != Verdict::kPass && verdict != Verdict::kUsable;
+  return verdict == Verdict::kFail || verdict == Verdict::kNoResult;
 }
-/// A calibration came out, be it outside limits.
-inline bool HasCalibration(Verdict verdict) {
-  return !IsRed(verdict) || verdict == Verdict::kOutside;
-}
+/// Codes of runs that ended without a result and without an error: of the worker's death, and of
+/// what it may take.
+inline constexpr char kCrashed[] = "crashed", kTimeLimit[] = "time-limit",
+                      kMemoryLimit[] = "memory-limit";
 
 /// One number of a calibration.
 struct Parameter {
@@ -50,12 +38,12 @@ struct Parameter {
 /// What a unit's runs amount to.
 struct Standing {
   std::string run;  ///< That counts.
-  Verdict first_verdict = Verdict::kBadInput;
-  Verdict final_verdict = Verdict::kBadInput;  ///< Of that run, or of people.
+  Verdict first_verdict = Verdict::kNoResult;
+  Verdict final_verdict = Verdict::kNoResult;  ///< Of that run, or of people.
   std::int64_t attempts = 0;                   ///< Recordings, however often each was calibrated.
   std::optional<std::int64_t> most = {};       ///< RetestPolicy::most.
-  /// Who decided the final verdict, and why; empty: nobody.
-  std::string disposed_by = {}, disposed_why = {};
+  /// Who decided the final verdict, why and when; empty: nobody.
+  std::string disposed_by = {}, disposed_why = {}, disposed_at = {};
 };
 
 /// What a store keeps of one run of one unit. Never changed; a later run of the unit supersedes it.
@@ -69,7 +57,7 @@ struct UnitRun {
   std::string config_sha256;  ///< Of what was asked for: experiment, overrides, formats.
   std::string shard;          ///< "2/8"; empty: not one of several.
   std::string folder;         ///< Where its files are; empty: there are none.
-  Verdict verdict = Verdict::kBadInput;
+  Verdict verdict = Verdict::kNoResult;
   std::string code;     ///< Why not: of the finding or error, or the name of the limit.
   std::string message;  ///< The same for people.
   std::string mode;     ///< "poses", "motion", "sweep"; empty without a calibration.

@@ -119,11 +119,15 @@ Status WriteFiles(const WorkPlan& plan,
     for (const std::string& format : plan.formats) {
       TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
       const std::string name = path(info.file_name);
-      TRUETRIAD_ASSIGN_OR_RETURN(
-          const Export exported,
-          ExportCalibration(
-              calibration, format, {.software_version = Version(), .file_name = name}));
-      for (const ExportedFile& file : exported.files) {
+      const Result<Export> exported =
+          ExportCalibration(calibration,
+                            format,
+                            {.software_version = Version(),
+                             .file_name = name,
+                             .allows_outside_limits = plan.allows_outside_limits});
+      if (!exported && exported.error().code == ErrorCode::kOutsideLimits) continue;
+      TRUETRIAD_RETURN_IF_ERROR(exported);
+      for (const ExportedFile& file : exported->files) {
         TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(name + file.suffix, file.text));
       }
     }
@@ -250,6 +254,7 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
     text = experiment.resolved_yaml;
   }
   for (const std::string& format : plan.formats) text += "\nto: " + format;
+  text += plan.allows_outside_limits ? "\noutside limits, too" : "";
   text += plan.has_report ? "\nreport" : "";
   text += plan.shares_assets ? "\nassets: shared" : "";
   text += plan.folder.empty() ? "" : "\nfiles";
@@ -293,8 +298,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
     const Status status = Calibrate(plan, order, &run);
     if (!status) Fill(status.error(), &run);
   } catch (const std::bad_alloc&) {
-    run.verdict = Verdict::kMemoryLimit;
-    run.code = VerdictName(run.verdict);
+    run.code = kMemoryLimit;
     run.message = order.log + ": needs more memory than a unit may have";
   } catch (const std::exception& failure) {
     Fill(Error(ErrorCode::kSystemFailure, {order.log}, failure.what()), &run);
@@ -330,6 +334,7 @@ std::string LineOf(const WorkPlan& plan) {
                      {"overrides", ListOf(plan.overrides)},
                      {"tags", JsonOf(plan.tags)},
                      {"formats", ListOf(plan.formats)},
+                     {"allows_outside_limits", plan.allows_outside_limits},
                      {"has_report", plan.has_report},
                      {"shares_assets", plan.shares_assets},
                      {"folder", plan.folder},
@@ -354,6 +359,7 @@ Result<WorkPlan> ReadPlan(std::string_view line) {
                     .overrides = json.at("overrides").get<std::vector<std::string>>(),
                     .tags = TagsFrom(json.at("tags")),
                     .formats = json.at("formats").get<std::vector<std::string>>(),
+                    .allows_outside_limits = json.at("allows_outside_limits"),
                     .has_report = json.at("has_report"),
                     .shares_assets = json.at("shares_assets"),
                     .folder = json.at("folder"),

@@ -23,6 +23,7 @@ struct WorkPlan {
   std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
   Tags tags;                           ///< What experiment and overrides say of every unit.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
+  bool allows_outside_limits = false;  ///< Units outside their limits are exported, too.
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedAssets, which are in `folder`.
   std::string folder;          ///< Units' folders are made in it; empty: no files are written.

@@ -258,13 +258,12 @@ bool WorkerPool::HasGrown(const Worker& worker) const {
   return 2 * pages * sysconf(_SC_PAGESIZE) > limits_.bytes;
 }
 
-UnitRun WorkerPool::RunWithout(const Worker& worker, Verdict verdict, std::string message) const {
+UnitRun WorkerPool::RunWithout(const Worker& worker, const char* code, std::string message) const {
   UnitRun run = RunOf(plan_, *worker.order);
   // Its log as it was then: what has come since is to be calibrated, too.
   if (worker.stamp) run.log_bytes = worker.stamp->bytes;
   if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
-  run.verdict = verdict;
-  run.code = VerdictName(verdict);
+  run.code = code;
   run.message = worker.order->log + ": " + std::move(message);
   run.wall_s = std::chrono::duration<double>(Clock::now() - worker.since).count();
   return run;
@@ -290,7 +289,7 @@ Result<std::optional<UnitRun>> WorkerPool::Take(Worker* worker) {
   }
   worker->process = 0;
   std::optional<UnitRun> run;
-  if (worker->order) run = RunWithout(*worker, Verdict::kCrashed, "the worker " + HowEnded(status));
+  if (worker->order) run = RunWithout(*worker, kCrashed, "the worker " + HowEnded(status));
   End(worker);
   return run;
 }
@@ -314,12 +313,12 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::optional<UnitRun> run, Take(worker));
       if (!run) continue;
       // A fresh one has all of it again.
-      if (run->verdict == Verdict::kMemoryLimit || HasGrown(*worker)) End(worker);
+      if (run->code == kMemoryLimit || HasGrown(*worker)) End(worker);
       runs.push_back(std::move(*run));
     } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=
                limits_.seconds) {
       runs.push_back(RunWithout(*worker,
-                                Verdict::kTimeLimit,
+                                kTimeLimit,
                                 "takes longer than " + ShortestText(limits_.seconds) +
                                     " s, which is what a unit may take"));
       End(worker);

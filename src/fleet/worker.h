@@ -54,7 +54,7 @@ class WorkerPool {
   /// Takes what a worker has written; the run, once it is whole or the worker is dead.
   Result<std::optional<UnitRun>> Take(Worker* worker);
   bool HasGrown(const Worker& worker) const;
-  UnitRun RunWithout(const Worker& worker, Verdict verdict, std::string message) const;
+  UnitRun RunWithout(const Worker& worker, const char* code, std::string message) const;
 
   std::vector<std::string> command_;
   WorkPlan plan_;

@@ -3,10 +3,12 @@
 
 #include "base/utf8.h"
 #include "formats/comment.h"
+#include "formats/decisions.h"
 #include "formats/format.h"
 #include "formats/loss.h"
 #include "formats/number_text.h"
 #include "formats/restate.h"
+#include "report/content.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -25,6 +27,17 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
   return text;
 }
 
+/// "FAIL by R. Roe on 2026-11-25: connector bent", or by which limit; empty: the unit may leave.
+std::string WhyHeldBack(const Calibration& calibration, const ExportOptions& options) {
+  if (!options.decisions.empty()) {
+    const Decision& last = options.decisions.back();
+    return last.verdict == Verdict::kFail ? DecisionText(last) : "";
+  }
+  if (calibration.verdict() != Verdict::kFail) return "";
+  const std::vector<LimitCheck>& limits = calibration.quality.limits;
+  return limits.empty() ? "FAIL" : "FAIL, " + MissedText(WorstLimit(limits));
+}
+
 /// What a reader of the file must know, a line each.
 std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
@@ -38,6 +51,12 @@ std::vector<std::string> Comment(const Format& format,
           "; calibrated " + (held.created.empty() ? "at an unknown time" : held.created) + ".",
       "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
           std::string(TriadName(held.gauge_sensor)) + "."};
+  if (const std::string why = WhyHeldBack(held, options); !why.empty()) {
+    lines.push_back("THIS UNIT MUST NOT LEAVE: " + why + ".");
+  } else if (!options.decisions.empty()) {
+    lines.push_back(DecisionText(options.decisions.back()) + "; its limits say " +
+                    std::string(VerdictWords(held.verdict())) + ".");
+  }
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = held.sensors[triad];
     if (!sensor) continue;
@@ -67,6 +86,13 @@ Result<Export> ExportCalibration(const Calibration& calibration,
                                  const ExportOptions& options) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
+  const std::string held_back = WhyHeldBack(calibration, options);
+  if (!held_back.empty() && !options.allows_outside_limits && !format.info.states_verdict) {
+    return Error(ErrorCode::kOutsideLimits,
+                 "this unit may not leave (" + held_back +
+                     "), so nothing is exported; measure it again, or state "
+                     "--outside-limits=allow, and the file will say so");
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;

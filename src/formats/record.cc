@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "formats/decisions.h"
 #include "formats/format.h"
 #include "formats/sensor_json.h"
 #include "json/json.h"
@@ -108,11 +109,6 @@ std::string UncertaintyStatement(const Calibration& calibration) {
   return text + ": coverage probability " + Percent(CoverageProbability(calibration.quality)) + ".";
 }
 
-std::string StatusText(const Calibration& calibration) {
-  if (!calibration.within_limits) return "no limits were stated";
-  return *calibration.within_limits ? "within all stated limits" : "outside the stated limits";
-}
-
 // ------------------------------------------------------------------------------------------- JSON
 
 /// A sensor's block with U beside σ.
@@ -163,6 +159,7 @@ Json RecordJson(const WriteRequest& request) {
   const Calibration& calibration = request.calibration;
   const Quality& quality = calibration.quality;
   Json json = {{"format", kRecordFormat},
+               {"verdict", VerdictName(calibration.verdict())},
                {"comment", request.comment},
                {"device", {{"serial", calibration.serial}, {"model", calibration.model}}}};
   AddTags(kDeviceTags, calibration.tags, &json["device"]);
@@ -178,9 +175,15 @@ Json RecordJson(const WriteRequest& request) {
       item["overdue"] = is_overdue ? Json(*is_overdue) : Json(nullptr);
     }
   }
+  json["decisions"] = Json::array();
+  for (const Decision& decision : request.options.decisions) {
+    json["decisions"].push_back({{"verdict", VerdictName(decision.verdict)},
+                                 {"who", decision.who},
+                                 {"why", decision.why},
+                                 {"created", decision.created}});
+  }
   json["calibrated"] = calibration.created;
   json["software"] = "truetriad " + calibration.software_version;
-  json["conformity"] = StatusText(calibration);
   json["conditions"] = {{"poses", quality.poses},
                         {"rejected_poses", quality.rests.rejected_poses.size()},
                         {"temperature", Temperatures(calibration)},
@@ -362,17 +365,21 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
                                  std::to_string(calibration.quality.rests.rejected_poses.size()) +
                                  " rejected"});
   conditions.rows.push_back({"temperature", Temperatures(calibration)});
-  Table references{{"reference", "value", "how known"}, "lll", {}};
+  Table references{{"reference", "value ± U, k = 2", "how known"}, "lll", {}};
   for (const Reference& reference : References(calibration)) {
     references.rows.push_back({reference.name, reference.value, reference.source});
   }
-  std::string body = HtmlOf(IdentityTable(calibration), "identity");
+  std::string body;
+  for (const Decision& decision : request.options.decisions) {
+    body += Element("p", "Decided: " + DecisionText(decision) + ".");
+  }
+  body += HtmlOf(IdentityTable(calibration), "identity");
   if (request.options.laboratory) {
     body += LaboratoryHtml(*request.options.laboratory, calibration.created);
   }
   body += Element("h2", "Conditions and references") + HtmlOf(conditions) + HtmlOf(references) +
           Element("p", Traceability(calibration)) +
-          Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U");
+          Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U, k = 2");
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (sensor) body += HtmlOf(ResultRows(triad, *sensor, calibration.covariance).table());
@@ -380,11 +387,8 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   body += Element("p",
                   UncertaintyStatement(calibration) +
                       " Values without U are fixed by the gauge or by the experiment.");
-  for (const Section& section : SectionsOf(calibration)) {
-    if (section.kind == SectionKind::kLimits) {
-      body += Element("h2", section.title) + HtmlOf(section.blocks);
-    }
-  }
+  const Section limits = LimitsSection(calibration, kCoverageFactor);
+  body += Element("h2", limits.title) + HtmlOf(limits.blocks);
   Table inputs{{"recording", "SHA-256"}, "ll", {}};
   for (const InputFile& input : calibration.inputs) {
     inputs.rows.push_back({input.file, input.sha256});
@@ -398,9 +402,10 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
     json.replace(at, 1, "\\u003c");
   }
   body += std::string(kEmbedded) + "\n" + json + "</script>\n";
-  Verdict verdict = VerdictOf(calibration);
-  return HtmlPage(
-      "Calibration record " + calibration.serial, verdict, body, {.style = kPrintStyle});
+  return HtmlPage("Calibration record " + calibration.serial,
+                  HeadlineOf(calibration),
+                  body,
+                  {.style = kPrintStyle});
 }
 
 bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }
@@ -448,7 +453,9 @@ Format RecordFormat() {
   format.info = {"record",
                  "calibration record with uncertainties, .html page or JSON",
                  "record.html",
-                 Arithmetic::kFloat64};
+                 Arithmetic::kFloat64,
+                 /*can_import=*/false,
+                 /*states_verdict=*/true};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
                               .bias_order = kAnyRecordOrder,

@@ -191,6 +191,7 @@ std::string CalibrationToYaml(const Calibration& calibration) {
   constexpr int kDigits = std::numeric_limits<double>::max_digits10;
   YamlText out(kDigits);
   out << "format: " << kFormat << "\n"
+      << "verdict: " << VerdictName(calibration.verdict()) << "\n"
       << "device: { serial: " << Quoted{calibration.serial}
       << ", model: " << Quoted{calibration.model}
       << TagsText(kDeviceTags, calibration.tags, /*comes_after=*/true) << " }\n";
@@ -280,6 +281,14 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
     item.RejectUnknown();
   }
   ReadStatus(reader.RequireChild("status"), &calibration);
+  if (YamlReader verdict = reader.Child("verdict")) {
+    Verdict stated = calibration.verdict();
+    ReadWord(verdict, VerdictFromName, &stated);
+    if (stated != calibration.verdict()) {
+      verdict.Fail("contradicts `status:`, by which it is " +
+                   std::string(VerdictName(calibration.verdict())) + "; take this line away");
+    }
+  }
   ReadReference(reader.RequireChild("reference"), &calibration.reference);
   ReadWord(reader.RequireChild("gauge"), GaugeFromName, &calibration.gauge);
   ReadWord(reader.RequireChild("gauge_sensor"), TriadFromName, &calibration.gauge_sensor);

@@ -23,6 +23,19 @@ constexpr NamedValues<Mode, 3> kModes = {{
     {Mode::kSweep, "sweep"},
 }};
 
+constexpr NamedValues<Verdict, 4> kVerdicts = {{
+    {Verdict::kPass, "PASS"},
+    {Verdict::kNoLimits, "NO_LIMITS"},
+    {Verdict::kFail, "FAIL"},
+    {Verdict::kNoResult, "NO_RESULT"},
+}};
+constexpr NamedValues<Verdict, 4> kVerdictWords = {{
+    {Verdict::kPass, "PASS"},
+    {Verdict::kNoLimits, "NO LIMITS SET"},
+    {Verdict::kFail, "FAIL"},
+    {Verdict::kNoResult, "NO RESULT"},
+}};
+
 constexpr NamedValues<NoiseSource, 5> kNoiseSources = {{
     {NoiseSource::kStatic, "static"},
     {NoiseSource::kAllan, "allan"},
@@ -42,6 +55,10 @@ double NamedCovariance::Sigma(const std::string& parameter) const {
 
 std::string_view OutcomeName(Outcome outcome) { return kOutcomes.Name(outcome); }
 std::optional<Outcome> OutcomeFromName(std::string_view name) { return kOutcomes.Find(name); }
+
+std::string_view VerdictName(Verdict verdict) { return kVerdicts.Name(verdict); }
+std::string_view VerdictWords(Verdict verdict) { return kVerdictWords.Name(verdict); }
+std::optional<Verdict> VerdictFromName(std::string_view name) { return kVerdicts.Find(name); }
 
 std::string_view ModeName(Mode mode) { return kModes.Name(mode); }
 std::optional<Mode> ModeFromName(std::string_view name) { return kModes.Find(name); }

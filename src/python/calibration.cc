@@ -210,7 +210,8 @@ std::string HeadOf(const Calibration& calibration) {
   return text.substr(0, second);
 }
 
-std::string VerdictOf(const Calibration& calibration) {
+/// "PASS, A0001: all 6 limits are met".
+std::string FirstLineOf(const Calibration& calibration) {
   const std::string text = CalibrationText(calibration);
   return text.substr(0, text.find('\n'));
 }
@@ -390,8 +391,9 @@ findings say why.)")
       .def_property_readonly("magnetometer", sensor(Triad::kMagnetometer), kSensor)
       .def_property_readonly(
           "verdict",
-          [](const HeldCalibration& c) { return Printable(VerdictOf(*c.value)); },
-          "As the report begins: \"USABLE, within limits\".")
+          [](const HeldCalibration& c) { return VerdictName(c.value->verdict()); },
+          "\"PASS\", \"FAIL\", \"NO_RESULT\" or \"NO_LIMITS\": usable, with nothing to judge it "
+          "by.")
       .def_property_readonly(
           "status",
           [](const HeldCalibration& c) { return OutcomeName(c.value->outcome); },
@@ -440,7 +442,7 @@ findings say why.)")
       .def(py::pickle([](const HeldCalibration& c) { return PickleOf(*c.value); }, &Unpickled))
       .def("__str__", [](const HeldCalibration& c) { return Printable(HeadOf(*c.value)); })
       .def("__repr__", [](const HeldCalibration& c) {
-        return Printable("<truetriad.Calibration: " + VerdictOf(*c.value) + ">");
+        return Printable("<truetriad.Calibration: " + FirstLineOf(*c.value) + ">");
       });
 }
 

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-Verdict VerdictFor(const Comparison& comparison) {
+Headline HeadlineFor(const Comparison& comparison) {
   const Agreement agreement = AgreementOf(comparison);
   if (agreement == Agreement::kNotCompared) {
     return {
@@ -37,7 +37,7 @@ Verdict VerdictFor(const Comparison& comparison) {
 }
 
 PageContent ContentOf(const Comparison& comparison, const std::vector<std::string>& about) {
-  PageContent content{"Comparison of two calibrations", VerdictFor(comparison), {}};
+  PageContent content{"Comparison of two calibrations", HeadlineFor(comparison), {}};
   PageSection head;
   for (const std::string& line : about) head.blocks.emplace_back(line);
   if (!comparison.not_compared.empty()) {
@@ -79,7 +79,7 @@ PageContent ContentOf(const Comparison& comparison, const std::vector<std::strin
 
 }  // namespace
 
-Grade GradeOf(const Comparison& comparison) { return VerdictFor(comparison).grade; }
+Grade GradeOf(const Comparison& comparison) { return HeadlineFor(comparison).grade; }
 
 std::string ComparisonText(const Comparison& comparison, const std::vector<std::string>& about) {
   return TextOf(ContentOf(comparison, about));

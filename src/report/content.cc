@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "base/utf8.h"
 #include "math/distributions.h"
 #include "report/corrected_error_content.h"
 #include "report/format.h"
@@ -138,7 +139,9 @@ std::string OutsideText(const LimitCheck& check) {
   return Probability(check.outside);
 }
 
-Section LimitsSection(const Calibration& calibration) {
+}  // namespace
+
+Section LimitsSection(const Calibration& calibration, double coverage_factor) {
   Section section{SectionKind::kLimits, "Limits", {}};
   if (!calibration.IsUsable()) {
     section.blocks.emplace_back(std::string("Not checked: the calibration is not usable."));
@@ -153,12 +156,15 @@ Section LimitsSection(const Calibration& calibration) {
   }
   // Files of before do not say it.
   const double k = limits.front().guard_band_k;
-  Table table{{"limit", "result", "allowed", "worst found", "unit", "P outside"}, "llrrlr", {}};
+  const std::string sign =
+      coverage_factor == 1.0 ? "± σ" : "± U, k = " + Significant(coverage_factor, 2);
+  Table table{
+      {"limit", "result", "allowed", "worst found " + sign, "unit", "P outside"}, "llrrlr", {}};
   for (const LimitCheck& check : limits) {
     table.rows.push_back({check.FullName(),
                           check.pass ? "pass" : "FAIL",
                           AllowedText(check.name, check.limit) + GuardedText(check),
-                          WithSigma(check.worst, check.sigma),
+                          WithSigma(check.worst, coverage_factor * check.sigma),
                           LimitUnit(check.name),
                           OutsideText(check)});
   }
@@ -173,6 +179,8 @@ Section LimitsSection(const Calibration& calibration) {
   }
   return section;
 }
+
+namespace {
 
 /// A finding and the sensors of which it says the same.
 struct SharedFinding {
@@ -311,6 +319,30 @@ Finding WhyRefused(const Findings& findings) {
   return {FindingCode::kDidNotConverge, "the result does not say why"};
 }
 
+/// "the optimiser did not converge": the meaning of what refuses, within a sentence.
+std::string ReasonOf(const Calibration& calibration) {
+  if (calibration.outcome == Outcome::kNotCalled) return "no calibration was run";
+  const Finding refusal = WhyRefused(calibration.findings);
+  if (refusal.code == FindingCode::kMessage) return refusal.text;
+  std::string meaning(FindingKindOf(refusal.code).meaning);
+  if (meaning.size() > 1 && std::isupper(static_cast<unsigned char>(meaning[1])) == 0) {
+    meaning[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(meaning[0])));
+  }
+  return meaning;
+}
+
+/// What is wanting where there is no result.
+std::string_view ScopeOf(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kNotObservable:
+      return "Some enabled parameters are unobservable from these poses.";
+    case Outcome::kNotEnough:
+      return "The recording is not enough for the enabled parameters.";
+    default:
+      return "No number of this run can be used.";
+  }
+}
+
 std::string FailedLimits(const Quality& quality) {
   std::string names;
   for (const LimitCheck& check : quality.limits) {
@@ -352,52 +384,54 @@ std::string OriginOf(const std::string& file, const Calibration& calibration) {
   return origin;
 }
 
-Verdict VerdictOf(const Calibration& calibration) {
-  switch (calibration.outcome) {
-    case Outcome::kConverged:
+std::string MissedText(const LimitCheck& check) {
+  const std::string unit = LimitUnit(check.name);
+  return check.FullName() + ' ' + Significant(check.worst, 3) + " of " +
+         AllowedText(check.name, check.limit) + (unit.empty() || unit == "1" ? "" : ' ' + unit);
+}
+
+const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits) {
+  return *std::max_element(
+      limits.begin(), limits.end(), [](const LimitCheck& one, const LimitCheck& other) {
+        return std::pair(!one.pass, one.outside) < std::pair(!other.pass, other.outside);
+      });
+}
+
+Headline HeadlineOf(const Calibration& calibration) {
+  const Verdict verdict = calibration.verdict();
+  const std::string head =
+      std::string(VerdictWords(verdict)) +
+      (calibration.serial.empty() ? "" : ", " + PrintableLine(calibration.serial)) + ": ";
+  const std::vector<LimitCheck>& limits = calibration.quality.limits;
+  constexpr std::string_view kUsable = "Converged, and every parameter is observable.";
+  switch (verdict) {
+    case Verdict::kNoLimits:
       if (calibration.covariance.parameters.empty()) {
         return {Grade::kCaution,
-                "START VALUES ONLY, as requested",
+                head + "start values only, as requested",
                 "The start values were not refined; no uncertainty available."};
       }
-      if (!calibration.within_limits) {
-        return {Grade::kNeutral,
-                "USABLE, no limits set",
-                "Converged, and every parameter is observable."};
-      }
-      if (*calibration.within_limits) {
-        return {Grade::kGood,
-                "USABLE, within limits",
-                "Converged, every parameter is observable, and every limit is met."};
-      }
-      return {Grade::kCaution,
-              "USABLE, OUTSIDE LIMITS",
-              "Converged, and every parameter is observable, but outside limits: " +
-                  FailedLimits(calibration.quality) + "."};
-    case Outcome::kNotObservable:
-      return {Grade::kBad,
-              "NOT USABLE: not observable",
-              "Some enabled parameters are unobservable from these poses."};
-    case Outcome::kNotConverged: {
-      const FindingKind& kind = FindingKindOf(WhyRefused(calibration.findings).code);
+      return {Grade::kNeutral, head + "usable, with nothing to judge it by", std::string(kUsable)};
+    case Verdict::kPass:
       return {
-          Grade::kBad, "NOT USABLE: " + std::string(kind.name), std::string(kind.meaning) + "."};
-    }
-    case Outcome::kNotEnough:
+          Grade::kGood,
+          head + (limits.size() == 1 ? "its limit is met"
+                                     : "all " + std::to_string(limits.size()) + " limits are met"),
+          std::string(kUsable)};
+    case Verdict::kFail:
       return {Grade::kBad,
-              "NOT USABLE: not enough",
-              "The recording is not enough for the enabled parameters: " +
-                  WhyRefused(calibration.findings).Message()};
-    case Outcome::kNotCalled:
+              head + (limits.empty() ? "outside limits" : MissedText(WorstLimit(limits))),
+              std::string(kUsable) + " Outside limits: " + FailedLimits(calibration.quality) + "."};
+    case Verdict::kNoResult:
       break;
   }
-  return {Grade::kBad, "NOT USABLE: nothing was calibrated", "No calibration was run."};
+  return {Grade::kBad, head + ReasonOf(calibration), std::string(ScopeOf(calibration.outcome))};
 }
 
 std::vector<Section> SectionsOf(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   std::vector<Section> sections;
-  for (Section& section : std::vector<Section>{LimitsSection(calibration),
+  for (Section& section : std::vector<Section>{LimitsSection(calibration, 1.0),
                                                FindingsSection(calibration),
                                                CorrectedErrorSection(calibration),
                                                ParametersSection(calibration),
@@ -445,7 +479,7 @@ Table IdentityTable(const Calibration& calibration) {
   return table;
 }
 
-Table PoseTable(const Quality& quality) {
+Table TableOfPoses(const Quality& quality) {
   Table table{{"pose",
                "sensor",
                "before",

@@ -16,12 +16,17 @@ namespace truetriad {
 
 // What a calibration report says and in which order, once for the terminal and for HTML.
 
-struct Verdict {
+struct Headline {
   Grade grade = Grade::kBad;
-  std::string headline;     ///< "USABLE, within limits".
+  std::string text;         ///< "PASS, A0001: all 6 limits are met".
   std::string explanation;  ///< One sentence.
 };
-Verdict VerdictOf(const Calibration& calibration);
+/// Begins with the verdict's words, then the serial number and the first reason.
+Headline HeadlineOf(const Calibration& calibration);
+/// The one of the limits, of which there is one, that is most surely missed, or nearest to it.
+const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits);
+/// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".
+std::string MissedText(const LimitCheck& check);
 
 /// A title inside a section.
 struct Subtitle {
@@ -44,7 +49,7 @@ struct PageSection {
 /// What a verb says, once for the terminal and for HTML.
 struct PageContent {
   std::string title;
-  Verdict verdict;
+  Headline headline;
   std::vector<PageSection> sections;
 };
 
@@ -76,11 +81,14 @@ struct Section {
 /// numbers it carries.
 std::vector<Section> SectionsOf(const Calibration& calibration);
 
+/// That of the limits, with `coverage_factor` σ behind each ±.
+Section LimitsSection(const Calibration& calibration, double coverage_factor);
+
 /// Serial, model, software, inputs, gauge: one row each.
 Table IdentityTable(const Calibration& calibration);
 
 /// Every triad at every pose.
-Table PoseTable(const Quality& quality);
+Table TableOfPoses(const Quality& quality);
 
 /// "from an Allan deviation".
 std::string_view NoiseSourceWords(NoiseSource source);

@@ -83,7 +83,7 @@ Table TableOf(const EvaluationSummary& evaluation) {
   return table;
 }
 
-Verdict VerdictFor(const EvaluationSummary& evaluation, const Calibration& calibration) {
+Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& calibration) {
   std::string tested =
       "Calibration of " +
       (calibration.serial.empty() ? "a unit without serial number" : calibration.serial) +
@@ -167,7 +167,7 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
   PageContent content{
       "Test of the calibration of " +
           (calibration.serial.empty() ? "unit without serial number" : calibration.serial),
-      VerdictFor(evaluation, calibration),
+      HeadlineFor(evaluation, calibration),
       {}};
   if (!about.empty()) {
     content.sections.push_back({"", {about.begin(), about.end()}});
@@ -188,7 +188,7 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
 }  // namespace
 
 Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibration) {
-  return VerdictFor(evaluation, calibration).grade;
+  return HeadlineFor(evaluation, calibration).grade;
 }
 
 std::string EvaluationText(const EvaluationSummary& evaluation,

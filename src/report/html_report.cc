@@ -155,7 +155,7 @@ std::string PoseDetails(const Calibration& calibration) {
     return Element(
         "p", "The table of poses is omitted: it would have " + std::to_string(count) + " rows.");
   }
-  return Details("Every pose (" + std::to_string(count) + " rows)", HtmlOf(PoseTable(quality)));
+  return Details("Every pose (" + std::to_string(count) + " rows)", HtmlOf(TableOfPoses(quality)));
 }
 
 }  // namespace
@@ -163,7 +163,7 @@ std::string PoseDetails(const Calibration& calibration) {
 std::string CalibrationHtml(const Calibration& calibration,
                             const ReportLooks& looks,
                             const ReportSources& sources) {
-  const Verdict verdict = VerdictOf(calibration);
+  const Headline headline = HeadlineOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
   const std::string title = "Calibration of " + device;
@@ -188,7 +188,7 @@ std::string CalibrationHtml(const Calibration& calibration,
     scripts = {PageScript(), looks.plots, SphereScript()};
   }
   return HtmlPage(title,
-                  verdict,
+                  headline,
                   html + "</section>\n",
                   {.assets = looks.assets, .scripts = std::move(scripts)});
 }

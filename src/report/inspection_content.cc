@@ -243,7 +243,7 @@ PageSection EnoughSection(const Calibration& tried) {
 }
 
 /// What a calibration of it came to.
-Verdict VerdictOf(const Result<Calibration>& tried) {
+Headline HeadlineOf(const Result<Calibration>& tried) {
   if (!tried) return {Grade::kBad, "NOT ENOUGH for any calibration", tried.error().message + "."};
   if (tried->IsUsable()) {
     std::string sensors;
@@ -286,7 +286,7 @@ PageSection HeadOf(const PoseSet& poses) {
 
 PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
   const DirectionsOfSensors directions = DirectionsOf(poses);
-  PageContent content{"Inspection of " + poses.source, VerdictOf(tried), {HeadOf(poses)}};
+  PageContent content{"Inspection of " + poses.source, HeadlineOf(tried), {HeadOf(poses)}};
   const auto add = [&content](PageSection section) {
     if (!section.blocks.empty()) content.sections.push_back(std::move(section));
   };
@@ -299,7 +299,7 @@ PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
 
 }  // namespace
 
-Grade InspectionGrade(const Result<Calibration>& tried) { return VerdictOf(tried).grade; }
+Grade InspectionGrade(const Result<Calibration>& tried) { return HeadlineOf(tried).grade; }
 
 std::string InspectionText(const PoseSet& poses, const Result<Calibration>& tried) {
   return TextOf(ContentOf(poses, tried));

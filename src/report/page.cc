@@ -172,7 +172,7 @@ std::string SectionText(const std::string& title, const std::vector<Block>& bloc
 }
 
 std::string TextOf(const PageContent& content) {
-  std::string text = content.verdict.headline + '\n' + Wrapped(content.verdict.explanation, 0);
+  std::string text = content.headline.text + '\n' + Wrapped(content.headline.explanation, 0);
   for (const PageSection& section : content.sections) {
     if (!section.title.empty()) text += Underlined(section.title);
     for (const Block& block : section.blocks) text += TextOfBlock(block);
@@ -186,7 +186,7 @@ std::string HtmlOf(const PageContent& content) {
     html += "<section>\n" + (section.title.empty() ? "" : Element("h2", section.title)) +
             HtmlOf(section.blocks) + HtmlOf(section.drawings) + "</section>\n";
   }
-  return HtmlPage(content.title, content.verdict, html);
+  return HtmlPage(content.title, content.headline, html);
 }
 
 std::string Element(std::string_view tag, std::string_view content) {
@@ -238,7 +238,7 @@ std::string Details(std::string_view summary, const std::string& html) {
 }
 
 std::string HtmlPage(std::string_view title,
-                     const Verdict& verdict,
+                     const Headline& headline,
                      const std::string& body,
                      const PageLooks& looks) {
   const bool is_alone = looks.assets.empty();
@@ -263,7 +263,7 @@ std::string HtmlPage(std::string_view title,
   constexpr std::size_t kFrameBytes = 16U << 10;
   page.reserve(kFrameBytes + PageStyle().size() + looks.style.size() + body.size() +
                (is_alone ? script_bytes : 0));
-  page += Element("title", std::string(title) + ": " + verdict.headline) +
+  page += Element("title", std::string(title) + ": " + headline.text) +
           "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
   if (!is_alone) {
     page +=
@@ -273,8 +273,8 @@ std::string HtmlPage(std::string_view title,
   page += "<style>\n";
   if (is_alone) page.append(PageStyle()).append(looks.style);
   page += PageFoot(title) + "</style>\n</head>\n<body>\n<main>\n" + Element("h1", title) +
-          "<div class=\"verdict " + std::string(CssClass(verdict.grade)) + "\">" +
-          Element("b", verdict.headline) + "<span>" + Sentence(verdict.explanation) +
+          "<div class=\"verdict " + std::string(CssClass(headline.grade)) + "\">" +
+          Element("b", headline.text) + "<span>" + Sentence(headline.explanation) +
           "</span>\n</div>\n";
   page.append(body).append("</main>\n");
   for (const EmbeddedScript& script : looks.scripts) {

@@ -46,7 +46,7 @@ struct PageLooks {
 
 /// The page: title, verdict, then `body`.
 std::string HtmlPage(std::string_view title,
-                     const Verdict& verdict,
+                     const Headline& headline,
                      const std::string& body,
                      const PageLooks& looks = {});
 

@@ -124,8 +124,8 @@ std::string RandomText(const Plan& plan) {
 
 }  // namespace
 
-Verdict VerdictOf(const Plan& plan) {
-  Verdict verdict;
+Headline HeadlineOf(const Plan& plan) {
+  Headline headline;
   const std::size_t count = plan.program.poses.size();
   const std::string poses =
       std::to_string(count) + (count == 1 ? " pose" : " poses") +
@@ -137,23 +137,23 @@ Verdict VerdictOf(const Plan& plan) {
     return poses + ' ' + (count == 1 ? singular : plural);
   };
   if (!plan.determined) {
-    verdict.headline = "NOT ENOUGH";
-    verdict.explanation = does("do", "does") + " not make every enabled parameter observable.";
+    headline.text = "NOT ENOUGH";
+    headline.explanation = does("do", "does") + " not make every enabled parameter observable.";
   } else if (!plan.rehearsed) {
-    verdict.headline = "CANNOT BE CALIBRATED";
-    verdict.explanation =
+    headline.text = "CANNOT BE CALIBRATED";
+    headline.explanation =
         does("have", "has") + " enough information, but the calibration finds no start values.";
   } else if (!plan.IsMet()) {
-    verdict.headline = "NOT AS GOOD AS WANTED";
-    verdict.explanation = does("do", "does") + " not reach every wanted σ.";
+    headline.text = "NOT AS GOOD AS WANTED";
+    headline.explanation = does("do", "does") + " not reach every wanted σ.";
   } else {
-    verdict.grade = Grade::kGood;
-    verdict.headline = plan.wanted.empty() ? "GOOD PLAN" : "GOOD PLAN, as wanted";
-    verdict.explanation = plan.wanted.empty()
-                              ? does("determine", "determines") + " every parameter."
-                              : does("reach", "reaches") + " every wanted σ.";
+    headline.grade = Grade::kGood;
+    headline.text = plan.wanted.empty() ? "GOOD PLAN" : "GOOD PLAN, as wanted";
+    headline.explanation = plan.wanted.empty()
+                               ? does("determine", "determines") + " every parameter."
+                               : does("reach", "reaches") + " every wanted σ.";
   }
-  return verdict;
+  return headline;
 }
 
 std::string LabelOf(const ProgramPose& pose) {

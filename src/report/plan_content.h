@@ -12,7 +12,7 @@ namespace truetriad {
 
 // What is said of a plan and in which order, once for the terminal and for HTML.
 
-Verdict VerdictOf(const Plan& plan);
+Headline HeadlineOf(const Plan& plan);
 
 /// All but the poses themselves: wanted σ, what cannot be seen, messages, σ of every quantity, the
 /// noise that this is for, the comparison with random poses; one with nothing to say is left out.

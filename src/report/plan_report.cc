@@ -43,11 +43,11 @@ bool HeadingMatters(const Plan& plan) {
 
 }  // namespace
 
-Grade GradeOf(const Plan& plan) { return VerdictOf(plan).grade; }
+Grade GradeOf(const Plan& plan) { return HeadlineOf(plan).grade; }
 
 std::string PlanText(const Plan& plan) {
-  const Verdict verdict = VerdictOf(plan);
-  std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) +
+  const Headline headline = HeadlineOf(plan);
+  std::string text = headline.text + '\n' + Wrapped(headline.explanation, 0) +
                      SectionText("Poses, in this order", {RestText(plan), ProgramTable(plan)});
   for (const PageSection& section : SectionsOf(plan)) {
     text += SectionText(section.title, section.blocks);
@@ -71,7 +71,7 @@ std::string PlanHtml(const Plan& plan) {
   for (const PageSection& section : SectionsOf(plan)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) + "</section>\n";
   }
-  return HtmlPage("Pose program", VerdictOf(plan), html, {.style = kCardStyle});
+  return HtmlPage("Pose program", HeadlineOf(plan), html, {.style = kCardStyle});
 }
 
 }  // namespace truetriad

@@ -8,11 +8,11 @@
 
 namespace truetriad {
 
-Grade GradeOf(const Calibration& calibration) { return VerdictOf(calibration).grade; }
+Grade GradeOf(const Calibration& calibration) { return HeadlineOf(calibration).grade; }
 
 std::string CalibrationText(const Calibration& calibration) {
-  const Verdict verdict = VerdictOf(calibration);
-  std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) + '\n' +
+  const Headline headline = HeadlineOf(calibration);
+  std::string text = headline.text + '\n' + Wrapped(headline.explanation, 0) + '\n' +
                      TextOf(IdentityTable(calibration));
   for (const Section& section : SectionsOf(calibration)) {
     text += SectionText(section.title, section.blocks);

@@ -44,7 +44,7 @@ TEST_F(CalibrateVerb, FindsTheUnitThatMadeTheLog) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, IsEmpty());
   EXPECT_THAT(run.out,
-              AllOf(HasSubstr("USABLE"),
+              AllOf(HasSubstr("NO LIMITS SET"),
                     HasSubstr(folder_.Path("result/calibration.yaml")),
                     HasSubstr(folder_.Path("result/report.html"))));
   EXPECT_TRUE(HasReport());
@@ -291,7 +291,7 @@ class NotEnoughData : public CalibrateVerb, public ::testing::WithParamInterface
 TEST_P(NotEnoughData, WritesWhyButNoNumbersToUse) {
   const Finished run = Calibrate(LogText(GetParam().log));
   EXPECT_EQ(run.exit_code, 3) << run.err;
-  EXPECT_THAT(run.out, AllOf(HasSubstr("NOT USABLE"), HasSubstr(GetParam().message)));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("NO RESULT"), HasSubstr(GetParam().message)));
   EXPECT_TRUE(HasReport());
   const YAML::Node written = Written();
   EXPECT_NE(written["status"]["outcome"].as<std::string>(), "converged");

@@ -97,14 +97,14 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT DISTINCT serial, verdict, code, "
                     "folder = '' FROM run WHERE serial LIKE '%1'\"")
                   .out,
-              HasSubstr("\nu1,usable,,0\nv1,bad-input,other-device,1\n"));
+              HasSubstr("\nu1,NO_LIMITS,,0\nv1,NO_RESULT,other-device,1\n"));
   // As the refusal advises.
   fs::remove(folder_.Path("line/u1.csv"));
   EXPECT_EQ(Fleet("run line -o out --resume").exit_code, 0);
   EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT verdict FROM latest WHERE serial = "
                     "'v1'\"")
                   .out,
-              HasSubstr("usable"));
+              HasSubstr("NO_LIMITS"));
 }
 
 // However each of them spells the folder.
@@ -187,7 +187,7 @@ TEST_F(FleetShards, AreExportedAsTheyAre) {
   ASSERT_EQ(Fleet("collect all.jsonl --store=again.db").exit_code, 0);
   EXPECT_EQ(Content("again.db"), Content("all.db"));
   const Finished csv =
-      Fleet("export --store=all.db --to=csv --where=\"verdict = 'usable'\" -o t.csv --json");
+      Fleet("export --store=all.db --to=csv --where=\"verdict = 'NO_LIMITS'\" -o t.csv --json");
   EXPECT_EQ(json::parse(csv.out)["result"],
             json({{"file", "t.csv"}, {"format", "csv"}, {"runs", 5}}));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("t.csv")),

@@ -86,28 +86,58 @@ TEST_F(FleetStore, IsLeftWholeByAFullDisk) {
   Shell("umount disk");
 }
 
+TEST_F(FleetStore, WithdrawsTheExportsOfAUnitThatAPersonRefuses) {
+  WriteUnits(1);
+  const std::string run = Fleet("--store=a.db --to=px4,record");
+  ASSERT_EQ(Shell(run).exit_code, 0);
+  const auto folders = [&] { return Ask("a.db", "SELECT folder FROM run ORDER BY run"); };
+  const std::string folder = folders().at(0);
+  ASSERT_TRUE(fs::exists(folder + "/px4.params"));
+  const auto decide = [&](const std::string& verdict) {
+    return Shell(kFleetProgram +
+                 std::string("dispose u100 --store=a.db --who='R. Roe' --why=bent ") +
+                 "--verdict=" + verdict);
+  };
+  ASSERT_EQ(decide("FAIL").exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder + "/px4.params"));
+  EXPECT_TRUE(fs::exists(folder + "/px4.params.withdrawn"));
+  EXPECT_TRUE(fs::exists(folder + "/record.html"));
+  // The same recording again is the same unit.
+  ASSERT_EQ(Shell(run).exit_code, 0);
+  EXPECT_FALSE(fs::exists(folders().at(1) + "/px4.params"));
+  const std::string to_export =
+      "'" TRUETRIAD_BINARY "' export '" + folder + "/calibration.yaml' --to=px4 --output=u.params";
+  const Finished refused = Shell(to_export);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("FAIL by R. Roe on "));
+  EXPECT_FALSE(fs::exists(folder_.Path("u.params")));
+  EXPECT_EQ(Shell(to_export + " --outside-limits=allow").exit_code, 0);
+  ASSERT_EQ(decide("PASS").exit_code, 0);
+  EXPECT_EQ(Shell(to_export).exit_code, 0);
+}
+
 TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   WriteUnits(2);
   ASSERT_EQ(Shell(Fleet("--store=a.db --tag=lot=L17")).exit_code, 0);
   const std::string dispose = kFleetProgram + std::string("dispose ");
   const Finished done =
-      Shell(dispose + "u100 --store=a.db --who='R. Roe' --verdict=refused --why='bent'");
+      Shell(dispose + "u100 --store=a.db --who='R. Roe' --verdict=FAIL --why='bent'");
   EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, StartsWith("u100 is refused (run "));
+  EXPECT_THAT(done.out, StartsWith("u100 is FAIL (run "));
   EXPECT_THAT(
       Ask("a.db", "SELECT serial, verdict, final_verdict, disposed_by FROM standing ORDER BY 1"),
-      ElementsAre("u100,usable,refused,R. Roe", "u101,usable,usable,"));
+      ElementsAre("u100,NO_LIMITS,FAIL,R. Roe", "u101,NO_LIMITS,NO_LIMITS,"));
   // What somebody has refused is not good because it is calibrated again.
   const Finished again = Shell(Fleet("--store=a.db --tag=lot=L17 --fail-on=unit"));
   EXPECT_EQ(again.exit_code, 4);
   EXPECT_THAT(again.out, StartsWith("1 OF 2 UNITS NOT GOOD"));
-  EXPECT_THAT(again.out, HasSubstr("u100: refused by R. Roe (bent)"));
+  EXPECT_THAT(again.out, HasSubstr("u100: FAIL by R. Roe (bent)"));
   EXPECT_THAT(again.out,
               HasSubstr("2 of these recordings were calibrated before, and count once each: "
                         "u100, u101"));
-  const Finished query = Shell(
-      kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'refused' AND "
-                                  "lot = 'L17'\""));
+  const Finished query =
+      Shell(kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'FAIL' AND "
+                                        "lot = 'L17'\""));
   EXPECT_THAT(query.out, AllOf(StartsWith("serial  final_verdict  verdict"), HasSubstr("R. Roe")));
   const Finished bytes =
       Shell(kFleetProgram + std::string("query --store=a.db \"SELECT covariance FROM run\""));
@@ -118,13 +148,13 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
     int exit_code;
   };
   for (const Mistake& mistake : std::vector<Mistake>{
-           {"u7 --store=a.db --who=x --verdict=pass --why=x", "has no unit `u7`", 1},
+           {"u7 --store=a.db --who=x --verdict=PASS --why=x", "has no unit `u7`", 1},
            {"u100 --store=a.db --who=x --verdict=good --why=x", "--verdict=good is not known", 1},
            {"u100 --store=a.db --who=x --verdict=crashed --why=x", "do not decide", 1},
-           {"u100 --store=a.db --who=x --verdict=pass", "--why=TEXT is missing", 1},
-           {"u100 --store=a.db --who=x --verdict=pass --why=", "--why has no value", 1},
-           {"u100 --store=a.db --who=' ' --verdict=pass --why=x", "who decided it", 1},
-           {"u100 --store=b.db --who=x --verdict=pass --why=x", "there is no such store", 2}}) {
+           {"u100 --store=a.db --who=x --verdict=PASS", "--why=TEXT is missing", 1},
+           {"u100 --store=a.db --who=x --verdict=PASS --why=", "--why has no value", 1},
+           {"u100 --store=a.db --who=' ' --verdict=PASS --why=x", "who decided it", 1},
+           {"u100 --store=b.db --who=x --verdict=PASS --why=x", "there is no such store", 2}}) {
     const Finished run = Shell(dispose + mistake.flags);
     EXPECT_EQ(run.exit_code, mistake.exit_code) << mistake.flags;
     EXPECT_THAT(run.err, HasSubstr(mistake.message));

@@ -73,20 +73,21 @@ TEST_F(Fleet, KeepsEveryUnitWithItsVerdictAndFiles) {
   const Finished run =
       Run("--to=json --tag=lot=L17 --set=limits.accelerometer.bias=0.25 --fail-on=unit");
   EXPECT_EQ(run.exit_code, 4) << run.err;
-  EXPECT_THAT(run.out, AllOf(StartsWith("6 OF 6 NOT GOOD"), HasSubstr("4 outside-limits")));
+  EXPECT_THAT(run.out, AllOf(StartsWith("6 OF 6 NOT GOOD"), HasSubstr("4 FAIL")));
   EXPECT_THAT(Ask("SELECT serial, verdict, code FROM latest ORDER BY serial"),
-              ::testing::ElementsAre(StartsWith("bad,bad-input,"),
-                                     StartsWith("short,refused,"),
-                                     "u000,outside-limits,limit:accelerometer.bias.z",
-                                     "u001,outside-limits,limit:accelerometer.bias.z",
-                                     "u002,outside-limits,limit:accelerometer.bias.z",
-                                     "u003,outside-limits,limit:accelerometer.bias.z"));
+              ::testing::ElementsAre(StartsWith("bad,NO_RESULT,"),
+                                     StartsWith("short,NO_RESULT,"),
+                                     "u000,FAIL,limit:accelerometer.bias.z",
+                                     "u001,FAIL,limit:accelerometer.bias.z",
+                                     "u002,FAIL,limit:accelerometer.bias.z",
+                                     "u003,FAIL,limit:accelerometer.bias.z"));
   EXPECT_THAT(Ask("SELECT value FROM tag WHERE name = 'lot'"), SizeIs(6));
-  for (const std::string& line : Ask("SELECT folder FROM run WHERE verdict = 'outside-limits'")) {
-    for (const char* file :
-         {"calibration.yaml", "calibration.json", "report.html", "export.json"}) {
+  for (const std::string& line : Ask("SELECT folder FROM run WHERE verdict = 'FAIL'")) {
+    for (const char* file : {"calibration.yaml", "calibration.json", "report.html"}) {
       EXPECT_TRUE(fs::exists(line + "/" + file)) << line << " " << file;
     }
+    // Nothing that firmware could read.
+    EXPECT_FALSE(fs::exists(line + "/export.json")) << line;
   }
   // Each as `calibrate` makes it.
   const Finished alone =
@@ -104,19 +105,21 @@ TEST_F(Fleet, KeepsEveryUnitWithItsVerdictAndFiles) {
 
 TEST_F(Fleet, LosesOneRunToWhatACrashHangOrMemoryCosts) {
   WriteUnits(6);
-  const std::map<std::string, std::string> verdicts = {
+  const std::map<std::string, std::string> endings = {
       {"crash", "crashed"}, {"hang", "time-limit"}, {"memory", "memory-limit"}};
-  for (const auto& [fault, verdict] : verdicts) {
+  for (const auto& [fault, ending] : endings) {
     const Finished run = Run("--report=false --jobs=2 --time-limit=2 -o " + fault,
                              "TRUETRIAD_FLEET_FAULT=" + fault + ":u003");
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    EXPECT_THAT(Ask("SELECT serial, verdict FROM run ORDER BY serial", fault),
-                ::testing::ElementsAre("u000,usable",
-                                       "u001,usable",
-                                       "u002,usable",
-                                       "u003," + verdict,
-                                       "u004,usable",
-                                       "u005,usable"));
+    EXPECT_THAT(
+        Ask("SELECT serial, CASE code WHEN '' THEN verdict ELSE code END FROM run ORDER BY serial",
+            fault),
+        ::testing::ElementsAre("u000,NO_LIMITS",
+                               "u001,NO_LIMITS",
+                               "u002,NO_LIMITS",
+                               "u003," + ending,
+                               "u004,NO_LIMITS",
+                               "u005,NO_LIMITS"));
   }
 }
 
@@ -134,7 +137,7 @@ TEST_F(Fleet, EndsOnAFullDiskAndLosesNothing) {
   EXPECT_THAT(full.err, ::testing::AnyOf(HasSubstr("No space left"), HasSubstr("disk is full")));
   fs::remove(disk + "/ballast");
   EXPECT_EQ(Run("--report=false --resume").exit_code, 0);
-  EXPECT_THAT(Ask("SELECT DISTINCT serial FROM run WHERE verdict = 'usable'"), SizeIs(6));
+  EXPECT_THAT(Ask("SELECT DISTINCT serial FROM run WHERE verdict = 'NO_LIMITS'"), SizeIs(6));
   RunShell("umount '" + disk + "'");
 }
 
@@ -206,7 +209,7 @@ TEST_F(Fleet, SaysWhyAUnitIsRedInOneLineThatATerminalMayShow) {
   folder_.Write("line/a\nb\x1B[31m.csv", "time[s],accel_x[m/s^2]\n0,x\n");
   const Finished run = Run("--report=false '--serial={serial}.csv'");
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.err, StartsWith("a\\u000Ab\\u001B[31m: bad-input, "));
+  EXPECT_THAT(run.err, StartsWith("a\\u000Ab\\u001B[31m: NO RESULT, "));
   EXPECT_THAT(run.err, HasSubstr(".csv): line/a"));
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
 }
@@ -216,7 +219,7 @@ TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
   const Finished run = Run("--report=false --jobs=1", "timeout -s TERM 0.15");
   EXPECT_THAT(run.exit_code, ::testing::AnyOf(124, 143, 0)) << run.err;
   const std::vector<std::string> done = Ask("SELECT verdict FROM run");
-  for (const std::string& verdict : done) EXPECT_EQ(verdict, "usable");
+  for (const std::string& verdict : done) EXPECT_EQ(verdict, "NO_LIMITS");
   EXPECT_EQ(Run("--report=false --resume").exit_code, 0);
   EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(12));
 }

@@ -118,6 +118,22 @@ TEST_F(FleetWatch, EndsWithARunOfARecordingThatIsIncomplete) {
   EXPECT_THAT(Run(watch + "--tag=lot=L17").out, StartsWith("NOTHING TO DO"));
 }
 
+TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {
+  Log("line/good", 1);
+  LogOptions poor;
+  poor.rest_s = 0.3;  // No rest is found in it.
+  Log("line/poor", 2, poor);
+  const std::string watch =
+      "truetriad fleet watch line -o out --report=false --until-idle=0.1 --jobs=1 ";
+  const Finished run = Run(watch);
+  EXPECT_THAT(
+      run.err,
+      AllOf(HasSubstr("good  NO LIMITS SET\n"),
+            HasSubstr("poor  NO RESULT  record again, hands off while it rests (no-rest)")));
+  EXPECT_THAT(Run(watch + "--set=limits.accelerometer.bias=1e-9").err,
+              HasSubstr("good  FAIL  set it aside (limit:accelerometer.bias."));
+}
+
 TEST_F(FleetWatch, SaysWhatIsWrongWithTheCall) {
   folder_.Write("one.yaml",
                 "experiment: 1\ndevice: { serial: A1 }\nsensors: { accelerometer: {} }\n");

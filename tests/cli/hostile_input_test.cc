@@ -256,7 +256,7 @@ TEST_F(DamagedLog, IsRefusedWithTheReasonWhenEveryTurnIsSpoilt) {
   }
   const Finished run = Calibrate();
   EXPECT_EQ(run.exit_code, 3) << run.out;
-  EXPECT_THAT(run.out, HasSubstr("NOT USABLE"));
+  EXPECT_THAT(run.out, HasSubstr("NO RESULT"));
   EXPECT_THAT(run.out, HasSubstr("[warning, turn-saturated]"));
 }
 

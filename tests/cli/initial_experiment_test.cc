@@ -37,7 +37,8 @@ class LogAlone : public ::testing::Test {
 TEST_F(LogAlone, IsCalibratedIntoAFolderBesideIt) {
   const Finished run = RunTruetriad({"calibrate", log_});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out, AllOf(StartsWith("USABLE"), HasSubstr(log_ + ".truetriad/experiment.yaml")));
+  EXPECT_THAT(run.out,
+              AllOf(StartsWith("NO LIMITS SET"), HasSubstr(log_ + ".truetriad/experiment.yaml")));
   const YAML::Node result = YAML::LoadFile(result_);
   for (const char* sensor : {"accelerometer", "magnetometer"}) {
     EXPECT_TRUE(result["sensors"][sensor]) << sensor;

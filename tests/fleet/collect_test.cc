@@ -183,7 +183,7 @@ TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
   {
     const Result<std::unique_ptr<Store>> store = OpenStore(source);
     ASSERT_TRUE((*store)->Dispose(
-        {SampleId("d1"), "unit '1", "2026-11-25T12:00:00Z", "me", "scratched", Verdict::kRefused}));
+        {SampleId("d1"), "unit '1", "2026-11-25T12:00:00Z", "me", "scratched", Verdict::kFail}));
     ASSERT_TRUE((*store)->AddStationCheck({SampleId("c1"),
                                            "S1",
                                            "G",
@@ -220,7 +220,7 @@ TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
   }
   const Result<std::unique_ptr<Store>> store = OpenStoreToRead(target_);
   const Result<Table> standing = (*store)->Query("SELECT final_verdict, disposed_by FROM standing");
-  EXPECT_THAT(standing->rows, ElementsAre(ElementsAre("refused", "me")));
+  EXPECT_THAT(standing->rows, ElementsAre(ElementsAre("FAIL", "me")));
   const Result<std::optional<StationCheck>> check = (*store)->LastStationCheck("S1");
   ASSERT_TRUE(check && *check);
   EXPECT_EQ((*check)->p, 0.1);
@@ -272,7 +272,7 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
                                                 "2026-11-25T12:00:00Z",
                                                 "me",
                                                 why,
-                                                Verdict::kRefused,
+                                                Verdict::kFail,
                                                 SampleId("1")}) +
                              LineOf(StationCheck{.id = SampleId("c"),
                                                  .station = "S1",

@@ -158,7 +158,7 @@ TEST_F(Engine, KeepsTheTagsOfALogThatCannotBeRead) {
   options_.plan.tags = plan->tags;
   ASSERT_TRUE(Run());
   ASSERT_THAT(store_.runs, SizeIs(1));
-  EXPECT_EQ(store_.runs[0].verdict, Verdict::kBadInput);
+  EXPECT_EQ(store_.runs[0].verdict, Verdict::kNoResult);
   EXPECT_EQ(store_.runs[0].tags, LotAndStation("L1", "S3"));
 }
 
@@ -189,7 +189,7 @@ TEST_F(Engine, RefusesARecordingThatStatesAnotherStation) {
   options_.plan.overrides = {"run.station=\"S1\""};
   ASSERT_TRUE(Run());
   ASSERT_THAT(store_.runs, SizeIs(1));
-  EXPECT_EQ(store_.runs[0].verdict, Verdict::kBadInput);
+  EXPECT_EQ(store_.runs[0].verdict, Verdict::kNoResult);
   EXPECT_EQ(store_.runs[0].message,
             folder_.Path("recording.yaml") +
                 ": states station `S2`, but the unit is to be of station `S1` (--tag, list or "
@@ -197,7 +197,7 @@ TEST_F(Engine, RefusesARecordingThatStatesAnotherStation) {
   options_.plan.tags.station = "S2";
   options_.plan.overrides = {"run.station=\"S2\""};
   ASSERT_TRUE(Run());
-  EXPECT_NE(store_.runs[1].verdict, Verdict::kBadInput) << store_.runs[1].message;
+  EXPECT_THAT(store_.runs[1].message, Not(HasSubstr("states station")));
 }
 
 TEST(DoneLogs, AreThoseWithTheSerialAndTagsThatAreStated) {
@@ -272,14 +272,14 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
                                  .created = "2026-11-25T12:00:00Z",
                                  .who = "R. Roe",
                                  .why = "bent",
-                                 .verdict = Verdict::kRefused}));
+                                 .verdict = Verdict::kFail}));
   run();
   EXPECT_THAT(notes_, IsEmpty());
   fs::create_directories(folder_.Path("again"));
   units_[0] = {.log = folder_.Write("again/u0.csv",
                                     LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
   run();
-  EXPECT_THAT(notes_, ElementsAre(HasSubstr("lifts the decision of R. Roe (refused: bent)")));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
 }
 
 TEST_F(Engine, SaysAtWhichRateAndForHowLong) {

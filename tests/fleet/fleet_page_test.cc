@@ -46,9 +46,9 @@ class FleetPage : public ::testing::Test {
     ASSERT_TRUE(store);
     store_ = *std::move(store);
     ASSERT_TRUE(store_->Add(PageRun("A1", 1, Verdict::kPass)));
-    ASSERT_TRUE(store_->Add(PageRun("A2", 2, Verdict::kOutside)));
+    ASSERT_TRUE(store_->Add(PageRun("A2", 2, Verdict::kFail)));
     ASSERT_TRUE(store_->Add(PageRun("A2", 3, Verdict::kPass)));
-    ASSERT_TRUE(store_->Add(PageRun(kStrangeSerial, 4, Verdict::kOutside)));
+    ASSERT_TRUE(store_->Add(PageRun(kStrangeSerial, 4, Verdict::kFail)));
   }
 
   Result<FleetPageSummary> WritePage(const std::string& name, const std::string& where = "") {
@@ -97,7 +97,7 @@ TEST_F(FleetPage, CountsUnitsByTheRunThatCounts) {
                     HasSubstr("33.3 % at the first run"),
                     HasSubstr("<a href=\"lots/L%252F1.html\">L/1</a>")));
   EXPECT_THAT(files.at("lots/L%2F1.html"), HasSubstr("<h1>Lot L/1</h1>"));
-  EXPECT_EQ(WritePage("bad", "verdict <> 'pass'")->units, 1U);
+  EXPECT_EQ(WritePage("bad", "verdict <> 'PASS'")->units, 1U);
 }
 
 TEST_F(FleetPage, IsTheSameForTheSameStore) {

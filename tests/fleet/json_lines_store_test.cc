@@ -209,8 +209,8 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
       {[](UnitRun* run) { run->created = "2026-11-31T12:00:00Z"; }, "created is \"2026-11-31"},
       {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "is none"},
       {[](UnitRun* run) { run->id = "22010101T000000.000000Z-00000001"; }, "until 2200"},
-      {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `pass`, and its limit"},
-      {[](UnitRun* run) { run->verdict = Verdict::kOutside; }, "misses none of its limits"},
+      {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `PASS`, and its limit"},
+      {[](UnitRun* run) { run->verdict = Verdict::kFail; }, "misses none of its limits"},
   };
   for (const Case& one : cases) {
     UnitRun run = SampleRun("1", "A");
@@ -220,7 +220,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
   }
   const std::string good = LineOf(SampleRun("1", "A"));
   for (const auto& [from, to, message] :
-       {std::tuple("\"verdict\":\"pass\"", "\"verdict\":\"PASS\"", "`PASS` is no verdict"),
+       {std::tuple("\"verdict\":\"PASS\"", "\"verdict\":\"pass\"", "`pass` is no verdict"),
         {"\"lot\"", "\"lott\"", "tags that no experiment has"}}) {
     std::string line = good;
     line.replace(line.find(from), std::string_view(from).size(), to);

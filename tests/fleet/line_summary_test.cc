@@ -59,7 +59,7 @@ class LineOfUnits : public ::testing::Test {
     check.worst = bias, check.sigma = kCalibrationSigma;
     check.pass = std::abs(bias) <= 0.3;
     run.judgements = {check};
-    run.verdict = check.pass ? Verdict::kPass : Verdict::kOutside;
+    run.verdict = check.pass ? Verdict::kPass : Verdict::kFail;
     if (!check.pass) run.code = "limit:accelerometer.bias.x";
     return run;
   }
@@ -67,7 +67,7 @@ class LineOfUnits : public ::testing::Test {
   void Refuse(const std::string& serial) {
     UnitRun run = RunOf(serial, 0.0);
     run.parameters.clear(), run.covariance.clear(), run.judgements.clear();
-    run.verdict = Verdict::kRefused, run.code = "too-few-poses";
+    run.verdict = Verdict::kNoResult, run.code = "too-few-poses";
     Add(run);
   }
   LineSummary Summary(const SummaryOptions& options = {.now = "2026-11-24T12:00:00Z"}) {
@@ -112,7 +112,7 @@ TEST_F(LineOfUnits, SaysWhyMostFrequentFirst) {
   Add(RunOf("b", 0.5));
   Add(RunOf("c", 0.5));
   UnitRun crashed = RunOf("d", 0.0);
-  crashed.verdict = Verdict::kCrashed;
+  crashed.verdict = Verdict::kNoResult, crashed.code = kCrashed;
   Add(crashed);
   const LineSummary summary = Summary();
   std::vector<std::string> codes;
@@ -216,7 +216,7 @@ TEST_F(LineOfUnits, NamesWhoDecidedAsAReason) {
                                .created = "",
                                .who = "R. Roe",
                                .why = "bent",
-                               .verdict = Verdict::kRefused}));
+                               .verdict = Verdict::kFail}));
   const LineSummary summary = Summary();
   EXPECT_EQ(summary.yield.all.good, 0);
   ASSERT_THAT(summary.reasons, SizeIs(1));

@@ -194,13 +194,13 @@ TEST_F(PostgreSQLStore, BringsAnOlderStoreUpToDate) {
                            "DELETE FROM fact WHERE name = 'store';"
                            "UPDATE fact SET value = 2 WHERE name = 'schema_version';"
                            "INSERT INTO disposition VALUES "
-                           "('d', '1', 'c', 'R. Roe', 'refused', 'bent');" +
+                           "('d', '1', 'c', 'R. Roe', 'FAIL', 'bent');" +
                                views),
             "");
   const auto store = OpenStoreToRead(url_);
   ASSERT_TRUE(store) << store.error().message;
   EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
-              ElementsAre(ElementsAre("refused", "R. Roe", "bent")));
+              ElementsAre(ElementsAre("FAIL", "R. Roe", "bent")));
   EXPECT_NE(*(*store)->Identity(), "");
 }
 

@@ -26,7 +26,7 @@ class Exporting : public ::testing::Test {
     second.inputs[0].sha256 = "0b2f";
     second.parameters[0].value = 1.0 / 3.0;
     UnitRun refused = SampleRun("3", "-B2");
-    refused.verdict = Verdict::kRefused;
+    refused.verdict = Verdict::kNoResult;
     refused.parameters.clear();
     refused.covariance.clear();
     for (const UnitRun& run : {first, second, refused}) EXPECT_TRUE(store_->Add(run));
@@ -77,7 +77,7 @@ TEST_F(Exporting, ToCsvGivesARowARunThatCounts) {
   // What a spreadsheet would calculate is text.
   EXPECT_EQ(field(1, "serial"), "'-B2");
   EXPECT_EQ(field(1, "note"), "'=1+1, \"x\"");
-  EXPECT_EQ(field(1, "verdict"), "refused");
+  EXPECT_EQ(field(1, "verdict"), "NO_RESULT");
   EXPECT_EQ(field(2, "serial"), "A\n\"1\"");
   EXPECT_EQ(field(2, "run"), SampleId("2"));
   EXPECT_EQ(field(2, "lot"), "L17");
@@ -95,7 +95,7 @@ TEST_F(Exporting, SaysWhatPeopleDecidedOfTheRunThatCounts) {
                                .created = "2026-11-25T12:00:00Z",
                                .who = "R. Roe",
                                .why = "bent",
-                               .verdict = Verdict::kRefused}));
+                               .verdict = Verdict::kFail}));
   ASSERT_TRUE(ExportCsv(*store_, {}, path_));
   const auto records = Records(TemporaryFolder::Read(path_));
   const auto& names = records[0];
@@ -107,16 +107,16 @@ TEST_F(Exporting, SaysWhatPeopleDecidedOfTheRunThatCounts) {
     return std::vector<std::string>(begin, begin + 4);
   };
   using ::testing::ElementsAre;
-  EXPECT_THAT(last_four(1), ElementsAre("refused", "refused", "1", ""));
+  EXPECT_THAT(last_four(1), ElementsAre("NO_RESULT", "NO_RESULT", "1", ""));
   EXPECT_THAT(last_four(2), ElementsAre("", "", "", ""));
-  EXPECT_THAT(last_four(3), ElementsAre("refused", "pass", "2", "R. Roe"));
+  EXPECT_THAT(last_four(3), ElementsAre("FAIL", "PASS", "2", "R. Roe"));
   // A tag is asked for by its name.
   EXPECT_EQ(*ExportCsv(*store_, {.where = "lot = 'L17' AND serial LIKE '-%'"}, path_), 1u);
 }
 
 TEST_F(Exporting, TakesTheRunsThatAConditionNames) {
   EXPECT_EQ(*ExportCsv(*store_, {}, path_), 3u);
-  EXPECT_EQ(*ExportCsv(*store_, {.where = "verdict = 'refused' -- only"}, path_), 1u);
+  EXPECT_EQ(*ExportCsv(*store_, {.where = "verdict = 'NO_RESULT' -- only"}, path_), 1u);
   EXPECT_EQ(*ExportCsv(*store_, {.only_standing = true, .where = "attempts > 1"}, path_), 1u);
   EXPECT_EQ(*ExportCsv(*store_, {.where = "serial = ''"}, path_), 0u);
   const std::string before = TemporaryFolder::Read(path_);

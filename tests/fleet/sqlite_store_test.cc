@@ -46,7 +46,7 @@ TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
   Execute(path_,
           tables +
               "INSERT INTO unit VALUES ('A1');"
-              "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'pass', "
+              "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'PASS', "
               "'', '', 'poses', 0.5, 0.5, 10, x'0102');"
               "INSERT INTO finding VALUES ('1', 1, 'message', 'note', NULL, NULL, NULL, 'told');"
               "INSERT INTO fact VALUES ('shards', '4');"
@@ -56,7 +56,7 @@ TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
     const Result<std::unique_ptr<Store>> to_read = OpenStoreToRead(path_);
     ASSERT_TRUE(to_read) << to_read.error().message;
     EXPECT_THAT(Ask(**to_read, "SELECT serial, final_verdict, attempts, covariance FROM standing"),
-                ElementsAre(ElementsAre("A1", "pass", "1", "0102")));
+                ElementsAre(ElementsAre("A1", "PASS", "1", "0102")));
     EXPECT_THAT(Ask(**to_read, "SELECT text, remedy, \"values\" FROM finding"),
                 ElementsAre(ElementsAre("told", std::nullopt, std::nullopt)));
   }
@@ -84,15 +84,15 @@ TEST_F(SqliteStoreTest, KeepsTheDecisionsOfAnOlderStore) {
             "DELETE FROM fact; PRAGMA user_version = 2;" +
                 views +
                 "INSERT INTO unit VALUES ('A1');"
-                "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'pass', "
+                "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'PASS', "
                 "'', '', 'poses', 0.5, 0.5, 10, NULL);"
-                "INSERT INTO disposition VALUES ('d', '1', 'c', 'R. Roe', 'refused', 'bent');"
+                "INSERT INTO disposition VALUES ('d', '1', 'c', 'R. Roe', 'FAIL', 'bent');"
                 "INSERT INTO station_check VALUES ('k', 'S3', 'G', 'c', 1, 0.5, 2, 'p', 'l')");
   }
   const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
   ASSERT_TRUE(store) << store.error().message;
   EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
-              ElementsAre(ElementsAre("refused", "R. Roe", "bent")));
+              ElementsAre(ElementsAre("FAIL", "R. Roe", "bent")));
   const auto check = (*store)->LastStationCheck("S3");
   ASSERT_TRUE(check && *check);
   EXPECT_EQ((*check)->recording, "");
@@ -112,10 +112,10 @@ TEST_F(SqliteStoreTest, SaysThatAVerdictIsNone) {
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kPass)));
-  Execute(path_, "UPDATE run SET verdict = 'PASS'");
+  Execute(path_, "UPDATE run SET verdict = 'pass'");
   const Status status = (*store)->ForEachRun({}, [](const UnitRun&) { return Status(); });
   ASSERT_FALSE(status);
-  EXPECT_THAT(status.error().message, HasSubstr("run 1: its verdict is `PASS`, which is none"));
+  EXPECT_THAT(status.error().message, HasSubstr("run 1: its verdict is `pass`, which is none"));
 }
 
 TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
@@ -127,7 +127,7 @@ TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
       "INSERT INTO unit VALUES ('A1');"
       "WITH RECURSIVE number (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM number WHERE i < 50002)"
       "INSERT INTO run SELECT printf('%06d', i), 'A1', printf('%d.csv', i / 2), i, 0, '', '', '', "
-      "'', '', 'pass', '', '', '', 0, 0, 0, NULL, NULL FROM number");
+      "'', '', 'PASS', '', '', '', 0, 0, 0, NULL, NULL FROM number");
   const Result<std::vector<KnownRun>> runs = (*store)->LastRuns();
   ASSERT_TRUE(runs);
   std::set<std::string> logs;

@@ -180,12 +180,12 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
       ASSERT_TRUE((*store)->Add(run));
     };
     add("5", Verdict::kPass);
-    add("1", Verdict::kCrashed);
-    add("2", Verdict::kRefused);
-    add("3", Verdict::kOutside);
+    add("1", Verdict::kNoResult);
+    add("2", Verdict::kNoResult);
+    add("3", Verdict::kFail);
     add("4", Verdict::kPass);
     EXPECT_THAT(Ask(**store, "SELECT run, first_verdict, attempts, disposed_by FROM standing"),
-                ElementsAre(ElementsAre(cases[i].run, "crashed", "5", std::nullopt)))
+                ElementsAre(ElementsAre(cases[i].run, "NO_RESULT", "5", std::nullopt)))
         << i;
   }
 }
@@ -207,8 +207,8 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
     for (const RunName& other : *others) runs += other.run;
     return runs;
   };
-  ASSERT_TRUE((*store)->Add(run("1", "A1", Verdict::kUsable)));
-  ASSERT_TRUE((*store)->Add(run("2", "A2", Verdict::kBadInput)));
+  ASSERT_TRUE((*store)->Add(run("1", "A1", Verdict::kNoLimits)));
+  ASSERT_TRUE((*store)->Add(run("2", "A2", Verdict::kNoResult)));
   EXPECT_EQ(found(run("3", "A3", Verdict::kPass)), "1");
   EXPECT_EQ(found(run("3", "A1", Verdict::kPass)), "");  // The unit itself.
   UnitRun other = run("3", "A3", Verdict::kPass);
@@ -228,7 +228,7 @@ TEST_P(StoreTest, TakesARecordingForOneAttempt) {
     ASSERT_TRUE(store);
     ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kLast, most}));
     const auto add = [&](const std::string& id, const std::string& log, const std::string& sha) {
-      UnitRun one = RunOf(id, id == "1" ? Verdict::kTimeLimit : Verdict::kPass);
+      UnitRun one = RunOf(id, id == "1" ? Verdict::kNoResult : Verdict::kPass);
       one.log = log;
       one.log_bytes = static_cast<std::int64_t>(log.size());
       one.inputs.clear();
@@ -271,7 +271,7 @@ TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
 TEST_P(StoreTest, KeepsWhatPeopleDecide) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
-  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kFail)));
   Disposition first{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe'; --", "seen", Verdict::kPass};
   const Result<Disposition> added = (*store)->Dispose(first);
   ASSERT_TRUE(added) << added.error().message;
@@ -279,11 +279,10 @@ TEST_P(StoreTest, KeepsWhatPeopleDecide) {
   const std::string standing =
       "SELECT verdict, first_verdict, final_verdict, disposed_by FROM standing";
   EXPECT_THAT(Ask(**store, standing),
-              ElementsAre(ElementsAre("outside-limits", "outside-limits", "pass", "R. Roe'; --")));
-  Disposition second{"b", "A1", "2026-11-26T00:00:00Z", "M. Moe", "bent", Verdict::kRefused};
+              ElementsAre(ElementsAre("FAIL", "FAIL", "PASS", "R. Roe'; --")));
+  Disposition second{"b", "A1", "2026-11-26T00:00:00Z", "M. Moe", "bent", Verdict::kFail};
   ASSERT_TRUE((*store)->Dispose(second));
-  EXPECT_THAT(Ask(**store, standing),
-              ElementsAre(ElementsAre("outside-limits", "outside-limits", "refused", "M. Moe")));
+  EXPECT_THAT(Ask(**store, standing), ElementsAre(ElementsAre("FAIL", "FAIL", "FAIL", "M. Moe")));
   EXPECT_THAT(Ask(**store, "SELECT disposition, run, why FROM disposition ORDER BY disposition"),
               ElementsAre(ElementsAre("a", "1", "seen"), ElementsAre("b", "1", "bent")));
 }
@@ -305,25 +304,25 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   add("1", "a.csv", "aa");
   add("2", "b.csv", "bb");
   ASSERT_TRUE(
-      (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
+      (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
   add("3", "b.csv", "bb");       // Again.
   add("4", "copy-b.csv", "bb");  // Under another name.
   add("5", "b.csv", "");         // Untouched, and not read to its end.
   add("6", "a.csv", "aa");       // Known when it was decided.
-  EXPECT_EQ(final_verdict(), "refused");
+  EXPECT_EQ(final_verdict(), "FAIL");
   const auto before = (*store)->StandingOf("A1");
   EXPECT_EQ((*before)->disposed_by + (*before)->disposed_why, "R. Roebent");
   add("7", "c.csv", "cc");
-  EXPECT_EQ(final_verdict(), "pass");
+  EXPECT_EQ(final_verdict(), "PASS");
   EXPECT_EQ((*store)->StandingOf("A1").value()->disposed_by, "");
   // Once lifted, it stays so.
   add("8", "c.csv", "cc");
-  EXPECT_EQ(final_verdict(), "pass");
+  EXPECT_EQ(final_verdict(), "PASS");
   ASSERT_TRUE(
-      (*store)->Dispose({"8d", "A1", "2026-11-26T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
-  EXPECT_EQ(final_verdict(), "refused");
+      (*store)->Dispose({"8d", "A1", "2026-11-26T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
+  EXPECT_EQ(final_verdict(), "FAIL");
   add("9", "unreadable.csv", "");
-  EXPECT_EQ(final_verdict(), "pass");
+  EXPECT_EQ(final_verdict(), "PASS");
 }
 
 // Neither the log that is named nor what is written about it is what was measured.
@@ -341,17 +340,17 @@ TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
   const auto final_verdict = [&] {
     return *Ask(**store, "SELECT final_verdict FROM standing").at(0).at(0);
   };
-  add("1", Verdict::kOutside, {{"recording.yaml", "aa", 0}, {"a.csv", "bb", 100}});
+  add("1", Verdict::kFail, {{"recording.yaml", "aa", 0}, {"a.csv", "bb", 100}});
   // That it was there, does not count and is later than the first is no matter.
-  add("2", Verdict::kRefused, {{"recording.yaml", "cc", 0}, {"b.csv", "dd", 100}});
+  add("2", Verdict::kNoResult, {{"recording.yaml", "cc", 0}, {"b.csv", "dd", 100}});
   ASSERT_TRUE(
-      (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused}));
-  add("3", Verdict::kOutside, {{"a.csv", "bb", 100}});
-  EXPECT_EQ(final_verdict(), "refused");
-  add("4", Verdict::kUsable, {{"edited.yaml", "ee", 0}, {"b.csv", "dd", 100}});
-  EXPECT_EQ(final_verdict(), "refused");
+      (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
+  add("3", Verdict::kFail, {{"a.csv", "bb", 100}});
+  EXPECT_EQ(final_verdict(), "FAIL");
+  add("4", Verdict::kNoLimits, {{"edited.yaml", "ee", 0}, {"b.csv", "dd", 100}});
+  EXPECT_EQ(final_verdict(), "FAIL");
   add("5", Verdict::kPass, {{"recording.yaml", "cc", 0}, {"c.csv", "ff", 100}});
-  EXPECT_EQ(final_verdict(), "pass");
+  EXPECT_EQ(final_verdict(), "PASS");
 }
 
 TEST_P(StoreTest, NamesADecisionAfterAllRunsOfItsUnit) {
@@ -361,7 +360,7 @@ TEST_P(StoreTest, NamesADecisionAfterAllRunsOfItsUnit) {
   ASSERT_TRUE((*store)->Add(RunOf("20261125T120000.000000Z-00000001", Verdict::kPass)));
   ASSERT_TRUE((*store)->Add(RunOf("20991231T235959.999999Z-ffffffff", Verdict::kPass)));
   const Result<Disposition> added = (*store)->Dispose(
-      {NewRunId(), "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kRefused});
+      {NewRunId(), "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail});
   ASSERT_TRUE(added);
   EXPECT_EQ(added->run, "20261125T120000.000000Z-00000001");
   EXPECT_EQ(added->id.substr(0, 23), "21000101T000000.000000Z");
@@ -386,14 +385,13 @@ TEST_P(StoreTest, CountsALaterDecisionThoughTheClockHasGoneBack) {
                           .verdict = Verdict::kPass};
   Disposition now = of_tomorrow;
   now.id = NewRunId();
-  now.verdict = Verdict::kRefused;
+  now.verdict = Verdict::kFail;
   ASSERT_TRUE((*store)->Dispose(of_tomorrow));
   const Result<Disposition> added = (*store)->Dispose(now);
   ASSERT_TRUE(added);
   EXPECT_GT(added->id, of_tomorrow.id);
   EXPECT_EQ(added->id.substr(0, 23), "30000101T000000.000000Z");
-  EXPECT_THAT(Ask(**store, "SELECT final_verdict FROM standing"),
-              ElementsAre(ElementsAre("refused")));
+  EXPECT_THAT(Ask(**store, "SELECT final_verdict FROM standing"), ElementsAre(ElementsAre("FAIL")));
 }
 
 TEST_P(StoreTest, KnowsTheLatestRunOfAUnitOrALog) {
@@ -418,7 +416,7 @@ TEST_P(StoreTest, IsNoOther) {
 TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
-  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kFail)));
   const Disposition good{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe", "seen", Verdict::kPass};
   const auto refused = [&](const auto& spoil, ErrorCode code) {
     Disposition bad = good;
@@ -432,10 +430,10 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
   refused([](Disposition* bad) { bad->why = ""; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->why = "a\nb"; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->why = "a\xFF"; }, ErrorCode::kInvalidArgument);
-  refused([](Disposition* bad) { bad->verdict = Verdict::kCrashed; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->verdict = Verdict::kNoResult; }, ErrorCode::kInvalidArgument);
   // Without a calibration, nothing is good.
   UnitRun other = RunOf("B2");
-  other.verdict = Verdict::kBadInput;
+  other.verdict = Verdict::kNoResult;
   ASSERT_TRUE((*store)->Add(other));
   refused([](Disposition* bad) { bad->serial = "B2"; }, ErrorCode::kConflictingArguments);
   EXPECT_THAT(Ask(**store, "SELECT count(*) FROM disposition"), ElementsAre(ElementsAre("0")));

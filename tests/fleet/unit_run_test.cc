@@ -69,7 +69,7 @@ TEST(UnitRun, SaysWhyAUnitIsNotGood) {
   EXPECT_EQ(run.verdict, Verdict::kPass);
   calibration.within_limits.reset();
   Fill(calibration, &run);
-  EXPECT_EQ(run.verdict, Verdict::kUsable);
+  EXPECT_EQ(run.verdict, Verdict::kNoLimits);
   calibration.within_limits = false;
   LimitCheck met, missed;
   met.name = "accelerometer.bias";
@@ -81,16 +81,16 @@ TEST(UnitRun, SaysWhyAUnitIsNotGood) {
   missed.worst = -0.02;
   calibration.quality.limits = {met, missed};
   Fill(calibration, &run);
-  EXPECT_EQ(run.verdict, Verdict::kOutside);
+  EXPECT_EQ(run.verdict, Verdict::kFail);
   EXPECT_EQ(run.code, "limit:gyroscope.bias.z");
   EXPECT_EQ(run.message, "gyroscope.bias.z -0.02 of ± 0.01 rad/s");
   calibration.findings = {Finding(FindingCode::kTooFewPoses, "4 poses").As(Severity::kRefusal)};
   calibration.outcome = Outcome::kNotEnough;
   Fill(calibration, &run);
-  EXPECT_EQ(run.verdict, Verdict::kRefused);
+  EXPECT_EQ(run.verdict, Verdict::kNoResult);
   EXPECT_EQ(run.code, "too-few-poses");
   Fill(Error(ErrorCode::kMissingColumn, "no time"), &run);
-  EXPECT_EQ(run.verdict, Verdict::kBadInput);
+  EXPECT_EQ(run.verdict, Verdict::kNoResult);
   EXPECT_EQ(run.code, "missing-column");
 }
 

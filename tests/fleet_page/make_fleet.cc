@@ -64,11 +64,11 @@ class Line {
     run.mode = "poses";
     // Every fifth unit is not tried again.
     if (i % 250 == 40) {
-      run.verdict = Verdict::kBadInput;
+      run.verdict = Verdict::kNoResult;
       run.code = "wrong-field-count";
       run.message = run.log + ":812: has 9 fields, and its header 10";
     } else if (i % 125 == 50 || (i % 250 == 111 && attempt == 0)) {
-      run.verdict = Verdict::kRefused;
+      run.verdict = Verdict::kNoResult;
       run.code = "coplanar-poses";
       run.message = "All poses lie in one plane: the z axis was never turned up or down.";
       Finding finding(FindingCode::kMessage, run.message);
@@ -106,7 +106,7 @@ class Line {
     check.sigma = 0.0004;
     check.pass = std::abs(worst) <= 0.4;
     run->judgements.push_back(check);
-    run->verdict = check.pass ? Verdict::kPass : Verdict::kOutside;
+    run->verdict = check.pass ? Verdict::kPass : Verdict::kFail;
     if (check.pass) return;
     run->code = "limit:" + check.FullName();
     run->message = check.FullName() + " is outside its limits";

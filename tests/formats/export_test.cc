@@ -10,6 +10,7 @@
 
 #include "formats/restate.h"
 #include "formats/sample_units.h"
+#include "io/temporary_folder.h"
 
 namespace truetriad {
 namespace export_test {
@@ -28,6 +29,73 @@ TEST(Export, RefusesACalibrationThatIsNotUsable) {
     EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
     EXPECT_THAT(result.error().message, HasSubstr("not usable (not_observable)"));
   }
+}
+
+Calibration UnitOutside() {
+  Calibration unit = RandomUnitCalibration({}, 1);
+  unit.within_limits = false;
+  unit.quality.limits = {{"accelerometer.bias", "y", Limit::Within(0.7), -0.889, 0.01, 1.0, false}};
+  return unit;
+}
+
+TEST(Export, LetsNoUnitOutsideItsLimitsLeaveInSilence) {
+  const Calibration unit = UnitOutside();
+  for (const FormatInfo& format : Formats()) {
+    if (format.arithmetic == Arithmetic::kIntegers) continue;  // They correct counts alone.
+    ExportOptions options{.file_name = "unit.m"};
+    const Result<Export> refused = ExportCalibration(unit, format.name, options);
+    // What people read begins with the verdict.
+    EXPECT_EQ(refused.has_value(), format.states_verdict) << format.name;
+    if (!refused) {
+      EXPECT_EQ(refused.error().code, ErrorCode::kOutsideLimits);
+      EXPECT_THAT(refused.error().message,
+                  AllOf(HasSubstr("accelerometer.bias.y -0.889 of ± 0.7 m/s²"),
+                        HasSubstr("--outside-limits=allow")));
+    }
+    options.allows_outside_limits = true;
+    const Result<Export> allowed = ExportCalibration(unit, format.name, options);
+    ASSERT_TRUE(allowed) << format.name << ": " << allowed.error().message;
+    for (const ExportedFile& file : allowed->files) {
+      EXPECT_THAT(file.text, HasSubstr("MUST NOT LEAVE: FAIL, accelerometer.bias.y"))
+          << format.name << file.suffix;
+    }
+  }
+}
+
+TEST(Export, FollowsWhatAPersonDecidedLast) {
+  const Decision bad{Verdict::kFail, "R. Roe", "connector bent", "2026-11-25T10:00:00Z"};
+  const Decision good{Verdict::kPass, "M. Moe", "concession 17", "2026-11-26T10:00:00Z"};
+  const Calibration unit = RandomUnitCalibration({}, 1);
+  const Result<Export> refused = ExportCalibration(unit, "px4", {.decisions = {good, bad}});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kOutsideLimits);
+  EXPECT_THAT(refused.error().message,
+              HasSubstr("FAIL by R. Roe on 2026-11-25T10:00:00Z: connector bent"));
+  const Result<Export> conceded =
+      ExportCalibration(UnitOutside(), "px4", {.decisions = {bad, good}});
+  ASSERT_TRUE(conceded) << conceded.error().message;
+  EXPECT_THAT(conceded->files[0].text,
+              HasSubstr("PASS by M. Moe on 2026-11-26T10:00:00Z: concession 17; its limits say "
+                        "FAIL"));
+}
+
+TEST(Export, FindsDecisionsBesideTheCalibration) {
+  const TemporaryFolder folder;
+  const std::string calibration = folder.Path("calibration.yaml");
+  EXPECT_TRUE(ReadDecisionsBeside(calibration)->empty());
+  for (const char* why : {"bent \"here\"", "concession: 17"}) {
+    ASSERT_TRUE(AddDecision(folder.Path(""), {Verdict::kPass, "R. Roe", why, "2026-11-25"}));
+  }
+  const Result<std::vector<Decision>> read = ReadDecisionsBeside(calibration);
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_EQ(read->size(), 2U);
+  EXPECT_EQ((*read)[1].why, "concession: 17");
+  folder.Write("decisions.yaml",
+               "format: truetriad/decisions/1\ndecisions:\n  - { verdict: GOOD, who: a, why: b, "
+               "created: c }\n");
+  const Result<std::vector<Decision>> wrong = ReadDecisionsBeside(calibration);
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().message, HasSubstr("decisions.yaml:3: "));
 }
 
 TEST(Export, NamesTheFormatsWhenThereIsNoSuchOne) {

@@ -63,7 +63,7 @@ TEST(CalibrationRecord, StatesExpandedUncertaintiesConditionsAndReferences) {
   EXPECT_EQ(record["conditions"]["poses"].as<int>(), 24);
   EXPECT_EQ(record["inputs"][0]["sha256"].as<std::string>(), std::string(64, 'a'));
   EXPECT_TRUE(record["limits"][0]["pass"].as<bool>());
-  EXPECT_EQ(record["conformity"].as<std::string>(), "within all stated limits");
+  EXPECT_EQ(record["verdict"].as<std::string>(), "PASS");
 }
 
 // A chain of attitudes has so many degrees of freedom that they are stated as infinite.
@@ -85,6 +85,21 @@ TEST(CalibrationRecord, PageHoldsTheValuesForPeopleAndForPrograms) {
                     Not(HasSubstr("http:")),
                     Not(HasSubstr("https:"))));
   EXPECT_EQ(YAML::Load(Embedded(page))["sensors"]["accelerometer"]["bias"][0].as<double>(), 0.5);
+}
+
+TEST(CalibrationRecord, HasOneCoverageFactorAndWhatWasDecided) {
+  const Result<Export> result = ExportCalibration(
+      Unit(),
+      "record",
+      {.file_name = "unit.html",
+       .decisions = {{Verdict::kPass, "R. Roe", "concession 17", "2026-11-25T10:00:00Z"}}});
+  ASSERT_TRUE(result) << result.error().message;
+  // σ of the limit's value is 0.0005.
+  EXPECT_THAT(result->files[0].text,
+              AllOf(HasSubstr("PASS, T1: its limit is met"),
+                    HasSubstr("worst found ± U, k = 2"),
+                    HasSubstr("0.3000 ± 0.0010"),
+                    HasSubstr("Decided: PASS by R. Roe on 2026-11-25T10:00:00Z: concession 17.")));
 }
 
 TEST(CalibrationRecord, PageCannotBeBrokenByASerialNumber) {

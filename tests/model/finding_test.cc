@@ -51,6 +51,13 @@ TEST(Findings, HaveNamesThatScriptsCanRelyOn) {
   EXPECT_FALSE(FindingCodeFromName("no-such-code"));
 }
 
+TEST(Findings, TellAnOperatorNoKeysOfAnExperiment) {
+  for (const FindingKind& kind : FindingKinds()) {
+    EXPECT_FALSE(kind.operator_remedy.empty()) << kind.name;
+    EXPECT_EQ(kind.operator_remedy.find_first_of(":`_"), std::string_view::npos) << kind.name;
+  }
+}
+
 TEST(Findings, OfWhichOneRefusesMakeTheOutcome) {
   EXPECT_EQ(OutcomeOf({}), Outcome::kConverged);
   Findings findings = {{FindingCode::kClockOffset, "late"}};

@@ -56,7 +56,7 @@ def test_default_folder_is_that_of_the_command_line(run, tmp_path, monkeypatch):
 
 def test_print_gives_verdict_and_head_of_the_report(demo):
     lines = str(demo).splitlines()
-    assert lines[0] == demo.verdict == "USABLE, no limits set"
+    assert lines[0].startswith("NO LIMITS SET: ") and demo.verdict == "NO_LIMITS"
     assert any(DEMO in line for line in lines)
     assert "Limits" not in lines and "Limits" in demo.text.splitlines()
     assert demo.usable and demo.status == "converged" and demo.within_limits is None

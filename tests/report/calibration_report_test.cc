@@ -38,7 +38,7 @@ std::size_t Count(const std::string& text, const std::string& part) {
   return count;
 }
 
-const std::vector<std::string> kReadingOrder = {"USABLE, within limits",
+const std::vector<std::string> kReadingOrder = {"PASS, ",
                                                 "Limits",
                                                 "Parameters and predicted uncertainty",
                                                 "Weak directions",
@@ -73,7 +73,7 @@ TEST(LimitChart, ShowsEveryValueWhateverSideIsOpen) {
 
 TEST(CalibrationText, StartsWithTheVerdictAndKeepsTheOrder) {
   const std::string text = CalibrationText(SampleCalibration());
-  EXPECT_THAT(text, StartsWith("USABLE, within limits\n"));
+  EXPECT_THAT(text, StartsWith("PASS, "));
   ExpectInOrder(text, kReadingOrder);
 }
 
@@ -225,14 +225,14 @@ TEST(CalibrationText, SaysWhenALimitIsExceeded) {
   c.within_limits = false;
   c.quality.limits.front().pass = false;
   const std::string text = CalibrationText(c);
-  EXPECT_THAT(text, StartsWith("USABLE, OUTSIDE LIMITS"));
+  EXPECT_THAT(text, StartsWith("FAIL, "));
   EXPECT_THAT(text, HasSubstr("FAIL"));
 }
 
 TEST(CalibrationReport, ShowsNoParametersWhenNotUsable) {
   const Calibration c = UnusableCalibration();
   for (const std::string& report : {CalibrationText(c), CalibrationHtml(c)}) {
-    ExpectInOrder(report, {"NOT USABLE", "8 poses lie within 4 deg", "add poses with z"});
+    ExpectInOrder(report, {"NO RESULT, ", "8 poses lie within 4 deg", "add poses with z"});
     EXPECT_THAT(report, Not(HasSubstr("Parameters and predicted")));
     EXPECT_THAT(report, Not(HasSubstr("0.05123")));
     EXPECT_THAT(report, Not(HasSubstr("0.0345")));  // A limit's worst value is a parameter.
@@ -250,8 +250,8 @@ TEST(CalibrationText, CountsManyRejectedPosesInsteadOfListingThem) {
 }
 
 TEST(CalibrationReport, SaysThatNothingWasCalibratedWhenEmpty) {
-  EXPECT_THAT(CalibrationText({}), StartsWith("NOT USABLE: nothing was calibrated"));
-  EXPECT_THAT(CalibrationHtml({}), HasSubstr("NOT USABLE: nothing was calibrated"));
+  EXPECT_THAT(CalibrationText({}), StartsWith("NO RESULT: no calibration was run"));
+  EXPECT_THAT(CalibrationHtml({}), HasSubstr("NO RESULT: no calibration was run"));
 }
 
 TEST(CalibrationHtml, EscapesHostileStrings) {

@@ -140,7 +140,7 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
     if (const auto found = ended.find(unit); found != ended.end()) {
       EXPECT_EQ(verdicts[name(unit)], found->second);
     } else if (unit % stride != 1) {
-      EXPECT_EQ(verdicts[name(unit)], "usable");
+      EXPECT_EQ(verdicts[name(unit)], "NO_LIMITS");
     } else {
       const Spoilt& one = spoilt[static_cast<std::size_t>(unit / stride)];
       const std::string of_unit = "serial = '" + name(unit) + "'";

@@ -29,6 +29,8 @@ struct VerbResult {
   std::string failure = {};
   /// Why a result cannot be used, or that it can, where the verb judges that.
   std::optional<Outcome> outcome = {};
+  /// Of the unit, where the verb judges one.
+  std::optional<Verdict> verdict = {};
   /// How good the news in the first line of the text is, for its colour; unset: no news.
   std::optional<Grade> grade = {};
 };

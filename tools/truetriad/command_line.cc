@@ -266,6 +266,7 @@ int Show(std::string_view verb, const VerbResult& result) {
     return result.exit_code;
   }
   Json json = Envelope(verb, result.exit_code);
+  if (result.verdict) json["verdict"] = VerdictName(*result.verdict);
   if (result.outcome) json["outcome"] = OutcomeName(*result.outcome);
   json["findings"] = ToJson(result.findings);
   json["result"] = result.result;

@@ -76,6 +76,7 @@ Result<fleet::WorkPlan> StatedPlan() {
     return Error(ErrorCode::kInvalidArgument,
                  "--report=" + FLAGS_report + " is invalid; expected true or false");
   }
+  TRUETRIAD_ASSIGN_OR_RETURN(plan.allows_outside_limits, AllowsOutsideLimits());
   plan.has_report = FLAGS_report != "false";
   if (FLAGS_assets != "inline" && FLAGS_assets != "shared") {
     return Error(ErrorCode::kInvalidArgument,
@@ -206,6 +207,7 @@ std::vector<CommandFlag> FleetFlags(std::vector<CommandFlag> own) {
            {"jobs", "N"},
            {"serial", "PATTERN"},
            {"to", "FORMAT,..."},
+           {"outside-limits", "refuse|allow", false, {"refuse", "allow"}},
            {"report", "true|false", false, {"true", "false"}},
            {"assets", "inline|shared", false, {"inline", "shared"}},
            {"set", "KEY=VALUE,...", false, {}, true},

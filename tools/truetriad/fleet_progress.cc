@@ -30,12 +30,12 @@ namespace {
 
 Json OrNull(const auto& value) { return value ? Json(*value) : Json(nullptr); }
 
-/// "3 pass, 1 outside-limits".
+/// "3 PASS, 1 NO RESULT".
 std::string CountsText(const fleet::FleetProgress& progress) {
   std::string text;
   for (const auto& [verdict, count] : progress.verdicts) {
     text += (text.empty() ? "" : ", ") + std::to_string(count) + " " +
-            std::string(fleet::VerdictName(verdict));
+            std::string(VerdictWords(verdict));
   }
   return text.empty() ? "none" : text;
 }
@@ -90,14 +90,32 @@ std::string KnownText(const fleet::FleetProgress& progress) {
          '\n';
 }
 
-/// "outside-limits (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²": what the message says
-/// itself is not said before it.
+/// "FAIL (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²": what the message says itself is not
+/// said before it.
 std::string RedText(const fleet::UnitRun& run) {
   const std::string why = run.message.substr(0, run.message.find('\n'));
-  std::string text(fleet::VerdictName(run.verdict));
-  if (run.verdict != fleet::Verdict::kOutside && run.code != text) text += ", " + run.code;
+  std::string text(VerdictWords(run.verdict));
+  if (run.verdict == Verdict::kNoResult) text += ", " + run.code;
   if (!why.starts_with(run.log)) text += " (" + run.log + ")";
   return text + ": " + why;
+}
+
+/// What an operator does about a unit that is not good.
+std::string_view OperatorRemedy(const fleet::UnitRun& run) {
+  if (run.verdict == Verdict::kFail) return "set it aside";
+  if (const std::optional<FindingCode> code = FindingCodeFromName(run.code)) {
+    return FindingKindOf(*code).operator_remedy;
+  }
+  const bool is_cut_off = run.code == InfoOf(ErrorCode::kDamagedFile).name ||
+                          run.code == InfoOf(ErrorCode::kEmptyFile).name;
+  return is_cut_off ? "record again" : "call the engineer";
+}
+
+/// "B0003  NO RESULT  record again, hands off while it rests (not-at-rest)".
+std::string OperatorLine(const fleet::UnitRun& run) {
+  std::string text = run.serial + "  " + std::string(VerdictWords(run.verdict));
+  if (!fleet::IsRed(run.verdict)) return text;
+  return text + "  " + std::string(OperatorRemedy(run)) + " (" + run.code + ")";
 }
 
 std::string SummaryText(const fleet::FleetProgress& progress) {
@@ -149,7 +167,7 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
                {"cpu_s", progress.cpu_s},
                {"store", fleet::ShownStore(StatedStore())}};
   for (const auto& [verdict, count] : progress.verdicts) {
-    json["verdicts"][std::string(fleet::VerdictName(verdict))] = count;
+    json["verdicts"][std::string(VerdictName(verdict))] = count;
   }
   for (const auto& [code, count] : Pareto(progress)) json["codes"][code] = count;
   return json;
@@ -163,7 +181,8 @@ void PrintLine(const Json& json) {
 
 }  // namespace
 
-FleetTalk::FleetTalk() : is_lines_(FLAGS_progress == kProgressLines) {}
+FleetTalk::FleetTalk(bool names_all)
+    : is_lines_(FLAGS_progress == kProgressLines), names_all_(names_all) {}
 
 fleet::FleetListener FleetTalk::Listener() {
   return {.on_run = [this](const auto& run, const auto& progress) { OnRun(run, progress); },
@@ -175,7 +194,7 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
     PrintLine({{"serial", run.serial},
                {"run", run.id},
                {"log", run.log},
-               {"verdict", fleet::VerdictName(run.verdict)},
+               {"verdict", VerdictName(run.verdict)},
                {"code", run.code},
                {"done", progress.done},
                {"units", OrNull(progress.units)},
@@ -184,7 +203,9 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
                {"seconds_left", OrNull(progress.SecondsLeft())}});
     return;
   }
-  if (fleet::IsRed(run.verdict)) {
+  if (names_all_) {
+    OnNote(OperatorLine(run));
+  } else if (fleet::IsRed(run.verdict)) {
     OnNote(run.serial + ": " + RedText(run));
   }
   line_.ShowText(ProgressText(progress));

@@ -16,7 +16,8 @@ namespace truetriad {
 /// failures.
 class FleetTalk {
  public:
-  FleetTalk();
+  /// `names_all`: a line for an operator about each unit, good ones, too.
+  explicit FleetTalk(bool names_all = false);
 
   fleet::FleetListener Listener();
 
@@ -25,6 +26,7 @@ class FleetTalk {
   void OnNote(const std::string& note);
 
   bool is_lines_;  ///< Of JSON.
+  bool names_all_;
   ProgressLine line_{""};
 };
 

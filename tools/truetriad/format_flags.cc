@@ -14,6 +14,10 @@ DEFINE_string(instance,
 DEFINE_string(units,
               "",
               "units of the readings, as in g,deg/s,uT, if the format does not state them");
+DEFINE_string(outside_limits,
+              "refuse",
+              "what becomes of exports of a unit that is outside its limits or refused: refuse, or "
+              "allow, and the files say so");
 
 namespace truetriad {
 namespace {
@@ -50,6 +54,14 @@ Result<std::optional<int>> ParseInstance() {
                  "--instance=" + FLAGS_instance + ": no such instance; expected 0 or more");
   }
   return std::optional<int>(static_cast<int>(instance));
+}
+
+Result<bool> AllowsOutsideLimits() {
+  if (FLAGS_outside_limits == "allow") return true;
+  if (FLAGS_outside_limits == "refuse") return false;
+  return Error(
+      ErrorCode::kInvalidArgument,
+      "--outside-limits=" + FLAGS_outside_limits + " is invalid; expected refuse or allow");
 }
 
 Result<PerTriad<std::optional<std::string>>> ParseUnits() {

@@ -10,7 +10,7 @@
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 
-// Flags that `export` and `import` share.
+// Flags that verbs which export or import share.
 DECLARE_string(instance);
 DECLARE_string(units);
 
@@ -22,6 +22,9 @@ Result<double> ParseReal(const std::string& flag, const std::string& text);
 
 /// The value of --instance.
 Result<std::optional<int>> ParseInstance();
+
+/// Whether --outside-limits allows exports of units that may not leave.
+Result<bool> AllowsOutsideLimits();
 
 /// The value of --units: each unit goes to the sensor that it is a unit of, `counts` to all.
 Result<PerTriad<std::optional<std::string>>> ParseUnits();

@@ -70,6 +70,7 @@ enum class ErrorCode {
   kStationNotChecked,
   // Of calibrations.
   kCalibrationNotUsable,
+  kOutsideLimits,
   kNotRepresentable,
   kSingularMatrix,
   // Of this machine.

@@ -27,6 +27,7 @@ struct FormatInfo {
   std::string_view file_name;    ///< What such a file is called where nobody says: "px4.params".
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
+  bool states_verdict = false;  ///< For people, who read the verdict first.
 };
 
 /// All formats, in the order of the documentation.
@@ -34,6 +35,19 @@ std::vector<FormatInfo> Formats();
 
 /// Error (usage): no such format; says which is nearest.
 Result<FormatInfo> InfoOfFormat(std::string_view name);
+
+/// What a person decided about a unit after its run, whatever the limits say.
+struct Decision {
+  Verdict verdict = Verdict::kFail;  ///< kPass: it may leave; kFail: it may not.
+  std::string who, why;
+  std::string created;  ///< ISO 8601, UTC.
+};
+/// Those in decisions.yaml beside a calibration, of which the last one holds; none without that
+/// file. Errors (bad input): it is malformed.
+Result<std::vector<Decision>> ReadDecisionsBeside(const std::string& calibration_file);
+/// Adds one to decisions.yaml in the folder of a unit's calibration. Errors (bad input): the file
+/// is malformed or cannot be written.
+Status AddDecision(const std::string& folder, const Decision& decision);
 
 struct ExportOptions {
   /// The program that exports, for the comment: "0.1.0".
@@ -53,6 +67,11 @@ struct ExportOptions {
   PerTriad<std::optional<std::int64_t>> device_ids = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
+  /// What people decided about the unit; the last one holds.
+  std::vector<Decision> decisions = {};
+  /// A unit that is outside its limits, or that a person refused, is exported, and the files say
+  /// so.
+  bool allows_outside_limits = false;
   /// Who calibrated with what, for the calibration record.
   std::optional<Laboratory> laboratory = {};
 };
@@ -93,8 +112,8 @@ struct Export {
 };
 
 /// `calibration` as the text of `format`, read back and compared. Errors: no such format, an option
-/// it does not have (usage); a calibration that is not usable or does not fit the format, a loss
-/// above options.max_loss (bad input).
+/// it does not have (usage); a calibration that is not usable, may not leave (kOutsideLimits) or
+/// does not fit the format, a loss above options.max_loss (bad input).
 Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format,
                                  const ExportOptions& options = {});

@@ -132,6 +132,11 @@ struct Calibration {
   std::string config_yaml;  ///< The resolved experiment, as YAML text.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
+  Verdict verdict() const {
+    if (!IsUsable()) return Verdict::kNoResult;
+    if (!within_limits) return Verdict::kNoLimits;
+    return *within_limits ? Verdict::kPass : Verdict::kFail;
+  }
   /// "wrong-unit": the code of what refuses it; its outcome where no finding has one.
   std::string_view ReasonNotUsable() const {
     const Finding* refusal = FirstRefusal(findings);

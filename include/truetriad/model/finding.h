@@ -159,6 +159,8 @@ struct FindingKind {
   Outcome outcome;
   std::string_view meaning;  ///< One line.
   std::string_view remedy;   ///< What to do about it, in general; may be empty.
+  /// What an operator at the station does where it refuses: "record again".
+  std::string_view operator_remedy;
 };
 std::span<const FindingKind> FindingKinds();  ///< In the order of FindingCode.
 const FindingKind& FindingKindOf(FindingCode code);

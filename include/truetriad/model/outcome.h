@@ -18,6 +18,17 @@ enum class Outcome {
 std::string_view OutcomeName(Outcome outcome);  ///< "converged", "not_observable", …
 std::optional<Outcome> OutcomeFromName(std::string_view name);
 
+/// What a run says of a unit, at the head of all that is written about it.
+enum class Verdict {
+  kPass,      ///< Usable, and every limit is met.
+  kNoLimits,  ///< Usable; no limit was set to judge by.
+  kFail,      ///< Usable, and a limit is missed.
+  kNoResult,  ///< There is no calibration.
+};
+std::string_view VerdictName(Verdict verdict);   ///< "PASS", "NO_LIMITS", "FAIL", "NO_RESULT".
+std::string_view VerdictWords(Verdict verdict);  ///< The same for people: "NO RESULT".
+std::optional<Verdict> VerdictFromName(std::string_view name);
+
 /// What a unit was calibrated from.
 enum class Mode {
   kPoses,   ///< Rests, known turns and rates.

@@ -23,7 +23,7 @@ window.fleet = {};
     columns: data.columns,
     line: data.line,
   };
-  const isGoodWord = (word) => word === 'pass' || word === 'usable';
+  const isGoodWord = (word) => word === 'PASS' || word === 'NO_LIMITS';
   const flags = (of) => Uint8Array.from(of.words, (word) => (isGoodWord(word) ? 1 : 0));
   const good = flags(units.verdict);
   const firstGood = flags(units.first);
@@ -172,6 +172,6 @@ window.fleet = {};
     window.fleet.element(
       'span',
       { class: `badge ${isGoodWord(verdict) ? 'is-good' : 'is-bad'}` },
-      `${isGoodWord(verdict) ? '✓' : '✕'} ${verdict}`,
+      `${isGoodWord(verdict) ? '✓' : '✕'} ${verdict.replace('_', ' ')}`,
     );
 })();

@@ -222,6 +222,7 @@ Result<VerbResult> RunTask(Task task, bool* is_of_another) {
   VerbResult result{.text = CalibrationText(*calibration) + written, .result = std::move(json)};
   result.findings = calibration->findings;
   result.outcome = calibration->outcome;
+  result.verdict = calibration->verdict();
   result.grade = GradeOf(*calibration);
   if (!calibration->IsUsable()) {
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);

@@ -89,6 +89,8 @@ Result<ExportOptions> ParseOptions() {
   options.instance = instance;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto ids, ParseIds());
   options.device_ids = ids;
+  TRUETRIAD_ASSIGN_OR_RETURN(options.allows_outside_limits, AllowsOutsideLimits());
+  TRUETRIAD_ASSIGN_OR_RETURN(options.decisions, ReadDecisionsBeside(FLAGS_calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ParseUnits());
   options.units = units;
   if (!FLAGS_allan.empty()) {
@@ -224,7 +226,9 @@ Command ExportCommand() {
       ExportList() +
       "\nThe file is read back, and the target system's equation, in its own arithmetic, is "
       "compared\nwith the calibration over a sphere of inputs and the calibrated temperatures. The "
-      "loss is\nprinted and written into the file.\n");
+      "loss is\nprinted and written into the file. A unit outside its limits, or refused by a "
+      "person "
+      "(fleet dispose),\nis exported with --outside-limits=allow alone, and the file says so.\n");
   return {.name = "export",
           .summary = "How do I use this calibration in an autopilot, another program or firmware?",
           .examples =
@@ -239,6 +243,7 @@ Command ExportCommand() {
                     {"units", "UNIT[,UNIT]"},
                     {"instance", "N"},
                     {"id", "DEVICE_ID"},
+                    {"outside-limits", "refuse|allow", false, {"refuse", "allow"}},
                     {"allan", "FILE"},
                     {"laboratory", "FILE"}},
           .words = {"calibration"},

@@ -5,6 +5,7 @@
 #include <gflags/gflags.h>
 
 #include "fleet/store.h"
+#include "fleet/unit_folders.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
@@ -20,14 +21,14 @@ namespace {
 
 std::vector<std::string> VerdictsOfPeople() {
   std::vector<std::string> names;
-  for (const fleet::Verdict verdict : fleet::kVerdictsOfPeople) {
-    names.emplace_back(fleet::VerdictName(verdict));
+  for (const Verdict verdict : fleet::kVerdictsOfPeople) {
+    names.emplace_back(VerdictName(verdict));
   }
   return names;
 }
 
 Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
-  const std::optional<fleet::Verdict> verdict = fleet::VerdictFromName(FLAGS_verdict);
+  const std::optional<Verdict> verdict = VerdictFromName(FLAGS_verdict);
   if (!verdict) {
     std::string names;
     for (const std::string& name : VerdictsOfPeople()) names += (names.empty() ? "" : ", ") + name;
@@ -45,6 +46,9 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .why = FLAGS_why,
                                           .verdict = *verdict};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
+  const Status told =
+      fleet::StateDecision(added.folder, {added.verdict, added.who, added.why, added.created});
+  if (!told) Warn(told.error().message + "; `export` does not know of this decision there");
   return VerbResult{.text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n",
                     .result = {{"disposition", added.id},
                                {"serial", added.serial},
@@ -61,10 +65,12 @@ Command FleetDisposeCommand() {
               "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
               "build/truetriad fleet run out/line -o out/day --report=false\n"
               "build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who=\"R. Roe\" "
-              "--verdict=refused --why=\"connector bent\"",
+              "--verdict=FAIL --why=\"connector bent\"",
           .details =
               "It holds until a later decision, or until a later run counts that is of another "
-              "recording; fleet run\nthen says so. Nothing is changed or removed.\n",
+              "recording; fleet run\nthen says so. FAIL withdraws what was exported of the run, "
+              "and `export` refuses it; PASS "
+              "is a concession,\nwhich `export` and the certificate state. No run is changed.\n",
           .flags = {{"unit", "SERIAL", true},
                     {"store", "FILE|URL", true},
                     {"verdict", "VERDICT", true, VerdictsOfPeople()},

@@ -64,7 +64,7 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
       fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
-    FleetTalk talk;
+    FleetTalk talk(/*names_all=*/true);
     return fleet::WatchFleet(watched, options, *store, talk.Listener(), IsInterrupted);
   }();
   TRUETRIAD_RETURN_IF_ERROR(progress);
