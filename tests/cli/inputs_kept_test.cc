@@ -134,7 +134,8 @@ TEST_F(InputsKept, AsAreResultsOfBeforeWhereAVerbRefuses) {
            "inspect bad.csv --report=out/inspected.html",
            "evaluate c.yaml bad.csv --report=out/evaluated.html",
            "fleet run none.csv -o out/fleet",
-           "fleet run log.csv -o out/fleet --set=model=diagonal",
+           "fleet run log.csv -o out/fleet -c " + configs +
+               "experiments/accelerometer-only.yaml' --set=model=diagonal",
            "fleet run log.csv -o out/fleet --time-limit=x",
            foreign + " --units=g",
            "convert --from=kalibr-csv -o out/converted bad.csv",
