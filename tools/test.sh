@@ -13,6 +13,8 @@ tools/install.sh --tests
 # Warnings are errors where it counts, and elsewhere nobody compiles twice after tools/demo.sh.
 strict=OFF
 [[ "${CI:-}" == true ]] && strict=ON
+# Two hours are for what hangs, not for what is slow on a busy machine.
+tests=(ctest --test-dir build --output-on-failure --parallel "$(nproc)" --timeout 7200)
 options=(-DTRUETRIAD_BUILD_TESTS=ON -DTRUETRIAD_WARNINGS_AS_ERRORS=$strict)
 if [[ "${1:-}" == --nightly ]]; then
   if (($# > 1)); then
@@ -21,11 +23,11 @@ if [[ "${1:-}" == --nightly ]]; then
   fi
   tools/build.sh all "${options[@]}"
   damaged=0
-  ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-regex nightly \
+  "${tests[@]}" --label-regex nightly \
     --tests-regex 'SurvivesAThousand|convert_node|nightly_trust|nightly_fleet|nightly_run_lengths|nightly_docs|nightly_convert_killed' || damaged=$?
   nice tests/fuzz/run.sh || damaged=$?
   tools/bench/accuracy.py
   exit "$damaged"
 fi
 tools/build.sh all "${options[@]}"
-ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-exclude nightly "$@"
+"${tests[@]}" --label-exclude nightly "$@"

@@ -292,8 +292,9 @@ bool LogWatch::IsIdle() const {
 }
 
 bool LogWatch::HasEnded() const {
-  return IsIdle() && std::none_of(waiting_.begin(), waiting_.end(), [](const auto& item) {
-           return item.second.lacks_file && !item.second.is_written;
+  // What nobody writes to is given at one of the next looks.
+  return IsIdle() && std::all_of(waiting_.begin(), waiting_.end(), [](const auto& item) {
+           return item.second.is_written;
          });
 }
 

@@ -7,8 +7,11 @@ const fs = require('node:fs');
 const http = require('node:http');
 const os = require('node:os');
 const path = require('node:path');
+const { setTimeout: sleep } = require('node:timers/promises');
 
 const kSkipped = 77;
+// The one limit of all waits: no test waits for the machine's speed.
+const kLimitMs = 600e3;
 const skip = (why) => {
   console.log(`skipped: ${why}`);
   process.exit(kSkipped);
@@ -48,6 +51,7 @@ const withBrowser = async (use) => {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'page-'));
   const browser = await chromium.launch({
     executablePath,
+    timeout: kLimitMs,
     args: ['--headless', '--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
   });
   try {
@@ -76,6 +80,7 @@ const serve = (folder) =>
 // A page that notes what must not happen: messages of errors, dialogs, requests outside `base`.
 const open = async (browser, url, base, options = {}) => {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, reducedMotion: 'reduce', ...options });
+  context.setDefaultTimeout(kLimitMs);
   const page = await context.newPage();
   page.wrong = [];
   page.on('console', (message) => {
@@ -103,6 +108,19 @@ const close = async (page) => {
   await page.context().close();
 };
 
+// Acts again, each time after twice as long, until it is so: one event may be lost, as while a page draws its first
+// picture.
+const until = async (isSo, what, act = () => {}) => {
+  const end = Date.now() + kLimitMs;
+  for (let pause = 100; ; pause *= 2) {
+    await act();
+    for (const next = Date.now() + pause; Date.now() < next; await sleep(50)) {
+      if (await isSo()) return;
+    }
+    assert.ok(Date.now() < end, what);
+  }
+};
+
 // What axe finds other in another size or other colours.
 const kSeenRules = ['color-contrast', 'scrollable-region-focusable'];
 // Findings of axe that are serious, of all rules or of those that are named; it must be in the page.
@@ -113,4 +131,4 @@ const axeFindings = async (page, rules = []) => {
   return serious.map((violation) => `${violation.id}: ${violation.nodes[0].html} ${violation.nodes[0].failureSummary}`).join('\n');
 };
 
-module.exports = { axeFindings, close, kSeenRules, open, serve, skip, withBrowser };
+module.exports = { axeFindings, close, kSeenRules, open, serve, skip, until, withBrowser };

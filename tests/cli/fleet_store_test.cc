@@ -215,9 +215,11 @@ TEST_F(FleetPostgreSQL, MayRestartDuringARun) {
 TEST_F(FleetPostgreSQL, MayGoForGoodAndTheRunGoesOnLater) {
   WriteUnits(40);
   const std::string flags = Store() + "--jobs=1 ";
+  // The fourth waits, so that the run is not at its end when the server is.
   const Finished cut =
-      Shell("export TRUETRIAD_STORE_PATIENCE=0.5; " + Fleet(flags) + " & run=$!; " + UntilRuns(3) +
-            "; " + server()->StopCommand() + "; wait $run");
+      Shell("export TRUETRIAD_STORE_PATIENCE=0.5 TRUETRIAD_FLEET_FAULT=hang:u103; " + Fleet(flags) +
+            " & run=$!; " + UntilRuns(3) + "; " + server()->StopCommand() +
+            "; read -r worker </proc/$run/task/$run/children; kill -KILL $worker; wait $run");
   EXPECT_EQ(cut.exit_code, 2);
   EXPECT_THAT(cut.err,
               AllOf(HasSubstr("in 0.5 s there was no other"), HasSubstr("--resume goes on")));

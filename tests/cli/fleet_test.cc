@@ -108,7 +108,7 @@ TEST_F(Fleet, LosesOneRunToWhatACrashHangOrMemoryCosts) {
   const std::map<std::string, std::string> endings = {
       {"crash", "crashed"}, {"hang", "time-limit"}, {"memory", "memory-limit"}};
   for (const auto& [fault, ending] : endings) {
-    const Finished run = Run("--report=false --jobs=2 --time-limit=2 -o " + fault,
+    const Finished run = Run("--report=false --jobs=2 --time-limit=10 -o " + fault,
                              "TRUETRIAD_FLEET_FAULT=" + fault + ":u003");
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_THAT(
@@ -216,8 +216,12 @@ TEST_F(Fleet, SaysWhyAUnitIsRedInOneLineThatATerminalMayShow) {
 
 TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
   WriteUnits(12, 60);
-  const Finished run = Run("--report=false --jobs=1", "timeout -s TERM 0.15");
-  EXPECT_THAT(run.exit_code, ::testing::AnyOf(124, 143, 0)) << run.err;
+  const Finished run =
+      RunShell("{ '" TRUETRIAD_BINARY
+               "' fleet run line --report=false --jobs=1 --progress=jsonl 2>err & run=$!; "
+               "await '[ -s err ]'; kill -TERM $run; wait $run; }",
+               folder_.Path(""));
+  EXPECT_THAT(run.exit_code, ::testing::AnyOf(143, 0)) << run.err;
   const std::vector<std::string> done = Ask("SELECT verdict FROM run");
   for (const std::string& verdict : done) EXPECT_EQ(verdict, "NO_LIMITS");
   EXPECT_EQ(Run("--report=false --resume").exit_code, 0);

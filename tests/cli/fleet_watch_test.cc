@@ -24,10 +24,8 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
-// Waits, 20 s at most, until FILE has COUNT lines with TEXT.
-constexpr char kAwait[] =
-    "await() { for i in $(seq 400); do "
-    "[ \"$(grep -c -- \"$2\" \"$1\")\" -ge \"$3\" ] && return 0; sleep 0.05; done; return 1; }; ";
+// Waits until FILE has COUNT lines with TEXT.
+constexpr char kLines[] = "lines() { await \"[ \\$(grep -c -- '$2' '$1') -ge $3 ]\"; }; ";
 
 class FleetWatch : public ::testing::Test {
  protected:
@@ -41,7 +39,7 @@ class FleetWatch : public ::testing::Test {
   }
   /// A line of shell in the folder, with `truetriad` in it.
   Finished Run(const std::string& line) const {
-    return RunShell(std::string(kAwait) + "truetriad() { '" TRUETRIAD_BINARY "' \"$@\"; }; " + line,
+    return RunShell(std::string(kLines) + "truetriad() { '" TRUETRIAD_BINARY "' \"$@\"; }; " + line,
                     folder_.Path(""));
   }
   /// The lines of the answer below its header.
@@ -65,8 +63,8 @@ TEST_F(FleetWatch, CalibratesWhatIsThereWhatArrivesAndWhatArrivesAgain) {
   const Finished run =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line/ -o out --report=false --json --progress=jsonl 2>err & watch=$!; "
-          "await err '\"verdict\"' 1; cp u1.csv line/; await err '\"verdict\"' 2; "
-          "cp again.csv line/u0.csv; await err '\"verdict\"' 3; "
+          "lines err '\"verdict\"' 1; cp u1.csv line/; lines err '\"verdict\"' 2; "
+          "cp again.csv line/u0.csv; lines err '\"verdict\"' 3; "
           "truetriad fleet watch line -o out >/dev/null; echo $? >second; "
           "kill -TERM $watch; wait $watch; }");
   EXPECT_EQ(run.exit_code, 0) << run.err << TemporaryFolder::Read(folder_.Path("err"));
@@ -202,9 +200,9 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
-          "watch=$!; await err 'units wait' 1; " +
-          check + "today.csv --tag=station=S3 >/dev/null; await err 'units go on' 1; " +
-          "for i in $(seq 100); do [ -e out/units/u0 ] && break; sleep 0.05; done; "
+          "watch=$!; lines err 'units wait' 1; " +
+          check + "today.csv --tag=station=S3 >/dev/null; lines err 'units go on' 1; " +
+          "await '[ -e out/units/u0 ]'; "
           "kill -TERM $watch; wait $watch; }");
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
   EXPECT_THAT(watched.out, StartsWith("ALL GOOD"));

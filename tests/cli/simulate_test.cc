@@ -274,12 +274,15 @@ TEST_F(SimulateVerb, RefusesWhatNoDiskHasRoomFor) {
 }
 
 TEST_F(SimulateVerb, LeavesNothingBehindWhenItIsInterrupted) {
-  // A day and a half of readings takes seconds; half a second leads into the midst of them.
+  // A day and a half of readings takes seconds; the signal comes once they have been begun.
   const std::string output = folder_.Path("out");
   const Finished run = RunShell("{ '" TRUETRIAD_BINARY "' simulate --config='" + kScenarios +
                                 "tactical-6dof.yaml' --output='" + output +
                                 "' --set='motion=[{poses: {attitudes: cube, rest_s: 5000}}]' & "
-                                "sleep 0.5; kill -TERM $!; wait $!; echo $?; }");
+                                "await '[ -n \"$(find \"" +
+                                output +
+                                "\" -type f)\" ]'; "
+                                "kill -TERM $!; wait $!; echo $?; }");
   EXPECT_EQ(run.out, "143\n");
   EXPECT_TRUE(!std::filesystem::exists(output) || std::filesystem::is_empty(output));
 }

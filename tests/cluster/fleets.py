@@ -18,7 +18,7 @@ MOTION = "motion=[{poses: {attitudes: {spread: 12}, rest_s: 1, move_s: 0.5, tilt
 def run(*words, code=0, **options):
     """What a command printed; an error unless it ended with `code`."""
     done = subprocess.run([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          encoding="utf-8", timeout=240, **options)
+                          encoding="utf-8", **options)
     if done.returncode != code:
         raise AssertionError(f"{words} ended with {done.returncode}:\n{done.stdout}{done.stderr}")
     return done

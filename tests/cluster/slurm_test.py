@@ -52,8 +52,7 @@ class Slurm(unittest.TestCase):
 
     def wait_for(self, slurm, job, wanted):
         ended = ("COMPLETED", "FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL", "GONE")
-        slurm.wait(f"job {job} to be {wanted}",
-                   lambda: slurm.state(job) in (wanted, *ended), seconds=200)
+        slurm.wait(f"job {job} to be {wanted}", lambda: slurm.state(job) in (wanted, *ended))
         self.assertEqual(slurm.state(job), wanted, self.logs())
 
     def test_gives_the_numbers_of_a_single_run_although_a_task_is_killed(self):
@@ -66,7 +65,7 @@ class Slurm(unittest.TestCase):
             array = self.submit(slurm, f"--array=1-{SHARDS}", SOURCE / "tools/slurm/shard.sbatch", self.line,
                                 "--report=false", FIRST="1", TRUETRIAD=program)
             collecting = self.submit(slurm, f"--dependency=afterok:{array}", SOURCE / "tools/slurm/collect.sbatch")
-            slurm.wait("the task to hang", lambda: store.exists() and store.read_bytes().count(b"\n") > done, 200)
+            slurm.wait("the task to hang", lambda: store.exists() and store.read_bytes().count(b"\n") > done)
             self.kill_and_requeue(slurm, f"{array}_{1 + VICTIM}", store)
             self.wait_for(slurm, collecting, "COMPLETED")
         collected = self.out / "fleet.db"
@@ -89,7 +88,7 @@ class Slurm(unittest.TestCase):
         """As when a node is lost, and the last line is cut."""
         self.assertEqual(slurm.state(task), "RUNNING", self.logs())
         slurm.call("scontrol", "requeue", task)
-        slurm.wait("the task to be requeued", lambda: slurm.state(task) == "PENDING", 60)
+        slurm.wait("the task to be requeued", lambda: slurm.state(task) == "PENDING")
         with open(store, "ab") as file:
             file.write(b'{"run":"2026')
         # Else it waits for two minutes.

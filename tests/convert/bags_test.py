@@ -39,7 +39,7 @@ class Bags(unittest.TestCase):
     def convert(self, kind, *words, code=0):
         shutil.rmtree(self.out, ignore_errors=True)
         done = subprocess.run([PROGRAMS / f"truetriad-convert-{kind}", f"--output={self.out}", *map(str, words)],
-                              capture_output=True, text=True, timeout=60)
+                              capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(self.out.exists(), code == 0)
         return done

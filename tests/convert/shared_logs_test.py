@@ -169,8 +169,7 @@ class SharedLogs(unittest.TestCase):
             if isinstance(word, Path) and not word.exists():
                 self.skipTest(f"{word} is not there")
         shutil.rmtree(self.out, ignore_errors=True)
-        done = subprocess.run([program, f"--output={self.out}", *map(str, words)], capture_output=True, text=True,
-                              timeout=60)
+        done = subprocess.run([program, f"--output={self.out}", *map(str, words)], capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 

@@ -29,7 +29,7 @@ TABLE = HERE / "table.parquet"
 
 def run(arguments, **options):
     return subprocess.run([str(a) for a in arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          encoding="utf-8", errors="replace", timeout=120, **options)
+                          encoding="utf-8", errors="replace", **options)
 
 
 def float32(text):

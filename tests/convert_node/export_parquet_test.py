@@ -32,7 +32,7 @@ console.log(JSON.stringify({ types, rows }, (key, value) => (typeof value === 'b
 
 def run(*words, code=0, **options):
     done = subprocess.run([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          encoding="utf-8", timeout=120, **options)
+                          encoding="utf-8", **options)
     if done.returncode != code:
         raise AssertionError(f"{words} ended with {done.returncode}:\n{done.stdout}{done.stderr}")
     return done

@@ -15,7 +15,7 @@ SCENARIO = "configs/scenarios/consumer-9dof.yaml"
 
 
 def run_script(script, code=0, flags=()):
-    done = subprocess.run([sys.executable, *flags, "-c", script], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, *flags, "-c", script], capture_output=True, text=True)
     assert done.returncode == code, (done.returncode, done.stderr)
     return done
 
@@ -50,7 +50,7 @@ if __name__ == "__main__":
         except truetriad.BadInput as error:
             assert error.file == "nothing.yaml"
 """)
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
@@ -150,8 +150,8 @@ import sys, numpy, truetriad
 recording, _ = truetriad.simulate({SCENARIO!r})
 calibration = truetriad.calibrate({DEMO!r})
 raw = numpy.ones((2_000_000, 3))
-print("ready", flush=True)
 try:
+    print("ready", flush=True)
     while True:
         {LONG[name]}
 except KeyboardInterrupt:
@@ -161,11 +161,8 @@ except KeyboardInterrupt:
     assert process.stdout.readline() == "ready\n"
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    try:
-        assert process.wait(timeout=30) == 42
-    finally:
-        process.kill()
-        process.stdout.close()
+    assert process.wait() == 42
+    process.stdout.close()
 
 
 def test_a_thousand_calibrations_leave_nothing():

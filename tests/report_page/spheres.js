@@ -5,11 +5,11 @@ const assert = require('node:assert/strict');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { axeFindings, close, open } = require('../browser/browser.js');
+const { axeFindings, close, open, until } = require('../browser/browser.js');
 
 const kMostBytes = 2.5e6;
 
-const allDrawn = (page, count) => page.waitForFunction((all) => document.querySelectorAll('.sphere.drawn').length === all, count, { timeout: 60000 });
+const allDrawn = (page, count) => page.waitForFunction((all) => document.querySelectorAll('.sphere.drawn').length === all, count);
 
 // How many pixels of a picture are as blue, and as orange, as nothing but a reading is.
 const coloured = async (page, picture) => {
@@ -50,27 +50,36 @@ const eye = (page, at) => page.evaluate((index) => document.querySelectorAll('.t
 const turns = async (page, report, at) => {
   const place = page.locator('.turning').nth(at);
   await place.scrollIntoViewIfNeeded();
-  const { blue, orange } = await coloured(page, await place.screenshot());
-  assert.ok(blue > 50 && orange > 50, `${report.name}: ${blue} blue pixels, ${orange} orange ones`);
+  await until(async () => {
+    const { blue, orange } = await coloured(page, await place.screenshot());
+    return blue > 50 && orange > 50;
+  }, `${report.name}: more than 50 pixels of each colour`);
   await page.evaluate((index) => document.querySelectorAll('.turning')[index].on('plotly_hover', ({ points }) => { window.hovered = points[0].text; }), at);
-  const point = await placeOfReading(page, at);
-  await page.mouse.move(point.x - 3, point.y - 3);
-  await page.mouse.move(point.x, point.y, { steps: 3 });
-  await page.waitForFunction(() => window.hovered);
+  const hover = async () => {
+    const point = await placeOfReading(page, at);
+    await page.mouse.move(point.x - 3, point.y - 3);
+    await page.mouse.move(point.x, point.y, { steps: 3 });
+  };
+  await until(() => page.evaluate(() => window.hovered), `${report.name}: says a reading`, hover);
   assert.match(await page.evaluate(() => { const { hovered } = window; window.hovered = null; return hovered; }), /^pose \d+, (raw|corrected).*: off by [\d.e+-]+ (mg|µT)$/);
+  const turnsBy = async (what, act) => {
+    let before = '';
+    await until(async () => {
+      const last = before;
+      before = JSON.stringify(await eye(page, at));
+      return before === last;
+    }, `${report.name}: comes to rest`);
+    await until(async () => JSON.stringify(await eye(page, at)) !== before, `${report.name}: turns by ${what}`, act);
+  };
   const box = await place.boundingBox();
-  const before = await eye(page, at);
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await page.mouse.down();
-  await page.mouse.move(box.x + box.width / 2 + 120, box.y + box.height / 2 + 30, { steps: 6 });
-  await page.mouse.up();
-  await page.waitForTimeout(200);
-  const dragged = await eye(page, at);
-  assert.notDeepEqual(dragged, before, 'by the mouse');
+  await turnsBy('the mouse', async () => {
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2 + 120, box.y + box.height / 2 + 30, { steps: 6 });
+    await page.mouse.up();
+  });
   await place.focus();
-  await page.keyboard.press('ArrowLeft');
-  await page.waitForTimeout(200);
-  assert.notDeepEqual(await eye(page, at), dragged, 'by a key');
+  await turnsBy('a key', () => page.keyboard.press('ArrowLeft'));
 };
 
 const spheresTurn = async (browser, report, axe) => {

@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "support/patience.h"
+
 namespace truetriad {
 
 /// A PostgreSQL server of this program alone: data, socket and log in a folder of its own, no
@@ -67,7 +69,7 @@ class PrivatePostgres {
 
   std::string Program(const std::string& name) const { return programs_ + "/" + name; }
   std::string Control(const std::string& verb) const {
-    return "-w -D '" + folder_ + "/data' -l '" + folder_ + "/log' -o \"-k '" + folder_ +
+    return "-w -t " + std::to_string(kPatience.count()) + " -D '" + folder_ + "/data' -l '" + folder_ + "/log' -o \"-k '" + folder_ +
            "' -c listen_addresses='' -c fsync=off\" " + verb;
   }
   /// The server does not run as root.

@@ -125,7 +125,7 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
   const Finished run = RunShell(
       "TRUETRIAD_FLEET_FAULT=crash:" + name(0) + ",hang:" + name(2) + ",memory:" + name(4) +
           " '" TRUETRIAD_BINARY
-          "' fleet run line -o out --report=false --time-limit=5 "
+          "' fleet run line -o out --report=false --time-limit=30 "
           "'--serial={serial}' -c '" TRUETRIAD_SOURCE_DIR "/configs/experiments/nine-axis.yaml'",
       folder_.Path(""));
   ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -55,10 +55,7 @@ endfunction()
 #
 # TOGETHER pattern: tests of such names are one to CTest, since they share what takes long to set up.
 function(truetriad_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LABELS" ${ARGN})
-  if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
-  endif()
+  cmake_parse_arguments(ARG "" "TOGETHER" "SOURCES;LIBS;LABELS" ${ARGN})
   set(target ${name}_test)
   add_executable(${target} ${ARG_SOURCES})
   truetriad_compile_options(${target})
@@ -81,12 +78,11 @@ function(truetriad_test name)
   if(ARG_TOGETHER)
     set(apart TEST_FILTER "-${ARG_TOGETHER}")
     add_test(NAME ${target}.Together COMMAND ${target} "--gtest_filter=${ARG_TOGETHER}")
-    set_tests_properties(${target}.Together PROPERTIES TIMEOUT ${ARG_TIMEOUT}
-      SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]"
+    set_tests_properties(${target}.Together PROPERTIES SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]"
       ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}")
   endif()
   include(GoogleTest)
-  gtest_discover_tests(${target} DISCOVERY_TIMEOUT 60 ${apart}
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}"
+  gtest_discover_tests(${target} DISCOVERY_TIMEOUT 600 ${apart}
+    PROPERTIES ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}"
                LABELS "${ARG_LABELS}")  # last, as it may be empty
 endfunction()
