@@ -156,7 +156,8 @@ void WholeFile::Write(std::string_view text) {
 Status WholeFile::status() const {
   if (failure_ == 0) return {};
   if (failure_ == EISDIR) {
-    return Error(ErrorCode::kOutputInTheWay, {path_}, "is a folder; give a file name");
+    return Error(
+        ErrorCode::kOutputInTheWay, {path_}, "is a folder; remove it or choose another output");
   }
   if (failure_ == EEXIST) return InputGuard::Refusal(path_);
   const fs::path parent = fs::path(path_).parent_path();
@@ -172,22 +173,36 @@ Status WholeFile::status() const {
                std::string("cannot be written: ") + std::strerror(failure_));
 }
 
-Status WholeFile::Commit() {
-  const bool is_replaced = !temporary_path_.empty();
-  if (failure_ == 0 && is_replaced &&
+Status WholeFile::Finish() {
+  if (!file_) return status();
+  if (failure_ == 0 && !temporary_path_.empty() &&
       (std::fflush(file_.get()) != 0 || !IsOnDisk(fileno(file_.get())))) {
     failure_ = LastFailure();
   }
-  if (failure_ == 0 && std::fclose(file_.release()) != 0) failure_ = LastFailure();
-  if (failure_ == 0 && is_replaced) {
-    if (std::rename(temporary_path_.c_str(), path_.c_str()) == 0) {
-      temporary_path_.clear();
-      if (!IsFolderOnDisk(path_)) failure_ = LastFailure();
-    } else {
-      failure_ = LastFailure();
-    }
+  if (std::fclose(file_.release()) != 0 && failure_ == 0) failure_ = LastFailure();
+  return status();
+}
+
+Status WholeFile::Commit() {
+  TRUETRIAD_RETURN_IF_ERROR(Finish());
+  if (temporary_path_.empty()) return {};
+  if (std::rename(temporary_path_.c_str(), path_.c_str()) == 0) {
+    temporary_path_.clear();
+    if (!IsFolderOnDisk(path_)) failure_ = LastFailure();
+  } else {
+    failure_ = LastFailure();
   }
   return status();
+}
+
+Status WholeFiles::Write(const std::string& path, std::string_view text) {
+  files_.emplace_back(path).Write(text);
+  return files_.back().Finish();
+}
+
+Status WholeFiles::Commit() {
+  for (WholeFile& file : files_) TRUETRIAD_RETURN_IF_ERROR(file.Commit());
+  return {};
 }
 
 }  // namespace truetriad

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -35,7 +36,10 @@ class WholeFile {
   int failure() const { return failure_; }
   Status status() const;
 
-  /// Closes the file and gives it its name. Nothing can be written afterwards.
+  /// Closes the file, which is then on the disk, without its name. Nothing can be written
+  /// afterwards.
+  Status Finish();
+  /// Finishes the file and gives it its name.
   Status Commit();
 
  private:
@@ -47,6 +51,18 @@ class WholeFile {
   std::string temporary_path_;  ///< Empty when there is none (any more).
   std::unique_ptr<std::FILE, Close> file_;
   int failure_ = 0;
+};
+
+/// Files that get their names when all of them are whole: where one cannot be written, every name
+/// keeps what it has.
+class WholeFiles {
+ public:
+  Status Write(const std::string& path, std::string_view text);
+  /// Gives them their names, in the order in which they were written.
+  Status Commit();
+
+ private:
+  std::deque<WholeFile> files_;
 };
 
 }  // namespace truetriad

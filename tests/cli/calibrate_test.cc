@@ -353,22 +353,31 @@ TEST_F(CalibrateVerb, KeepsTheResultOfAUnitBesideOneOfNoUnit) {
   EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
 }
 
-TEST_F(CalibrateVerb, LeavesNoResultOfAnotherRunWhereItFailed) {
-  EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
-  const std::string first = TemporaryFolder::Read(folder_.Path("result/calibration.yaml"));
-  const Finished failed = Calibrate("time[s],accel_x[m/s^2]\n0,1\n");
-  EXPECT_EQ(failed.exit_code, 2);
-  EXPECT_THAT(failed.err,
-              AllOf(HasSubstr("calibration.previous.yaml"), HasSubstr("report.previous.html")));
-  EXPECT_FALSE(std::filesystem::exists(folder_.Path("result/calibration.yaml")));
-  EXPECT_FALSE(HasReport());
-  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
-  EXPECT_TRUE(std::filesystem::exists(folder_.Path("result/report.previous.html")));
-  // Nor the page of an earlier run beside a result that comes without one.
+TEST_F(CalibrateVerb, LeavesEarlierResultsAsTheyAreWhereItFails) {
+  const std::string log = LogText(kEnough);
+  EXPECT_EQ(Calibrate(log).exit_code, 0);
+  const auto before = FilesIn(folder_.Path("result"));
+  EXPECT_EQ(Calibrate("time[s],accel_x[m/s^2]\n0,1\n").exit_code, 2);
+  EXPECT_EQ(Calibrate(log, {"--set=model=diagonal"}).exit_code, 2);
+  EXPECT_EQ(Calibrate(log, {"--solver=best"}).exit_code, 1);
+  EXPECT_EQ(Calibrate(log, {"--set=device.serial=T2"}).exit_code, 2);
+  EXPECT_EQ(FilesIn(folder_.Path("result")), before);
+  // Where the last of its files cannot be written, neither are the others, whatever they would
+  // replace.
+  std::filesystem::remove(folder_.Path("result/calibration.json"));
+  std::filesystem::create_directories(folder_.Path("result/calibration.json/folder"));
+  const auto without = FilesIn(folder_.Path("result"));
+  EXPECT_EQ(Calibrate(log).exit_code, 2);
+  EXPECT_EQ(Calibrate(LogText({.rests = 6, .magnetometer = false})).exit_code, 2);
+  EXPECT_EQ(FilesIn(folder_.Path("result")), without);
+}
+
+TEST_F(CalibrateVerb, LeavesNoPageOfAnEarlierRunBesideAResultWithoutOne) {
   EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
   EXPECT_TRUE(HasReport());
   EXPECT_EQ(Calibrate(LogText(kEnough), {"--report=false"}).exit_code, 0);
   EXPECT_FALSE(HasReport());
+  EXPECT_TRUE(std::filesystem::exists(folder_.Path("result/report.previous.html")));
 }
 
 TEST_F(CalibrateVerb, ReplacesAnotherUnitsResultsOnlyWhereItIsTold) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdlib>
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include <sys/wait.h>
 
 #include "io/temporary_folder.h"
+#include "support/patience.h"
 
 namespace truetriad {
 
@@ -19,17 +22,31 @@ struct Finished {
   std::string err;
 };
 
-/// Runs a line of shell in `folder`, neither stdout nor stderr a terminal.
+/// Runs a line of shell in `folder`, neither stdout nor stderr a terminal. It may `await` that a
+/// command succeeds.
 inline Finished RunShell(const std::string& line,
                          const std::string& folder = TRUETRIAD_SOURCE_DIR) {
   const TemporaryFolder streams;
   const std::string out = streams.Path("out");
   const std::string err = streams.Path("err");
-  const int status =
-      std::system(("cd '" + folder + "' && { " + line + "\n} >'" + out + "' 2>'" + err + "'").c_str());
+  const std::string await = "await() { timeout " + std::to_string(kPatience.count()) +
+                            " sh -c \"until $1; do sleep 0.02; done\"; }; ";
+  const int status = std::system(
+      ("cd '" + folder + "' && { " + await + line + "\n} >'" + out + "' 2>'" + err + "'").c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1,
           TemporaryFolder::Read(out),
           TemporaryFolder::Read(err)};
+}
+
+/// Of all files below a folder, their texts.
+inline std::map<std::string, std::string> FilesIn(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    files[std::filesystem::relative(entry.path(), folder).string()] =
+        TemporaryFolder::Read(entry.path().string());
+  }
+  return files;
 }
 
 /// Runs `truetriad ARGUMENTS`; no argument may hold a single quote.

@@ -99,6 +99,53 @@ TEST_F(InputsKept, ByEveryVerb) {
   EXPECT_FALSE(fs::exists(folder_.Path("sub/experiment.yaml")));
 }
 
+// Bad usage and bad input touch nothing, whatever a run before has left where they would write.
+TEST_F(InputsKept, AsAreResultsOfBeforeWhereAVerbRefuses) {
+  const std::string configs = "'" TRUETRIAD_SOURCE_DIR "/configs/";
+  const std::string foreign = "convert --from=kalibr-csv -o out/converted '" TRUETRIAD_SOURCE_DIR
+                              "/datasets/foreign/imu0.csv'";
+  const std::vector<std::string> good = {
+      "calibrate log.csv -o out/calibrated",
+      "plan " + configs + "plans/joint-12.yaml' -o out/planned",
+      "simulate -c " + configs + "scenarios/six-position.yaml' -o out/simulated",
+      "allan log.csv -o out/allan --report=out/allan.html",
+      "inspect log.csv --report=out/inspected.html",
+      "evaluate c.yaml demo.csv --report=out/evaluated.html",
+      "fleet run log.csv -o out/fleet --to=json",
+      foreign,
+      "export --calibration=c.yaml --to=json -o out/c.json",
+      "report --calibration=c.yaml -o out/reports"};
+  for (const std::string& line : good) {
+    EXPECT_THAT(Run(line).exit_code, ::testing::AnyOf(0, 3)) << line;
+  }
+  fs::remove(folder_.Path("out/allan/allan.svg"));
+  fs::create_directories(folder_.Path("out/allan/allan.svg/folder"));
+  const auto before = FilesIn(folder_.Path("out"));
+  EXPECT_GT(before.size(), 20U);
+  folder_.Write("bad.csv", "time[s],accel_x[m/s^2]\n0,x\n");
+  for (const std::string& line : std::vector<std::string>{
+           "calibrate log.csv -o out/calibrated --set=model=diagonal",
+           "calibrate bad.csv -o out/calibrated",
+           "calibrate none.csv -o out/calibrated",
+           "plan " + configs + "plans/joint-12.yaml' -o out/planned --set=plan.poses=x",
+           "simulate -c " + configs + "scenarios/six-position.yaml' -o out/simulated --set=x=1",
+           "allan bad.csv -o out/allan --report=out/allan.html",
+           "allan log.csv -o out/allan --report=out/allan.html",
+           "inspect bad.csv --report=out/inspected.html",
+           "evaluate c.yaml bad.csv --report=out/evaluated.html",
+           "fleet run none.csv -o out/fleet",
+           "fleet run log.csv -o out/fleet --set=model=diagonal",
+           "fleet run log.csv -o out/fleet --time-limit=x",
+           foreign + " --units=g",
+           "convert --from=kalibr-csv -o out/converted bad.csv",
+           "export --calibration=bad.csv --to=json -o out/c.json",
+           "export --calibration=c.yaml --to=px4 --max-loss=-1 -o out/c.json",
+           "report --calibration=c.yaml,bad.csv -o out/reports"}) {
+    EXPECT_THAT(Run(line).exit_code, ::testing::AnyOf(1, 2)) << line;
+    EXPECT_EQ(FilesIn(folder_.Path("out")) == before, true) << line;
+  }
+}
+
 TEST_F(InputsKept, ResultsOfBeforeAreReplaced) {
   EXPECT_EQ(Run("calibrate log.csv -o cal").exit_code, 0);
   EXPECT_EQ(Run("calibrate log.csv -c cal/experiment.yaml -o cal").exit_code, 0);

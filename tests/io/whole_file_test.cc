@@ -38,6 +38,25 @@ TEST(WholeFile, LeavesTheOldFileUntilTheNewOneIsWhole) {
   EXPECT_EQ(TemporaryFolder::Read(path), "new");
 }
 
+TEST(WholeFiles, GetTheirNamesTogetherOrNotAtAll) {
+  const TemporaryFolder folder;
+  const std::string first = folder.Write("a", "old"), second = folder.Path("b");
+  fs::create_directory(second);
+  {
+    WholeFiles files;
+    EXPECT_TRUE(files.Write(first, "new"));
+    EXPECT_EQ(files.Write(second, "new").error().code, ErrorCode::kOutputInTheWay);
+  }
+  EXPECT_EQ(TemporaryFolder::Read(first), "old");
+  fs::remove(second);
+  WholeFiles files;
+  EXPECT_TRUE(files.Write(first, "new"));
+  EXPECT_TRUE(files.Write(second, "new"));
+  EXPECT_FALSE(fs::exists(second));
+  ASSERT_TRUE(files.Commit());
+  EXPECT_EQ(TemporaryFolder::Read(first) + TemporaryFolder::Read(second), "newnew");
+}
+
 TEST(WholeFile, RemovesWhatKilledWritersLeftAndNothingElse) {
   const TemporaryFolder folder;
   // "…/other.csv.tmp-", the machine, the process, a number.

@@ -18,17 +18,17 @@ Status CheckCanWriteBelow(std::filesystem::path directory) {
   return EnsureWritableDirectory(directory.string());
 }
 
-Result<std::string> MoveAside(const std::filesystem::path& directory,
-                              const std::vector<std::string>& names) {
+Status MoveAside(const std::filesystem::path& directory, const std::vector<std::string>& names) {
   std::string moved;
   for (const std::string& name : names) {
     const std::filesystem::path from = directory / name;
     std::error_code failure;
     if (!std::filesystem::is_regular_file(from, failure)) continue;
-    if (InputGuard::Holds(from.string())) return InputGuard::Refusal(from.string());
     const std::filesystem::path to =
         directory / (from.stem().string() + ".previous" + from.extension().string());
-    if (InputGuard::Holds(to.string())) return InputGuard::Refusal(to.string());
+    for (const std::string& path : {from.string(), to.string()}) {
+      if (InputGuard::Holds(path)) return InputGuard::Refusal(path);
+    }
     std::filesystem::rename(from, to, failure);
     if (failure) {
       return Error(ErrorCode::kCannotWrite,
@@ -38,8 +38,10 @@ Result<std::string> MoveAside(const std::filesystem::path& directory,
     }
     moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
   }
-  if (moved.empty()) return moved;
-  return directory.string() + ": results of an earlier run are moved: " + moved;
+  if (!moved.empty()) {
+    Note(directory.string() + ": results of an earlier run are moved: " + moved);
+  }
+  return {};
 }
 
 Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& serial) {

@@ -14,11 +14,9 @@ namespace truetriad {
 /// Finds out before the work starts that the result could not be written, and creates nothing.
 Status CheckCanWriteBelow(std::filesystem::path directory);
 
-/// Takes the results of an earlier run out of the way, so that nobody takes them for those of the
-/// one that failed: `names` in `directory`, calibration.yaml becoming calibration.previous.yaml.
-/// What was done, for people; empty where there was none.
-Result<std::string> MoveAside(const std::filesystem::path& directory,
-                              const std::vector<std::string>& names);
+/// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
+/// calibration.previous.yaml; says so.
+Status MoveAside(const std::filesystem::path& directory, const std::vector<std::string>& names);
 
 /// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
 /// serial number is nobody's, nor is a file that is no calibration.

@@ -11,6 +11,7 @@
 
 #include "allan/allan_file.h"
 #include "allan/allan_report.h"
+#include "io/whole_file.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -49,20 +50,13 @@ Result<AllanResult> Analyse(const AllanOptions& options) {
   return AnalyseAllan(*source, options, progress.callback());
 }
 
-Result<std::string> WriteFiles(const AllanResult& result) {
+Result<std::string> WriteFiles(const AllanResult& result, WholeFiles* files) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   const std::filesystem::path directory = FLAGS_output;
   const std::string file = (directory / "allan.yaml").string();
   const std::string plot = (directory / "allan.svg").string();
-  // Both or none: what would fail for the second must stop the first.
-  for (const std::string& path : {file, plot}) {
-    if (std::filesystem::is_directory(path)) {
-      return Error(
-          ErrorCode::kOutputInTheWay, {path}, "is a folder; remove it or choose another --output");
-    }
-  }
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, AllanToYaml(result)));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(plot, AllanSvg(result)));
+  TRUETRIAD_RETURN_IF_ERROR(files->Write(file, AllanToYaml(result)));
+  TRUETRIAD_RETURN_IF_ERROR(files->Write(plot, AllanSvg(result)));
   return "\nResult: " + file + "\nPlot:   " + plot + "\n";
 }
 
@@ -74,8 +68,9 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult result, Analyse(options));
   std::string text = AllanText(result);
+  WholeFiles files;
   if (!FLAGS_output.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteFiles(result));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteFiles(result, &files));
     text += written;
   }
   VerbResult said{
@@ -83,6 +78,7 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
       .text = std::move(text),
       .result = ToJson(result)};
   TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(AllanHtml(result), &said));
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return said;
 }
 

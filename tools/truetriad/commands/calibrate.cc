@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "allan/allan_file.h"
 #include "allan/allan_report.h"
-#include "io/input_guard.h"
+#include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
@@ -50,30 +48,15 @@ struct Task {
   bool has_report = true;
 };
 
-/// Results of an earlier run, which are not those of this one.
-Status PutAside(const std::string& folder, const std::vector<std::string>& names) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string moved, MoveAside(folder, names));
-  if (!moved.empty()) Note(moved);
-  return {};
-}
-
-/// A result without parameters takes the place of none that has them, and one that names no unit of
-/// none that names one: those are put aside.
-Status KeepUsable(const std::string& folder, const Calibration& by) {
-  if (by.IsUsable() && (FLAGS_overwrite || !by.serial.empty())) return {};
+/// What is there stays beside the new result: a result without parameters takes the place of none
+/// that has them, and one that names no unit of none that names one.
+bool StaysBeside(const Calibration& by, const std::string& folder) {
+  if (by.IsUsable() && (FLAGS_overwrite || !by.serial.empty())) return false;
   const std::string file = (std::filesystem::path(folder) / "calibration.yaml").string();
   const Result<std::string> text = LookAtSmallFile(file);
-  if (!text) return {};
+  if (!text) return false;
   const Result<Calibration> there = CalibrationFromYaml(*text, file);
-  if (!there || !there->IsUsable()) return {};
-  if (by.IsUsable() && there->serial.empty()) return {};
-  return PutAside(folder, {kResults.begin(), kResults.end()});
-}
-
-bool HasText(const std::string& path, const std::string& text) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  return file && (content << file.rdbuf()) && content.str() == text;
+  return there && there->IsUsable() && !(by.IsUsable() && there->serial.empty());
 }
 
 /// Of each sensor whose noise is taken from an Allan deviation.
@@ -98,43 +81,35 @@ Result<std::string> WriteResult(const Task& task,
                                 const Json& json) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(task.folder));
   const std::filesystem::path directory = task.folder;
-  const std::string file = (directory / "calibration.yaml").string();
-  // Both or none: what would fail for the second must stop the first.
-  for (const char* name : kResults) {
-    if (std::filesystem::is_directory(directory / name)) {
-      return Error(
-          ErrorCode::kOutputInTheWay,
-          (directory / name).string() + ": is a folder; remove it or choose another --output");
-    }
-    if (const std::string path = directory / name; InputGuard::Holds(path))
-      return InputGuard::Refusal(path);
-  }
-  TRUETRIAD_RETURN_IF_ERROR(KeepUsable(task.folder, calibration));
+  std::vector<std::string> aside;
+  if (StaysBeside(calibration, task.folder)) aside = {kResults.begin(), kResults.end()};
+  WholeFiles files;
   std::string written;
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;
+    const Result<std::string> there = LookAtSmallFile(path);
     // Somebody may have written into that of an earlier run.
-    if (!HasText(path, task.initial_yaml)) {
-      TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"experiment.yaml"}));
-    }
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, task.initial_yaml));
+    if (!there || *there != task.initial_yaml) aside.emplace_back("experiment.yaml");
+    TRUETRIAD_RETURN_IF_ERROR(files.Write(path, task.initial_yaml));
     written = "Experiment:  " + path + '\n';
   }
   // The result comes last: where it is, what it goes with is there, too.
   std::string report;
   if (task.has_report) {
     const std::string page = (directory / "report.html").string();
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(
+    TRUETRIAD_RETURN_IF_ERROR(files.Write(
         page,
         CalibrationHtml(
             calibration, StatedLooks(), {.poses = &poses, .noise = AllanDrawings(task)})));
     report = "Report:      " + page + '\n';
   } else {
-    TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
+    aside.emplace_back("report.html");
   }
-  const std::string json_file = (directory / "calibration.json").string();
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(json_file, TextOf(json)));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, yaml));
+  const std::string file = (directory / "calibration.yaml").string();
+  TRUETRIAD_RETURN_IF_ERROR(files.Write((directory / "calibration.json").string(), TextOf(json)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(file, yaml));
+  TRUETRIAD_RETURN_IF_ERROR(MoveAside(directory, aside));
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return "\n" + written + "Calibration: " + file + '\n' + report;
 }
 
@@ -199,13 +174,15 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs) {
   return task;
 }
 
-/// The calibration, or why there is none. What another unit's folder holds stays there.
-Result<VerbResult> RunTask(Task task, bool* is_of_another) {
+Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
+  TRUETRIAD_ASSIGN_OR_RETURN(Task task, TaskFor(StatedInputs(words)));
+  task.experiment.options.solver = solver;
+  task.has_report = has_report;
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
-  const auto check_unit = [&](const std::string& serial) -> Status {
-    const Status status = FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
-    *is_of_another = !status;
-    return status;
+  const auto check_unit = [&](const std::string& serial) {
+    return FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
   };
   TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
   PoseSet poses;
@@ -227,26 +204,6 @@ Result<VerbResult> RunTask(Task task, bool* is_of_another) {
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
   } else if (!calibration->within_limits.value_or(true)) {
     result.exit_code = kExitOutsideLimits;
-  }
-  return result;
-}
-
-Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
-  Result<Task> task = TaskFor(StatedInputs(words));
-  const std::string folder = task ? task->folder : FLAGS_output;
-  bool is_of_another = false;
-  Result<VerbResult> result = [&]() -> Result<VerbResult> {
-    if (!task) return task.error();
-    task->experiment.options.solver = solver;
-    task->has_report = has_report;
-    return RunTask(*std::move(task), &is_of_another);
-  }();
-  if (!result) {
-    if (!is_of_another && !folder.empty()) {
-      TRUETRIAD_RETURN_IF_ERROR(PutAside(folder, {kResults.begin(), kResults.end()}));
-    }
   }
   return result;
 }

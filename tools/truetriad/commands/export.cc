@@ -12,6 +12,7 @@
 #include <gflags/gflags.h>
 
 #include "allan/allan_file.h"
+#include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
@@ -186,12 +187,14 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
   if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
   VerbResult verb;
+  WholeFiles files;
   for (const ExportedFile& file : result->files) {
     const std::string path = FLAGS_output + file.suffix;
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, file.text));
+    TRUETRIAD_RETURN_IF_ERROR(files.Write(path, file.text));
     verb.text += path + '\n';
     verb.result["files"].push_back(path);
   }
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   verb.text += LossText(*result);
   for (const std::string& note : result->notes) verb.text += "  " + note + '\n';
   verb.result["loss"] = LossJson(*result);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/pose_program_file.h"
+#include "io/whole_file.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -25,14 +26,10 @@ Result<std::string> WriteResult(const Plan& plan) {
   const std::filesystem::path directory = FLAGS_output;
   const std::string program = (directory / "program.yaml").string();
   const std::string page = (directory / "program.html").string();
-  for (const std::string& file : {program, page}) {
-    if (std::filesystem::is_directory(file)) {
-      return Error(
-          ErrorCode::kOutputInTheWay, {file}, "is a folder; remove it or choose another --output");
-    }
-  }
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(program, PoseProgramToYaml(plan.program)));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, PlanHtml(plan)));
+  WholeFiles files;
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(program, PoseProgramToYaml(plan.program)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(page, PlanHtml(plan)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return "\nProgram:  " + program + "\nPictures: " + page + '\n';
 }
 

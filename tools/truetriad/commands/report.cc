@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/plot_script.h"
@@ -50,16 +51,17 @@ Result<VerbResult> RunReport(const std::vector<std::string>& words) {
   }
   if (!is_page) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   VerbResult result;
+  WholeFiles written;
   std::set<std::string> taken;
   for (const Calibration& calibration : calibrations) {
     const std::string page =
         is_page ? FLAGS_output
                 : (std::filesystem::path(FLAGS_output) / PageName(calibration, &taken)).string();
-    TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(page, CalibrationHtml(calibration, StatedLooks())));
+    TRUETRIAD_RETURN_IF_ERROR(written.Write(page, CalibrationHtml(calibration, StatedLooks())));
     result.text += page + '\n';
     result.result["pages"].push_back(page);
   }
+  TRUETRIAD_RETURN_IF_ERROR(written.Commit());
   return result;
 }
 

@@ -68,6 +68,7 @@ class Staging {
 Status CheckCanMoveInto(const fs::path& from, const fs::path& to) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
     const fs::path target = to / fs::relative(entry.path(), from);
+    if (InputGuard::Holds(target.string())) return InputGuard::Refusal(target.string());
     std::error_code missing;
     if (fs::exists(target, missing) && fs::is_directory(target, missing) != entry.is_directory()) {
       return Error(ErrorCode::kOutputInTheWay,
@@ -87,7 +88,6 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanMoveInto(from, to));
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
     const fs::path target = to / fs::relative(entry.path(), from);
-    if (InputGuard::Holds(target.string())) return InputGuard::Refusal(target.string());
     std::error_code failure;
     if (entry.is_directory()) {
       fs::create_directories(target, failure);
