@@ -213,6 +213,22 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
   return changed;
 }
 
+Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded) {
+  Experiment changed = experiment;
+  for (const Triad triad : kTriads) {
+    if (recorded[triad]) continue;
+    changed.options.triads[triad].enabled = false;
+    std::erase_if(changed.options.limits.limits,
+                  [&](const auto& limit) { return limit.first.starts_with(TriadName(triad)); });
+  }
+  if (experiment.draft == nullptr) return changed;
+  ExperimentDraft draft = *experiment.draft;
+  draft.experiment.options = changed.options;
+  changed.resolved_yaml = ResolvedYaml(draft, changed.options);
+  changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
+  return changed;
+}
+
 Error AtItsKey(const Experiment& experiment, const Error& error) {
   if (error.kind() != ErrorKind::kUsage || experiment.draft == nullptr) return error;
   return ErrorAtKey(*experiment.draft, error.code, error.key, error.message);

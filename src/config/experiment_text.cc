@@ -326,7 +326,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
            Quoted{experiment.serial},
            ", model: ",
            Quoted{experiment.model},
-           TagsText(kDeviceTags, experiment.tags, /*comes_after=*/true),
+           DeviceTagsText(experiment.tags),
            " }");
   out.Line("run", "{ ", TagsText(kRunTags, experiment.tags, /*comes_after=*/false), " }");
   WriteReference(out, draft);

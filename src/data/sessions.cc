@@ -67,6 +67,15 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
                  "is a recording of unit `" + more.serial + "`, but " + source + " is of unit `" +
                      first.serial + "`; sessions are of one unit: give that unit's recording");
   }
+  for (const Triad triad : kTriads) {
+    const auto &id = first.tags.device_ids[triad], &other = more.tags.device_ids[triad];
+    if (!id || !other || *id == *other) continue;
+    return Error(ErrorCode::kOtherDevice,
+                 {more.source},
+                 "is of the " + std::string(TriadName(triad)) + " " + std::to_string(*other) +
+                     ", but " + source + " is of " + std::to_string(*id) +
+                     "; sessions are of the same sensors: calibrate each by itself");
+  }
   if (first.has_time != more.has_time) {
     return Error(ErrorCode::kDoesNotMatch,
                  {more.source},

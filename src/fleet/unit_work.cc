@@ -115,22 +115,13 @@ Status WriteFiles(const WorkPlan& plan,
                   const std::string& folder) {
   TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder, plan.store));
   const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
-  if (calibration.IsUsable()) {
-    for (const std::string& format : plan.formats) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
-      const std::string name = path(info.file_name);
-      const Result<Export> exported =
-          ExportCalibration(calibration,
-                            format,
-                            {.software_version = Version(),
-                             .file_name = name,
-                             .allows_outside_limits = plan.allows_outside_limits});
-      if (!exported && exported.error().code == ErrorCode::kOutsideLimits) continue;
-      TRUETRIAD_RETURN_IF_ERROR(exported);
-      for (const ExportedFile& file : exported->files) {
-        TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(name + file.suffix, file.text));
-      }
-    }
+  TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports,
+                             ExportBeside({{&calibration, folder}},
+                                          plan.formats,
+                                          {.software_version = Version(),
+                                           .allows_outside_limits = plan.allows_outside_limits}));
+  for (const auto& [name, text] : exports.files) {
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(name, text));
   }
   if (plan.has_report) {
     // From SERIAL/RUN in the folder.

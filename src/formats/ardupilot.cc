@@ -339,8 +339,12 @@ Result<Carried> ReadArduPilot(const ReadRequest& request) {
 
 Format ArduPilotFormat() {
   Format format;
-  format.info = {
-      "ardupilot", "ArduPilot parameters (.param)", "ardupilot.param", Arithmetic::kFloat32, true};
+  format.info = {"ardupilot",
+                 "ArduPilot parameters (.param)",
+                 "ardupilot.param",
+                 Arithmetic::kFloat32,
+                 true,
+                 1};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
                                             .bias_order = kArduPilotOrder,

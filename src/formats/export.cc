@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include <filesystem>
+#include <sstream>
+
 #include "base/utf8.h"
 #include "formats/comment.h"
 #include "formats/decisions.h"
@@ -38,6 +41,13 @@ std::string WhyHeldBack(const Calibration& calibration, const ExportOptions& opt
   return limits.empty() ? "FAIL" : "FAIL, " + MissedText(WorstLimit(limits));
 }
 
+bool MayLeave(const Calibration& calibration,
+              const FormatInfo& format,
+              const ExportOptions& options) {
+  return options.allows_outside_limits || format.states_verdict ||
+         WhyHeldBack(calibration, options).empty();
+}
+
 /// What a reader of the file must know, a line each.
 std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
@@ -46,7 +56,8 @@ std::vector<std::string> Comment(const Format& format,
   std::vector<std::string> lines = {
       "Calibration of " + (held.serial.empty() ? "a unit without serial number" : held.serial) +
           (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
-          std::string(format.info.name) + ".",
+          std::string(format.info.name) +
+          (options.instance ? ", instance " + std::to_string(*options.instance) : "") + ".",
       "Exported by truetriad " + options.software_version + " at " + TimestampUtc() +
           "; calibrated " + (held.created.empty() ? "at an unknown time" : held.created) + ".",
       "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
@@ -72,6 +83,19 @@ std::vector<std::string> Comment(const Format& format,
   return lines;
 }
 
+/// Adds the text of a further instance; what is a parameter of all is stated once.
+void Append(const std::string& text, std::string* file) {
+  if (file->empty()) {
+    *file = text;
+    return;
+  }
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    line += '\n';
+    if (line.starts_with('#') || file->find('\n' + line) == std::string::npos) *file += line;
+  }
+}
+
 ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& options) {
   ReadRequest request;
   request.files = files;
@@ -83,13 +107,17 @@ ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& 
 
 Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format_name,
-                                 const ExportOptions& options) {
+                                 const ExportOptions& stated) {
+  ExportOptions options = stated;
+  for (const Triad triad : kTriads) {
+    std::optional<std::int64_t>& id = options.device_ids[triad];
+    if (!id) id = calibration.tags.device_ids[triad];
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  const std::string held_back = WhyHeldBack(calibration, options);
-  if (!held_back.empty() && !options.allows_outside_limits && !format.info.states_verdict) {
+  if (!MayLeave(calibration, format.info, options)) {
     return Error(ErrorCode::kOutsideLimits,
-                 "this unit may not leave (" + held_back +
+                 "this unit may not leave (" + WhyHeldBack(calibration, options) +
                      "), so nothing is exported; measure it again, or state "
                      "--outside-limits=allow, and the file will say so");
   }
@@ -128,6 +156,49 @@ Result<Export> ExportCalibration(const Calibration& calibration,
       format.write({restated.held, options, comment, &calibration}, &result.warnings));
   result.files = std::move(files);
   return result;
+}
+
+Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
+                                   const std::vector<std::string>& formats,
+                                   ExportOptions options) {
+  ExportsBeside beside;
+  for (const std::string& format : formats) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
+    // A device leaves with all of its sensors, or not at all.
+    const auto held_back = std::find_if(results.begin(), results.end(), [&](const auto& result) {
+      return !MayLeave(*result.calibration, info, options);
+    });
+    if (held_back != results.end()) {
+      beside.warnings.push_back(
+          std::string(info.file_name) + " is not written: " +
+          ExportCalibration(*held_back->calibration, format, options).error().message);
+      continue;
+    }
+    for (const ResultOfInstance& result : results) {
+      const std::string& folder = info.first_instance ? results.front().folder : result.folder;
+      options.file_name = (std::filesystem::path(folder) / info.file_name).string();
+      if (info.first_instance) options.instance = *info.first_instance + result.instance;
+      const Result<Export> exported = ExportCalibration(*result.calibration, format, options);
+      const std::string which =
+          options.file_name + ": " +
+          (results.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
+      const bool has_nothing = !result.calibration->IsUsable() ||
+                               (!exported && exported.error().code == ErrorCode::kMissingSensor);
+      if (!exported && has_nothing) {
+        beside.warnings.push_back(which + "is not written: " + exported.error().message);
+        continue;
+      }
+      TRUETRIAD_RETURN_IF_ERROR(exported);
+      for (const ExportedFile& file : exported->files) {
+        Append(file.text, &beside.files[options.file_name + file.suffix]);
+      }
+      for (const std::string& warning : exported->warnings) {
+        beside.warnings.push_back(which + warning);
+      }
+    }
+    options.instance.reset();
+  }
+  return beside;
 }
 
 }  // namespace truetriad

@@ -234,7 +234,8 @@ Format Px4Format() {
                  "PX4 parameters, for QGroundControl (.params)",
                  "px4.params",
                  Arithmetic::kFloat32,
-                 true};
+                 true,
+                 0};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
                                             .bias_order = kPx4Order,

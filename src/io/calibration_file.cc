@@ -23,6 +23,7 @@
 #include "io/calibration_sensors.h"
 #include "io/calibration_values.h"
 #include "io/tags_text.h"
+#include "io/tags_yaml.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
@@ -193,8 +194,7 @@ std::string CalibrationToYaml(const Calibration& calibration) {
   out << "format: " << kFormat << "\n"
       << "verdict: " << VerdictName(calibration.verdict()) << "\n"
       << "device: { serial: " << Quoted{calibration.serial}
-      << ", model: " << Quoted{calibration.model}
-      << TagsText(kDeviceTags, calibration.tags, /*comes_after=*/true) << " }\n";
+      << ", model: " << Quoted{calibration.model} << DeviceTagsText(calibration.tags) << " }\n";
   if (const std::string run = TagsText(kRunTags, calibration.tags, false); !run.empty()) {
     out << "run: { " << run << " }\n";
   }
@@ -258,6 +258,7 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
     device.Require("serial", &calibration.serial);
     device.Require("model", &calibration.model);
     for (const TagKey& tag : kDeviceTags) device.Optional(tag.key, &(calibration.tags.*tag.value));
+    ReadDeviceIds(device.Child("ids"), &calibration.tags);
     device.RejectUnknown();
   }
   if (YamlReader run = reader.Child("run")) {

@@ -20,4 +20,15 @@ inline std::string TagsText(std::span<const TagKey> keys, const Tags& tags, bool
   return text.str();
 }
 
+// ", part: "P1", ids: { accelerometer: 1310988 }": what `device:` says behind serial and model.
+inline std::string DeviceTagsText(const Tags& tags) {
+  std::string ids;
+  for (const Triad triad : kTriads) {
+    if (!tags.device_ids[triad]) continue;
+    ids.append(ids.empty() ? "" : ", ").append(TriadName(triad)).append(": ");
+    ids += std::to_string(*tags.device_ids[triad]);
+  }
+  return TagsText(kDeviceTags, tags, true) + (ids.empty() ? "" : ", ids: { " + ids + " }");
+}
+
 }  // namespace truetriad

@@ -10,6 +10,19 @@ constexpr std::size_t kLongestNote = 2000;
 
 void ReadDeviceTags(YamlReader* device, Tags* tags) {
   for (const TagKey& tag : kDeviceTags) device->Child(tag.key).ReadName(&(tags->*tag.value));
+  ReadDeviceIds(device->Child("ids"), tags);
+}
+
+void ReadDeviceIds(YamlReader ids, Tags* tags) {
+  if (!ids) return;
+  for (const Triad triad : kTriads) {
+    YamlReader stated = ids.Child(TriadName(triad));
+    std::int64_t id = 0;
+    if (!stated || !stated.Read(&id)) continue;
+    if (id <= 0) stated.Fail("must be above zero, which firmware takes for no sensor");
+    tags->device_ids[triad] = id;
+  }
+  ids.RejectUnknown();
 }
 
 void ReadRunTags(YamlReader run, Tags* tags) {

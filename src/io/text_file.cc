@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -35,7 +36,7 @@ struct Magic {
 using std::string_view_literals::operator""sv;
 
 /// First bytes of formats that people have at hand and may give by mistake.
-constexpr std::array<Magic, 20> kForeignFormats = {{
+constexpr std::array<Magic, 22> kForeignFormats = {{
     {"ULog\x01\x12\x35"sv, "a PX4 ULog file", "ulog"},
     {"\xA3\x95"sv, "an ArduPilot DataFlash log", "dataflash"},
     {"#ROSBAG V"sv, "a ROS 1 bag", "ros1"},
@@ -43,6 +44,8 @@ constexpr std::array<Magic, 20> kForeignFormats = {{
     {"\x89MCAP"sv, "an MCAP file", "mcap"},
     {"\x89HDF"sv, "an HDF5 file (or MATLAB v7.3)", "mat"},
     {"MATLAB 5.0 MAT-file"sv, "a MATLAB .mat file", "mat"},
+    {"MATLAB 7.3 MAT-file"sv, "a MATLAB .mat file", "mat"},
+    {"$VN"sv, "a log of VectorNav's sentences", "vectornav"},
     {"H Product:Blackbox"sv,
      "a Betaflight blackbox log",
      "blackbox --input=LOG.01.csv",
@@ -316,6 +319,16 @@ Result<std::string_view> TextFile::Next() {
 double TextFile::progress() const { return bytes_->progress(); }
 
 std::string TextFile::Sha256() const { return bytes_->digest(); }
+
+std::string_view ForeignFormatOf(const std::string& path) {
+  std::string start(64, '\0');  // More than any of them takes.
+  std::ifstream file(path, std::ios::binary);
+  file.read(start.data(), static_cast<std::streamsize>(start.size()));
+  for (const Magic& magic : kForeignFormats) {
+    if (magic.decode_first.empty() && start.starts_with(magic.bytes)) return magic.convert_from;
+  }
+  return "";
+}
 
 std::string Sha256Hex(std::string_view bytes) {
   Hasher hash;

@@ -70,6 +70,9 @@ class TextFile {
   bool ended_mid_line_ = false;
 };
 
+/// The format that `truetriad convert --from=` reads and a file begins like: "ulog"; empty: none.
+std::string_view ForeignFormatOf(const std::string& path);
+
 /// SHA-256 of `bytes`, lower-case hex.
 std::string Sha256Hex(std::string_view bytes);
 

@@ -23,7 +23,9 @@ using formats_test::UnitKind;
 using formats_test::WorstDisagreement;
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Key;
 using ::testing::Not;
 
 // float32 rounds at 6e-8; the some ten operations of an equation, on numbers not much larger than
@@ -349,6 +351,44 @@ TEST(Px4, WritesTheIdOnlyWhenItIsTold) {
                     HasSubstr("1\t1\tTC_A2_ID\t1310988\t6\n"),
                     Not(HasSubstr("CAL_GYRO2_ID"))));
   EXPECT_THAT(result->warnings, Contains(HasSubstr("CAL_GYRO2_ID already matches the sensor")));
+}
+
+TEST(Px4, TakesTheIdOfTheCalibrationUnlessAnotherIsTold) {
+  Calibration unit = RandomUnitCalibration({}, 11);
+  unit.tags.device_ids[Triad::kGyroscope] = 2621707;
+  EXPECT_THAT(ExportCalibration(unit, "px4")->files[0].text,
+              HasSubstr("1\t1\tCAL_GYRO0_ID\t2621707\t6\n"));
+  ExportOptions options;
+  options.device_ids[Triad::kGyroscope] = 17;
+  EXPECT_THAT(ExportCalibration(unit, "px4", options)->files[0].text,
+              HasSubstr("1\t1\tCAL_GYRO0_ID\t17\t6\n"));
+}
+
+TEST(Px4, HoldsAllInstancesInOneFile) {
+  const Calibration first = RandomUnitCalibration({.bias_order = 1}, 1);
+  const Calibration third = RandomUnitCalibration({.bias_order = 1}, 3);
+  Calibration refused;
+  refused.outcome = Outcome::kNotObservable;
+  const Result<ExportsBeside> exports = ExportBeside(
+      {{&first, "out", 0}, {&refused, "out/instance-1", 1}, {&third, "out/instance-2", 2}},
+      {"px4", "c-header"},
+      {});
+  ASSERT_TRUE(exports) << exports.error().message;
+  EXPECT_THAT(
+      exports->files,
+      ElementsAre(
+          Key("out/calibration.h"), Key("out/instance-2/calibration.h"), Key("out/px4.params")));
+  const std::string& text = exports->files.at("out/px4.params");
+  const Parameters all = Px4File(text);
+  EXPECT_EQ(all.at("CAL_ACC0_XOFF"),
+            Px4File(ExportCalibration(first, "px4")->files[0].text).at("CAL_ACC0_XOFF"));
+  EXPECT_TRUE(all.contains("CAL_ACC2_XOFF"));
+  EXPECT_FALSE(all.contains("CAL_ACC1_XOFF"));
+  // What is one of all sensors is stated once.
+  EXPECT_EQ(text.find("TC_A_ENABLE"), text.rfind("TC_A_ENABLE"));
+  EXPECT_THAT(exports->warnings,
+              Contains(HasSubstr(
+                  "px4.params: instance 1: is not written: this calibration is not usable")));
 }
 
 TEST(Px4, WritesTheMagnetometerOverTemperatureInGauss) {

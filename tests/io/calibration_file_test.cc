@@ -242,6 +242,19 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(original.within_limits, reread->within_limits);
 }
 
+TEST(CalibrationFile, HoldsTheNumbersOfSensors) {
+  Calibration calibration = Awkward();
+  calibration.tags.device_ids[Triad::kGyroscope] = 1310988;
+  const std::string text = CalibrationToYaml(calibration);
+  EXPECT_THAT(text, HasSubstr(", ids: { gyroscope: 1310988 } }\n"));
+  const Result<Calibration> reread = Reread(text);
+  ASSERT_TRUE(reread) << reread.error().message;
+  EXPECT_EQ(reread->tags, calibration.tags);
+  calibration.tags.device_ids[Triad::kGyroscope] = 0;
+  EXPECT_THAT(ErrorOf(CalibrationToYaml(calibration)),
+              HasSubstr("device.ids.gyroscope: must be above zero"));
+}
+
 TEST(CalibrationFile, LoadsBackAnEmptyCalibration) {
   const std::string text = CalibrationToYaml(Calibration());
   const Result<Calibration> reread = Reread(text);

@@ -59,10 +59,12 @@ TEST_F(Manifest, MapsColumnsByNameAndByIndex) {
   folder_.Write("log.csv", "t,a,b,c,T,note\n1,2,3,4,300,x\n2,5,6,7,301,y\n");
   const RecordingSamples recording =
       Read(Write("recording: 1\nserial: SN7\nsource: {format: csv}\napplied: none\nframe: sensor\n"
+                 "device: {ids: {accelerometer: 1310988}}\n"
                  "streams:\n"
                  "  accelerometer: {file: log.csv, time: {column: t, unit: us}, x: c, y: 2, z: a, "
                  "unit: counts, si_per_count: 0.01, temperature: {column: T, unit: K}}\n"));
   EXPECT_EQ(recording.info.serial, "SN7");
+  EXPECT_EQ(recording.info.tags.device_ids[Triad::kAccelerometer], 1310988);
   EXPECT_EQ(recording.info.streams[0].si_per_count, 0.01);
   const StreamSamples& stream = recording.streams[Triad::kAccelerometer];
   EXPECT_THAT(stream.time_ns, ElementsAre(1000, 2000));

@@ -96,6 +96,16 @@ TEST(TextFile, EndsTheLastLineAndLeavesOutTheByteOrderMark) {
             "a,b\n1,2\n");
 }
 
+TEST(TextFile, TellsWhichConverterReadsAnotherSystemsLog) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(ForeignFormatOf(folder.Write("a", "ULog\x01\x12\x35\x01")), "ulog");
+  EXPECT_EQ(ForeignFormatOf(folder.Write("b", "\xA3\x95\x80")), "dataflash");
+  for (const char* const other :
+       {"H Product:Blackbox flight data recorder", "time[s],accel_x[g]", ""}) {
+    EXPECT_EQ(ForeignFormatOf(folder.Write("c", other)), "");
+  }
+}
+
 TEST(TextFile, SaysWhatIsWrongWithAFileThatIsNoText) {
   const TemporaryFolder folder;
   EXPECT_THAT(ReadAll(folder.Path("none.csv")).error,

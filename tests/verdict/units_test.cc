@@ -17,8 +17,10 @@ namespace truetriad {
 namespace units_test {
 
 using Eigen::Vector3d;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Thirteen rests and the turns between them, seen by a good unit whose gyroscope counts in units
 // of `radps_per_raw`, though its log says rad/s.
@@ -120,12 +122,26 @@ TEST(Units, OfTimesAreToldByTheRate) {
                                        std::pair(1e5, "s as ms?"),
                                        std::pair(1e8, "s as us?")}) {
     set.streams[2].rate_hz = rate_hz;
+    set.duration_s = 6000.0 / rate_hz;  // A minute at 100 Hz.
     EXPECT_THAT(WhyNotAsStated(set, NineAxis())->Message(), HasSubstr(guess));
   }
   set.streams[2].rate_hz = 0.1;
   CalibrateOptions slow = NineAxis();
   slow.triads[Triad::kGyroscope].enabled = false;  // Rests are rests at any rate.
   EXPECT_FALSE(WhyNotAsStated(set, slow));
+}
+
+TEST(Units, OfTimesAreNotDoubtedWhereTheLogIsReallySlow) {
+  PoseSet set = TurnedUnit(1.0);
+  set.streams[2].rate_hz = 1.0;
+  set.duration_s = 170.0;  // Of ms it would be 0.17 s, in which nobody turns thirteen times.
+  const auto finding = WhyNotAsStated(set, NineAxis());
+  ASSERT_TRUE(finding);
+  EXPECT_THAT(*finding, HasCode(FindingCode::kTooSlow));
+  EXPECT_THAT(finding->Message(),
+              AllOf(HasSubstr("1 Hz over 170 s, which is too slow for turns and rests"),
+                    HasSubstr("10 Hz or more"),
+                    Not(HasSubstr("ms as s"))));
 }
 
 TEST(Units, OfTemperatureAreToldByItsRange) {

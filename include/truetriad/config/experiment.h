@@ -113,6 +113,10 @@ std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOpti
 /// The experiment with other `time_offset_s`, its `resolved_yaml` too.
 Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
 
+/// The experiment for a recording that has these sensors alone: what it says of the others falls
+/// away, in its `resolved_yaml` too.
+Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded);
+
 /// What the experiment inside a calibration takes off the times of each sensor, s, and what it
 /// makes of time stamps.
 PerTriad<double> TimeOffsetsOf(const Calibration& calibration);

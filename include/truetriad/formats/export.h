@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +29,8 @@ struct FormatInfo {
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
   bool states_verdict = false;  ///< For people, who read the verdict first.
+  /// What the first of several equal sensors is called, where one file holds them all.
+  std::optional<int> first_instance = {};
 };
 
 /// All formats, in the order of the documentation.
@@ -63,7 +66,8 @@ struct ExportOptions {
   PerTriad<std::optional<std::string>> units = {};
   /// Which of several equal sensors, as the consumer numbers them; unset: its first.
   std::optional<int> instance = {};
-  /// The consumer's identification of the sensor, for formats that have one.
+  /// The consumer's identification of the sensor, for formats that have one; unset: that of the
+  /// calibration.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
@@ -110,6 +114,25 @@ struct Export {
   std::vector<std::string> notes;     ///< What the format cannot hold, and what its user must do.
   std::vector<std::string> warnings;  ///< What makes the result worse than the calibration.
 };
+
+/// The result of some of a device's sensors, and the folder that it is in.
+struct ResultOfInstance {
+  const Calibration* calibration = nullptr;
+  std::string folder;
+  int instance = 0;  ///< Which of several equal sensors they are, from 0.
+};
+
+/// Texts by the paths of their files.
+struct ExportsBeside {
+  std::map<std::string, std::string> files;
+  std::vector<std::string> warnings;  ///< As of Export.
+};
+
+/// What `formats` hold of the usable ones of a device's results: beside each, or, where a format
+/// numbers equal sensors, in one file beside the first. Errors: as ExportCalibration.
+Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
+                                   const std::vector<std::string>& formats,
+                                   ExportOptions options);
 
 /// `calibration` as the text of `format`, read back and compared. Errors: no such format, an option
 /// it does not have (usage); a calibration that is not usable, may not leave (kOutsideLimits) or

@@ -64,6 +64,7 @@ enum class FindingCode : int {
   kTurnCut,
   kOtherSerial,
   kWrongUnit,
+  kTooSlow,
   kNotRaw,
   // The temperature of a sweep's recording.
   kTemperatureMissing,

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 
@@ -12,6 +16,8 @@ namespace truetriad {
 struct Tags {
   std::string part, revision;                                                  ///< `device:`
   std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
+  /// `device.ids`: the number by which firmware knows each sensor.
+  PerTriad<std::optional<std::int64_t>> device_ids;
 
   bool operator==(const Tags&) const = default;
 };
@@ -39,6 +45,9 @@ inline Tags OrElse(Tags own, const Tags& other) {
   };
   for (const TagKey& tag : kDeviceTags) take(tag);
   for (const TagKey& tag : kRunTags) take(tag);
+  for (const Triad triad : kTriads) {
+    if (!own.device_ids[triad]) own.device_ids[triad] = other.device_ids[triad];
+  }
   return own;
 }
 

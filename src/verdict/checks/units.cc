@@ -36,6 +36,8 @@ constexpr double kTypicalFieldUt = 50.0;
 // No hand turns a unit so slowly that fewer readings a second follow it, no gyroscope is read
 // oftener.
 constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
+// In less nobody turns a unit to several attitudes and lets it rest in each.
+constexpr double kShortestRecordingS = 10.0;
 // Nobody holds a unit for ten minutes an attitude, but in a chamber.
 constexpr double kEndlessRestS = 600.0;
 constexpr std::size_t kManyRests = 6;
@@ -124,8 +126,9 @@ bool AreRestsEndless(const PoseSet& poses) {
   return durations_s.size() >= kManyRests && Median(std::move(durations_s)) > kEndlessRestS;
 }
 
-// " (ms as s?)": the nearest unit that makes it a rate that sensors are read at; "" without one.
-std::string TimeGuess(double rate_hz) {
+// " (ms as s?)": the nearest unit that makes it a rate that sensors are read at, and a recording of
+// rests and turns; "" without one.
+std::string TimeGuess(double rate_hz, double duration_s) {
   constexpr double kLowHz = 5.0, kHighHz = 1e4;
   constexpr std::array<std::string_view, 3> kFinerThanS = {"ms", "us", "ns"};
   double factor = 1.0;
@@ -133,7 +136,9 @@ std::string TimeGuess(double rate_hz) {
     factor *= 1e3;
     const std::string name(finer);
     if (rate_hz < kSlowestHz && rate_hz * factor > kLowHz) {
-      return rate_hz * factor < kHighHz ? " (" + name + " as s?)" : "";
+      const bool is_likely =
+          rate_hz * factor < kHighHz && duration_s / factor > kShortestRecordingS;
+      return is_likely ? " (" + name + " as s?)" : "";
     }
     if (rate_hz > kFastestHz && rate_hz / factor < kHighHz) {
       return rate_hz / factor > kLowHz ? " (s as " + name + "?)" : "";
@@ -155,16 +160,22 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
     const bool matters = is_slow ? is_endless || (follows && triad == Triad::kGyroscope)
                                  : rate_hz > kFastestHz && follows;
     if (!(rate_hz > 0.0) || !matters) continue;
-    return Finding(FindingCode::kWrongUnit,
-                   "the " + std::string(TriadName(triad)) +
-                       Format(" is read at %.4g Hz over ", rate_hz) +
-                       Format("%.4g s, which is too ", poses.duration_s) +
-                       (is_slow ? "slow for turns and rests: times look finer than stated"
-                                : "fast for any turn: times look coarser than stated") +
-                       TimeGuess(rate_hz),
-                   "state the unit of the times; `units: trust` takes them as they are")
-        .About(triad)
-        .With("rate", rate_hz, "Hz");
+    const std::string guess = TimeGuess(rate_hz, poses.duration_s);
+    const std::string seen = "the " + std::string(TriadName(triad)) +
+                             Format(" is read at %.4g Hz over ", rate_hz) +
+                             Format("%.4g s, which is too ", poses.duration_s) +
+                             (is_slow ? "slow for turns and rests" : "fast for any turn");
+    Finding finding =
+        is_slow && guess.empty()
+            ? Finding(FindingCode::kTooSlow,
+                      seen,
+                      "log raw readings at 10 Hz or more (PX4: sensor comparison in SDLOG_PROFILE; "
+                      "ArduPilot: IMU in LOG_BITMASK); `units: trust` takes them as they are")
+            : Finding(
+                  FindingCode::kWrongUnit,
+                  seen + ": times look " + (is_slow ? "finer" : "coarser") + " than stated" + guess,
+                  "state the unit of the times; `units: trust` takes them as they are");
+    return finding.About(triad).With("rate", rate_hz, "Hz");
   }
   return std::nullopt;
 }

@@ -10,6 +10,9 @@ const { Ulog } = require('./ulog.js');
 
 const kFormat = 'ulog';
 const kInvalidRelativeTime = 0x7fffffff;
+// Fewer readings a second do not follow a hand's turn.
+const kSlowestHz = 5;
+const kHowToLog = 'SDLOG_MODE 2 logs unarmed, and sensor comparison in SDLOG_PROFILE raw readings at 10 Hz';
 
 /** Streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
 const kTopics = {
@@ -132,8 +135,7 @@ function choose(log, file, topics) {
   throw new BadInput(
     corrected.length > 0
       ? `${file}: contains only readings corrected by the firmware (${listOf(corrected)}); log ` +
-        'sensor_accel, sensor_gyro and sensor_mag (SDLOG_PROFILE, sensor comparison), or convert these ' +
-        `with --topic=${corrected[0]}`
+        `sensor_accel, sensor_gyro and sensor_mag (${kHowToLog}), or convert these with --topic=${corrected[0]}`
       : `${file}: contains no readings of an accelerometer, gyroscope or magnetometer; topics: ${listOf(
         [...new Set([...log.subscriptions.values()].filter((s) => s.rows > 0).map((s) => s.name))])}`);
 }
@@ -254,6 +256,28 @@ function takeRow(entry, message) {
   table.add(timeNs, x(message), y(message), z(message), decode.temperature ? decode.temperature(message) : NaN);
 }
 
+/** What to log, or to convert, instead of readings that come too rarely; empty where they do not. */
+function tooSlow(log, entries) {
+  const slow = entries.filter(({ table }) => (table.rows - 1) * 1e9 < kSlowestHz * Number(table.lastNs - table.firstNs));
+  if (slow.length === 0) return '';
+  const most = 10 * Math.max(...slow.map(({ table }) => table.rows));
+  const faster = [...log.subscriptions.values()].find(({ name, rows }) => rows > most && kTopics[name]?.[0].corrected);
+  return `${listOf([...new Set(slow.map(({ topic }) => topic.name))])}: fewer than ${kSlowestHz} readings a second are ` +
+    `too slow for a calibration; ${kHowToLog}` +
+    (faster ? `; ${faster.name} has ${faster.rows} rows, corrected by the firmware: --topic=${faster.name}` : '');
+}
+
+/** The numbers of a recording's sensors: those of their topics, or of the primary sensor. */
+function deviceIds(log, entries) {
+  const ids = {};
+  for (const { table: { triad }, devices, applied: map } of entries) {
+    const primary = map && map !== 'unknown' ? [log.parameters.get(`CAL_${kSensors[triad].name}_PRIME`)] : [];
+    const found = devices.size > 0 ? [...devices] : primary;
+    if (found.length === 1 && found[0] > 0) [ids[triad]] = found;
+  }
+  return ids;
+}
+
 /** The manifest of the sensors of `instance`. */
 function manifestOf(log, file, entries) {
   const source = { format: 'px4-ulog', file: path.basename(file), converter: converterName(kFormat) };
@@ -261,12 +285,13 @@ function manifestOf(log, file, entries) {
   if (log.text('ver_hw')) source.hardware = log.text('ver_hw');
   source.topics = [...new Set(entries.map(({ topic }) => `${topic.name}#${topic.instance}`))].join(' ');
   for (const { table, devices } of entries) {
-    if (devices.size > 0) source[`${table.triad}_device_id`] = [...devices].join(' ');
+    if (devices.size > 1) source[`${table.triad}_device_id`] = [...devices].join(' ');
   }
   if (log.damage()) source.damage = log.damage();
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
   return {
     serial: log.text('sys_uuid'),
+    ids: deviceIds(log, entries),
     source,
     frame: 'board-frd',
     streams: entries.map(({ table, unit, scales, applied: map }) => ({
@@ -316,6 +341,7 @@ async function run(options, note) {
     if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
     note(parts.join('; '));
   }
+  if (tooSlow(again, entries)) note(tooSlow(again, entries));
   if (again.damage()) note(`${options.input}: ${again.damage()}`);
   if (again.dropouts > 0) note(`${options.input}: ${count(again.dropouts, 'dropout', 'dropouts')}, ${again.dropoutMs} ms in all`);
   for (const name of names) process.stdout.write(`${path.join(options.output, name)}\n`);

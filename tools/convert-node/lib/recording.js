@@ -226,13 +226,16 @@ class RecordingFolder {
 
   /**
    * Writes a manifest. `streams`: [{ table, unit, siPerCount?, applied? }]; `applied`: a map of
-   * { offset, scale, matrix }, 'unknown', or undefined for none. False: none of them has a row.
+   * { offset, scale, matrix }, 'unknown', or undefined for none; `ids`: { accelerometer: 1310988 }.
+   * False: none of them has a row.
    */
-  writeManifest(name, { serial, source, frame, streams }) {
+  writeManifest(name, { serial, ids = {}, source, frame, streams }) {
     const present = streams.filter((stream) => stream.table.rows > 0);
     if (present.length === 0) return false;
     let text = 'recording: 1\n';
     if (serial) text += `serial: ${quoted(serial)}\n`;
+    const stated = Object.entries(ids).map(([triad, id]) => `${triad}: ${id}`);
+    if (stated.length > 0) text += `device: {ids: {${stated.join(', ')}}}\n`;
     text += 'source:\n';
     for (const [key, value] of Object.entries(source)) text += `  ${key}: ${quoted(value)}\n`;
     if (frame) text += `frame: ${quoted(frame)}\n`;

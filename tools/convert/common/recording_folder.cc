@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "io/input_guard.h"
+#include "io/tags_text.h"
 #include "io/whole_file.h"
 #include "io/yaml_text.h"
 #include "tools/convert/common/converter.h"
@@ -186,27 +187,27 @@ Table* RecordingFolder::AddTable(std::string file,
                                  TableColumns columns) {
   tables_.push_back(
       std::make_unique<Table>(temporary_, std::move(file), std::move(triads), columns));
+  recordings_.back().tables.push_back(tables_.back().get());
   return tables_.back().get();
 }
 
-void RecordingFolder::SetSource(const std::string& key, const std::string& value) {
-  source_.emplace_back(key, value);
+void RecordingFolder::BeginRecording(int instance) {
+  recordings_.push_back({.manifest = "recording-" + std::to_string(instance) + ".yaml"});
 }
 
-std::string RecordingFolder::Manifest() const {
-  YamlText yaml;
-  yaml << "recording: 1\n";
-  yaml << "source:\n";
-  for (const auto& [key, value] : source_) {
-    yaml << "  " << key << ": " << Quoted{Printable(value)} << "\n";
-  }
-  if (!frame_.empty()) yaml << "frame: " << Quoted{Printable(frame_)} << "\n";
+void RecordingFolder::SetSource(const std::string& key, const std::string& value) {
+  recordings_.back().source.emplace_back(key, value);
+}
+
+std::string RecordingFolder::Manifest(const Recording& recording) const {
+  Tags held;
   YamlText applied;
   YamlText streams;
   for (const Triad triad : kTriads) {
-    for (const auto& table : tables_) {
+    for (const Table* const table : recording.tables) {
       for (const TriadColumns& columns : table->triads()) {
         if (columns.triad != triad || columns.rows == 0) continue;
+        held.device_ids[triad] = recording.device_ids[triad];
         if (!columns.applied.empty()) {
           applied << "  " << TriadName(triad) << ":" << columns.applied;
         }
@@ -222,6 +223,16 @@ std::string RecordingFolder::Manifest() const {
       }
     }
   }
+  YamlText yaml;
+  yaml << "recording: 1\n";
+  if (const std::string ids = DeviceTagsText(held); !ids.empty()) {
+    yaml << "device: { " << ids.substr(2) << " }\n";
+  }
+  yaml << "source:\n";
+  for (const auto& [key, value] : recording.source) {
+    yaml << "  " << key << ": " << Quoted{Printable(value)} << "\n";
+  }
+  if (!recording.frame.empty()) yaml << "frame: " << Quoted{Printable(recording.frame)} << "\n";
   yaml << (applied.str().empty() ? "applied: none\n" : "applied:\n" + applied.str());
   yaml << "streams:\n" << streams.str();
   const bool has_time =
@@ -247,7 +258,7 @@ Status RecordingFolder::MoveIntoPlace() {
     if (table->rows() > 0) files.push_back(table->file());
   }
   if (!poses_.empty()) files.emplace_back(kPoses);
-  files.emplace_back(kManifest);
+  for (const Recording& recording : recordings_) files.push_back(recording.manifest);
   for (const std::string& file : files) {
     const std::string target = (fs::path(directory_) / file).string();
     if (InputGuard::Holds(target)) return InputGuard::Refusal(target);
@@ -262,29 +273,41 @@ Status RecordingFolder::MoveIntoPlace() {
 }
 
 Status RecordingFolder::Commit() {
-  bool any = false;
   for (const auto& table : tables_) {
     TRUETRIAD_RETURN_IF_ERROR(table->Commit());
-    any = any || table->rows() > 0;
     std::error_code ignored;
     if (table->rows() == 0) fs::remove(fs::path(temporary_) / table->file(), ignored);
   }
-  if (!any)
+  std::erase_if(recordings_, [](const Recording& recording) {
+    return std::all_of(recording.tables.begin(), recording.tables.end(), [](const Table* table) {
+      return table->rows() == 0;
+    });
+  });
+  if (recordings_.empty())
     return Error(ErrorCode::kNoReadings,
                  "the log contains no complete reading; nothing was written");
+  recordings_.front().manifest = kManifest;
   if (!poses_.empty()) {
     WholeFile poses(temporary_ + "/" + std::string(kPoses));
     poses.Write(poses_);
     TRUETRIAD_RETURN_IF_ERROR(poses.Commit());
   }
-  WholeFile manifest(temporary_ + "/" + std::string(kManifest));
-  manifest.Write(Manifest());
-  TRUETRIAD_RETURN_IF_ERROR(manifest.Commit());
+  for (const Recording& recording : recordings_) {
+    WholeFile manifest(temporary_ + "/" + recording.manifest);
+    manifest.Write(Manifest(recording));
+    TRUETRIAD_RETURN_IF_ERROR(manifest.Commit());
+  }
   TRUETRIAD_RETURN_IF_ERROR(MoveIntoPlace());
+  SayWhatIsHeld();
+  return {};
+}
+
+void RecordingFolder::SayWhatIsHeld() const {
   for (const auto& table : tables_) {
     for (const TriadColumns& columns : table->triads()) {
-      std::string line =
-          std::string(TriadName(columns.triad)) + ": " + Count(columns.rows, "sample", "samples");
+      std::string line = (recordings_.size() > 1 ? table->file() + ", " : "") +
+                         std::string(TriadName(columns.triad)) + ": " +
+                         Count(columns.rows, "sample", "samples");
       if (columns.rows > 0 && table->has_time()) {
         char span[32];
         std::snprintf(span,
@@ -306,8 +329,9 @@ Status RecordingFolder::Commit() {
       Note(line);
     }
   }
-  std::printf("%s\n", (fs::path(directory_) / kManifest).c_str());
-  return {};
+  for (const Recording& recording : recordings_) {
+    std::printf("%s\n", (fs::path(directory_) / recording.manifest).c_str());
+  }
 }
 
 }  // namespace truetriad::convert

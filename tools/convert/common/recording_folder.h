@@ -7,8 +7,10 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/whole_file.h"
@@ -89,8 +91,9 @@ class Table {
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// DIR/recording.yaml and the CSVs it names, written in a folder beside DIR that takes its name
-/// once everything is whole; or, where DIR exists, moved into it file by file, the manifest last.
+/// DIR/recording.yaml, further recordings beside it, and the CSVs they name, written in a folder
+/// beside DIR that takes its name once everything is whole; or, where DIR exists, moved into it
+/// file by file, the manifest last.
 class RecordingFolder {
  public:
   /// Error: DIR cannot be written.
@@ -102,26 +105,41 @@ class RecordingFolder {
   /// Valid as long as the folder.
   Table* AddTable(std::string file, std::vector<TriadColumns> triads, TableColumns columns);
 
-  /// What the manifest says about the origin: `source: {key: value, …}`, and `frame:`.
+  /// What follows belongs to recording-N.yaml, of the log's further sensors of that number.
+  void BeginRecording(int instance);
+
+  /// What the manifest says about the origin: `source: {key: value, …}`, `frame:`, and
+  /// `device: {ids: …}` of the sensors that have rows.
   void SetSource(const std::string& key, const std::string& value);
-  void SetFrame(const std::string& frame) { frame_ = frame; }
+  void SetFrame(const std::string& frame) { recordings_.back().frame = frame; }
+  void SetDeviceIds(const PerTriad<std::optional<std::int64_t>>& ids) {
+    recordings_.back().device_ids = ids;
+  }
   /// The text of poses.yaml, when the log says where its rests are.
   void SetPoses(const std::string& poses) { poses_ = poses; }
 
-  /// Writes the manifest, gives the folder its name, and prints the manifest's path on stdout and
-  /// what it holds on stderr. Error: no triad has a row; or a file cannot be written.
+  /// Writes the manifests, gives the folder its name, and prints the manifests' paths on stdout and
+  /// what they hold on stderr. Error: no triad has a row; or a file cannot be written.
   Status Commit();
 
  private:
+  struct Recording {
+    std::string manifest = {};  ///< Name of the file; the first one's is recording.yaml.
+    std::vector<std::pair<std::string, std::string>> source = {};
+    std::string frame = {};
+    PerTriad<std::optional<std::int64_t>> device_ids = {};
+    std::vector<Table*> tables = {};
+  };
+
   RecordingFolder(std::string directory, std::string temporary);
-  std::string Manifest() const;
+  std::string Manifest(const Recording& recording) const;
   Status MoveIntoPlace();
+  void SayWhatIsHeld() const;
 
   std::string directory_;
   std::string temporary_;
   std::vector<std::unique_ptr<Table>> tables_;
-  std::vector<std::pair<std::string, std::string>> source_;
-  std::string frame_;
+  std::vector<Recording> recordings_ = std::vector<Recording>(1);
   std::string poses_;
 };
 

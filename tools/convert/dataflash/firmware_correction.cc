@@ -204,6 +204,19 @@ Result<std::string> CompassCorrection(const Parameters& parameters, int instance
 
 }  // namespace
 
+PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance) {
+  PerTriad<std::optional<std::int64_t>> ids;
+  const PerTriad<std::string> names = {{InertialName("ACC", "_ID", instance),
+                                        InertialName("GYR", "_ID", instance),
+                                        CompassName("DEV_ID", instance)}};
+  for (const Triad triad : kTriads) {
+    const Result<double> id = Value(parameters, names[triad]);
+    // Firmware puts a sensor's number together from 24 bits.
+    if (id && *id > 0.0 && *id < 0x1p24) ids[triad] = static_cast<std::int64_t>(*id);
+  }
+  return ids;
+}
+
 Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance) {
   return Vector(parameters, CompassName("OFS", instance));
 }

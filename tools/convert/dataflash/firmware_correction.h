@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -33,6 +35,9 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters,
                                       CorrectionOrder order,
                                       Triad triad,
                                       int instance);
+
+/// The numbers of sensors `instance`, those that the log states.
+PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance);
 
 /// Compass offset, added: x, y, z in mG. Error: missing.
 Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance);

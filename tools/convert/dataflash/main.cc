@@ -25,6 +25,7 @@ namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kNsPerUs = 1000;
+constexpr int kMostImus = 5;
 
 /// Messages that hold readings. Older logs number the message (IMU2), newer ones have a field I.
 constexpr std::array<std::string_view, 4> kKinds = {"IMU", "ACC", "GYR", "MAG"};
@@ -208,43 +209,62 @@ std::string SourceName(const Source& source) {
   return std::string(source.kind) + " of instance " + std::to_string(source.instance);
 }
 
-/// Where each triad of the recording comes from.
+/// Where each triad of a recording comes from.
 struct Choice {
   int instance = 0;
+  std::string suffix;                   ///< Of its files: "-1".
   bool accelerometer_raw_rate = false;  ///< From ACC, not from IMU.
   bool gyroscope_raw_rate = false;
   bool accelerometer = false, gyroscope = false, magnetometer = false;
 };
 
-Result<Choice> Choose(const Contents& contents, const Arguments& arguments) {
+Choice ChoiceOf(const Contents& contents, const Arguments& arguments, int instance) {
+  const auto has = [&](std::string_view kind) {
+    const auto& topics = arguments.topics;
+    return (topics.empty() || std::find(topics.begin(), topics.end(), kind) != topics.end()) &&
+           contents.sources.contains({kind, instance});
+  };
+  Choice choice;
+  choice.instance = instance;
+  choice.accelerometer_raw_rate = has("ACC");
+  choice.gyroscope_raw_rate = has("GYR");
+  choice.accelerometer = has("IMU") || has("ACC");
+  choice.gyroscope = has("IMU") || has("GYR");
+  choice.magnetometer = has("MAG");
+  return choice;
+}
+
+/// One for each instance that is asked for; at least one.
+Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& arguments) {
   for (const std::string& topic : arguments.topics) {
     if (std::find(kKinds.begin(), kKinds.end(), topic) == kKinds.end()) {
       return Error(ErrorCode::kInvalidArgument,
                    "--topic=" + topic + ": is not among IMU, ACC, GYR, MAG");
     }
   }
-  const auto wanted = [&](std::string_view kind) {
-    return arguments.topics.empty() ||
-           std::find(arguments.topics.begin(), arguments.topics.end(), kind) !=
-               arguments.topics.end();
-  };
-  Choice choice;
-  choice.instance = arguments.instance.value_or(0);
-  const auto has = [&](std::string_view kind) {
-    return wanted(kind) && contents.sources.contains({kind, choice.instance});
-  };
-  choice.accelerometer_raw_rate = has("ACC");
-  choice.gyroscope_raw_rate = has("GYR");
-  choice.accelerometer = has("IMU") || has("ACC");
-  choice.gyroscope = has("IMU") || has("GYR");
-  choice.magnetometer = has("MAG");
-  if (choice.accelerometer || choice.gyroscope || choice.magnetometer) return choice;
+  std::set<int> instances;
+  for (const auto& [source, messages] : contents.sources) instances.insert(source.instance);
+  // What is numbered beyond ArduPilot's IMUs comes of damage.
+  instances.erase(instances.lower_bound(kMostImus), instances.end());
+  if (arguments.instance) instances = {*arguments.instance};
+  std::vector<Choice> choices;
+  for (const int instance : instances) {
+    Choice choice = ChoiceOf(contents, arguments, instance);
+    const bool is_unit = choice.accelerometer || choice.magnetometer;
+    // Further gyroscopes by themselves are filtered readings of the others (INS_RAW_LOG_OPT).
+    if (!is_unit && !(choice.gyroscope && choices.empty())) continue;
+    if (!choices.empty()) choice.suffix = "-" + std::to_string(instance);
+    choices.push_back(choice);
+  }
+  if (!choices.empty()) return choices;
   std::vector<std::string> held;
   for (const auto& [source, messages] : contents.sources) held.push_back(SourceName(source));
   return Error(ErrorCode::kNoReadings,
                {arguments.input},
-               "contains no readings of the requested kind (instance " +
-                   std::to_string(choice.instance) + "); messages with readings: " + ListOf(held) +
+               "contains no readings of the requested kind" +
+                   (arguments.instance ? " (instance " + std::to_string(*arguments.instance) + ")"
+                                       : std::string()) +
+                   "; messages with readings: " + ListOf(held) +
                    (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
 }
 
@@ -343,12 +363,12 @@ class Conversion {
       imu.push_back(columns(Triad::kAccelerometer, "m/s^2"));
       routes_["IMU"].prefixes.push_back("Acc");
     }
-    if (!imu.empty()) Add("IMU", "TimeUS", "imu.csv", imu, has_temperature, folder);
+    if (!imu.empty()) Add("IMU", "TimeUS", "imu", imu, has_temperature, folder);
     if (choice.gyroscope_raw_rate) {
       routes_["GYR"].prefixes = {"Gyr"};
       Add("GYR",
           "SampleUS",
-          "gyroscope.csv",
+          "gyroscope",
           {columns(Triad::kGyroscope, "rad/s")},
           has_temperature,
           folder);
@@ -357,24 +377,18 @@ class Conversion {
       routes_["ACC"].prefixes = {"Acc"};
       Add("ACC",
           "SampleUS",
-          "accelerometer.csv",
+          "accelerometer",
           {columns(Triad::kAccelerometer, "m/s^2")},
           has_temperature,
           folder);
     }
     if (choice.magnetometer) {
-      Add("MAG",
-          "TimeUS",
-          "magnetometer.csv",
-          {columns(Triad::kMagnetometer, "mG")},
-          false,
-          folder);
+      Add("MAG", "TimeUS", "magnetometer", {columns(Triad::kMagnetometer, "mG")}, false, folder);
     }
   }
 
-  void Take(const MessageFormat& format, std::string_view record) {
-    const Source source = SourceOf(format, record);
-    if (source.kind.empty() || source.instance != choice_.instance) return;
+  void Take(const Source& source, const MessageFormat& format, std::string_view record) {
+    if (source.instance != choice_.instance) return;
     if (source.kind == "IMU") SetTemperature(format, record);
     const auto route = routes_.find(source.kind);
     if (route == routes_.end()) return;
@@ -415,7 +429,7 @@ class Conversion {
            RecordingFolder* folder) {
     Route& route = routes_[kind];
     route.time_field = time_field;
-    route.table = folder->AddTable(file, triads, {has_temperature});
+    route.table = folder->AddTable(file + choice_.suffix + ".csv", triads, {has_temperature});
   }
 
   void SetTemperature(const MessageFormat& format, std::string_view record) {
@@ -455,6 +469,23 @@ void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
        Count(contents.records, "message", "messages") + " complete");
 }
 
+/// What the manifest says of the recording that begins.
+void Describe(const Contents& contents,
+              const std::string& input,
+              int instance,
+              RecordingFolder* folder) {
+  folder->SetSource("format", "ardupilot-dataflash");
+  folder->SetSource("file", std::filesystem::path(input).filename().string());
+  folder->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
+  folder->SetSource("instance", std::to_string(instance));
+  if (!contents.firmware.empty()) folder->SetSource("firmware", contents.firmware);
+  if (contents.skipped_bytes > 0) {
+    folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
+  }
+  folder->SetFrame("vehicle, after AHRS_ORIENTATION; sensor frame once `applied` is undone");
+  folder->SetDeviceIds(DeviceIds(contents.parameters, instance));
+}
+
 Status Run(const Arguments& arguments) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Contents contents, Survey(arguments.input));
   SayWhatIsDamaged(contents, arguments.input);
@@ -462,20 +493,15 @@ Status Run(const Arguments& arguments) {
     List(contents);
     return {};
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const Choice choice, Choose(contents, arguments));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Choice> choices, Choose(contents, arguments));
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
                              RecordingFolder::Create(arguments.output));
-  folder->SetSource("format", "ardupilot-dataflash");
-  folder->SetSource("file", std::filesystem::path(arguments.input).filename().string());
-  folder->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
-  folder->SetSource("instance", std::to_string(choice.instance));
-  if (!contents.firmware.empty()) folder->SetSource("firmware", contents.firmware);
-  if (contents.skipped_bytes > 0) {
-    folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
+  std::vector<Conversion> conversions;
+  for (const Choice& choice : choices) {
+    if (!conversions.empty()) folder->BeginRecording(choice.instance);
+    Describe(contents, arguments.input, choice.instance, folder.get());
+    conversions.emplace_back(contents, choice, folder.get());
   }
-  folder->SetFrame("vehicle, after AHRS_ORIENTATION; sensor frame once `applied` is undone");
-
-  Conversion conversion(contents, choice, folder.get());
   {
     TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log,
                                DataflashLog::Open(arguments.input));
@@ -483,17 +509,23 @@ Status Run(const Arguments& arguments) {
     const ProgressCallback progress = line.callback();
     std::uint64_t count = 0;
     for (auto record = log->Next(); record.format != nullptr; record = log->Next()) {
-      conversion.Take(*record.format, record.bytes);
+      const Source source = SourceOf(*record.format, record.bytes);
+      if (source.kind.empty()) continue;
+      for (Conversion& conversion : conversions) {
+        conversion.Take(source, *record.format, record.bytes);
+      }
       if (progress && ++count % 10000 == 0) progress(log->progress());
     }
   }
-  if (conversion.restated() > 0) {
-    Note("magnetometer: " + Count(conversion.restated(), "row", "rows") +
-         " logged with changed offsets converted to the first offsets");
-  }
-  if (conversion.without_time() > 0) {
-    Note(Count(conversion.without_time(), "message", "messages") +
-         " skipped (no time or no readings)");
+  for (const Conversion& conversion : conversions) {
+    if (conversion.restated() > 0) {
+      Note("magnetometer: " + Count(conversion.restated(), "row", "rows") +
+           " logged with changed offsets converted to the first offsets");
+    }
+    if (conversion.without_time() > 0) {
+      Note(Count(conversion.without_time(), "message", "messages") +
+           " skipped (no time or no readings)");
+    }
   }
   return folder->Commit();
 }
@@ -507,8 +539,9 @@ int main(int argc, char** argv) {
       .input = "an ArduPilot DataFlash log (.bin)",
       .details =
           "\nTopics are IMU, ACC, GYR and MAG. By default ACC and GYR (raw rate) are converted if "
-          "the\nlog has them, otherwise IMU, plus MAG. --instance counts sensors from 0 (the "
-          "default).\nThe firmware logs corrected readings: its corrections, read from the "
+          "the\nlog has them, otherwise IMU, plus MAG. Of several instances the first is "
+          "recording.yaml, the others\nrecording-N.yaml; --instance counts from 0 and picks one.\n"
+          "The firmware logs corrected readings: its corrections, read from the "
           "parameters in the\nlog, go into `applied:` of the recording and are undone when the "
           "recording is read.\n",
       .takes_topics = true,

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,14 +16,20 @@
 #include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/format_flags.h"
+#include "tools/truetriad/log_conversion.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/plot_script.h"
 #include "tools/truetriad/progress.h"
+#include "truetriad/base/version.h"
 #include "truetriad/config/experiment.h"
+#include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording.h"
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
+DECLARE_string(to);
 DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
 DEFINE_string(solver,
               "eliminated",
@@ -46,6 +55,7 @@ struct Task {
   std::string initial_yaml;  // the experiment, where none was given
   std::optional<LoadedPoses> first;
   bool has_report = true;
+  int instance = 0;  // of the sensors
 };
 
 /// What is there stays beside the new result: a result without parameters takes the place of none
@@ -73,44 +83,100 @@ std::vector<Drawing> AllanDrawings(const Task& task) {
   return drawings;
 }
 
-/// Which files they are, for people.
-Result<std::string> WriteResult(const Task& task,
-                                const Calibration& calibration,
-                                const PoseSet& poses,
-                                const std::string& yaml,
-                                const Json& json) {
-  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(task.folder));
-  const std::filesystem::path directory = task.folder;
-  std::vector<std::string> aside;
-  if (StaysBeside(calibration, task.folder)) aside = {kResults.begin(), kResults.end()};
-  WholeFiles files;
-  std::string written;
+/// A calibration, and what it was made from.
+struct Done {
+  Task task;
+  Calibration calibration;
+  PoseSet poses;
+  Json json;
+
+  std::string Path(const std::string& name) const {
+    return (std::filesystem::path(task.folder) / name).string();
+  }
+  int exit_code() const {
+    if (!calibration.IsUsable()) return static_cast<int>(ErrorKind::kNotEnough);
+    return calibration.within_limits.value_or(true) ? kExitGood : kExitOutsideLimits;
+  }
+  /// 0: good; outside its limits it has at least parameters.
+  int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
+};
+
+Result<Done> Calibrated(Task task) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
+  const auto check_unit = [&](const std::string& serial) {
+    return FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
+  };
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
+  PoseSet poses;
+  ProgressLine progress("reading " + task.experiment.inputs.front());
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Calibration calibration,
+      CalibrateExperiment(
+          task.experiment, progress.callback(), std::exchange(task.first, std::nullopt), &poses));
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
+  return Done{std::move(task), std::move(calibration), std::move(poses), {}};
+}
+
+/// Writes a result, but for the names of its files. `aside`: what must not be replaced.
+Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
+  const Task& task = done->task;
+  if (StaysBeside(done->calibration, task.folder)) {
+    aside->insert(aside->end(), kResults.begin(), kResults.end());
+  }
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;
     const Result<std::string> there = LookAtSmallFile(path);
     // Somebody may have written into that of an earlier run.
-    if (!there || *there != task.initial_yaml) aside.emplace_back("experiment.yaml");
-    TRUETRIAD_RETURN_IF_ERROR(files.Write(path, task.initial_yaml));
-    written = "Experiment:  " + path + '\n';
+    if (!there || *there != task.initial_yaml) aside->emplace_back("experiment.yaml");
+    TRUETRIAD_RETURN_IF_ERROR(files->Write(path, task.initial_yaml));
   }
   // The result comes last: where it is, what it goes with is there, too.
-  std::string report;
   if (task.has_report) {
-    const std::string page = (directory / "report.html").string();
-    TRUETRIAD_RETURN_IF_ERROR(files.Write(
-        page,
-        CalibrationHtml(
-            calibration, StatedLooks(), {.poses = &poses, .noise = AllanDrawings(task)})));
-    report = "Report:      " + page + '\n';
+    TRUETRIAD_RETURN_IF_ERROR(
+        files->Write(done->Path("report.html"),
+                     CalibrationHtml(done->calibration,
+                                     StatedLooks(),
+                                     {.poses = &done->poses, .noise = AllanDrawings(task)})));
   } else {
-    aside.emplace_back("report.html");
+    aside->emplace_back("report.html");
   }
-  const std::string file = (directory / "calibration.yaml").string();
-  TRUETRIAD_RETURN_IF_ERROR(files.Write((directory / "calibration.json").string(), TextOf(json)));
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(file, yaml));
-  TRUETRIAD_RETURN_IF_ERROR(MoveAside(directory, aside));
+  const std::string yaml = CalibrationToYaml(done->calibration);
+  done->json = JsonOfPlainYaml(yaml);
+  TRUETRIAD_RETURN_IF_ERROR(files->Write(done->Path("calibration.json"), TextOf(done->json)));
+  return files->Write(done->Path("calibration.yaml"), yaml);
+}
+
+/// Writes the results, all or none, and what --to asks for.
+Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool allows_outside, AllowsOutsideLimits());
+  std::vector<ResultOfInstance> results;
+  for (const Done& done : *all) {
+    TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(done.task.folder));
+    results.push_back({&done.calibration, done.task.folder, done.task.instance});
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      ExportsBeside exports,
+      ExportBeside(results,
+                   CommaSeparated(FLAGS_to),
+                   {.software_version = Version(), .allows_outside_limits = allows_outside}));
+  WholeFiles files;
+  for (const auto& [path, text] : exports.files) {
+    TRUETRIAD_RETURN_IF_ERROR(files.Write(path, text));
+  }
+  std::vector<std::vector<std::string>> aside(all->size());
+  for (std::size_t i = 0; i < all->size(); ++i) {
+    for (const std::string& format : CommaSeparated(FLAGS_to)) {
+      // One of an earlier result is not of this one.
+      const std::string name(InfoOfFormat(format)->file_name);
+      if (!exports.files.contains((*all)[i].Path(name))) aside[i].push_back(name);
+    }
+    TRUETRIAD_RETURN_IF_ERROR(Write(&(*all)[i], &aside[i], &files));
+  }
+  for (std::size_t i = 0; i < all->size(); ++i) {
+    TRUETRIAD_RETURN_IF_ERROR(MoveAside((*all)[i].task.folder, aside[i]));
+  }
   TRUETRIAD_RETURN_IF_ERROR(files.Commit());
-  return "\n" + written + "Calibration: " + file + '\n' + report;
+  return exports;
 }
 
 Result<Solver> StatedSolver() {
@@ -128,83 +194,162 @@ Result<bool> StatedReport() {
                    " is invalid; expected true or false (--output names the folder)");
 }
 
-std::string FolderFor(const std::vector<std::string>& inputs) {
-  return FLAGS_output.empty() ? inputs.front() + ".truetriad" : FLAGS_output;
-}
-
-/// Without an experiment: one for what is in the logs.
-Result<Task> InitialTask(const std::vector<std::string>& inputs) {
-  if (inputs.empty()) {
-    return Error(ErrorCode::kMissingArgument,
-                 "no log; name one (`truetriad calibrate LOG.csv`), or an experiment (--config=…)");
-  }
+/// Without an experiment: one for what is in the recordings.
+Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::string& folder) {
   Task task;
-  task.folder = FolderFor(inputs);
   ProgressLine progress("looking at " + inputs.front());
   TRUETRIAD_ASSIGN_OR_RETURN(FirstLook look,
-                             InitialExperiment(inputs, task.folder, progress.callback()));
+                             InitialExperiment(inputs, folder, progress.callback()));
   task.initial_yaml = std::move(look.experiment_yaml);
   task.first = std::move(look.loaded);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
-  const std::string path = (std::filesystem::path(task.folder) / "experiment.yaml").string();
+  const std::string path = (std::filesystem::path(folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
                              ReadExperimentText(task.initial_yaml, "experiment.yaml", overrides));
   // Paths in overrides are as seen from here: no file of the user's states them.
   task.experiment.path = path;
-  task.experiment.inputs = inputs;
   return task;
 }
 
-Result<Task> TaskFor(const std::vector<std::string>& inputs) {
-  if (FLAGS_config.empty()) return InitialTask(inputs);
-  Task task;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
-  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperiment(FLAGS_config, overrides));
-  if (inputs.empty()) {
-    for (std::string& input : task.experiment.inputs) input = ShortPath(input);
-  } else {
-    task.experiment.inputs = inputs;
+/// The recordings of the logs by the number of their sensors; other systems' logs are converted
+/// below `folder`.
+Result<std::map<int, std::vector<std::string>>> RecordingsOf(const std::vector<std::string>& logs,
+                                                             const std::string& folder) {
+  std::map<int, std::vector<std::string>> recordings;
+  const bool is_choice = !(FLAGS_topic + FLAGS_instance + FLAGS_columns + FLAGS_units).empty();
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const std::string& log = logs[i];
+    const LogFormat* const format = LogFormatOf(log);
+    if (format == nullptr && is_choice) {
+      return Error(ErrorCode::kConflictingArguments,
+                   log +
+                       ": --topic, --instance, --columns and --units are for logs of other systems "
+                       "that are converted; leave them out, or convert the log first");
+    }
+    if (format == nullptr) {
+      recordings[0].push_back(log);
+      continue;
+    }
+    const std::string number = i == 0 ? "" : "-" + std::to_string(i + 1);
+    const std::filesystem::path into = std::filesystem::path(folder) / ("recording" + number);
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto converted, ConvertedLog(*format, log, into.string()));
+    for (const auto& [instance, path] : converted) recordings[instance].push_back(path);
   }
-  if (task.experiment.inputs.empty()) {
+  return recordings;
+}
+
+/// The experiment for further sensors of the same unit, as far as they were recorded.
+Result<Experiment> ForFurther(const Experiment& experiment, const std::string& recording) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(recording));
+  PerTriad<bool> recorded = {{false, false, false}};
+  for (const StreamInfo& stream : source->info().streams) recorded[stream.triad] = true;
+  return OfSensors(experiment, recorded);
+}
+
+/// One for each instance of the sensors in the logs, the first in the folder itself.
+Result<std::vector<Task>> TasksFor(std::vector<std::string> logs) {
+  std::vector<Task> tasks(1);
+  if (!FLAGS_config.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
+    TRUETRIAD_ASSIGN_OR_RETURN(tasks[0].experiment, ReadExperiment(FLAGS_config, overrides));
+    if (logs.empty()) {
+      for (const std::string& input : tasks[0].experiment.inputs) logs.push_back(ShortPath(input));
+    }
+  }
+  if (logs.empty()) {
     return Error(ErrorCode::kMissingArgument,
-                 "no recording: " + FLAGS_config + " has no `input:`; add it or give --input=LOG");
+                 FLAGS_config.empty() ? "no log; name one (`truetriad calibrate LOG.csv`), or an "
+                                        "experiment (--config=…)"
+                                      : "no recording: " + FLAGS_config +
+                                            " has no `input:`; add it or give --input=LOG");
   }
-  task.folder = FolderFor(task.experiment.inputs);
-  return task;
+  const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder));
+  for (const auto& [instance, inputs] : recordings) {
+    if (instance == recordings.begin()->first) {
+      if (FLAGS_config.empty()) {
+        TRUETRIAD_ASSIGN_OR_RETURN(tasks[0], InitialTask(inputs, folder));
+      }
+      tasks[0].folder = folder;
+    } else {
+      TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment,
+                                 ForFurther(tasks[0].experiment, inputs.front()));
+      const std::string name = "instance-" + std::to_string(instance);
+      Task& task = tasks.emplace_back();
+      task.experiment = std::move(experiment);
+      task.folder = (std::filesystem::path(folder) / name).string();
+    }
+    tasks.back().experiment.inputs = inputs;
+    tasks.back().instance = instance;
+  }
+  return tasks;
+}
+
+/// What is said is of the worst; of several, which is the worst, and where the others are.
+VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) {
+  const Done& worst = *std::max_element(all.begin(), all.end(), [](const Done& a, const Done& b) {
+    return a.badness() < b.badness();
+  });
+  VerbResult result{.exit_code = worst.exit_code(),
+                    .text = CalibrationText(worst.calibration),
+                    .result = worst.json};
+  result.findings = worst.calibration.findings;
+  result.outcome = worst.calibration.outcome;
+  result.verdict = worst.calibration.verdict();
+  result.grade = GradeOf(worst.calibration);
+  std::string files;
+  if (all.size() > 1) {
+    result.text.insert(result.text.find('\n'),
+                       " (instance " + std::to_string(worst.task.instance) + ", the worst of " +
+                           std::to_string(all.size()) + ")");
+  }
+  for (const Done& done : all) {
+    const std::string text = CalibrationText(done.calibration);
+    if (!done.task.initial_yaml.empty())
+      files += "Experiment:  " + done.task.experiment.path + '\n';
+    files += "Calibration: " + done.Path("calibration.yaml");
+    if (all.size() > 1) {
+      files += " (instance " + std::to_string(done.task.instance) + ": " +
+               text.substr(0, text.find('\n')) + ")";
+      result.result["instances"].push_back({{"instance", done.task.instance},
+                                            {"exit", done.exit_code()},
+                                            {"verdict", VerdictName(done.calibration.verdict())},
+                                            {"calibration", done.Path("calibration.yaml")}});
+    }
+    files += '\n';
+    if (done.task.has_report) files += "Report:      " + done.Path("report.html") + '\n';
+  }
+  for (const auto& [path, text] : exports.files) {
+    files += "Export:      " + path + '\n';
+    result.result["exports"].push_back(path);
+  }
+  result.text += '\n' + files;
+  return result;
 }
 
 Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
   TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
-  TRUETRIAD_ASSIGN_OR_RETURN(Task task, TaskFor(StatedInputs(words)));
-  task.experiment.options.solver = solver;
-  task.has_report = has_report;
-  TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
-  const auto check_unit = [&](const std::string& serial) {
-    return FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
-  };
-  TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
-  PoseSet poses;
-  const Result<Calibration> calibration = [&] {
-    ProgressLine progress("reading " + task.experiment.inputs.front());
-    return CalibrateExperiment(task.experiment, progress.callback(), std::move(task.first), &poses);
-  }();
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
-  const std::string yaml = CalibrationToYaml(*calibration);
-  Json json = JsonOfPlainYaml(yaml);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string written,
-                             WriteResult(task, *calibration, poses, yaml, json));
-  VerbResult result{.text = CalibrationText(*calibration) + written, .result = std::move(json)};
-  result.findings = calibration->findings;
-  result.outcome = calibration->outcome;
-  result.verdict = calibration->verdict();
-  result.grade = GradeOf(*calibration);
-  if (!calibration->IsUsable()) {
-    result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
-  } else if (!calibration->within_limits.value_or(true)) {
-    result.exit_code = kExitOutsideLimits;
+  for (const std::string& format : CommaSeparated(FLAGS_to)) {
+    TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
+  }
+  const std::vector<std::string> logs = StatedInputs(words);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs));
+  std::vector<Done> all;
+  for (Task& task : tasks) {
+    task.experiment.options.solver = solver;
+    task.has_report = has_report;
+    TRUETRIAD_ASSIGN_OR_RETURN(Done done, Calibrated(std::move(task)));
+    all.push_back(std::move(done));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
+  for (const std::string& warning : exports.warnings) Warn(warning);
+  VerbResult result = ResultOf(all, exports);
+  const LogFormat* const format = logs.empty() ? nullptr : LogFormatOf(logs.front());
+  if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && format != nullptr &&
+      !format->how_to_log.empty()) {
+    Note(std::string(format->how_to_log));
   }
   return result;
 }
@@ -217,20 +362,30 @@ Command CalibrateCommand() {
       .summary = "What are the biases, gains and misalignments of these sensors?",
       .examples =
           "build/truetriad calibrate datasets/demo/recording.csv -o out/first\n"
-          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo",
+          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo "
+          "--to=px4,c-header",
       .details =
           "Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and "
           "prints the\nresult. Without -c it calibrates every sensor in the log with defaults, and "
           "writes\nDIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are "
-          "sessions of one unit.\n",
+          "sessions of one unit.\nLogs that `convert` reads are converted into DIR/recording; "
+          "results of further sensors of a kind are in\nDIR/instance-N, and --to=px4 or ardupilot "
+          "writes one file of all. How to log unarmed, for example\nSDLOG_MODE=2 (PX4) or "
+          "LOG_DISARMED=1 (ArduPilot): docs/converting.md.\n",
       .flags = {{"config", "EXPERIMENT.yaml"},
                 {"input", "LOG,..."},
                 {"output", "DIR"},
+                {"to", "FORMAT,..."},
+                {"outside-limits", "refuse|allow", false, {"refuse", "allow"}},
                 {"set", "KEY=VALUE,...", false, {}, true},
                 {"tag", "KEY=VALUE", false, {}, true},
                 {"report", "true|false", false, {"true", "false"}},
                 {"interactive", "true|false", false, {"true", "false"}},
                 {"overwrite", "true|false"},
+                {"topic", "NAME[,NAME]"},
+                {"instance", "N"},
+                {"columns", "WHAT=NAME[,WHAT=NAME]"},
+                {"units", "UNIT[,UNIT]"},
                 {"solver", "eliminated|ceres"}},
       .more_words = "input",
       .run = RunCalibrate};

@@ -12,113 +12,29 @@
 
 #include <gflags/gflags.h>
 
-#include "base/companion.h"
 #include "base/spelling.h"
 #include "io/mapping.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
-#include "tools/truetriad/companion_program.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
+#include "tools/truetriad/log_conversion.h"
 #include "tools/truetriad/mappings.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
 DECLARE_string(from);
-DEFINE_string(topic,
-              "",
-              "topics or messages to convert if the log has several, separated by commas");
 DEFINE_bool(list, false, "only list what the log contains: topics, instances, variables");
-DEFINE_string(columns,
-              "",
-              "which variable of a file without a layout of its own is what, as in "
-              "time=t,accelerometer=imu.acc,gyroscope=gyr");
-DEFINE_string(layout,
-              "",
-              "file with the definition of a ROS message type (.msg), where the bag has none");
 
 namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A format that a converter program reads.
-struct LogFormat {
-  std::string_view name;
-  std::string_view description;
-  std::string_view needs;  ///< What to install where the program is missing; empty: always built.
-  bool is_script = false;  ///< Runs under Node.
-};
-
-constexpr std::array<LogFormat, 11> kLogFormats = {{
-    {"dataflash", "ArduPilot DataFlash log (.bin)", "", false},
-    {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev", false},
-    {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev and libfastcdr-dev", false},
-    {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev", false},
-    {"json", "JSON files with arrays of readings, or one object a line", "", false},
-    {"vectornav", "VectorNav ASCII sentences ($VNYMR, $VNIMU, …)", "", false},
-    {"six-face", "folder with one recording for each face: +x.csv, -x.csv, …", "", false},
-    {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …", "", false},
-    {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
-    {"ulog", "PX4 ULog (.ulg)", "", true},
-    {"parquet", "Parquet table (.parquet)", "", true},
-}};
-
-const LogFormat* FindFormat(std::string_view name) {
-  const auto* const found = std::find_if(
-      kLogFormats.begin(), kLogFormats.end(), [&](const LogFormat& f) { return f.name == name; });
-  return found == kLogFormats.end() ? nullptr : found;
-}
-
-/// The converter of `format`. Error (usage): it is not there; says what to install.
-Result<std::string> FindConverter(const LogFormat& format) {
-  const std::string program = "truetriad-convert-" + std::string(format.name);
-  if (format.is_script) return FindNodeProgram(program, "--from=" + std::string(format.name));
-  const std::optional<std::string> found = FindCompanion(program);
-  if (found) return *found;
-  std::string what =
-      "--from=" + std::string(format.name) + ": " + program + " is not beside truetriad; ";
-  if (!format.needs.empty()) {
-    what += "build it with tools/build.sh programs (it needs " + std::string(format.needs) + ")";
-  } else {
-    what += "build it with tools/build.sh programs, or install truetriad again";
-  }
-  return Error(ErrorCode::kMissingProgram, what);
-}
-
-/// The error that a converter wrote as JSON.
-Error ErrorFrom(const ProgramRun& conversion) {
-  const Json json = Json::parse(conversion.out, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object() || !json.contains("error")) {
-    return Error(ErrorCode::kDamagedFile, conversion.err);
-  }
-  const Json& stated = json["error"];
-  Error error(ErrorCode::kWrongFormat, stated.value("message", ""));
-  for (const ErrorInfo& info : AllErrorCodes()) {
-    if (info.name == stated.value("code", "")) error.code = info.code;
-  }
-  error.place = {
-      stated.value("file", ""), stated.value("line", std::int64_t{0}), stated.value("column", 0)};
-  return error;
-}
-
 Result<VerbResult> ConvertLog(const LogFormat& format) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string program, FindConverter(format));
-  std::vector<std::string> arguments = {FLAGS_input};
-  const auto pass = [&](const std::string& flag, const std::string& value) {
-    if (!value.empty()) arguments.push_back("--" + flag + "=" + value);
-  };
-  pass("output", FLAGS_output);
-  pass("topic", FLAGS_topic);
-  pass("instance", FLAGS_instance);
-  pass("columns", FLAGS_columns);
-  pass("units", FLAGS_units);
-  pass("layout", FLAGS_layout);
-  if (FLAGS_list) arguments.push_back("--list");
-  if (FLAGS_json) arguments.push_back("--json");
-  TRUETRIAD_ASSIGN_OR_RETURN(const ProgramRun conversion,
-                             RunProgram(program, arguments, FLAGS_json));
-  if (FLAGS_json && conversion.exit_code != kExitGood) return ErrorFrom(conversion);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const ProgramRun conversion,
+      RunLogConverter(format, FLAGS_input, FLAGS_output, FLAGS_list, FLAGS_json));
   std::fputs(conversion.err.c_str(), stderr);
   return VerbResult{.exit_code = conversion.exit_code,
                     .result = {{"output", FLAGS_output}, {"text", conversion.out}}};
@@ -169,7 +85,7 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
 
 std::vector<std::string_view> FormatNames() {
   std::vector<std::string_view> names = {"bbl"};
-  for (const LogFormat& format : kLogFormats) names.push_back(format.name);
+  for (const LogFormat& format : LogFormats()) names.push_back(format.name);
   for (const ShippedMapping& mapping : ShippedMappings()) names.push_back(mapping.name);
   return names;
 }
@@ -180,7 +96,7 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
     return Error(ErrorCode::kMissingArgument,
                  "no --output given; name the folder for the recording, or use --list");
   }
-  if (const LogFormat* const format = FindFormat(FLAGS_from)) return ConvertLog(*format);
+  if (const LogFormat* const format = FindLogFormat(FLAGS_from)) return ConvertLog(*format);
   for (const ShippedMapping& mapping : ShippedMappings()) {
     if (mapping.name == FLAGS_from) return ConvertTable(FLAGS_from, std::string(mapping.text));
   }
@@ -213,7 +129,7 @@ std::string FormatList() {
     name.resize(14, ' ');
     text.append("  ").append(name).append(description).append("\n");
   };
-  for (const LogFormat& format : kLogFormats) add(format.name, format.description);
+  for (const LogFormat& format : LogFormats()) add(format.name, format.description);
   for (const ShippedMapping& mapping : ShippedMappings()) {
     const Result<MappingInfo> info =
         ReadMappingInfo(std::string(mapping.text), std::string(mapping.name));

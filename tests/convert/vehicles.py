@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Logs of vehicles with several sensors of a kind, of which everything is known.
+
+Three inertial units and two compasses are put down in attitudes and turned between them. The logs are
+written from the formats' descriptions: docs.px4.io/main/en/dev_log/ulog_file_format.html, and
+ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html.
+"""
+import math
+import random
+import struct
+
+GRAVITY = 9.80665
+RATE_HZ = 100
+FIELD_UT = (2.0, 21.0, -43.0)  # East, north, up.
+SERIAL = "000200000000353338373138511600380018"
+
+
+class Triad:
+    """raw = matrix * truth + bias"""
+
+    def __init__(self, number, bias, matrix, sigma):
+        self.number, self.bias, self.matrix, self.sigma = number, bias, matrix, sigma
+
+    def raw(self, truth, draw):
+        return [sum(m * t for m, t in zip(row, truth)) + b + draw.gauss(0.0, self.sigma)
+                for row, b in zip(self.matrix, self.bias)]
+
+
+def diagonal(*gains):
+    return [[gain if i == j else 0.0 for j in range(3)] for i, gain in enumerate(gains)]
+
+
+ACCELEROMETERS = [Triad(1310988, (0.31, -0.12, 0.22), diagonal(1.013, 0.991, 1.006), 0.02),
+                  Triad(2621706, (-0.25, 0.18, 0.09), diagonal(0.994, 1.008, 0.989), 0.02),
+                  Triad(3408138, (0.11, 0.27, -0.33), diagonal(1.004, 1.011, 0.997), 0.02)]
+GYROSCOPES = [Triad(1310989, (0.021, -0.015, 0.033), diagonal(1.0, 1.0, 1.0), 0.002),
+              Triad(2621707, (-0.012, 0.026, 0.018), diagonal(1.0, 1.0, 1.0), 0.002),
+              Triad(3408139, (0.017, 0.019, -0.028), diagonal(1.0, 1.0, 1.0), 0.002)]
+# In gauss of gauss.
+MAGNETOMETERS = [Triad(396825, (0.12, -0.08, 0.15), [[1.05, 0.02, -0.01], [0.02, 0.97, 0.03], [-0.01, 0.03, 1.01]], 5e-4),
+                 Triad(658945, (-0.21, 0.05, 0.09), diagonal(0.98, 1.03, 1.0), 5e-4)]
+
+
+def turned(attitude, axis, angle):
+    """attitude (world <- body) after a turn about an axis of the body."""
+    c, s = math.cos(angle), math.sin(angle)
+    x, y, z = axis
+    turn = [[c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s],
+            [y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s],
+            [z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)]]
+    return [[sum(row[k] * turn[k][j] for k in range(3)) for j in range(3)] for row in attitude]
+
+
+def in_body(attitude, vector):
+    return [sum(attitude[i][j] * vector[i] for i in range(3)) for j in range(3)]
+
+
+def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ):
+    """(time in us, force in m/s^2, rate in rad/s, field in gauss), all in the body."""
+    draw = random.Random(20260131)
+    attitude = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    step = 0
+    for _ in range(rests):
+        axis = [draw.gauss(0.0, 1.0) for _ in range(3)]
+        length = math.sqrt(sum(a * a for a in axis))
+        axis = [a / length for a in axis]
+        whole = draw.uniform(0.8, 2.5)
+        rest_steps, turn_steps = round(rest_s * rate_hz), round(turn_s * rate_hz)
+        for k in range(rest_steps + turn_steps):
+            share = max(0.0, (k - rest_steps) / turn_steps)
+            now = turned(attitude, axis, whole * (share - math.sin(2 * math.pi * share) / (2 * math.pi)))
+            speed = whole / turn_s * (1 - math.cos(2 * math.pi * share))
+            yield (2_000_000 + round(step * 1e6 / rate_hz), in_body(now, (0.0, 0.0, GRAVITY)),
+                   [speed * a for a in axis], [b / 100 for b in in_body(now, FIELD_UT)])
+            step += 1
+        attitude = turned(attitude, axis, whole)
+
+
+def ulog(path, **how):
+    def message(kind, body):
+        return struct.pack("<Hc", len(body), kind) + body
+
+    def keyed(kind, key, value):
+        return message(kind, bytes([len(key)]) + key.encode() + value)
+
+    inertial = ("uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;"
+                "float temperature;uint32_t error_count;uint8_t[3] clip_counter;uint8_t samples;")
+    magnetic = "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;float temperature;"
+    draw = random.Random(1)
+    with open(path, "wb") as file:
+        file.write(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message(b"B", bytes(40)))
+        for name, fields in (("sensor_accel", inertial), ("sensor_gyro", inertial), ("sensor_mag", magnetic)):
+            file.write(message(b"F", f"{name}:{fields}".encode()))
+        file.write(keyed(b"I", f"char[{len(SERIAL)}] sys_uuid", SERIAL.encode()))
+        file.write(keyed(b"P", "int32_t CAL_ACC0_ID", struct.pack("<i", 0)))
+        sensors = []
+        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS, 1), ("sensor_gyro", GYROSCOPES, 2),
+                                     ("sensor_mag", MAGNETOMETERS, 3)):
+            for instance, triad in enumerate(triads):
+                file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))
+                sensors.append((triad, truth))
+        for row in motion(**how):
+            for number, (triad, truth) in enumerate(sensors):
+                body = struct.pack("<HQQI4f", number, row[0] + 300, row[0], triad.number, *triad.raw(row[truth], draw), 31.5)
+                file.write(message(b"D", body + (bytes(8) if truth < 3 else b"")))
+
+
+# What the firmware had corrected by before.
+APPLIED_OFFSETS, APPLIED_SCALES = (0.05, -0.07, 0.02), (1.002, 0.999, 1.001)
+
+
+def dataflash(path, **how):
+    draw = random.Random(1)
+    with open(path, "wb") as file:
+        def message(kind, layout, *values):
+            file.write(b"\xa3\x95" + struct.pack("<B" + layout, kind, *values))
+
+        for kind, name, letters, layout, columns in (
+                (128, "FMT", "BBnNZ", "BB4s16s64s", "Type,Length,Name,Format,Columns"),
+                (129, "PARM", "QNff", "Q16sff", "TimeUS,Name,Value,Default"),
+                (130, "IMU", "QBfffffff", "QBfffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"),
+                (131, "MAG", "QBhhhhhh", "QBhhhhhh", "TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ"),
+                (132, "GYR", "QBQfff", "QBQfff", "TimeUS,I,SampleUS,GyrX,GyrY,GyrZ")):
+            message(128, "BB4s16s64s", kind, 3 + struct.calcsize("<" + layout), name.encode(), letters.encode(),
+                    columns.encode())
+        parameters = {"AHRS_ORIENTATION": 0}
+        for i, number in enumerate(("", "2", "3")):
+            parameters |= {f"INS_ACC{number}_ID": ACCELEROMETERS[i].number, f"INS_GYR{number}_ID": GYROSCOPES[i].number}
+            for axis, letter in enumerate("XYZ"):
+                parameters |= {f"INS_ACC{number}OFFS_{letter}": APPLIED_OFFSETS[axis],
+                               f"INS_ACC{number}SCAL_{letter}": APPLIED_SCALES[axis], f"INS_GYR{number}OFFS_{letter}": 0.0}
+        for i, number in enumerate(("", "2")):
+            parameters[f"COMPASS_DEV_ID{number}"] = MAGNETOMETERS[i].number
+            for letter in "XYZ":
+                parameters |= {f"COMPASS_OFS{number}_{letter}": 0.0, f"COMPASS_DIA{number}_{letter}": 1.0,
+                               f"COMPASS_ODI{number}_{letter}": 0.0}
+        for name, value in parameters.items():
+            message(129, "Q16sff", 0, name.encode(), value, 0.0)
+        for k, (us, force, rate, field) in enumerate(motion(**how)):
+            for i in range(3):
+                raw = ACCELEROMETERS[i].raw(force, draw)
+                corrected = [(y - o) * s for y, o, s in zip(raw, APPLIED_OFFSETS, APPLIED_SCALES)]
+                message(130, "QBfffffff", us, i, *GYROSCOPES[i].raw(rate, draw), *corrected, 40.0)
+            if k % 10 == 0:  # A filtered copy of the first gyroscope, as INS_RAW_LOG_OPT adds them.
+                message(132, "QBQfff", us, 3, us, *GYROSCOPES[0].raw(rate, draw))
+            for i in range(2 if k % 5 == 0 else 0):
+                message(131, "QBhhhhhh", us, i, *(round(1e3 * y) for y in MAGNETOMETERS[i].raw(field, draw)), 0, 0, 0)
