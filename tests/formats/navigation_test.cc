@@ -193,10 +193,9 @@ TEST(Kalibr, IsToldOfNoiseAlone) {
   EXPECT_DOUBLE_EQ(imu["gyroscope_random_walk"].as<double>(), 2e-05 * std::numbers::pi / 180.0);
   EXPECT_THAT(text, HasSubstr("\naccelerometer_random_walk: 2.0e-05  # m/s^2/s/sqrt(Hz)\n"));
   // Kalibr takes the readings as they are, so all of the calibration is lost, and that is said.
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    const auto as_it_is = [](const auto& y, const auto&, double) -> Eigen::Vector3d { return y; };
-    EXPECT_NEAR(result->loss[triad]->share() / WorstDisagreement(unit, triad, as_it_is), 1.0, 0.1);
-  }
+  const auto as_it_is = [](const auto& y, const auto&, double) -> Eigen::Vector3d { return y; };
+  const double lost = WorstDisagreement(unit, Triad::kAccelerometer, as_it_is);
+  EXPECT_NEAR(result->loss[Triad::kAccelerometer]->share() / lost, 1.0, 0.1);
   EXPECT_THAT(result->notes,
               Contains(AllOf(HasSubstr("accelerometer: dropped: bias, gains and misalignment"),
                              HasSubstr("truetriad apply"))));
