@@ -88,7 +88,9 @@ Result<Files> FilesOf(const AllanResult& result, const std::vector<FormatInfo>& 
   options.allan = result;
   for (const FormatInfo& format : formats) {
     TRUETRIAD_ASSIGN_OR_RETURN(const Export noise, ExportNoise(format.name, options));
-    for (const std::string& warning : noise.warnings) Warn(warning);
+    for (const std::string& warning : noise.warnings) {
+      Warn(std::string(format.name) + ": " + warning);
+    }
     files.emplace_back(format.file_name, noise.files[0].text);
   }
   return files;
