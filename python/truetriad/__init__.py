@@ -37,6 +37,18 @@ class NotEnough(Error):
     is no calibration to speak of; else it returns one that is not usable."""
 
 
+def _find_module():
+    """In a checkout the built module lies in its build folder."""
+    import importlib.util
+    import pathlib
+    if importlib.util.find_spec("._truetriad", __name__) is None:
+        checkout = pathlib.Path(__file__).resolve().parents[2]
+        __path__.append(str(checkout / "build/python/truetriad"))
+    if importlib.util.find_spec("._truetriad", __name__) is None:
+        raise ImportError(f"truetriad's module is not built for this Python; `tools/build.sh python` in {checkout} builds it")
+
+
+_find_module()
 from . import _truetriad as _core  # noqa: E402  its errors are those above
 from ._answers import AllanDeviation, Comparison, Covariance, Evaluation, Plan  # noqa: E402
 from ._recording import Recording  # noqa: E402

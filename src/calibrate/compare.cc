@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "calibrate/compared_values.h"
+#include "calibrate/reading_units.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
@@ -82,14 +83,6 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
                        std::to_string(thermal_b->reference_degc) +
                        " degC, and cannot be moved; calibrate both with the same "
                        "reference.temperature_degc");
-    }
-    if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
-      return Error(
-          ErrorCode::kUnitMismatch,
-          std::string(TriadName(triad)) + ": a takes " + a.sensors[triad]->input_unit +
-              ", b takes " + b.sensors[triad]->input_unit +
-              "; calibrate both from logs that state one unit of measurement (in the header), "
-              "or state the unit of an imported one (`import --units`)");
     }
   }
   return {};
@@ -279,6 +272,12 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   Calibration b = stated_b;
   if (const auto degc = ReferenceOfTerms(a); degc && ReferenceOfTerms(b)) StateAbout(*degc, &b);
   TRUETRIAD_RETURN_IF_ERROR(CheckComparable(a, b));
+  for (const Triad triad : kTriads) {
+    if (!a.sensors[triad] || !b.sensors[triad]) continue;
+    const TriadCalibration& sensor = *a.sensors[triad];
+    TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, sensor.input_unit));
+    TRUETRIAD_RETURN_IF_ERROR(TakeReadingsIn(triad, unit, sensor.si_per_count, &b));
+  }
   // One gauge for both: that of known attitudes when both have it, else the triangular one.
   const Gauge gauge =
       a.gauge == Gauge::kFixture && b.gauge == Gauge::kFixture ? Gauge::kFixture : Gauge::kAccelX;

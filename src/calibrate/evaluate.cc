@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <string>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "calibrate/evaluate_poses.h"
 #include "calibrate/evaluate_turns.h"
 #include "calibrate/evaluated_reading.h"
+#include "calibrate/reading_units.h"
 #include "math/distributions.h"
 #include "truetriad/base/units.h"
 
@@ -20,36 +21,34 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Error: units that differ, nothing in common.
-Status CheckStreams(const Calibration& calibration, const PoseSet& poses) {
+// The calibration for readings as the poses have them. Error: counts of unknown size, nothing in
+// common.
+Result<Calibration> ForReadingsOf(const PoseSet& poses,
+                                  const CountSizes& si_per_count,
+                                  Calibration calibration) {
   bool any = false;
-  for (const Triad triad : kTriads) {
-    const StreamSummary* stream = poses.Find(triad);
-    if (!calibration.sensors[triad] || stream == nullptr) continue;
+  for (const StreamSummary& stream : poses.streams) {
+    if (!calibration.sensors[stream.triad]) continue;
     any = true;
-    if (stream->unit.name != calibration.sensors[triad]->input_unit) {
-      return Error(ErrorCode::kUnitMismatch,
-                   {poses.source},
-                   "the " + std::string(TriadName(triad)) + " is in " + stream->unit.name +
-                       ", but the calibration takes " + calibration.sensors[triad]->input_unit +
-                       "; evaluate a log in that unit");
-    }
+    const Status taken =
+        TakeReadingsIn(stream.triad, stream.unit, si_per_count[stream.triad], &calibration);
+    if (!taken) return Error(taken.error().code, {poses.source}, taken.error().message);
   }
   if (!any) {
     return Error(ErrorCode::kMissingSensor,
                  {poses.source},
                  "holds none of the sensors that the calibration covers");
   }
-  return {};
+  return calibration;
 }
 
-// Strength of what a sensor sees at rest; a gyroscope sees nothing.
+// Strength of what a sensor sees at rest, zero where nobody says it; a gyroscope sees nothing.
 double StrengthOf(Triad triad, const ReferenceValues& reference) {
   switch (triad) {
     case Triad::kAccelerometer:
       return reference.gravity_mps2;
     case Triad::kMagnetometer:
-      return reference.field_ut.value_or(kUnknown);
+      return reference.field_ut.value_or(0.0);
     case Triad::kGyroscope:
       break;
   }
@@ -182,6 +181,7 @@ class ConstantAngle {
     const Eigen::Map<const Eigen::ArrayXd> angles(angles_rad_.data(),
                                                   static_cast<Eigen::Index>(angles_rad_.size()));
     const Eigen::Map<const Eigen::ArrayXd> predicted(predicted_.data(), angles.size());
+    summary->angles_rad = angles_rad_;
     summary->angle_std_deg = std::sqrt((angles - angles.mean()).square().mean()) / kRadPerDeg;
     summary->predicted_angle_std_deg = std::sqrt(predicted.mean()) / kRadPerDeg;
     const Eigen::Index size = calibration.covariance.matrix.rows();
@@ -199,11 +199,12 @@ class ConstantAngle {
   std::vector<double> angles_rad_, predicted_;  // variances
 };
 
-// The bias at the reference is a convention (a sweep without a static calibration): the norm error
-// has a constant part that says nothing.
-bool IsBiasHeld(const Calibration& calibration, Triad triad) {
-  if (triad == Triad::kGyroscope || calibration.mode != Mode::kSweep) return false;
-  return calibration.sensors[triad]->bias_sigma.isZero(0.0);
+// Else the norm error has a constant part that says nothing: nobody said how strong the field is,
+// or the bias at the reference is a convention (a sweep without a static calibration).
+bool HasReference(const Calibration& calibration, Triad triad) {
+  if (triad == Triad::kGyroscope) return true;
+  if (triad == Triad::kMagnetometer && !calibration.reference.field_ut) return false;
+  return calibration.mode != Mode::kSweep || !calibration.sensors[triad]->bias_sigma.isZero(0.0);
 }
 
 // Takes the mean norm error out of the residuals of one sensor, and out of its sums.
@@ -222,19 +223,6 @@ void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* s
     if (size > 0.0) residual.normalized *= std::abs(residual.norm_error) / size;
     sums->squares += residual.norm_error * residual.norm_error;
   }
-}
-
-// What the calibration left out of the poses that it was made from; of others nothing, nor where
-// they are not the same number.
-PerTriad<std::set<int>> LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own) {
-  PerTriad<std::set<int>> numbers;
-  if (!is_own || static_cast<std::size_t>(calibration.quality.poses) != poses.poses.size()) {
-    return numbers;
-  }
-  for (const RejectedPose& rejected : calibration.quality.rests.rejected_poses) {
-    numbers[rejected.triad].insert(rejected.pose);
-  }
-  return numbers;
 }
 
 // An RMS of so many errors over the one that was predicted.
@@ -297,19 +285,32 @@ std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
 
 }  // namespace
 
-Result<EvaluationSummary> Evaluate(const Calibration& calibration,
-                                   const PoseSet& poses,
-                                   bool is_own) {
-  if (!calibration.IsUsable()) {
+PosesLeftOut LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own) {
+  PosesLeftOut numbers;
+  if (!is_own || static_cast<std::size_t>(calibration.quality.poses) != poses.poses.size()) {
+    return numbers;
+  }
+  for (const RejectedPose& rejected : calibration.quality.rests.rejected_poses) {
+    numbers[rejected.triad].insert(rejected.pose);
+  }
+  return numbers;
+}
+
+Result<EvaluationSummary> EvaluateWithout(const PosesLeftOut& left_out,
+                                          const Calibration& stated,
+                                          const PoseSet& poses,
+                                          bool is_own,
+                                          const CountSizes& si_per_count) {
+  if (!stated.IsUsable()) {
     return Error(ErrorCode::kCalibrationNotUsable,
-                 "this calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
+                 "this calibration is not usable (" + std::string(stated.ReasonNotUsable()) +
                      "): there is nothing to evaluate");
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckStreams(calibration, poses));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration,
+                             ForReadingsOf(poses, si_per_count, stated));
   EvaluationSummary summary;
   summary.is_own = is_own;
   summary.poses = static_cast<int>(poses.poses.size());
-  const PerTriad<std::set<int>> left_out = LeftOut(calibration, poses, is_own);
   PerTriad<ErrorSums> sums;
   ConstantAngle angle;
   std::vector<std::optional<EvaluatedReading>> vectors;  // that turns are measured against
@@ -359,11 +360,12 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
     }
     const double dof = calibration.sensors[triad]->noise.excess_dof;
     if (std::isfinite(dof)) summary.noise_dof[triad] = dof;
-    if (IsBiasHeld(calibration, triad)) TakeMeanOut(triad, &summary.pose_residuals, &sum);
+    summary.about_mean[triad] = !HasReference(calibration, triad);
+    if (summary.about_mean[triad]) TakeMeanOut(triad, &summary.pose_residuals, &sum);
     summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
     summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
     summary.error_ratio[triad] = sum.joint.Rms(calibration.covariance.matrix);
-    if (IsBiasHeld(calibration, triad)) {
+    if (summary.about_mean[triad]) {
       summary.error_ratio[triad] = *summary.norm_rms[triad] / *summary.predicted_rms[triad];
     }
     if (std::isfinite(sum.squares_before)) {
@@ -373,6 +375,14 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
   angle.State(calibration, &summary);
   summary.turns = EvaluateTurns(calibration, poses, vectors, left_out[Triad::kGyroscope]);
   return summary;
+}
+
+Result<EvaluationSummary> Evaluate(const Calibration& calibration,
+                                   const PoseSet& poses,
+                                   bool is_own,
+                                   const CountSizes& si_per_count) {
+  return EvaluateWithout(
+      LeftOut(calibration, poses, is_own), calibration, poses, is_own, si_per_count);
 }
 
 std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation) {

@@ -105,6 +105,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
   EvaluatedTurns turns;
   turns.against = accelerometer ? Triad::kAccelerometer : Triad::kMagnetometer;
   turns.count = static_cast<int>(errors.size());
+  turns.errors_rad = errors;
   turns.rms_rad = RootMeanSquareOf(errors);
   turns.median_rad = Median(errors);
   if (!nominal_errors.empty()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -48,6 +49,18 @@ bool MayLeave(const Calibration& calibration,
          WhyHeldBack(calibration, options).empty();
 }
 
+/// Lines as a comment can have them.
+std::vector<std::string> Plain(std::vector<std::string> lines) {
+  for (std::string& line : lines) {
+    for (char& c : line) {
+      // A serial number must not end the comment, nor turn what follows for who reads it.
+      if (static_cast<unsigned char>(c) < ' ') c = ' ';
+    }
+    line = PrintableLine(line);
+  }
+  return lines;
+}
+
 /// What a reader of the file must know, a line each.
 std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
@@ -73,14 +86,7 @@ std::vector<std::string> Comment(const Format& format,
     if (!sensor) continue;
     lines.push_back(UnitComment(triad, sensor->input_unit, sensor->output_unit));
   }
-  for (std::string& line : lines) {
-    for (char& c : line) {
-      // A serial number must not end the comment, nor turn what follows for who reads it.
-      if (static_cast<unsigned char>(c) < ' ') c = ' ';
-    }
-    line = PrintableLine(line);
-  }
-  return lines;
+  return Plain(std::move(lines));
 }
 
 /// Adds the text of a further instance; what is a parameter of all is stated once.
@@ -199,6 +205,29 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
     options.instance.reset();
   }
   return beside;
+}
+
+Result<Export> ExportNoise(std::string_view format_name, const ExportOptions& options) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Format* const format, FindFormat(format_name));
+  if (!options.allan) {
+    return Error(ErrorCode::kMissingArgument, "there is no Allan deviation to take noise from");
+  }
+  Calibration perfect;
+  perfect.outcome = Outcome::kConverged;
+  for (const AllanTriad& found : options.allan->triads) {
+    TriadCalibration& sensor = perfect.sensors[found.triad].emplace();
+    sensor.input_unit = sensor.output_unit = TruthUnitName(found.triad);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(perfect, *format, options));
+  const std::string& serial = options.allan->serial;
+  const std::vector<std::string> comment =
+      Plain({"Noise at rest of " + (serial.empty() ? "a unit without serial number" : serial) +
+                 ", for " + std::string(format->info.name) + "; not calibrated.",
+             "Exported by truetriad " + options.software_version + " at " + TimestampUtc() + "."});
+  Export result;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      result.files, format->write({restated.held, options, comment, &perfect}, &result.warnings));
+  return result;
 }
 
 }  // namespace truetriad

@@ -21,7 +21,8 @@ namespace truetriad {
 // What a format can hold of one triad; shared code (restate.h) removes the rest before it is
 // written, so that a writer only writes.
 enum class MatrixForm {
-  kNone,  // the reading minus an offset
+  kNothing,  // the reading as it is
+  kNone,     // the reading minus an offset
   kDiagonal,
   kSymmetric,
   kFull,
@@ -82,6 +83,7 @@ struct Format {
 Format Px4Format();
 Format ArduPilotFormat();
 Format KalibrFormat();
+Format KalibrResultFormat();
 Format OpenVinsFormat();
 Format BasaltFormat();
 Format ImuTkFormat();

@@ -13,6 +13,7 @@ std::span<const Format> AllFormats() {
                                                         BetaflightFormat(),
                                                         InavFormat(),
                                                         KalibrFormat(),
+                                                        KalibrResultFormat(),
                                                         OpenVinsFormat(),
                                                         BasaltFormat(),
                                                         ImuTkFormat(),

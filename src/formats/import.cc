@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "calibrate/reading_units.h"
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "io/text_file.h"

@@ -10,7 +10,8 @@
 #include "formats/number_text.h"
 #include "math/dense/qr.h"
 
-// Kalibr's scale-misalignment model, and OpenVINS' kalibr_imu_chain.yaml, in double:
+// Kalibr's input, which is noise alone, its result with the scale-misalignment model, and OpenVINS'
+// kalibr_imu_chain.yaml, in double:
 //
 //   Kalibr     y_a = M_a f + b_a,   y_g = M_g C_gi w + A C_gi f + b_g
 //   OpenVINS   f = Ta^-1 (y_a - b_a),   w = R_IMUtoGYRO^T Tw^-1 (y_g - b_g - Tg f)
@@ -18,8 +19,8 @@
 // M_a, M_g, Ta, Tw lower triangular, C_gi = R_IMUtoGYRO a rotation, A C_gi = Tg = G. Biases are
 // states of both programs and no part of the file: they stand in a comment.
 // kalibr: aslam_offline_calibration/kalibr/python/kalibr_imu_camera_calibration/IccSensors.py
-// (IccScaledMisalignedImu); open_vins: ov_msckf/src/core/VioManagerOptions.h,
-// src/state/Propagator.cpp.
+// (IccScaledMisalignedImu), kalibr_common/ConfigReader.py (ImuParameters: six keys, each above
+// zero); open_vins: ov_msckf/src/core/VioManagerOptions.h, src/state/Propagator.cpp.
 
 namespace truetriad {
 namespace {
@@ -77,9 +78,21 @@ std::string BiasComments(const Calibration& calibration) {
   return text;
 }
 
+/// Python's YAML takes 2e-05 for a word, and 2.0e-05 for a number.
+std::string RealText(double value) {
+  std::string text = NumberText(value);
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
 /// Noise keys, or what to fill in. A rest that is too short for a random walk still tells the
 /// density.
-Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::string>* warnings) {
+Result<std::string> NoiseText(const std::string& indent,
+                              const ExportOptions& options,
+                              std::vector<std::string>* warnings) {
   std::string text;
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
@@ -88,8 +101,8 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
     const std::string unit(TruthUnitName(triad));
     const auto line =
         [&](std::string_view what, bool is_known, double value, const std::string& of) {
-          text += (is_known ? "  " : "  # ") + name + std::string(what) + ": " +
-                  (is_known ? NumberText(value) : std::string("?")) + "  # " + of + "\n";
+          text += indent + (is_known ? "" : "# ") + name + std::string(what) + ": " +
+                  (is_known ? RealText(value) : "?") + "  # " + of + "\n";
         };
     const bool has_walk = noise && noise->random_walk;
     line("_noise_density",
@@ -110,8 +123,8 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
                         : ": the Allan file does not tell white noise of every axis (a longer rest "
                           "may); fill the densities in"));
   }
-  text += rate_hz > 0.0 ? "  update_rate: " + NumberText(rate_hz) + "\n"
-                        : std::string("  # update_rate: ?  # Hz\n");
+  text += indent +
+          (rate_hz > 0.0 ? "update_rate: " + RealText(rate_hz) + "\n" : "# update_rate: ?  # Hz\n");
   return text;
 }
 
@@ -131,9 +144,16 @@ constexpr std::string_view kBody =
 
 Result<std::vector<ExportedFile>> WriteKalibr(const WriteRequest& request,
                                               std::vector<std::string>* warnings) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("", request.options, warnings));
+  return std::vector<ExportedFile>{
+      {"", CommentText("# ", request.comment) + "rostopic: /imu0\n" + noise}};
+}
+
+Result<std::vector<ExportedFile>> WriteKalibrResult(const WriteRequest& request,
+                                                    std::vector<std::string>* warnings) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
   WarnOfMissing(request.calibration, warnings);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText(request.options, warnings));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request.options, warnings));
   const Eigen::Matrix3d A = chain.G * chain.gyroscope.C.transpose();
   std::string text = CommentText("# ", request.comment) + BiasComments(request.calibration) +
                      "imu0:\n  model: scale-misalignment\n" + std::string(kBody) + noise +
@@ -148,7 +168,7 @@ Result<std::vector<ExportedFile>> WriteOpenVins(const WriteRequest& request,
                                                 std::vector<std::string>* warnings) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
   WarnOfMissing(request.calibration, warnings);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText(request.options, warnings));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request.options, warnings));
   std::string text = "%YAML:1.0\n\n" + CommentText("# ", request.comment) +
                      BiasComments(request.calibration) + "imu0:\n  model: \"kalibr\"\n" +
                      std::string(kBody) + noise + "  Tw: " + RowsText(chain.gyroscope.M) +
@@ -223,10 +243,16 @@ Status CheckRegular(const Chain& chain, const ExportedFile& file) {
   return Error(ErrorCode::kSingularMatrix, {file.suffix}, "a matrix of the IMU is singular");
 }
 
+/// Its input, which is not corrected, or its result.
 Result<Carried> ReadKalibr(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
   Chain chain;
+  if (root.Child("rostopic")) {
+    Carried carried = CarriedChain(chain, file.text);
+    carried.notes = {"Kalibr's input holds noise alone: readings are taken as they are"};
+    return carried;
+  }
   if (YamlReader imu = FirstImu(&root)) {
     std::string model;
     if (imu.Require("model", &model) && model != "scale-misalignment") {
@@ -277,9 +303,26 @@ Format ChainFormat() {
 
 Format KalibrFormat() {
   Format format = ChainFormat();
+  format.gauge.reset();
   format.info = {
-      "kalibr", "Kalibr imu.yaml, scale-misalignment", "imu.yaml", Arithmetic::kFloat64, true};
+      "kalibr", "Kalibr imu.yaml, for --imu: noise alone", "imu.yaml", Arithmetic::kFloat64, true};
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+    format.capacity[triad].matrix = MatrixForm::kNothing;
+    format.capacity[triad].g_sensitivity = false;
+  }
   format.write = WriteKalibr;
+  format.read = ReadKalibr;
+  return format;
+}
+
+Format KalibrResultFormat() {
+  Format format = ChainFormat();
+  format.info = {"kalibr-result",
+                 "Kalibr's result, scale-misalignment",
+                 "kalibr-imu.yaml",
+                 Arithmetic::kFloat64,
+                 true};
+  format.write = WriteKalibrResult;
   format.read = ReadKalibr;
   return format;
 }

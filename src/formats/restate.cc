@@ -8,10 +8,11 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "calibrate/reading_units.h"
 #include "formats/number_text.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
-#include "problem/parameter_name.h"
+#include "model/corrected_error.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
@@ -212,6 +213,12 @@ Status HoldMatrix(Triad triad,
                   std::vector<std::string>* warnings) {
   const MatrixForm form = format.capacity[triad].matrix;
   if (form == MatrixForm::kFull) return {};
+  if (form == MatrixForm::kNothing) {
+    notes->emplace_back(Name(triad) + ": dropped: bias, gains and misalignment; give " +
+                        std::string(format.info.name) +
+                        " readings that `truetriad apply` has corrected");
+    return {};
+  }
   const Eigen::Matrix3d correction = sensor->model.Correction();
   const Eigen::Matrix3d map = NearestAxisMap(correction);
   const bool mirrored = correction.determinant() < 0.0;
@@ -253,31 +260,6 @@ Status HoldMatrix(Triad triad,
   return {};
 }
 
-/// True units in one raw unit, where it is known.
-std::optional<double> TruthPerRaw(Triad triad, const TriadCalibration& sensor) {
-  const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
-  if (!unit) return std::nullopt;
-  return unit->is_counts ? sensor.si_per_count : unit->truth_per_raw;
-}
-
-/// The rows and columns of a triad's entries in its new units.
-void ScaleCovariance(Triad triad,
-                     double reading_per_raw,
-                     double result_per_truth,
-                     NamedCovariance* covariance) {
-  for (std::size_t i = 0; i < covariance->parameters.size(); ++i) {
-    const auto name = ParameterName::Parse(covariance->parameters[i]);
-    if (!name || name->triad != triad) continue;
-    const auto term = InfoOf(name->kind).axis_term;
-    const double factor = name->kind == ParameterKind::kSensitivity
-                              ? reading_per_raw / result_per_truth
-                          : term ? 1.0 / InfoOf(*term).PowerOf(reading_per_raw)
-                                 : reading_per_raw;
-    covariance->matrix.row(static_cast<Eigen::Index>(i)) *= factor;
-    covariance->matrix.col(static_cast<Eigen::Index>(i)) *= factor;
-  }
-}
-
 /// Restates readings and results in the format's units.
 Status HoldUnits(Triad triad,
                  const Format& format,
@@ -306,7 +288,7 @@ Status HoldUnits(Triad triad,
   reading_per_raw = 1.0;
   if (reading != sensor.input_unit) {
     TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, reading));
-    const std::optional<double> truth_per_raw = TruthPerRaw(triad, sensor);
+    const std::optional<double> truth_per_raw = NominalTruthPerRaw(sensor, triad);
     if (unit.is_counts) {
       return Error(ErrorCode::kNotRepresentable,
                    target + " corrects counts, but the " + Name(triad) + " was calibrated in " +
@@ -339,38 +321,12 @@ Status HoldUnits(Triad triad,
   ScaleCovariance(triad, reading_per_raw, 1.0 / truth_per_result, &restated->held.covariance);
   sensor.input_unit = reading;
   sensor.output_unit = result;
-  if (capacity.matrix == MatrixForm::kNone) sensor.model.sensitivity.setIdentity();
+  if (capacity.matrix <= MatrixForm::kNone) sensor.model.sensitivity.setIdentity();
+  if (capacity.matrix == MatrixForm::kNothing) sensor.model.bias.setZero();
   return {};
 }
 
 }  // namespace
-
-TriadCalibration InUnits(const TriadCalibration& sensor,
-                         double reading_per_raw,
-                         double result_per_truth) {
-  TriadCalibration restated = sensor;
-  const double matrix_factor = reading_per_raw / result_per_truth;
-  restated.model.bias *= reading_per_raw;
-  restated.bias_sigma *= reading_per_raw;
-  restated.noise.sigma *= reading_per_raw;
-  restated.noise.excess_sigma *= result_per_truth;
-  restated.model.sensitivity *= matrix_factor;
-  restated.sensitivity_sigma *= matrix_factor;
-  for (const AxisTermInfo& info : kAxisTerms) {
-    restated.model.axis_terms[info.term] /= info.PowerOf(reading_per_raw);
-    if (auto& sigma = restated.axis_term_sigma[info.term]) *sigma /= info.PowerOf(reading_per_raw);
-  }
-  if (restated.g_sensitivity) *restated.g_sensitivity *= reading_per_raw;
-  if (restated.thermal) {
-    ThermalTerms& thermal = *restated.thermal;
-    for (Eigen::Vector3d& term : thermal.bias) term *= reading_per_raw;
-    for (Eigen::Matrix3d& term : thermal.sensitivity) term *= matrix_factor;
-    for (std::optional<Eigen::Vector3d>& rate : thermal.rate) {
-      if (rate) *rate *= reading_per_raw;
-    }
-  }
-  return restated;
-}
 
 std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double low,

@@ -41,12 +41,6 @@ Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options);
 
-// `sensor` with readings in another unit, `reading_per_raw` of which are one raw unit, and results
-// in a unit `result_per_truth` of which are one true unit.
-TriadCalibration InUnits(const TriadCalibration& sensor,
-                         double reading_per_raw,
-                         double result_per_truth);
-
 // The polynomial in x of degree `degree` through `function` at the Chebyshev points of [low, high],
 // coefficients ascending. Range: low < high.
 std::vector<double> ChebyshevFit(const std::function<double(double)>& function,

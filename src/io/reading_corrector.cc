@@ -3,18 +3,17 @@
 
 #include <string>
 
+#include "model/corrected_error.h"
+
 namespace truetriad {
 
 Result<ReadingCorrector> ReadingCorrector::Create(const TriadCalibration& calibration,
                                                   const StreamInfo& stream) {
   const std::string name(TriadName(stream.triad));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Unit calibrated,
-                             ParseTriadUnit(stream.triad, calibration.input_unit));
-  if (calibrated.is_counts != stream.unit.is_counts) {
-    return Error(ErrorCode::kUnitMismatch,
-                 {stream.file},
-                 "the " + name + " is in " + stream.unit.name + ", but it was calibrated in " +
-                     calibrated.name + "; record it in the same unit");
+  const Result<double> reading_per_raw =
+      ReadingPerRaw(calibration, stream.triad, stream.unit, stream.si_per_count);
+  if (!reading_per_raw) {
+    return Error(reading_per_raw.error().code, {stream.file}, reading_per_raw.error().message);
   }
   if (calibration.thermal) {
     const ThermalTerms& thermal = *calibration.thermal;
@@ -34,7 +33,7 @@ Result<ReadingCorrector> ReadingCorrector::Create(const TriadCalibration& calibr
                        "state `smoothing_s:` in the sensor's `thermal:`");
     }
   }
-  return ReadingCorrector(calibration, stream.unit.truth_per_raw / calibrated.truth_per_raw);
+  return ReadingCorrector(calibration, 1.0 / *reading_per_raw);
 }
 
 }  // namespace truetriad

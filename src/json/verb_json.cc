@@ -158,7 +158,11 @@ Json ToJson(const EvaluationSummary& evaluation) {
                {"predicted_angle_std_deg", OrNull(evaluation.predicted_angle_std_deg)},
                {"angle_ratio", OrNull(evaluation.angle_ratio)},
                {"not_tested", Json::array()},
+               {"about_mean", Json::array()},
                {"turns", nullptr}};
+  for (const Triad triad : kTriads) {
+    if (evaluation.about_mean[triad]) json["about_mean"].push_back(TriadName(triad));
+  }
   for (const Triad triad : evaluation.not_tested) json["not_tested"].push_back(TriadName(triad));
   if (const auto& turns = evaluation.turns) {
     json["turns"] = {{"against", TriadName(turns->against)},
@@ -168,6 +172,24 @@ Json ToJson(const EvaluationSummary& evaluation) {
                      {"nominal_rms_rad", OrNull(turns->nominal_rms_rad)},
                      {"nominal_median_rad", OrNull(turns->nominal_median_rad)},
                      {"predicted_rms_rad", turns->predicted_rms_rad}};
+  }
+  return json;
+}
+
+Json ToJson(const SideBySide& both) {
+  Json json = {{"better", BetterName(BetterOf(both))},
+               {"gravity_mps2", both.gravity_mps2},
+               {"field_ut", OrNull(both.field_ut)},
+               {"errors", Json::array()},
+               {"a", ToJson(both.a)},
+               {"b", ToJson(both.b)}};
+  for (const ErrorOfTwo& error : both.errors) {
+    json["errors"].push_back({{"error", error.name},
+                              {"unit", error.unit},
+                              {"count", error.count},
+                              {"a", error.a},
+                              {"b", error.b},
+                              {"better", BetterName(error.better)}});
   }
   return json;
 }

@@ -6,6 +6,7 @@
 #include "truetriad/base/result.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
+#include "truetriad/calibrate/side_by_side.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/planning/plan.h"
@@ -21,6 +22,7 @@ Json ToJson(const Error& error);
 Json ToJson(const PoseSet& poses);
 Json ToJson(const Comparison& comparison);
 Json ToJson(const EvaluationSummary& evaluation);
+Json ToJson(const SideBySide& both);
 Json ToJson(const Plan& plan);
 Json ToJson(const AllanResult& result);
 

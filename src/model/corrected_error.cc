@@ -88,6 +88,21 @@ std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad t
   return unit->truth_per_raw;
 }
 
+Result<double> ReadingPerRaw(const TriadCalibration& sensor,
+                             Triad triad,
+                             const Unit& unit,
+                             const std::optional<double>& si_per_count) {
+  if (sensor.input_unit == unit.name) return 1.0;
+  const std::optional<double> raw = NominalTruthPerRaw(sensor, triad);
+  const std::optional<double> reading = unit.is_counts ? si_per_count : unit.truth_per_raw;
+  if (raw && reading) return *raw / *reading;
+  return Error(ErrorCode::kUnitMismatch,
+               "the " + std::string(TriadName(triad)) + "'s readings are in " + unit.name +
+                   ", and its calibration takes " + sensor.input_unit +
+                   ", but nobody says how large a count is; state `si_per_count:` of the stream "
+                   "in the manifest of the recording in counts");
+}
+
 std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad) {
   const std::optional<double> gain = NominalTruthPerRaw(sensor, triad);
   if (!gain) return std::nullopt;
@@ -110,8 +125,8 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     covariance.leftCols<3>().setZero();
   }
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  // Small ones: their second moment J P J^T, J = C (v^T x I) with v = (1, magnitude u), and the part
-  // of it that is across. Its trace is a quadratic form of v.
+  // Small ones: their second moment J P J^T, J = C (v^T x I) with v = (1, magnitude u), and the
+  // part of it that is across. Its trace is a quadratic form of v.
   Eigen::Matrix4d traces;
   for (Eigen::Index i = 0; i < 4; ++i) {
     for (Eigen::Index j = 0; j < 4; ++j) {

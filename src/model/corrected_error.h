@@ -44,4 +44,11 @@ std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor,
 /// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
 std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad);
 
+/// Readings in `unit`, a count of which is `si_per_count` true units, in one raw unit of the
+/// sensor. Error (bad input): one of both is in counts of unknown size.
+Result<double> ReadingPerRaw(const TriadCalibration& sensor,
+                             Triad triad,
+                             const Unit& unit,
+                             const std::optional<double>& si_per_count);
+
 }  // namespace truetriad

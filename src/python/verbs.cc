@@ -189,7 +189,8 @@ Result<Answer> RunEvaluate(const Calibration& calibration,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(
       const EvaluationSummary found,
-      Evaluate(calibration, loaded.poses, IsMadeFrom(calibration, loaded.inputs)));
+      Evaluate(
+          calibration, loaded.poses, IsMadeFrom(calibration, loaded.inputs), loaded.si_per_count));
   const Texts about = {"Recording: " + input};
   return Answer{EvaluationText(found, calibration, about),
                 TextOf(ToJson(found)),

@@ -143,10 +143,12 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
   const auto add = [&errors](std::string text) { errors.blocks.emplace_back(std::move(text)); };
   add("Misfit is 1 where the errors are as predicted. It counts once what all poses share, such as "
       "the local gravity, which the RMS count at every pose.");
-  const auto& accelerometer = calibration.sensors[Triad::kAccelerometer];
-  if (calibration.mode == Mode::kSweep && accelerometer && accelerometer->bias_sigma.isZero(0.0)) {
-    add("The accelerometer's bias and gain at the reference temperature are not calibrated, so its "
-        "error is stated about the mean.");
+  for (const Triad triad : kTriads) {
+    if (!evaluation.about_mean[triad]) continue;
+    add("The " + std::string(TriadName(triad)) + "'s error is stated about the mean: " +
+        (calibration.mode == Mode::kSweep
+             ? "its bias and gain at the reference temperature are not calibrated."
+             : "the calibration does not say how strong the field is."));
   }
   if (evaluation.clamped_poses > 0) {
     add(std::to_string(evaluation.clamped_poses) +

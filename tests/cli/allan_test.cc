@@ -121,5 +121,63 @@ TEST(Allan, FindsOutBeforeItReadsThatNothingCanBeWritten) {
   EXPECT_THAT(run.err, HasSubstr(file + ": is a file; name a folder"));
 }
 
+/// Both sensors at rest for `rows` samples at 100 Hz, with a random walk that a rest of minutes
+/// shows.
+std::string RestingUnit(int rows) {
+  Random random(32);
+  std::string text =
+      "time[s],accel_x[g],accel_y[g],accel_z[g],gyro_x[deg/s],gyro_y[deg/s],gyro_z[deg/s]\n";
+  Eigen::Vector3d force_bias = Eigen::Vector3d::UnitZ(), rate_bias = Eigen::Vector3d::Zero();
+  for (int i = 0; i < rows; ++i) {
+    force_bias += 1e-4 * random.Normal3();
+    rate_bias += 0.01 * random.Normal3();
+    const Eigen::Vector3d force = force_bias + 0.001 * random.Normal3();
+    const Eigen::Vector3d rate = rate_bias + 0.1 * random.Normal3();
+    text += std::to_string(0.01 * i);
+    for (const double value : force) text += "," + std::to_string(value);
+    for (const double value : rate) text += "," + std::to_string(value);
+    text += "\n";
+  }
+  return text;
+}
+
+TEST(Allan, WritesWhatKalibrReadsFromALogAlone) {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write("log.csv", RestingUnit(20000));
+  const Finished run =
+      RunTruetriad({"allan", log, "--to=kalibr,openvins,ros2", "-o", folder.Path("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("Noise:  " + folder.Path("out/imu.yaml")));
+  EXPECT_THAT(TemporaryFolder::Read(folder.Path("out/kalibr_imu_chain.yaml")), HasSubstr("Tw:"));
+  EXPECT_THAT(TemporaryFolder::Read(folder.Path("out/ros2.yaml")),
+              HasSubstr("angular_velocity_covariance"));
+  const std::string text = TemporaryFolder::Read(folder.Path("out/imu.yaml"));
+  const auto number = [&text](const std::string& key) {
+    const std::size_t at = text.find("\n" + key + ": ");
+    EXPECT_NE(at, std::string::npos) << key << " is missing in\n" << text;
+    return at == std::string::npos ? 0.0 : std::stod(text.substr(at + key.size() + 3));
+  };
+  EXPECT_THAT(text, HasSubstr("\nrostopic: /imu0\n"));
+  EXPECT_NEAR(number("update_rate"), 100.0, 0.1);
+  // N = σ / √rate to 1 %, K = step √rate to 30 % in 200 s, here 5 σ.
+  EXPECT_NEAR(number("accelerometer_noise_density") / (9.80665 * 0.001 / 10.0), 1.0, 0.05);
+  EXPECT_NEAR(number("accelerometer_random_walk") / (9.80665 * 1e-4 * 10.0), 1.0, 0.5);
+  constexpr double kRadPerDegree = 0.017453292519943295;
+  EXPECT_NEAR(number("gyroscope_noise_density") / (kRadPerDegree * 0.1 / 10.0), 1.0, 0.05);
+  EXPECT_NEAR(number("gyroscope_random_walk") / (kRadPerDegree * 0.01 * 10.0), 1.0, 0.5);
+}
+
+TEST(Allan, WritesNoNoiseToNowhereAndForNobody) {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write("log.csv", RestingLog(1000));
+  const Finished nowhere = RunTruetriad({"allan", log, "--to=kalibr"});
+  EXPECT_EQ(nowhere.exit_code, 1);
+  EXPECT_THAT(nowhere.err, HasSubstr("--output=DIR"));
+  const Finished nobody = RunTruetriad({"allan", log, "--to=px4", "-o", folder.Path("out")});
+  EXPECT_EQ(nobody.exit_code, 1);
+  EXPECT_THAT(nobody.err, HasSubstr("`px4` takes no noise"));
+  EXPECT_EQ(folder.FileCount(), 1U);
+}
+
 }  // namespace allan_test
 }  // namespace truetriad

@@ -76,7 +76,7 @@ TEST(ImportVerb, WritesWhatCompareAndApplyTake) {
   const std::string carried = folder.Path("imu.yaml");
   ASSERT_EQ(
       RunTruetriad(
-          {"export", std::string("--calibration=") + kDemo, "--to=kalibr", "--output=" + carried})
+          {"export", std::string("--calibration=") + kDemo, "--to=kalibr-result", "--output=" + carried})
           .exit_code,
       0);
   const Finished run = RunTruetriad(

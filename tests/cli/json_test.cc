@@ -118,6 +118,7 @@ TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   EXPECT_EQ(Run({"inspect", log_}, 0)["result"]["poses"].size(), 16u);
   Run({"inspect", folder_.Write("short.csv", LogText({.rests = 16, .rest_s = 0.3}))}, 3);
   Run({"evaluate", calibration, log_}, 0);
+  Run({"evaluate", calibration, calibration, log_}, 0);
   EXPECT_EQ(Run({"compare", calibration, calibration}, 0)["result"]["agreement"], "agree");
   Run({"apply", calibration, log_, "-o", folder_.Path("corrected.csv")}, 0);
   Run({"export", calibration, "--to=c-header", "-o", folder_.Path("unit.h")}, 0);

@@ -65,7 +65,7 @@ TEST_F(SimulateVerb, GivesACubicTermThatEveryVerbKnows) {
   EXPECT_EQ(evaluated.exit_code, 0) << evaluated.out << evaluated.err;
   const Finished exported = RunTruetriad({"export",
                                           "--calibration=" + calibration,
-                                          "--to=kalibr",
+                                          "--to=kalibr-result",
                                           "--output=" + folder_.Path("kalibr.yaml")});
   EXPECT_THAT(exported.out + exported.err, HasSubstr("dropped: cubic term"));
 }

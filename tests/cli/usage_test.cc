@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
         Misuse{"FlagInPlaceOfAValue", {"evaluate", "--input", "--poses=detect"}, "--input has no"},
         Misuse{"RequiredFlagMissing",
                {"evaluate", "--calibration=x"},
-               "LOG is missing; expected `truetriad evaluate FILE LOG [flags]`"},
+               "LOG is missing; expected `truetriad evaluate FILE LOG [ANOTHER-FILE] [flags]`"},
         Misuse{"StrayWord",
                {"inspect", "log.csv", "b.csv"},
                "`b.csv` is one word too many; expected `truetriad inspect"},

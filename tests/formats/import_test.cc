@@ -139,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(
     RoundTrips,
     ::testing::Values(Holding{"px4", "unit.params", kAutopilot, 2e-6},
                       Holding{"ardupilot", "unit.param", kAutopilot, 2e-6},
-                      Holding{"kalibr", "imu.yaml", {.g_sensitivity = true}, 1e-12},
+                      Holding{"kalibr-result", "imu.yaml", {.g_sensitivity = true}, 1e-12},
                       Holding{"imu-tk", "unit", {}, 1e-12},
                       Holding{"imu_tk", "unit", {}, 1e-12},
                       Holding{"matlab", "unit.m", {.g_sensitivity = true}, 1e-12}),
@@ -275,6 +275,22 @@ TEST(Import, SaysThatAKalibrFileHoldsNoBias) {
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(result->notes, Contains("accelerometer: the file contains no bias; assumed zero"));
   EXPECT_THAT(result->calibration.findings, Contains(Says(HasSubstr("contains no bias"))));
+}
+
+TEST(Import, TakesReadingsAsTheyAreWhereKalibrIsToldOfNoiseAlone) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("imu.yaml",
+                                        "rostopic: /imu0\nupdate_rate: 200.0\n"
+                                        "accelerometer_noise_density: 0.01\n");
+  for (const char* const format : {"kalibr", "kalibr-result"}) {
+    const Result<Import> result = ImportCalibration(format, {path});
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_THAT(result->notes, Contains(HasSubstr("holds noise alone")));
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+      const TriadModel<double>& model = result->calibration.sensors[triad]->model;
+      EXPECT_TRUE(model.bias.isZero(0.0) && model.sensitivity.isIdentity(0.0));
+    }
+  }
 }
 
 TEST(Import, TakesWhatMagcalReturned) {

@@ -64,11 +64,11 @@ bool IsRotation(const Eigen::Matrix3d& matrix) {
   return (matrix * matrix.transpose()).isIdentity(1e-14) && matrix.determinant() > 0.0;
 }
 
-TEST(Kalibr, AppliesTheCalibrationExactly) {
+TEST(KalibrResult, AppliesTheCalibrationExactly) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     const Calibration unit = RandomUnitCalibration({.g_sensitivity = true}, seed);
-    const YAML::Node imu = YAML::Load(Text(unit, "kalibr"))["imu0"];
+    const YAML::Node imu = YAML::Load(Text(unit, "kalibr-result"))["imu0"];
     EXPECT_EQ(imu["model"].as<std::string>(), "scale-misalignment");
     const Eigen::Matrix3d M_a = Rows(imu["accelerometers"]["M"]);
     const Eigen::Matrix3d M_g = Rows(imu["gyroscopes"]["M"]);
@@ -94,20 +94,21 @@ TEST(Kalibr, AppliesTheCalibrationExactly) {
   }
 }
 
-TEST(Kalibr, StatesTheBiasesInAComment) {
+TEST(KalibrResult, StatesTheBiasesInAComment) {
   Calibration unit = RandomUnitCalibration({}, 1);
   unit.sensors[Triad::kGyroscope]->model.bias = {0.25, -0.5, 1.0};
-  EXPECT_THAT(Text(unit, "kalibr"), HasSubstr("\n# bias gyroscope rad/s: [0.25, -0.5, 1]\n"));
+  EXPECT_THAT(Text(unit, "kalibr-result"),
+              HasSubstr("\n# bias gyroscope rad/s: [0.25, -0.5, 1]\n"));
 }
 
-TEST(Kalibr, TurnsAnotherBodyFrameIntoItsOwn) {
+TEST(KalibrResult, TurnsAnotherBodyFrameIntoItsOwn) {
   Calibration unit = RandomUnitCalibration({.g_sensitivity = true}, 2);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
   unit.gauge = Gauge::kFixture;
   for (auto& sensor : unit.sensors) sensor->model.sensitivity *= turn;
   *unit.sensors[Triad::kGyroscope]->g_sensitivity *= turn;
-  const Result<Export> result = ExportCalibration(unit, "kalibr");
+  const Result<Export> result = ExportCalibration(unit, "kalibr-result");
   ASSERT_TRUE(result);
   EXPECT_THAT(result->notes, Contains(HasSubstr("rotated by 17.2 deg")));
   const YAML::Node imu = YAML::Load(result->files[0].text)["imu0"];
@@ -123,10 +124,10 @@ TEST(Kalibr, TurnsAnotherBodyFrameIntoItsOwn) {
             kDouble);
 }
 
-TEST(Kalibr, RefusesAMirroredGyroscope) {
+TEST(KalibrResult, RefusesAMirroredGyroscope) {
   Calibration unit = RandomUnitCalibration({}, 3);
   unit.sensors[Triad::kGyroscope]->model.sensitivity.row(2) *= -1.0;
-  const Result<Export> result = ExportCalibration(unit, "kalibr");
+  const Result<Export> result = ExportCalibration(unit, "kalibr-result");
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message, HasSubstr("the gyroscope is mirrored"));
@@ -147,16 +148,16 @@ AllanResult SomeAllan() {
   return allan;
 }
 
-TEST(Kalibr, TakesItsNoiseFromAnAllanDeviation) {
+TEST(KalibrResult, TakesItsNoiseFromAnAllanDeviation) {
   const Calibration unit = RandomUnitCalibration({}, 4);
-  const Result<Export> without = ExportCalibration(unit, "kalibr");
+  const Result<Export> without = ExportCalibration(unit, "kalibr-result");
   ASSERT_TRUE(without);
   EXPECT_THAT(without->warnings, Contains(HasSubstr("--allan=FILE")));
   EXPECT_FALSE(YAML::Load(without->files[0].text)["imu0"]["accelerometer_noise_density"]);
 
   ExportOptions options;
   options.allan = SomeAllan();
-  for (const char* const format : {"kalibr", "openvins"}) {
+  for (const char* const format : {"kalibr-result", "openvins"}) {
     const Result<Export> with = ExportCalibration(unit, format, options);
     ASSERT_TRUE(with);
     EXPECT_THAT(with->warnings, Not(Contains(HasSubstr("--allan"))));
@@ -168,6 +169,56 @@ TEST(Kalibr, TakesItsNoiseFromAnAllanDeviation) {
     EXPECT_DOUBLE_EQ(imu["gyroscope_random_walk"].as<double>(), 0.001 * std::numbers::pi / 180.0);
     EXPECT_EQ(imu["update_rate"].as<double>(), 200.0);
   }
+}
+
+// Kalibr's ImuParameters wants six keys, numbers above zero to Python's YAML, which takes 2e-05 for
+// a word: a number has a point before its exponent.
+TEST(Kalibr, IsToldOfNoiseAlone) {
+  ExportOptions options;
+  options.allan = SomeAllan();
+  for (AllanTriad& triad : options.allan->triads) {
+    for (AllanAxis& axis : triad.axes) axis.random_walk = Interval{2e-05, 1e-05, 3e-05};
+  }
+  const Calibration unit = RandomUnitCalibration({}, 4);
+  const Result<Export> result = ExportCalibration(unit, "kalibr", options);
+  ASSERT_TRUE(result) << result.error().message;
+  const std::string& text = result->files[0].text;
+  const YAML::Node imu = YAML::Load(text);
+  EXPECT_EQ(imu.size(), 6U);
+  EXPECT_EQ(imu["rostopic"].as<std::string>(), "/imu0");
+  EXPECT_EQ(imu["update_rate"].as<double>(), 200.0);
+  EXPECT_DOUBLE_EQ(imu["accelerometer_noise_density"].as<double>(), 0.03);
+  EXPECT_DOUBLE_EQ(imu["accelerometer_random_walk"].as<double>(), 2e-05);
+  EXPECT_DOUBLE_EQ(imu["gyroscope_noise_density"].as<double>(), 0.03 * std::numbers::pi / 180.0);
+  EXPECT_DOUBLE_EQ(imu["gyroscope_random_walk"].as<double>(), 2e-05 * std::numbers::pi / 180.0);
+  EXPECT_THAT(text, HasSubstr("\naccelerometer_random_walk: 2.0e-05  # m/s^2/s/sqrt(Hz)\n"));
+  // Kalibr takes the readings as they are, so all of the calibration is lost, and that is said.
+  const auto as_it_is = [](const auto& y, const auto&, double) -> Eigen::Vector3d { return y; };
+  const double lost = WorstDisagreement(unit, Triad::kAccelerometer, as_it_is);
+  EXPECT_NEAR(result->loss[Triad::kAccelerometer]->share() / lost, 1.0, 0.1);
+  EXPECT_THAT(result->notes,
+              Contains(AllOf(HasSubstr("accelerometer: dropped: bias, gains and misalignment"),
+                             HasSubstr("truetriad apply"))));
+}
+
+TEST(Kalibr, IsToldWhatTheLogAloneKnows) {
+  ExportOptions options;
+  EXPECT_FALSE(ExportNoise("kalibr", options));
+  options.allan = SomeAllan();
+  options.allan->serial = "SN7";
+  for (const char* const format : {"kalibr", "openvins", "ros2"}) {
+    const Result<Export> result = ExportNoise(format, options);
+    ASSERT_TRUE(result) << result.error().message;
+    const std::string& text = result->files[0].text;
+    EXPECT_THAT(
+        text,
+        HasSubstr("# Noise at rest of SN7, for " + std::string(format) + "; not calibrated.\n"));
+    EXPECT_THAT(text, Not(HasSubstr("Calibration of")));
+  }
+  const YAML::Node imu = YAML::Load(ExportNoise("kalibr", options)->files[0].text);
+  EXPECT_DOUBLE_EQ(imu["gyroscope_noise_density"].as<double>(), 0.03 * std::numbers::pi / 180.0);
+  const std::string chain = ExportNoise("openvins", options)->files[0].text;
+  EXPECT_TRUE(Rows(YAML::Load(chain.substr(chain.find("imu0:")))["imu0"]["Ta"]).isIdentity(0.0));
 }
 
 Eigen::Matrix3d NineByRows(const YAML::Node& node) {
@@ -247,11 +298,12 @@ TEST(Ros2, StatesTheVarianceOfNoiseAndOfTheCalibration) {
               1e-12);
 }
 
-TEST(Kalibr, HasTheDensityWhereNoRandomWalkWasSeen) {
+TEST(KalibrResult, HasTheDensityWhereNoRandomWalkWasSeen) {
   ExportOptions options;
   options.allan = SomeAllan();
   for (AllanTriad& triad : options.allan->triads) triad.axes[2].random_walk.reset();
-  const Result<Export> result = ExportCalibration(RandomUnitCalibration({}, 4), "kalibr", options);
+  const Result<Export> result =
+      ExportCalibration(RandomUnitCalibration({}, 4), "kalibr-result", options);
   ASSERT_TRUE(result);
   EXPECT_THAT(result->warnings, Contains(HasSubstr("does not tell the random walk")));
   const YAML::Node imu = YAML::Load(result->files[0].text)["imu0"];

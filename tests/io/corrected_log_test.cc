@@ -78,7 +78,17 @@ TEST_F(CorrectedLog, ConvertsAnotherUnitOfTheSameQuantity) {
   ASSERT_TRUE(WriteCsv("mag_x[nT],mag_y[nT],mag_z[nT]\n2000,3000,4000\n"));
   EXPECT_EQ(Output(), "mag_x[uT],mag_y[uT],mag_z[uT]\n1,1,1\n");
   const auto counts = WriteCsv("mag_x[counts],mag_y[counts],mag_z[counts]\n2,3,4\n");
-  EXPECT_THAT(counts.error().message, HasSubstr("is in counts, but it was calibrated in uT"));
+  EXPECT_THAT(counts.error().message,
+              HasSubstr("are in counts, and its calibration takes uT, but nobody says how large"));
+}
+
+TEST_F(CorrectedLog, ConvertsCountsOfKnownSize) {
+  TriadCalibration& sensor = Calibrate(Triad::kMagnetometer, "counts");
+  sensor.si_per_count = 0.5;
+  sensor.model.sensitivity *= 2.0;
+  sensor.model.bias = {2.0, 4.0, 6.0};
+  ASSERT_TRUE(WriteCsv("mag_x[uT],mag_y[uT],mag_z[uT]\n2,3,4\n"));
+  EXPECT_EQ(Output(), "mag_x[uT],mag_y[uT],mag_z[uT]\n1,1,1\n");
 }
 
 TEST_F(CorrectedLog, MergesFilesByTime) {

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import subprocess
+import sys
 
 import pytest
 
@@ -39,6 +40,28 @@ def test_pip_installs_what_is_built(tmp_path, program):
     assert text.startswith("NO_LIMITS")
     pip("uninstall", "--yes", "truetriad")
     assert files_in(tmp_path / "env") == there
+
+
+def test_a_checkout_finds_its_module_or_says_what_builds_it(tmp_path, program):
+    """`tools/build.sh python` builds the target of that name into the build folder."""
+    build = pathlib.Path(program).resolve().parent
+    package = tmp_path / "python" / "truetriad"
+    package.mkdir(parents=True)
+    for path in pathlib.Path("python/truetriad").iterdir():
+        if path.is_file():
+            (package / path.name).write_bytes(path.read_bytes())
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "python")}
+
+    def imported():
+        return subprocess.run([sys.executable, "-c", "import truetriad; print(truetriad.__version__)"],
+                              env=environment, cwd=tmp_path, capture_output=True, text=True)
+    alone = imported()
+    assert alone.returncode == 1 and "`tools/build.sh python`" in alone.stderr, alone.stderr
+    (tmp_path / "build").symlink_to(build)
+    found = imported()
+    assert found.returncode == 0, found.stderr
+    targets = subprocess.run(["cmake", "--build", str(build), "--target", "help"], capture_output=True, text=True)
+    assert "\npython:" in targets.stdout or "\n... python" in targets.stdout
 
 
 def files_in(folder):

@@ -17,6 +17,7 @@ namespace truetriad {
 struct EvaluatedTurns {
   Triad against = Triad::kAccelerometer;  ///< Whose direction is predicted.
   int count = 0;
+  std::vector<double> errors_rad;  ///< Of each of them.
   double rms_rad = 0.0;
   double median_rad = 0.0;
   /// With the gains that the gyroscope's unit says and its mean at rest as bias, the accelerometer
@@ -34,6 +35,9 @@ struct EvaluationSummary {
   int clamped_poses = 0;  ///< Outside of the calibrated temperatures: judged at their end.
   /// RMS of |C(y-b)| - reference, true unit; the gyroscope's reference is zero, it rests.
   PerTriad<std::optional<double>> norm_rms;
+  /// There is no reference, so the errors are about their mean: the calibration states no strength
+  /// of the field, or is a sweep's without a bias of its own.
+  PerTriad<bool> about_mean{};
   PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
   PerTriad<std::optional<double>> predicted_rms;    ///< What noise and parameter σ let expect.
   /// All errors held against noise and parameter covariance together, as an RMS: 1 as predicted.
@@ -45,6 +49,7 @@ struct EvaluationSummary {
   /// less than two poses with both sensors. What noise and parameter σ let expect, and the ratio as
   /// in `error_ratio`.
   std::optional<double> angle_std_deg, predicted_angle_std_deg, angle_ratio;
+  std::vector<double> angles_rad;  ///< At each of the poses.
   /// Sensors that the calibration covers and of which the poses have no reading.
   std::vector<Triad> not_tested;
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
@@ -67,9 +72,14 @@ std::string_view PredictionVerdictName(PredictionVerdict verdict);
 /// The worst ratio of an error to the one predicted; unset where nothing was.
 std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation);
 
-/// `is_own`: `poses` are those that the calibration was made from.
+/// True units per count, where the recording states it.
+using CountSizes = PerTriad<std::optional<double>>;
+
+/// Readings may be in other units than the calibration takes, if both are of known size. `is_own`:
+/// `poses` are those that the calibration was made from.
 Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    const PoseSet& poses,
-                                   bool is_own = false);
+                                   bool is_own = false,
+                                   const CountSizes& si_per_count = {});
 
 }  // namespace truetriad

@@ -141,4 +141,8 @@ Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format,
                                  const ExportOptions& options = {});
 
+/// The noise of `options.allan` alone as the text of `format`, of sensors that nobody calibrated:
+/// bias zero, gains one. Errors: as above; no noise.
+Result<Export> ExportNoise(std::string_view format, const ExportOptions& options);
+
 }  // namespace truetriad

@@ -8,6 +8,7 @@
 #include "truetriad/base/result.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
+#include "truetriad/calibrate/side_by_side.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 
@@ -17,6 +18,7 @@ namespace truetriad {
 enum class Grade { kGood, kNeutral, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
 Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibration);
+Grade GradeOf(const SideBySide& both);
 Grade GradeOf(const Comparison& comparison);
 
 /// What a person reads on the terminal after `calibrate`: verdict and limits first, then
@@ -76,6 +78,9 @@ std::string EvaluationText(const EvaluationSummary& evaluation,
 std::string EvaluationHtml(const EvaluationSummary& evaluation,
                            const Calibration& calibration,
                            const std::vector<std::string>& about = {});
+
+std::string SideBySideText(const SideBySide& both, const std::vector<std::string>& about = {});
+std::string SideBySideHtml(const SideBySide& both, const std::vector<std::string>& about = {});
 
 std::string ComparisonText(const Comparison& comparison,
                            const std::vector<std::string>& about = {});

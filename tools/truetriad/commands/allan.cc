@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/allan/allan.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <gflags/gflags.h>
 
@@ -17,6 +22,8 @@
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
+#include "truetriad/base/version.h"
+#include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
@@ -26,8 +33,13 @@ DEFINE_string(white_range,
               "tau range in seconds for fitting the noise density, as in 0.3,3 (default: chosen "
               "from the curve)");
 
+DECLARE_string(to);
+
 namespace truetriad {
 namespace {
+
+/// Programs that are told of a sensor's noise.
+constexpr std::array<std::string_view, 3> kNoiseFormats = {"kalibr", "openvins", "ros2"};
 
 /// "0.3,3" as two numbers.
 Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text) {
@@ -50,14 +62,50 @@ Result<AllanResult> Analyse(const AllanOptions& options) {
   return AnalyseAllan(*source, options, progress.callback());
 }
 
-Result<std::string> WriteFiles(const AllanResult& result, WholeFiles* files) {
+/// What --to names, to be written into the folder of --output.
+Result<std::vector<FormatInfo>> ParseNoiseFormats() {
+  std::vector<FormatInfo> formats;
+  for (const std::string& name : CommaSeparated(FLAGS_to)) {
+    if (std::find(kNoiseFormats.begin(), kNoiseFormats.end(), name) == kNoiseFormats.end()) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--to: `" + name + "` takes no noise; expected kalibr, openvins or ros2");
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(formats.emplace_back(), InfoOfFormat(name));
+  }
+  if (!formats.empty() && FLAGS_output.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "--to=" + FLAGS_to + " writes a file; name its folder, --output=DIR");
+  }
+  return formats;
+}
+
+/// Names and texts.
+using Texts = std::vector<std::pair<std::string, std::string>>;
+
+Result<Texts> TextsOf(const AllanResult& result, const std::vector<FormatInfo>& formats) {
+  Texts files = {{"allan.yaml", AllanToYaml(result)}, {"allan.svg", AllanSvg(result)}};
+  ExportOptions options;
+  options.software_version = Version();
+  options.allan = result;
+  for (const FormatInfo& format : formats) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Export noise, ExportNoise(format.name, options));
+    for (const std::string& warning : noise.warnings) {
+      Warn(std::string(format.name) + ": " + warning);
+    }
+    files.emplace_back(format.file_name, noise.files[0].text);
+  }
+  return files;
+}
+
+/// Writes them, but for their names; their paths.
+Result<std::vector<std::string>> WriteTexts(const Texts& texts, WholeFiles* files) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
-  const std::filesystem::path directory = FLAGS_output;
-  const std::string file = (directory / "allan.yaml").string();
-  const std::string plot = (directory / "allan.svg").string();
-  TRUETRIAD_RETURN_IF_ERROR(files->Write(file, AllanToYaml(result)));
-  TRUETRIAD_RETURN_IF_ERROR(files->Write(plot, AllanSvg(result)));
-  return "\nResult: " + file + "\nPlot:   " + plot + "\n";
+  std::vector<std::string> paths;
+  for (const auto& [name, text] : texts) {
+    paths.push_back((std::filesystem::path(FLAGS_output) / name).string());
+    TRUETRIAD_RETURN_IF_ERROR(files->Write(paths.back(), text));
+  }
+  return paths;
 }
 
 Result<VerbResult> RunAllan(const std::vector<std::string>&) {
@@ -65,13 +113,16 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
   options.rate_hz = FLAGS_rate_hz;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto range, ParseRange(FLAGS_white_range));
   options.white_range_s = range;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<FormatInfo> formats, ParseNoiseFormats());
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult result, Analyse(options));
   std::string text = AllanText(result);
   WholeFiles files;
   if (!FLAGS_output.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteFiles(result, &files));
-    text += written;
+    TRUETRIAD_ASSIGN_OR_RETURN(const Texts texts, TextsOf(result, formats));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> paths, WriteTexts(texts, &files));
+    text += "\nResult: " + paths[0] + "\nPlot:   " + paths[1] + "\n";
+    for (std::size_t i = 2; i < paths.size(); ++i) text += "Noise:  " + paths[i] + "\n";
   }
   VerbResult said{
       .exit_code = result.at_rest() ? kExitGood : static_cast<int>(ErrorKind::kNotEnough),
@@ -95,10 +146,14 @@ Command AllanCommand() {
               "Computes the overlapping Allan deviation of a log of a unit at rest (an hour or "
               "more) and,\nwith 95 % intervals, noise density N, bias instability B, rate random "
               "walk K and\nquantisation Q. With --output, writes DIR/allan.yaml and DIR/allan.svg; "
-              "with --report, a page;\nsee docs/allan.md. Exit code 3: a sensor was not at rest, "
+              "with --report, a page;\nsee docs/allan.md. --to adds what other programs read, of "
+              "the log alone: Kalibr's "
+              "imu.yaml, OpenVINS'\nkalibr_imu_chain.yaml, ROS 2 parameters. Exit code 3: a sensor "
+              "was not at rest, "
               "and its coefficients are not stated.\n",
           .flags = {{"input", "LOG", true},
                     {"output", "DIR"},
+                    {"to", "FORMAT[,FORMAT]", false, {kNoiseFormats.begin(), kNoiseFormats.end()}},
                     {"report", "PAGE.html"},
                     {"rate_hz", "NUMBER"},
                     {"white_range", "LOW,HIGH"}},

@@ -216,7 +216,7 @@ std::string ExportList() {
   std::string text = "Formats:\n";
   for (const FormatInfo& format : Formats()) {
     std::string name(format.name);
-    name.resize(14, ' ');
+    name.resize(15, ' ');
     text += "  " + name + std::string(format.description) + "\n";
   }
   return text;

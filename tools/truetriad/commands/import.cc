@@ -62,7 +62,7 @@ std::string ImportedFormatList() {
   for (const FormatInfo& format : Formats()) {
     if (!format.can_import) continue;
     std::string name(format.name);
-    name.resize(14, ' ');
+    name.resize(15, ' ');
     text += "  " + name + std::string(format.description) + "\n";
   }
   return text;

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/calibrate/evaluate.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// Which of two calibrations has the smaller errors.
+enum class Better { kNeither, kA, kB, kMixed };
+/// "neither", "a", "b", "mixed".
+std::string_view BetterName(Better better);
+
+/// One kind of error of two calibrations on the same poses, an RMS each.
+struct ErrorOfTwo {
+  /// "accelerometer": its length less gravity; "accelerometer-spread": about the mean length;
+  /// likewise "magnetometer"; "angle": field to gravity about its mean; "gyroscope": its rate at
+  /// rest; "turn": the direction after each turn.
+  std::string_view name;
+  std::string_view unit;  ///< "mm/s^2", "uT", "deg", "deg/s".
+  double a = 0.0, b = 0.0;
+  int count = 0;  ///< Poses, or turns.
+  /// By a tenth and by more than chance; the lengths also by more than the uncertainty of gravity,
+  /// and never where the field is that of another place, for all that is known.
+  Better better = Better::kNeither;
+
+  /// How many times as large the larger one is.
+  double times() const { return a < b ? b / a : a / b; }
+};
+
+/// What two calibrations of one unit make of the same recording. Imported ones have no σ: what is
+/// compared are the errors themselves.
+struct SideBySide {
+  EvaluationSummary a, b;
+  std::vector<ErrorOfTwo> errors;
+  /// What the lengths were held against: what the one that was calibrated states, rather than what
+  /// an imported one assumes. Without a strength of the field each is held against its own mean.
+  double gravity_mps2 = kStandardGravityMps2;
+  std::optional<double> field_ut;
+};
+Better BetterOf(const SideBySide& both);
+
+/// `is_own`: whether a and b were made from `poses`; what either left out of them is left out for
+/// both. Errors: as Evaluate.
+Result<SideBySide> EvaluateSideBySide(const Calibration& a,
+                                      const Calibration& b,
+                                      const PoseSet& poses,
+                                      const std::array<bool, 2>& is_own = {},
+                                      const CountSizes& si_per_count = {});
+
+}  // namespace truetriad

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// `sensor` with readings in another unit, `reading_per_raw` of which are one raw unit, and results
+// in a unit `result_per_truth` of which are one true unit.
+TriadCalibration InUnits(const TriadCalibration& sensor,
+                         double reading_per_raw,
+                         double result_per_truth);
+
+// The rows and columns of a triad's entries in these units.
+void ScaleCovariance(Triad triad,
+                     double reading_per_raw,
+                     double result_per_truth,
+                     NamedCovariance* covariance);
+
+// Restates `calibration` for readings of `triad` in `unit`, a count of which is `si_per_count` true
+// units. Error (bad input): as ReadingPerRaw.
+Status TakeReadingsIn(Triad triad,
+                      const Unit& unit,
+                      const std::optional<double>& si_per_count,
+                      Calibration* calibration);
+
+}  // namespace truetriad
