@@ -209,8 +209,6 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   const line::LineData once = OncePerUnit(line.measured);
   summary.effects = line::Effects(once);
   summary.trends = line::Trends(once);
-  summary.outliers = line::Outliers(line.data);
-  summary.data = std::move(line.data);
   summary.measured = std::move(line.measured);
   return summary;
 }

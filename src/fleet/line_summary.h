@@ -15,7 +15,6 @@
 #include "line/effects.h"
 #include "line/gauge_study.h"
 #include "line/golden_history.h"
-#include "line/outliers.h"
 #include "line/trend.h"
 #include "line/type1_study.h"
 #include "truetriad/base/result.h"
@@ -99,18 +98,16 @@ struct LineSummary {
   line::ChartReport charts;
   line::EffectReport effects;
   line::TrendReport trends;
-  line::OutlierReport outliers;
   std::vector<line::GoldenHistory> golden;
   std::optional<StudySummary> study;
-  line::LineData data;      ///< What the indices of outliers are of.
-  line::LineData measured;  ///< What those of charts, effects and trends are of.
+  line::LineData measured;  ///< What the indices of charts, effects and trends are of.
 };
 
 /// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not
 /// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
 
-/// As in output.json, "fleet-summary"; without `data`.
+/// As in output.json, "fleet-summary"; without `measured`.
 Json ToJson(const LineSummary& summary);
 /// For people, in a terminal.
 std::string SummaryText(const LineSummary& summary);

@@ -10,12 +10,7 @@
 
   const kinds = {
     ewma: 'EWMA of units',
-    individuals: 'single units',
-    'moving-range': 'moving range',
-    'x-bar': 'means of subgroups',
-    s: 'spread within subgroups',
     t2: 'all parameters together (Hotelling T²)',
-    mewma: 'all parameters together (multivariate EWMA)',
     baseline: 'shift within the baseline',
   };
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
