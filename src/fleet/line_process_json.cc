@@ -105,7 +105,7 @@ class ProcessJsonWriter {
     Json points = Json::array();
     for (const line::ChartPoint& point : chart.points) {
       points.push_back({{"serial", Measured(point.unit).serial},
-                        {"created", Measured(point.unit).created},
+                        {"recorded", Measured(point.unit).recorded},
                         {"value", point.value},
                         {"lower", point.lower},
                         {"upper", point.upper}});
@@ -123,7 +123,7 @@ class ProcessJsonWriter {
     return {{"kind", line::NameOf(alarm.kind)},
             {"parameter", Name(alarm.parameter)},
             {"serial", Measured(alarm.unit).serial},
-            {"created", Measured(alarm.unit).created},
+            {"recorded", Measured(alarm.unit).recorded},
             {"last_serial", Measured(alarm.last_unit).serial},
             {"value", alarm.value},
             {"limit", alarm.limit},

@@ -49,9 +49,11 @@ struct LineYield {
   line::Estimate good_share, good_at_first_share;
   /// "station", "lot": where units have it.
   std::map<std::string, std::vector<YieldCount>> by_tag;
-  int retested = 0;                         ///< Units with more than one run.
-  std::string first, last;                  ///< Moments of the first unit and the last.
-  double units_per_hour = line::kNotKnown;  ///< Between those.
+  int retested = 0;  ///< Units with more than one run.
+  /// When the first unit and the last were measured; empty: no unit's time is known.
+  std::string first, last;
+  std::map<std::string, int> recorded_by;   ///< Units, by what says that; empty: nothing does.
+  double units_per_hour = line::kNotKnown;  ///< Between those; NaN: less than an hour.
   double wall_s = line::kNotKnown, cpu_s = line::kNotKnown;  ///< Of a unit, in the mean.
 };
 

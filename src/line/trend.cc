@@ -109,7 +109,7 @@ TrendReport Trends(const LineData& data) {
   TrendReport report;
   std::vector<std::pair<double, std::size_t>> by_time;
   for (std::size_t k = 0; k < data.units.size(); ++k) {
-    const double seconds = SecondsOf(data.units[k].created);
+    const double seconds = SecondsOf(data.units[k].recorded);
     if (std::isfinite(seconds)) by_time.emplace_back(seconds, k);
   }
   if (by_time.empty()) {
@@ -117,8 +117,8 @@ TrendReport Trends(const LineData& data) {
     return report;
   }
   std::sort(by_time.begin(), by_time.end());  // Units of one moment stay in their order.
-  report.first = data.units[by_time.front().second].created;
-  report.last = data.units[by_time.back().second].created;
+  report.first = data.units[by_time.front().second].recorded;
+  report.last = data.units[by_time.back().second].recorded;
   if (by_time.front().first == by_time.back().first) {
     report.note = "all units were measured at the same moment, " + report.first;
     return report;

@@ -31,7 +31,7 @@ LineData LineOf(const std::vector<double>& values) {
   data.parameters = {"a"};
   for (const double value : values) {
     UnitRecord unit;
-    unit.created = MinuteOf(data.units.size());
+    unit.recorded = MinuteOf(data.units.size());
     unit.values = Eigen::VectorXd::Constant(1, value);
     data.units.push_back(unit);
   }
@@ -73,13 +73,13 @@ TEST(Trend, IsTheChangeOverTheTimeOfAllUnitsWhateverTheirOrder) {
 
 TEST(Trend, IsNoneWhereNoTimeIsKnown) {
   LineData data = LineOf({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11.5, 12});
-  for (UnitRecord& unit : data.units) unit.created = "2026-01-01T00:00:00Z";
+  for (UnitRecord& unit : data.units) unit.recorded = "2026-01-01T00:00:00Z";
   EXPECT_TRUE(Trends(data).trends.empty());
   EXPECT_EQ(Trends(data).note, "all units were measured at the same moment, 2026-01-01T00:00:00Z");
-  for (UnitRecord& unit : data.units) unit.created.clear();
+  for (UnitRecord& unit : data.units) unit.recorded.clear();
   EXPECT_TRUE(Trends(data).trends.empty());
   EXPECT_EQ(Trends(data).note, "no unit's time of measurement is known");
-  for (std::size_t k = 1; k < 12; ++k) data.units[k].created = MinuteOf(k);
+  for (std::size_t k = 1; k < 12; ++k) data.units[k].recorded = MinuteOf(k);
   EXPECT_EQ(Trends(data).trends.size(), 1U);
   EXPECT_EQ(Trends(data).note,
             "1 of 12 units have no part in trends: their time of measurement is not known");
