@@ -20,9 +20,10 @@ std::size_t HashOf(const LogStamp& stamp) {
 
 std::size_t HashOf(const std::string& text) { return std::hash<std::string>()(text); }
 
-/// Of each tag that is stated.
-std::vector<std::size_t> HashesOf(const Tags& tags) {
+/// Of each tag that is stated, and of the time of measurement.
+std::vector<std::size_t> HashesOf(const Tags& tags, const std::string& recorded) {
   std::vector<std::size_t> hashes;
+  if (!recorded.empty()) hashes.push_back(HashOf("recorded=" + recorded));
   const auto add = [&](const TagKey& tag) {
     const std::string& value = tags.*tag.value;
     if (!value.empty()) hashes.push_back(HashOf(std::string(tag.key) + "=" + value));
@@ -41,7 +42,7 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) continue;
     // The other log may have been taken away, as the refusal advises.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) continue;
-    done.Add(run.log, {run.log_bytes, run.log_modified_ns}, run.serial, run.tags);
+    done.Add(run.log, {run.log_bytes, run.log_modified_ns}, run.serial, run.tags, run.recorded);
   }
   return done;
 }
@@ -49,8 +50,9 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
 void DoneLogs::Add(const std::string& log,
                    const LogStamp& stamp,
                    const std::string& serial,
-                   const Tags& tags) {
-  logs_[HashOf(log)] = {HashOf(stamp), HashOf(serial), HashesOf(tags)};
+                   const Tags& tags,
+                   const std::string& recorded) {
+  logs_[HashOf(log)] = {HashOf(stamp), HashOf(serial), HashesOf(tags, recorded)};
 }
 
 bool DoneLogs::Has(const UnitOrder& order, const LogStamp& stamp) const {
@@ -58,7 +60,7 @@ bool DoneLogs::Has(const UnitOrder& order, const LogStamp& stamp) const {
   if (found == logs_.end() || found->second.stamp != HashOf(stamp)) return false;
   const Done& done = found->second;
   if (!order.serial.empty() && done.serial != HashOf(order.serial)) return false;
-  const std::vector<std::size_t> wanted = HashesOf(order.tags);
+  const std::vector<std::size_t> wanted = HashesOf(order.tags, order.recorded);
   return std::all_of(wanted.begin(), wanted.end(), [&](std::size_t tag) {
     return std::find(done.tags.begin(), done.tags.end(), tag) != done.tags.end();
   });

@@ -22,13 +22,15 @@ class DoneLogs {
   /// What the store has. Error (bad input): it cannot be read.
   static Result<DoneLogs> In(Store& store, const std::string& config_sha256);
 
-  /// `serial`, `tags`: of its run.
+  /// `serial`, `tags`, `recorded`: of its run.
   void Add(const std::string& log,
            const LogStamp& stamp,
            const std::string& serial,
-           const Tags& tags);
-  /// The last run of the order's log was of this state of it, and has the serial number and tags
-  /// that the order states. Of those that it does not state any do: they label what is run.
+           const Tags& tags,
+           const std::string& recorded = "");
+  /// The last run of the order's log was of this state of it, and has the serial number, tags and
+  /// time of measurement that the order states. Of those that it does not state any do: they label
+  /// what is run.
   bool Has(const UnitOrder& order, const LogStamp& stamp) const;
   /// The same of the log as it is now.
   bool Has(const UnitOrder& order) const;
@@ -36,7 +38,7 @@ class DoneLogs {
  private:
   struct Done {
     std::size_t stamp = 0, serial = 0;
-    std::vector<std::size_t> tags;  ///< One each, with its name.
+    std::vector<std::size_t> tags;  ///< One each, with its name; the time of measurement likewise.
   };
 
   std::unordered_map<std::size_t, Done> logs_;

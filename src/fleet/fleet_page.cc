@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -62,11 +63,13 @@ std::string DataScript(const PageUnits& units, const Json& line) {
   std::string script = "var truetriadFleet={\"part\":" + std::to_string(kUnitsInPart);
   script += ",\n\"serials\":";
   AppendList(units.serials, AppendText, &script);
-  const std::int64_t base = *std::min_element(units.created_s.begin(), units.created_s.end());
-  script += ",\n\"created\":{\"base\":" + std::to_string(base) + ",\"of\":";
-  std::vector<std::int64_t> created = units.created_s;
-  for (std::int64_t& time : created) time -= base;
-  AppendIntegers(created, &script);
+  // Since the first of them; -1: not known.
+  std::int64_t base = std::numeric_limits<std::int64_t>::max();
+  for (const std::int64_t time : units.recorded_s) base = time > 0 ? std::min(base, time) : base;
+  std::vector<std::int64_t> recorded = units.recorded_s;
+  for (std::int64_t& time : recorded) time = time > 0 ? time - base : -1;
+  script += ",\n\"recorded\":{\"base\":" + std::to_string(base) + ",\"of\":";
+  AppendIntegers(recorded, &script);
   script += '}';
   for (const PageWords* words : {&units.verdict, &units.first_verdict, &units.code}) {
     script += ",\n\"" + words->name + "\":";

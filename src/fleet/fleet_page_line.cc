@@ -33,8 +33,7 @@ Json AlarmJson(const line::LineData& data, const line::ChartAlarm& alarm) {
           {"parameter", ParameterOf(data, alarm.parameter)},
           {"most", ParameterOf(data, alarm.most)},
           {"serial", UnitOf(data, alarm.unit).serial},
-          {"created", UnitOf(data, alarm.unit).created},
-          {"last", UnitOf(data, alarm.last_unit).created},
+          {"recorded", UnitOf(data, alarm.unit).recorded},
           {"value", alarm.value},
           {"limit", alarm.limit}};
 }

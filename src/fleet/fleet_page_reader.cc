@@ -16,6 +16,7 @@
 #include "fleet/fleet_page_script.h"
 #include "fleet/line_selection.h"
 #include "line/moment.h"
+#include "truetriad/model/limits.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
@@ -110,14 +111,14 @@ class PageReader {
   Result<std::size_t> ReadUnits(const std::string& where) {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
-        store_.Query("SELECT serial, run, created, final_verdict, " + std::string(kReason) +
+        store_.Query("SELECT serial, run, recorded, final_verdict, " + std::string(kReason) +
                      ", first_verdict, (SELECT count(*) FROM run AS one WHERE one.serial = "
                      "tagged.serial), disposed_by" +
                      FromWhere("standing", {.where = where}) + " ORDER BY serial"));
     for (const TableRow& row : table.rows) {
       units_.serials.push_back(row[0].value_or(""));
       units_.runs.push_back(row[1].value_or(""));
-      units_.created_s.push_back(WholeSecondsOf(row[2].value_or("")));
+      units_.recorded_s.push_back(WholeSecondsOf(row[2].value_or("")));
       units_.verdict.of.push_back(units_.verdict.NumberOf(row[3].value_or("")));
       units_.code.of.push_back(units_.code.NumberOf(row[4].value_or("")));
       units_.first_verdict.of.push_back(units_.first_verdict.NumberOf(row[5].value_or("")));
@@ -203,25 +204,27 @@ class PageReader {
 
   Status ReadRuns(std::size_t begin, std::vector<std::vector<std::string>>* runs_of) {
     unit_of_run_.clear();
-    return ForRows("serial, created, verdict, code, message, log, software, folder",
-                   "",
-                   "serial, run",
-                   [&](const std::string& run, const TableRow& row) {
-                     const auto unit = unit_of_.find(row[1].value_or(""));
-                     if (unit == unit_of_.end()) return;
-                     const std::size_t at = unit->second;
-                     if (units_.runs[at] == run) unit_of_run_[run] = at;
-                     (*runs_of)[at - begin].push_back(run);
-                     const std::string link = reports_.LinkTo(row[8].value_or(""));
-                     if (!link.empty()) ++units_.reports;
-                     runs_[run].head =
-                         "\"run\":" + ScriptText(run) +
-                         ",\"counts\":" + (units_.runs[at] == run ? "1" : "0") +
-                         ",\"created\":" + ScriptText(row[2]) +
-                         ",\"verdict\":" + ScriptText(row[3]) + ",\"code\":" + ScriptText(row[4]) +
-                         ",\"message\":" + ScriptText(row[5]) + ",\"log\":" + ScriptText(row[6]) +
-                         ",\"software\":" + ScriptText(row[7]) + ",\"report\":" + ScriptText(link);
-                   });
+    return ForRows(
+        "serial, created, verdict, code, message, log, software, folder, recorded, "
+        "recorded_by",
+        "",
+        "serial, " + OrderOfTime("run"),
+        [&](const std::string& run, const TableRow& row) {
+          const auto unit = unit_of_.find(row[1].value_or(""));
+          if (unit == unit_of_.end()) return;
+          const std::size_t at = unit->second;
+          if (units_.runs[at] == run) unit_of_run_[run] = at;
+          (*runs_of)[at - begin].push_back(run);
+          const std::string link = reports_.LinkTo(row[8].value_or(""));
+          if (!link.empty()) ++units_.reports;
+          runs_[run].head =
+              "\"run\":" + ScriptText(run) + ",\"counts\":" + (units_.runs[at] == run ? "1" : "0") +
+              ",\"created\":" + ScriptText(row[2]) + ",\"recorded\":" + ScriptText(row[9]) +
+              ",\"by\":" + ScriptText(row[10]) + ",\"verdict\":" + ScriptText(row[3]) +
+              ",\"code\":" + ScriptText(row[4]) + ",\"message\":" + ScriptText(row[5]) +
+              ",\"log\":" + ScriptText(row[6]) + ",\"software\":" + ScriptText(row[7]) +
+              ",\"report\":" + ScriptText(link);
+        });
   }
 
   Status ReadTags() {
@@ -270,21 +273,26 @@ class PageReader {
           const std::string component = row[2].value_or("");
           const std::size_t at =
               ColumnOf(row[1].value_or("") + (component.empty() ? "" : "." + component), true);
+          // "within ± 0.5" is "at most 0.5" of what is never negative.
+          const Result<LimitName> name = ParseLimitName(units_.columns[at].name);
+          std::array<std::optional<std::string>, 3> limits = {row[3], row[4], row[5]};
+          if (name && name->IsNeverNegative() && !(FieldNumber(row[3]) > 0.0)) limits[0].reset();
           std::string item = '[' + std::to_string(at);
-          for (std::size_t i = 3; i < 9; ++i) item += ',' + ScriptNumber(row[i]);
+          for (const auto& limit : limits) item += ',' + ScriptNumber(limit);
+          for (std::size_t i = 6; i < 9; ++i) item += ',' + ScriptNumber(row[i]);
           AppendItem(item + ']', &runs_[run].judgements);
           const auto unit = UnitCountingBy(run);
           if (!unit) return;
           PageColumn& column = units_.columns[at];
           column.values[*unit] = static_cast<float>(FieldNumber(row[6]));
-          const std::array<std::string, 3> limits = {
-              row[3].value_or(""), row[4].value_or(""), row[5].value_or("")};
+          const std::array<std::string, 3> stated = {
+              limits[0].value_or(""), limits[1].value_or(""), limits[2].value_or("")};
           const std::array<std::string, 3> known = {column.lower, column.target, column.upper};
           if (has_limits_.insert(at).second) {
-            column.lower = limits[0];
-            column.target = limits[1];
-            column.upper = limits[2];
-          } else if (limits != known) {
+            column.lower = stated[0];
+            column.target = stated[1];
+            column.upper = stated[2];
+          } else if (stated != known) {
             column.limits_differ = true;
           }
         });

@@ -43,7 +43,7 @@ struct PageColumn {
 /// The units of a page, in the order of their serial numbers; of each the run that counts.
 struct PageUnits {
   std::vector<std::string> serials, runs;
-  std::vector<std::int64_t> created_s;  ///< Since 1970, UTC.
+  std::vector<std::int64_t> recorded_s;  ///< When it was measured, since 1970, UTC; 0: not known.
   PageWords verdict{"verdict"}, first_verdict{"first"}, code{"code"};
   std::vector<PageWords> tags;           ///< Those that any unit has, but notes.
   std::vector<std::uint32_t> run_count;  ///< All runs of a unit.

@@ -205,7 +205,8 @@ class JsonLinesStore : public Store {
                run.verdict,
                run.serial,
                run.tags,
-               run.code};
+               run.code,
+               run.recorded};
       return {};
     }));
     std::vector<KnownRun> runs;

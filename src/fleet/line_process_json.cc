@@ -36,7 +36,7 @@ class ProcessJsonWriter {
   Json Effects() const {
     const line::EffectReport& report = summary_.effects;
     Json factors = Json::array(), effects = Json::array(), joint = Json::array(),
-         tilts = Json::array(), spreads = Json::array();
+         spreads = Json::array();
     for (const line::FactorLevels& factor : report.factors) {
       factors.push_back({{"name", factor.name}, {"levels", factor.levels}});
     }
@@ -51,7 +51,6 @@ class ProcessJsonWriter {
                        {"p", effect.p},
                        {"p_adjusted", effect.p_adjusted}});
     }
-    for (const line::FactorTilt& tilt : report.tilts) tilts.push_back(OfTilt(tilt));
     for (const line::ResidualSpread& spread : report.spreads) {
       spreads.push_back({{"parameter", Name(spread.parameter)},
                          {"units", spread.units},
@@ -64,53 +63,31 @@ class ProcessJsonWriter {
     return {{"factors", factors},
             {"effects", effects},
             {"joint", joint},
-            {"tilts", tilts},
             {"spreads", spreads},
             {"notes", report.notes}};
   }
 
   Json Trends() const {
     const line::TrendReport& report = summary_.trends;
-    return {{"by_time", report.by_time},
-            {"first", report.first},
-            {"last", report.last},
-            {"time", OfTrends(report.time)},
-            {"temperature", OfTrends(report.temperature)},
-            {"temperature_with_time", report.temperature_with_time}};
-  }
-
-  Json Outliers() const {
-    const line::OutlierReport& report = summary_.outliers;
-    Json outliers = Json::array();
-    for (const line::Outlier& outlier : report.outliers) {
-      Json shares = Json::array();
-      for (const line::OutlierShare& share : outlier.shares) {
-        shares.push_back({{"parameter", Name(share.parameter)},
-                          {"deviation", share.deviation},
-                          {"conditional", share.conditional}});
-      }
-      const line::UnitRecord& unit = summary_.data.units[static_cast<std::size_t>(outlier.unit)];
-      outliers.push_back({{"serial", unit.serial},
-                          {"distance", outlier.distance},
-                          {"p", outlier.p},
-                          {"p_adjusted", outlier.p_adjusted},
-                          {"shares", shares}});
+    Json trends = Json::array();
+    for (const line::Trend& trend : report.trends) {
+      trends.push_back({{"parameter", Name(trend.parameter)},
+                        {"units", trend.units},
+                        {"change", trend.change},
+                        {"sigma", trend.sigma},
+                        {"p", trend.p},
+                        {"p_adjusted", trend.p_adjusted},
+                        {"inflation", trend.inflation}});
     }
-    Json sets = Json::array();
-    for (const line::OutlierSet& set : report.sets) {
-      sets.push_back({{"stations", set.stations},
-                      {"units", set.units},
-                      {"limit", set.limit},
-                      {"parameters", Names(set.parameters)}});
-    }
-    return {{"sets", sets}, {"notes", report.notes}, {"outliers", outliers}};
+    return {
+        {"first", report.first}, {"last", report.last}, {"note", report.note}, {"trends", trends}};
   }
 
  private:
   /// Null: of all parameters together.
   Json Name(int parameter) const {
     if (parameter < 0) return nullptr;
-    return summary_.data.parameters[static_cast<std::size_t>(parameter)];
+    return summary_.measured.parameters[static_cast<std::size_t>(parameter)];
   }
   Json Names(const std::vector<int>& parameters) const {
     Json list = Json::array();
@@ -128,7 +105,7 @@ class ProcessJsonWriter {
     Json points = Json::array();
     for (const line::ChartPoint& point : chart.points) {
       points.push_back({{"serial", Measured(point.unit).serial},
-                        {"created", Measured(point.unit).created},
+                        {"recorded", Measured(point.unit).recorded},
                         {"value", point.value},
                         {"lower", point.lower},
                         {"upper", point.upper}});
@@ -146,7 +123,7 @@ class ProcessJsonWriter {
     return {{"kind", line::NameOf(alarm.kind)},
             {"parameter", Name(alarm.parameter)},
             {"serial", Measured(alarm.unit).serial},
-            {"created", Measured(alarm.unit).created},
+            {"recorded", Measured(alarm.unit).recorded},
             {"last_serial", Measured(alarm.last_unit).serial},
             {"value", alarm.value},
             {"limit", alarm.limit},
@@ -172,36 +149,6 @@ class ProcessJsonWriter {
             {"levels", levels}};
   }
 
-  Json OfTilt(const line::FactorTilt& tilt) const {
-    Json levels = Json::array();
-    for (const line::LevelTilt& level : tilt.levels) {
-      levels.push_back({{"level", level.level},
-                        {"units", level.units},
-                        {"rotation_rad", ListJson(level.rotation_rad)},
-                        {"sigma_rad", ListJson(level.sigma_rad)},
-                        {"p", level.p},
-                        {"p_adjusted", level.p_adjusted},
-                        {"p_common", level.p_common}});
-    }
-    return {{"factor", Factor(tilt.factor)}, {"sensors", tilt.sensors}, {"levels", levels}};
-  }
-
-  Json OfTrends(const std::vector<line::Trend>& trends) const {
-    Json list = Json::array();
-    for (const line::Trend& trend : trends) {
-      list.push_back({{"parameter", Name(trend.parameter)},
-                      {"units", trend.units},
-                      {"slope", trend.slope},
-                      {"sigma", trend.sigma},
-                      {"intercept", trend.intercept},
-                      {"change", trend.change},
-                      {"p", trend.p},
-                      {"p_adjusted", trend.p_adjusted},
-                      {"inflation", trend.inflation}});
-    }
-    return list;
-  }
-
   const LineSummary& summary_;
 };
 
@@ -209,10 +156,7 @@ class ProcessJsonWriter {
 
 Json ProcessJson(const LineSummary& summary) {
   const ProcessJsonWriter writer(summary);
-  return {{"charts", writer.Charts()},
-          {"effects", writer.Effects()},
-          {"trends", writer.Trends()},
-          {"outliers", writer.Outliers()}};
+  return {{"charts", writer.Charts()}, {"effects", writer.Effects()}, {"trends", writer.Trends()}};
 }
 
 }  // namespace truetriad::fleet

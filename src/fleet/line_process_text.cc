@@ -11,9 +11,6 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Rank correlation of temperature and time from which on a trend of one shows as one of the other.
-constexpr double kConfounded = 0.3;
-
 /// Indices of the reports become names and serial numbers.
 class ProcessTextWriter {
  public:
@@ -85,49 +82,32 @@ class ProcessTextWriter {
                           : "Effects of " + Factors() + ": none seen (p < 0.01)");
     }
     for (const std::string& note : notes) text += Wrapped(note);
-    return text + Tilts();
+    return text;
   }
 
+  /// A change from the first unit to the last: what an hour showed says nothing of a day.
   std::string Trends() const {
     const line::TrendReport& report = summary_.trends;
-    if (report.time.empty()) return Sentence("Trends: none looked for; it takes more units");
-    const std::string text =
-        Trends(report.by_time ? "over time, a day" : "along the line, a unit", report.time);
-    if (report.temperature.empty()) return text;
-    const double together = report.temperature_with_time;
-    return text + Trends("with temperature, a °C", report.temperature) +
-           (std::abs(together) < kConfounded
-                ? ""
-                : Wrapped(std::string("Temperatures ") + (together > 0.0 ? "rose" : "fell") +
-                          " with time (rank correlation " + Significant(together, 2) +
-                          "): what is a trend with one of them may be one with the other"));
-  }
-
-  std::string Outliers() const {
-    truetriad::Table table{{"unit", "distance", "parameter", "from the others", "p"}, "lrlrr", {}};
-    for (const line::Outlier& outlier : summary_.outliers.outliers) {
-      const bool is_known = !outlier.shares.empty();
-      table.rows.push_back(
-          {summary_.data.units[static_cast<std::size_t>(outlier.unit)].serial,
-           Significant(outlier.distance, 3),
-           is_known ? Name(outlier.shares.front().parameter) : "",
-           is_known ? Significant(outlier.shares.front().conditional, 3) + " σ" : "",
-           Probability(outlier.p_adjusted)});
+    const std::string note = report.note.empty() ? "" : Wrapped(report.note);
+    if (report.trends.empty()) {
+      return Sentence("Trends: none looked for; it takes more units with a time") + note;
     }
-    int units = 0;
-    for (const line::OutlierSet& set : summary_.outliers.sets) units += set.units;
-    std::string text = Section("Units unlike the others, over all parameters", std::move(table));
-    if (text.empty() && units > 0) {
-      text = Sentence("Outliers: none of " + std::to_string(units) + " units is unlike the others");
+    truetriad::Table table{{"parameter", "change", "p"}, "lrr", {}};
+    for (const line::Trend& trend : report.trends) {
+      if (!(trend.p_adjusted < kDoubt)) continue;
+      table.rows.push_back({Name(trend.parameter),
+                            WithSigma(trend.change, trend.sigma),
+                            Probability(trend.p_adjusted)});
     }
-    if (text.empty()) text = Sentence("Outliers: no unit is held against others");
-    for (const std::string& note : summary_.outliers.notes) text += Wrapped(note);
-    return text;
+    const std::string when = report.first + " to " + report.last;
+    return (table.rows.empty() ? Sentence("Trends, " + when + ": none seen (p < 0.01)")
+                               : Section("Trends, " + when, std::move(table))) +
+           note;
   }
 
  private:
   std::string Name(int parameter) const {
-    return summary_.data.parameters[static_cast<std::size_t>(parameter)];
+    return summary_.measured.parameters[static_cast<std::size_t>(parameter)];
   }
   std::string Serial(int unit) const {
     return summary_.measured.units[static_cast<std::size_t>(unit)].serial;
@@ -181,35 +161,6 @@ class ProcessTextWriter {
   /// In place of a table.
   static std::string Sentence(const std::string& text) { return '\n' + text + '\n'; }
 
-  std::string Tilts() const {
-    truetriad::Table table{{"of", "at", "x", "y", "z", "p"}, "llrrrr", {}};
-    for (const line::FactorTilt& tilt : summary_.effects.tilts) {
-      for (const line::LevelTilt& level : tilt.levels) {
-        if (!(level.p_adjusted < kDoubt)) continue;
-        std::vector<std::string> row = {Factor(tilt.factor), level.level};
-        for (int i = 0; i < 3; ++i) {
-          row.push_back(WithSigma(1e3 * level.rotation_rad[i], 1e3 * level.sigma_rad[i]));
-        }
-        row.push_back(Probability(level.p_adjusted));
-        table.rows.push_back(std::move(row));
-      }
-    }
-    return Section("Tilts that units share, mrad", std::move(table));
-  }
-
-  std::string Trends(const std::string& where, const std::vector<line::Trend>& trends) const {
-    truetriad::Table table{{"parameter", "slope", "in all", "p"}, "lrrr", {}};
-    for (const line::Trend& trend : trends) {
-      if (!(trend.p_adjusted < kDoubt)) continue;
-      table.rows.push_back({Name(trend.parameter),
-                            WithSigma(trend.slope, trend.sigma),
-                            Significant(trend.change, 3),
-                            Probability(trend.p_adjusted)});
-    }
-    return table.rows.empty() ? Sentence("Trends " + where + ": none seen (p < 0.01)")
-                              : Section("Trends " + where, std::move(table));
-  }
-
   const LineSummary& summary_;
 };
 
@@ -217,7 +168,7 @@ class ProcessTextWriter {
 
 std::string ProcessText(const LineSummary& summary) {
   const ProcessTextWriter writer(summary);
-  return writer.Charts() + writer.Effects() + writer.Trends() + writer.Outliers();
+  return writer.Charts() + writer.Effects() + writer.Trends();
 }
 
 }  // namespace truetriad::fleet

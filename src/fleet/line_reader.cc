@@ -2,11 +2,7 @@
 #include "fleet/line_reader.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <charconv>
-#include <cmath>
-#include <cstdint>
 #include <limits>
 #include <map>
 #include <optional>
@@ -22,10 +18,6 @@ namespace {
 
 /// Runs that are asked for at once: their rows are some megabytes.
 constexpr std::size_t kRunsAtOnce = 500;
-/// Covariances that their mean is of, evenly among the runs: they are half of a store's bytes, and
-/// more would change the mean by less than 1.4 % of what they scatter by.
-constexpr std::size_t kMostCovariances = 5000;
-
 constexpr std::string_view kReference = "reference.";
 
 using Field = std::optional<std::string>;
@@ -49,8 +41,11 @@ class LineReader {
       TRUETRIAD_RETURN_IF_ERROR(ReadRuns(measured, &Record::is_measured));
     }
     std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
-      return std::tie(one.unit.created, one.unit.run) <
-             std::tie(other.unit.created, other.unit.run);
+      // As OrderOfTime; units of one second in the order of their serial numbers.
+      const bool is_same = one.unit.recorded == other.unit.recorded;
+      if (is_same && one.unit.recorded.empty()) return one.unit.run < other.unit.run;
+      return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
+             std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
     });
     for (std::size_t begin = 0; begin < records_.size(); begin += kRunsAtOnce) {
       const std::size_t end = std::min(begin + kRunsAtOnce, records_.size());
@@ -63,6 +58,7 @@ class LineReader {
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
+    std::string log;
     std::vector<double> values, sigma;  // by parameter, as far as it has them
     bool counts = false, is_measured = false;
     int unit_place = -1;  // in LineReading::data
@@ -86,14 +82,14 @@ class LineReader {
       }
       const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
       Record record;
-      record.unit.run = text(0), record.unit.serial = text(1), record.unit.created = text(2);
+      record.unit.run = text(0), record.unit.serial = text(1), record.unit.recorded = text(2);
       record.unit.verdict = text(3), record.unit.code = text(4);
       record.course = {.first_verdict = text(5),
                        .final_verdict = text(6),
                        .attempts = static_cast<int>(NumberOf(row[7], 1.0)),
                        .wall_s = NumberOf(row[8], 0.0),
                        .cpu_s = NumberOf(row[9], 0.0)};
-      if (row[10]) record.unit.tags["temperature"] = *row[10];
+      record.log = text(10), record.course.recorded_by = text(11);
       record.*property = true;
       records_.push_back(std::move(record));
     }
@@ -104,7 +100,9 @@ class LineReader {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
         store_.Query("SELECT serial, station" + FromWhere("run", {}) +
-                     " AND run IN (SELECT min(run) FROM run GROUP BY serial)"));
+                     " AND run IN (SELECT run FROM (SELECT run, row_number() OVER (PARTITION BY "
+                     "serial ORDER BY " +
+                     OrderOfTime("run") + ") AS nth FROM run) AS placed WHERE nth = 1)"));
     std::unordered_map<std::string_view, std::string> stations;
     for (const std::vector<Field>& row : table.rows) stations[*row[0]] = row[1].value_or("");
     for (Record& record : records_) {
@@ -116,48 +114,35 @@ class LineReader {
   Status ReadPiece(std::size_t begin, std::size_t end) {
     places_.clear();
     for (std::size_t i = begin; i < end; ++i) places_[records_[i].unit.run] = i;
-    const std::string of_these = Of(begin, end, 1);
+    const std::string of_these = Of(begin, end);
     TRUETRIAD_ASSIGN_OR_RETURN(const Table tags,
                                store_.Query("SELECT run, name, value FROM tag" + of_these));
     for (const std::vector<Field>& row : tags.rows) {
       records_[places_[*row[0]]].unit.tags[*row[1]] = row[2].value_or("");
     }
-    const std::size_t step = (records_.size() + kMostCovariances - 1) / kMostCovariances;
-    TRUETRIAD_RETURN_IF_ERROR(ReadParameters(of_these, Of(begin, end, step)));
+    TRUETRIAD_RETURN_IF_ERROR(ReadParameters(of_these));
     return ReadJudgements(of_these);
   }
 
-  /// Every `step`th of these runs.
-  std::string Of(std::size_t begin, std::size_t end, std::size_t step) const {
+  std::string Of(std::size_t begin, std::size_t end) const {
     std::string condition = " WHERE run IN (";
-    for (std::size_t i = begin; i < end; i += step) {
+    for (std::size_t i = begin; i < end; ++i) {
       condition += (i > begin ? "," : "") + SqlText(records_[i].unit.run);
     }
     return condition + ")";
   }
 
-  Status ReadParameters(const std::string& of_these, const std::string& of_some) {
+  /// In an order that does not depend on that of the work, as names are numbered as they come.
+  Status ReadParameters(const std::string& of_these) {
     TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
                                store_.Query("SELECT run, name, value, sigma FROM parameter" +
-                                            of_these + " ORDER BY run, place"));
-    // By run, as the covariance has them; -1: left out.
-    std::unordered_map<std::string_view, std::vector<int>> orders;
+                                            of_these + " ORDER BY place, name, run"));
     for (const std::vector<Field>& row : table.rows) {
-      std::vector<int>& order = orders[*row[0]];
-      if (row[1]->starts_with(kReference)) {
-        order.push_back(-1);
-        continue;
-      }
+      if (row[1]->starts_with(kReference)) continue;
       const int parameter = PlaceOfParameter(*row[1]);
-      order.push_back(parameter);
       Record& record = records_[places_[*row[0]]];
       Put(parameter, NumberOf(row[2], kNone), &record.values);
       Put(parameter, NumberOf(row[3], kNone), &record.sigma);
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table covariances,
-                               store_.Query("SELECT run, covariance FROM run" + of_some));
-    for (const std::vector<Field>& row : covariances.rows) {
-      if (row[1]) AddCovariance(*row[1], orders[*row[0]]);
     }
     return {};
   }
@@ -194,51 +179,6 @@ class LineReader {
     (*values)[at] = value;
   }
 
-  /// Hexadecimal digits of doubles, least significant byte first: lower triangle by rows.
-  /// PostgreSQL begins them with \x.
-  void AddCovariance(std::string_view digits, const std::vector<int>& order) {
-    constexpr std::size_t kDigits = 2 * sizeof(double);
-    if (digits.starts_with("\\x")) digits.remove_prefix(2);
-    if (digits.size() != kDigits * (order.size() * (order.size() + 1) / 2)) return;
-    MakeRoom();
-    for (std::size_t row = 0; row < order.size(); ++row) {
-      for (std::size_t column = 0; column <= row; ++column) {
-        const double value = DoubleOf(digits);
-        digits.remove_prefix(kDigits);
-        if (order[row] < 0 || order[column] < 0) continue;
-        const auto [low, high] = std::minmax(order[row], order[column]);
-        sum_(high, low) += value;
-        counts_(high, low) += 1.0;
-      }
-    }
-  }
-
-  /// For the covariances of all parameters so far.
-  void MakeRoom() {
-    const auto size = static_cast<Eigen::Index>(names_.size());
-    if (sum_.rows() == size) return;
-    sum_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
-    counts_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
-  }
-
-  static double DoubleOf(std::string_view digits) {
-    static const std::array<std::uint8_t, 256> kValues = [] {
-      std::array<std::uint8_t, 256> values{};
-      for (std::uint8_t i = 0; i < 16; ++i) {
-        values[static_cast<std::uint8_t>("0123456789abcdef"[i])] = i;
-        values[static_cast<std::uint8_t>("0123456789ABCDEF"[i])] = i;
-      }
-      return values;
-    }();
-    std::uint64_t bits = 0;
-    for (std::size_t byte = sizeof bits; byte-- > 0;) {
-      for (const std::size_t digit : {2 * byte, 2 * byte + 1}) {
-        bits = (bits << 4U) | kValues[static_cast<std::uint8_t>(digits[digit])];
-      }
-    }
-    return std::bit_cast<double>(bits);
-  }
-
   LineReading Finish() {
     LineReading reading;
     const auto size = static_cast<Eigen::Index>(names_.size());
@@ -255,12 +195,7 @@ class LineReader {
       reading.data.units.push_back(std::move(record.unit));
       reading.courses.push_back(std::move(record.course));
     }
-    MakeRoom();
-    for (line::LineData* data : {&reading.data, &reading.measured}) {
-      data->parameters = names_;
-      data->calibration_covariance =
-          (sum_.array() / counts_.array()).matrix().selfadjointView<Eigen::Lower>();
-    }
+    reading.data.parameters = reading.measured.parameters = names_;
     for (auto& [name, rows] : judged_) reading.judged.push_back(QuantityOf(name, &rows));
     return reading;
   }
@@ -299,23 +234,25 @@ class LineReader {
   std::unordered_map<std::string, std::size_t> places_;  // of the piece's runs, in records_
   std::vector<std::string> names_;
   std::unordered_map<std::string, int> parameters_;
-  Eigen::MatrixXd sum_, counts_;  // of covariances: lower triangle
   std::map<std::string, std::vector<Judged>> judged_;
 };
 
 /// Of the unit's run that counts, and of a run alone, as if it were a unit: columns of ReadRuns.
 std::string OfUnit() {
-  return "SELECT run, serial, created, verdict, " + std::string(kReason) +
-         ", first_verdict, final_verdict, attempts, wall_s, cpu_s, temperature_degc";
+  return "SELECT run, serial, recorded, verdict, " + std::string(kReason) +
+         ", first_verdict, final_verdict, attempts, wall_s, cpu_s, log, recorded_by";
 }
 constexpr std::string_view kOfRun =
-    "SELECT run, serial, created, verdict, code, verdict, verdict, 1, wall_s, cpu_s, "
-    "temperature_degc";
+    "SELECT run, serial, recorded, verdict, code, verdict, verdict, 1, wall_s, cpu_s, log, "
+    "recorded_by";
 /// The first calibration of each unit at each station.
-constexpr std::string_view kFirstAtStation =
-    " AND run IN (SELECT min(run.run) FROM run LEFT JOIN tag ON tag.run = run.run AND "
-    "tag.name = 'station' WHERE EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run) "
-    "GROUP BY serial, tag.value)";
+std::string FirstAtStation() {
+  return " AND run IN (SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY serial, "
+         "tag.value ORDER BY " +
+         OrderOfTime("run") +
+         ") AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND tag.name = 'station' WHERE "
+         "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)) AS placed WHERE nth = 1)";
+}
 
 bool IsGoodVerdict(const std::string& name) {
   const std::optional<Verdict> verdict = VerdictFromName(name);
@@ -330,7 +267,7 @@ bool UnitCourse::IsGood() const { return IsGoodVerdict(final_verdict); }
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
   return LineReader(store).Read(
       OfUnit() + FromWhere("standing", selection),
-      std::string(kOfRun) + FromWhere("run", selection) + std::string(kFirstAtStation));
+      std::string(kOfRun) + FromWhere("run", selection) + FirstAtStation());
 }
 
 Result<LineReading> ReadRuns(Store& store, const LineSelection& selection) {

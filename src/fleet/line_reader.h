@@ -16,6 +16,7 @@ namespace truetriad::fleet {
 struct UnitCourse {
   std::string first_verdict, final_verdict;
   std::string first_station = {};  ///< Of its first run.
+  std::string recorded_by = {};    ///< As UnitRun.
   int attempts = 1;
   double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 
@@ -37,7 +38,7 @@ struct JudgedQuantity {
   Eigen::VectorXd values, sigma;  ///< Of these.
 };
 
-/// Units in the order of time.
+/// Units in the order in which they were measured.
 struct LineReading {
   line::LineData data;                 ///< Each unit by the run that counts.
   std::vector<UnitCourse> courses;     ///< Of data.units.

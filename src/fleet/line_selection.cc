@@ -102,6 +102,11 @@ Status CheckIsTag(std::string_view flag, const std::string& tag) {
                "--" + std::string(flag) + "=" + tag + " is no tag; there are " + tags);
 }
 
+std::string OrderOfTime(const std::string& of) {
+  return of + ".recorded, CASE WHEN " + of + ".recorded <> '' THEN " + of + ".log END, " + of +
+         ".run";
+}
+
 std::string SqlText(std::string_view text) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
@@ -115,8 +120,8 @@ std::string FromWhere(std::string_view source, const LineSelection& selection) {
             "') AS \"" + key + '"';
   });
   from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE TRUE");
-  if (!selection.since.empty()) from += " AND created >= " + SqlText(selection.since);
-  if (!selection.until.empty()) from += " AND created < " + SqlText(selection.until);
+  if (!selection.since.empty()) from += " AND recorded >= " + SqlText(selection.since);
+  if (!selection.until.empty()) from += " AND recorded < " + SqlText(selection.until);
   if (!selection.lot.empty()) from += " AND lot = " + SqlText(selection.lot);
   if (!selection.station.empty()) from += " AND station = " + SqlText(selection.station);
   // On a line of its own, so that a comment ends with it.

@@ -11,8 +11,8 @@ namespace truetriad::fleet {
 
 /// Which units (or runs) are looked at; what is empty does not matter.
 struct LineSelection {
-  std::string since = {},
-              until = {};  ///< Moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
+  /// Measured since and until: moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
+  std::string since = {}, until = {};
   std::string lot = {}, station = {};
   std::string where = {};  ///< SQL over the columns of `run` and the tags, each by its name.
 };
@@ -28,6 +28,9 @@ Status CheckIsTag(std::string_view flag, const std::string& tag);
 inline constexpr std::string_view kReason =
     "CASE WHEN final_verdict <> verdict THEN 'decided by ' || disposed_by ELSE code END";
 
+/// The order in which runs were measured, for ORDER BY; `of` is a name of the table in the
+/// question.
+std::string OrderOfTime(const std::string& of);
 /// A text in SQL, whatever is in it.
 std::string SqlText(std::string_view text);
 /// " FROM … WHERE …": what is selected of the table or view `source`, with a column for each tag.

@@ -47,6 +47,7 @@ LineYield YieldOf(const LineReading& line, double confidence) {
   for (const UnitCourse& course : line.courses) {
     Count(course, &yield.all);
     yield.retested += course.attempts > 1 ? 1 : 0;
+    ++yield.recorded_by[course.recorded_by];
     wall_s += course.wall_s;
     cpu_s += course.cpu_s;
   }
@@ -59,10 +60,14 @@ LineYield YieldOf(const LineReading& line, double confidence) {
   if (all.units == 0) return yield;
   yield.wall_s = wall_s / all.units;
   yield.cpu_s = cpu_s / all.units;
-  yield.first = line.data.units.front().created;
-  yield.last = line.data.units.back().created;
+  // Units without a time come first.
+  const int unknown = yield.recorded_by.contains("") ? yield.recorded_by.at("") : 0;
+  if (unknown == all.units) return yield;
+  yield.first = line.data.units[static_cast<std::size_t>(unknown)].recorded;
+  yield.last = line.data.units.back().recorded;
   const double hours = (line::SecondsOf(yield.last) - line::SecondsOf(yield.first)) / 3600.0;
-  if (hours > 0.0) yield.units_per_hour = (all.units - 1) / hours;
+  // What took less says nothing of an hour.
+  if (hours >= 1.0) yield.units_per_hour = (all.units - unknown - 1) / hours;
   return yield;
 }
 
@@ -146,8 +151,7 @@ QuantitySummary SummaryOfParameter(Eigen::Index parameter,
 
 /// Each unit by its first calibration: the same unit twice is not two that agree.
 line::LineData OncePerUnit(const line::LineData& measured) {
-  line::LineData once{.parameters = measured.parameters,
-                      .calibration_covariance = measured.calibration_covariance};
+  line::LineData once{.parameters = measured.parameters};
   std::set<std::string_view> seen;
   for (const line::UnitRecord& unit : measured.units) {
     if (seen.insert(unit.serial).second) once.units.push_back(unit);
@@ -209,8 +213,6 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   const line::LineData once = OncePerUnit(line.measured);
   summary.effects = line::Effects(once);
   summary.trends = line::Trends(once);
-  summary.outliers = line::Outliers(line.data);
-  summary.data = std::move(line.data);
   summary.measured = std::move(line.measured);
   return summary;
 }

@@ -15,7 +15,6 @@
 #include "line/effects.h"
 #include "line/gauge_study.h"
 #include "line/golden_history.h"
-#include "line/outliers.h"
 #include "line/trend.h"
 #include "line/type1_study.h"
 #include "truetriad/base/result.h"
@@ -50,9 +49,11 @@ struct LineYield {
   line::Estimate good_share, good_at_first_share;
   /// "station", "lot": where units have it.
   std::map<std::string, std::vector<YieldCount>> by_tag;
-  int retested = 0;                         ///< Units with more than one run.
-  std::string first, last;                  ///< Moments of the first unit and the last.
-  double units_per_hour = line::kNotKnown;  ///< Between those.
+  int retested = 0;  ///< Units with more than one run.
+  /// When the first unit and the last were measured; empty: no unit's time is known.
+  std::string first, last;
+  std::map<std::string, int> recorded_by;   ///< Units, by what says that; empty: nothing does.
+  double units_per_hour = line::kNotKnown;  ///< Between those; NaN: less than an hour.
   double wall_s = line::kNotKnown, cpu_s = line::kNotKnown;  ///< Of a unit, in the mean.
 };
 
@@ -99,18 +100,16 @@ struct LineSummary {
   line::ChartReport charts;
   line::EffectReport effects;
   line::TrendReport trends;
-  line::OutlierReport outliers;
   std::vector<line::GoldenHistory> golden;
   std::optional<StudySummary> study;
-  line::LineData data;      ///< What the indices of outliers are of.
-  line::LineData measured;  ///< What those of charts, effects and trends are of.
+  line::LineData measured;  ///< What the indices of charts, effects and trends are of.
 };
 
 /// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not
 /// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
 
-/// As in output.json, "fleet-summary"; without `data`.
+/// As in output.json, "fleet-summary"; without `measured`.
 Json ToJson(const LineSummary& summary);
 /// For people, in a terminal.
 std::string SummaryText(const LineSummary& summary);

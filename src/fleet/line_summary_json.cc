@@ -34,6 +34,10 @@ Json ToJson(const LineYield& yield) {
   }
   json["first"] = yield.first;
   json["last"] = yield.last;
+  json["recorded_by"] = Json::object();
+  for (const auto& [by, units] : yield.recorded_by) {
+    json["recorded_by"][by.empty() ? "nothing" : by] = units;
+  }
   json["units_per_hour"] = yield.units_per_hour;
   json["wall_s"] = yield.wall_s;
   json["cpu_s"] = yield.cpu_s;
@@ -98,7 +102,8 @@ Json ToJson(const line::GoldenHistory& history) {
           {"state", GoldenStateName(history.state)},
           {"age_h", history.age_h},
           {"disagreed", history.disagreed},
-          {"drift_per_day", ToJson(history.drift_per_day)},
+          {"drift", ToJson(history.drift)},
+          {"drift_span_h", history.drift_span_h},
           {"drift_p", history.drift_p},
           {"checks", checks}};
 }

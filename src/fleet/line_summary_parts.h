@@ -11,7 +11,7 @@ namespace truetriad::fleet {
 
 // Parts of the summary that stand in files of their own.
 
-/// Charts, effects, trends and outliers: members "charts", "effects", "trends", "outliers".
+/// Charts, effects and trends: members "charts", "effects", "trends".
 Json ProcessJson(const LineSummary& summary);
 /// The same for people.
 std::string ProcessText(const LineSummary& summary);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fleet/line_summary_parts.h"
@@ -43,6 +44,24 @@ std::string ExpectedText(double share) {
 /// A number of a limit: nothing where that side is open.
 std::string SideText(double side) { return std::isfinite(side) ? Significant(side, 4) : ""; }
 
+/// "measured 2026-11-24T06:00:00Z to …, 12 units an hour; 30 units by the time of the file".
+std::string MeasuredText(const LineYield& yield) {
+  std::string text = yield.first.empty() ? "" : "measured " + yield.first + " to " + yield.last;
+  const double rate = yield.units_per_hour;
+  if (!std::isnan(rate)) {
+    text += ", " + (rate < 1000.0 ? Significant(rate, 3) : Fixed(rate, 0)) + " units an hour";
+  }
+  for (const auto& [by, what] : {std::pair("list", " by the list"),
+                                 {"recording", " by the recording's own time"},
+                                 {"file", " by the time of the file"},
+                                 {"", ": nothing says when it was measured"}}) {
+    const auto units = yield.recorded_by.find(by);
+    if (units == yield.recorded_by.end()) continue;
+    text += (text.empty() ? "" : "; ") + Counted(units->second, "unit") + what;
+  }
+  return text;
+}
+
 std::string YieldText(const LineYield& yield) {
   if (yield.all.units == 0) return "NO UNITS\n";
   std::string text = std::to_string(yield.all.good) + " OF " + std::to_string(yield.all.units) +
@@ -50,14 +69,7 @@ std::string YieldText(const LineYield& yield) {
   text += Wrapped("at first: " + ShareText(yield.good_at_first_share) + "; " +
                   Counted(yield.retested, "unit") + " measured again, " +
                   Counted(yield.all.runs, "recording") + " in all");
-  std::string when = yield.first + " to " + yield.last;
-  if (!std::isnan(yield.units_per_hour)) {
-    when += ", " +
-            (yield.units_per_hour < 1000.0 ? Significant(yield.units_per_hour, 3)
-                                           : Fixed(yield.units_per_hour, 0)) +
-            " units an hour";
-  }
-  text += Wrapped(when + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
+  text += Wrapped(MeasuredText(yield) + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
                   Significant(yield.cpu_s, 3) + " s of a processor");
   for (const auto& [tag, counts] : yield.by_tag) {
     truetriad::Table table{{tag, "units", "at first", "good", "recordings"}, "lrrrr", {}};
@@ -141,6 +153,7 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
 
 /// "12 min", "5.3 h", "9.1 days".
 std::string AgeText(double hours) {
+  if (hours < 0.0) return "to come";  // A clock is wrong.
   if (hours < 1.0) return Fixed(60.0 * hours, 0) + " min";
   return hours < 72.0 ? Significant(hours, 2) + " h" : Significant(hours / 24.0, 3) + " days";
 }
@@ -153,15 +166,16 @@ std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
   for (const line::GoldenHistory& history : histories) {
     const line::StationCheck& last = history.checks.back();
     const bool is_drifting = history.drift_p < kDoubt;
-    table.rows.push_back(
-        {history.station,
-         last.serial,
-         std::string(GoldenStateName(history.state)),
-         last.created,
-         AgeText(history.age_h),
-         Probability(last.p),
-         Significant(last.largest, 3) + " σ",
-         is_drifting ? Significant(history.drift_per_day.value, 2) + " σ a day" : "none seen"});
+    table.rows.push_back({history.station,
+                          last.serial,
+                          std::string(GoldenStateName(history.state)),
+                          last.created,
+                          AgeText(history.age_h),
+                          Probability(last.p),
+                          Significant(last.largest, 3) + " σ",
+                          is_drifting ? Significant(history.drift.value, 2) + " σ in " +
+                                            AgeText(history.drift_span_h)
+                                      : "none seen"});
   }
   return Section("Golden units", std::move(table));
 }

@@ -48,9 +48,11 @@ inline constexpr std::string_view kStoreFact = "store";
 /// all be here at once. A row for each of its tags, or one.
 inline constexpr std::string_view kLastRuns =
     "SELECT log, log_bytes, log_modified_ns, config_sha256, software, verdict, serial, tag.name, "
-    "tag.value, code FROM (SELECT run, log, log_bytes, log_modified_ns, config_sha256, software, "
+    "tag.value, code, recorded FROM (SELECT run, log, log_bytes, log_modified_ns, config_sha256, "
+    "software, "
     "verdict, "
-    "serial, code FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT 1 FROM run AS later WHERE "
+    "serial, code, recorded FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT 1 FROM run AS "
+    "later WHERE "
     "later.log = one.log AND later.run > one.run) ORDER BY log LIMIT 10000) AS last "
     "LEFT JOIN tag ON tag.run = last.run ORDER BY log";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";

@@ -64,9 +64,19 @@ Status CheckName(std::string_view name) {
                "20261124T235959.123456Z-4f2a9c01");
 }
 
-Status CheckTime(const std::string& created) {
-  if (HasForm(created, "0000-00-00T00:00:00Z") && IsMoment(DigitsOf(created))) return {};
-  return Wrong("created is " + InWords(created) + ", expected a time as in 2026-11-24T23:59:59Z");
+Status CheckTime(const std::string& time, const std::string& name = "created") {
+  if (HasForm(time, "0000-00-00T00:00:00Z") && IsMoment(DigitsOf(time))) return {};
+  return Wrong(name + " is " + InWords(time) + ", expected a time as in 2026-11-24T23:59:59Z");
+}
+
+/// When the unit was measured, and what says so: both or neither.
+Status CheckRecorded(const UnitRun& run) {
+  if (run.recorded.empty() && run.recorded_by.empty()) return {};
+  TRUETRIAD_RETURN_IF_ERROR(CheckTime(run.recorded, "recorded"));
+  if (std::find(kRecordedBy.begin(), kRecordedBy.end(), run.recorded_by) != kRecordedBy.end()) {
+    return {};
+  }
+  return Wrong("recorded_by is " + InWords(run.recorded_by) + ", expected list, recording or file");
 }
 
 /// The least value of a number that is stored.
@@ -127,6 +137,7 @@ Status CheckRun(const UnitRun& run) {
                  std::to_string(kLongestSerial) + " without NUL");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckTime(run.created));
+  TRUETRIAD_RETURN_IF_ERROR(CheckRecorded(run));
   for (const std::string* const text : {&run.log, &run.folder}) {
     if (text->find('\0') != std::string::npos) return Wrong("a path has a NUL: " + InWords(*text));
   }

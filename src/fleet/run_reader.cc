@@ -57,7 +57,7 @@ std::vector<double> RealsFromHex(std::string_view digits) {
 constexpr std::string_view kRunColumns =
     "run, serial, log, log_bytes, log_modified_ns, created, software, config_sha256, shard, "
     "folder, verdict, code, message, mode, wall_s, cpu_s, effective_dof, covariance, "
-    "temperature_degc";
+    "temperature_degc, recorded, recorded_by";
 
 /// Error (bad input): the verdict is none.
 Result<Verdict> StatedVerdict(const StoredField& field, const std::string& run) {
@@ -89,6 +89,8 @@ Result<UnitRun> RunFrom(const StoredRow& row) {
   run.effective_dof = RealIn(row[16]);
   run.covariance = RealsFromHex(TextIn(row[17]));
   if (row[18]) run.temperature_degc = RealIn(row[18]);
+  run.recorded = TextIn(row[19]);
+  run.recorded_by = TextIn(row[20]);
   return run;
 }
 

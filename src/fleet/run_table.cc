@@ -75,6 +75,12 @@ constexpr FixedColumn kFixedColumns[] = {
        if (std::isnan(run.temperature_degc)) return {};
        return run.temperature_degc;
      }},
+    {"recorded",
+     "TIMESTAMP",
+     [](const UnitRun& run) -> TableCell {
+       return run.recorded.empty() ? TableCell() : TableCell(run.recorded);
+     }},
+    {"recorded_by", "STRING", TextCell<&UnitRun::recorded_by>},
 };
 
 /// The table of a store's runs: all have the same columns.

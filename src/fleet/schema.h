@@ -7,11 +7,12 @@
 namespace truetriad::fleet {
 
 /// Version of the tables below; a store of a later one is not written to.
-inline constexpr int kSchemaVersion = 4;
+inline constexpr int kSchemaVersion = 5;
 
 /// What takes a store from version i to i + 1, by place. For SQLite and PostgreSQL alike, but for
 /// {text}, {real} and {bytes}, the types of text that is compared byte by byte, of double-precision
-/// numbers and of bytes. Never changed once it was used: stores of that version are about.
+/// numbers and of bytes. Tables are never changed once they were used: stores of that version are
+/// about. The last part makes the views of runs, as those of before are never asked.
 ///
 /// A run is never changed; the last of a unit by name, in `latest`, supersedes those before.
 /// covariance: of the run's parameters in their order, lower triangle row by row, doubles, least
@@ -20,6 +21,10 @@ inline constexpr int kSchemaVersion = 4;
 /// `measured` has of each run the first of the unit that is of the same recording: of the same log,
 /// untouched, or of all the files that its samples are from. An attempt is a recording, however
 /// often it is calibrated.
+///
+/// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
+/// "file". Runs are in the order of that, those of one second in that of their logs' names; those
+/// without it, of stores of before, come first, in the order of their names.
 ///
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
 /// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
@@ -114,9 +119,6 @@ CREATE TABLE fact (
   name {text} PRIMARY KEY,
   value {text} NOT NULL
 );
-CREATE VIEW latest AS
-  SELECT * FROM run AS one
-  WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
 )sql",
                                                                              R"sql(
 ALTER TABLE finding ADD COLUMN remedy {text};
@@ -136,107 +138,14 @@ CREATE INDEX check_of_station ON station_check (station, station_check);
 CREATE INDEX disposition_of_run ON disposition (run, disposition);
 DROP INDEX run_of_unit;
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
-CREATE VIEW standing AS
-  SELECT
-    run.*,
-    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run LIMIT 1)
-      AS first_verdict,
-    (SELECT count(*) FROM run AS one WHERE one.serial = unit.serial) AS attempts,
-    COALESCE(disposition.verdict, run.verdict) AS final_verdict,
-    disposition.who AS disposed_by
-  FROM unit
-  JOIN run ON run.serial = unit.serial AND run.run = (
-    SELECT counted.run
-    FROM (
-      SELECT one.run, one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run
-      LIMIT 1 + COALESCE(
-        (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), 1000000000)
-    ) AS counted
-    ORDER BY
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
-        CASE counted.verdict
-          WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
-        END
-      END,
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
-        counted.run
-      END,
-      counted.run DESC
-    LIMIT 1
-  )
-  LEFT JOIN disposition ON disposition.disposition =
-    (SELECT max(one.disposition) FROM disposition AS one WHERE one.run = run.run);
 )sql",
                                                                              R"sql(
 ALTER TABLE finding ADD COLUMN treatment {text};
 ALTER TABLE run ADD COLUMN temperature_degc {real};
-DROP VIEW latest;
-CREATE VIEW latest AS
-  SELECT * FROM run AS one
-  WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
 ALTER TABLE station_check ADD COLUMN recording {text} NOT NULL DEFAULT '';
 ALTER TABLE station_check ADD COLUMN repeatability {text} NOT NULL DEFAULT '';
-DROP VIEW standing;
-CREATE VIEW standing AS
-  SELECT
-    run.*,
-    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run LIMIT 1)
-      AS first_verdict,
-    (SELECT count(*) FROM run AS one WHERE one.serial = unit.serial) AS attempts,
-    COALESCE(decision.verdict, run.verdict) AS final_verdict,
-    decision.who AS disposed_by,
-    decision.why AS disposed_why
-  FROM unit
-  JOIN run ON run.serial = unit.serial AND run.run = (
-    SELECT counted.run
-    FROM (
-      SELECT one.run, one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run
-      LIMIT 1 + COALESCE(
-        (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), 1000000000)
-    ) AS counted
-    ORDER BY
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
-        CASE counted.verdict
-          WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
-        END
-      END,
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
-        counted.run
-      END,
-      counted.run DESC
-    LIMIT 1
-  )
-  LEFT JOIN disposition AS decision ON decision.disposition = (
-      SELECT max(one.disposition)
-      FROM run AS its CROSS JOIN disposition AS one
-      WHERE its.serial = unit.serial AND one.run = its.run
-    )
-    AND (
-      EXISTS (
-        SELECT 1 FROM run AS seen
-        WHERE seen.serial = unit.serial
-          AND (seen.run <= decision.disposition OR seen.run <= decision.run)
-          AND seen.log = run.log AND seen.log_bytes = run.log_bytes
-          AND seen.log_modified_ns = run.log_modified_ns
-      )
-      OR (
-        EXISTS (
-          SELECT 1 FROM input AS made_from WHERE made_from.run = run.run AND made_from.samples > 0
-        )
-        AND NOT EXISTS (
-          SELECT 1 FROM input AS made_from
-          WHERE made_from.run = run.run AND made_from.samples > 0 AND NOT EXISTS (
-            SELECT 1 FROM run AS seen CROSS JOIN input AS known
-            WHERE seen.serial = unit.serial
-              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
-              AND known.run = seen.run AND known.sha256 = made_from.sha256
-          )
-        )
-      )
-    );
 )sql",
                                                                              R"sql(
-DROP VIEW standing;
 CREATE VIEW measured AS
   SELECT
     one.run,
@@ -274,10 +183,20 @@ CREATE VIEW measured AS
     ) END AS first_run
   FROM run AS one;
 CREATE INDEX input_of_content ON input (sha256, run);
+)sql",
+                                                                             R"sql(
+ALTER TABLE run ADD COLUMN recorded {text} NOT NULL DEFAULT '';
+ALTER TABLE run ADD COLUMN recorded_by {text} NOT NULL DEFAULT '';
+DROP VIEW IF EXISTS standing;
+DROP VIEW IF EXISTS latest;
+CREATE VIEW latest AS
+  SELECT * FROM run AS one
+  WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
 CREATE VIEW standing AS
   SELECT
     run.*,
-    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial ORDER BY one.run LIMIT 1)
+    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial
+      ORDER BY one.recorded, CASE WHEN one.recorded <> '' THEN one.log END, one.run LIMIT 1)
       AS first_verdict,
     (SELECT count(*) FROM measured AS one
       WHERE one.serial = unit.serial AND one.first_run = one.run) AS attempts,
@@ -317,24 +236,28 @@ CREATE VIEW standing AS
   WHERE run.serial = unit.serial AND run.run = (
     SELECT counted.run
     FROM (
-      SELECT one.run, one.verdict FROM run AS one
+      SELECT one.run, one.verdict, one.recorded, one.log FROM run AS one
       WHERE one.serial = unit.serial AND NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
       UNION ALL
-      SELECT placed.run, placed.verdict
+      SELECT placed.run, placed.verdict, its.recorded, its.log
       FROM (
         SELECT
           one.run,
           one.verdict,
           count(*) FILTER (WHERE one.first_run = one.run) OVER (
-            ORDER BY one.first_run GROUPS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING
+            ORDER BY
+              (SELECT its.recorded FROM run AS its WHERE its.run = one.first_run),
+              (SELECT its.log FROM run AS its WHERE its.run = one.first_run AND its.recorded <> ''),
+              one.first_run
+            GROUPS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING
           ) AS before
         FROM (
           SELECT * FROM measured
           WHERE serial = unit.serial AND EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
           ORDER BY run LIMIT 1000000000
         ) AS one
-      ) AS placed
-      WHERE placed.before <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
+      ) AS placed CROSS JOIN run AS its
+      WHERE its.run = placed.run AND placed.before <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
     ) AS counted
     ORDER BY
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
@@ -343,8 +266,17 @@ CREATE VIEW standing AS
         END
       END,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.recorded
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' AND counted.recorded <> ''
+      THEN
+        counted.log
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
         counted.run
       END,
+      counted.recorded DESC,
+      CASE WHEN counted.recorded <> '' THEN counted.log END DESC,
       counted.run DESC
     LIMIT 1
   );

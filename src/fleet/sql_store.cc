@@ -29,7 +29,8 @@ KnownRun KnownRunOf(const std::vector<Cell>& row) {
           VerdictFromName(row[5].value_or("")).value_or(Verdict::kNoResult),
           row[6].value_or(""),
           {},
-          row[9].value_or("")};
+          row[9].value_or(""),
+          row[10].value_or("")};
 }
 
 StationCheck StationCheckOf(const std::vector<Cell>& row) {

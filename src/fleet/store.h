@@ -27,6 +27,7 @@ struct KnownRun {
   std::string serial;
   Tags tags;
   std::string code = {};  ///< Of its verdict.
+  std::string recorded = {};
 };
 
 /// By which people find a run.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "base/utf8.h"
 #include "fleet/log_files.h"
 #include "io/text_file.h"
+#include "line/moment.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/model/tags.h"
 
@@ -59,7 +61,7 @@ bool NextLine(std::ifstream* file, std::string* line) {
 
 /// The columns that a list may have.
 std::vector<std::string_view> ListColumns() {
-  std::vector<std::string_view> columns = {"log", "serial"};
+  std::vector<std::string_view> columns = {"log", "serial", "recorded"};
   for (const TagKey& tag : kDeviceTags) columns.push_back(tag.key);
   for (const TagKey& tag : kRunTags) columns.push_back(tag.key);
   return columns;
@@ -91,7 +93,7 @@ Status CheckHeader(const std::vector<std::string>& header, const FilePlace& plac
       return Error(ErrorCode::kUnknownColumn,
                    place,
                    "column `" + *column + "` is unknown" + DidYouMean(*column, known) +
-                       "; a list has log, serial and tags");
+                       "; a list has log, serial, recorded and tags");
     }
     if (std::find(header.begin(), column, *column) != column) {
       return Error(ErrorCode::kDuplicateColumn,
@@ -133,6 +135,16 @@ Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
     } else if (header[i] == "serial" && !fields[i].empty()) {
       unit.serial = fields[i];
       unit.serial_from = place.Text();
+    } else if (header[i] == "recorded" && !fields[i].empty()) {
+      const double seconds = line::SecondsOf(fields[i]);
+      if (std::isnan(seconds)) {
+        return Error(ErrorCode::kInvalidValue,
+                     place,
+                     "recorded is `" + fields[i] +
+                         "`, expected when the unit was measured, as in 2026-11-24T06:00:00Z or "
+                         "2026-11-24T07:00+01:00");
+      }
+      unit.recorded = line::MomentOf(static_cast<std::int64_t>(seconds));
     } else {
       SetTag(header[i], fields[i], &unit.tags);
     }

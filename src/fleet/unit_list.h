@@ -11,14 +11,13 @@
 namespace truetriad::fleet {
 
 /// The units that `words` name: logs; folders, with every log in them and below (ForEachLog);
-/// patterns such as `line-3/*.csv`; and lists, CSV with a column `log` and perhaps `serial` and
-/// tags (`lot`, `slot`, …), paths as seen from their folder. Each once, in the order of their
-/// names; those of a list as there.
-/// `serial_pattern`: how a file is named, with {serial} for that and * for anything else; empty:
-/// nothing is taken from names.
-/// Errors (bad input): a name that is none, a folder without a log or that cannot be read, a list
-/// that is malformed, names no log or one that is not there, a log that is there twice, a name that
-/// does not match the pattern or is no UTF-8. Error (usage): no words, a pattern without {serial}.
+/// patterns such as `line-3/*.csv`; and lists, CSV with a column `log` and perhaps `serial`,
+/// `recorded` and tags (`lot`, `slot`, …), paths as seen from their folder. Each once, in the order
+/// of their names; those of a list as there. `serial_pattern`: how a file is named, with {serial}
+/// for that and * for anything else; empty: nothing is taken from names. Errors (bad input): a name
+/// that is none, a folder without a log or that cannot be read, a list that is malformed, names no
+/// log or one that is not there, a log that is there twice, a name that does not match the pattern
+/// or is no UTF-8. Error (usage): no words, a pattern without {serial}.
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern);
 

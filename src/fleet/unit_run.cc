@@ -133,6 +133,8 @@ UnitRun UnitRunFrom(const Json& json) {
   run.log_bytes = json.at("log_bytes");
   run.log_modified_ns = json.at("log_modified_ns");
   run.mode = json.value("mode", "");
+  run.recorded = json.value("recorded", "");
+  run.recorded_by = json.value("recorded_by", "");
   run.tags = TagsFrom(json.at("tags"));
   run.wall_s = json.at("wall_s");
   run.cpu_s = json.at("cpu_s");
@@ -269,6 +271,10 @@ std::string LineOf(const UnitRun& run) {
   json["log_bytes"] = run.log_bytes;
   json["log_modified_ns"] = run.log_modified_ns;
   json["mode"] = run.mode;
+  if (!run.recorded.empty()) {
+    json["recorded"] = run.recorded;
+    json["recorded_by"] = run.recorded_by;
+  }
   json["tags"] = JsonOf(run.tags);
   json["wall_s"] = run.wall_s;
   json["cpu_s"] = run.cpu_s;

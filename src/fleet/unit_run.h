@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -46,6 +47,10 @@ struct Standing {
   std::string disposed_by = {}, disposed_why = {}, disposed_at = {};
 };
 
+/// What says when a unit was measured, the first of them that does: the list, the recording's own
+/// times, or that of its file.
+inline constexpr std::array<std::string_view, 3> kRecordedBy = {"list", "recording", "file"};
+
 /// What a store keeps of one run of one unit. Never changed; a later run of the unit supersedes it.
 struct UnitRun {
   std::string id;                                   ///< NewRunId.
@@ -53,6 +58,8 @@ struct UnitRun {
   std::string log;                                  ///< As it was named.
   std::int64_t log_bytes = 0, log_modified_ns = 0;  ///< Of that file when it was read.
   std::string created;                              ///< ISO 8601, UTC.
+  /// When it was measured, likewise, and what says so; empty: not known.
+  std::string recorded, recorded_by;
   std::string software_version;
   std::string config_sha256;  ///< Of what was asked for: experiment, overrides, formats.
   std::string shard;          ///< "2/8"; empty: not one of several.

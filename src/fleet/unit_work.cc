@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <chrono>
+#include <cstdint>
 #include <ctime>
 #include <exception>
 #include <filesystem>
@@ -21,6 +22,7 @@
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "json/plain_yaml.h"
+#include "line/moment.h"
 #include "truetriad/base/version.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
@@ -32,6 +34,8 @@ namespace truetriad::fleet {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
 /// Processor time of this process, s.
 double CpuSeconds() {
@@ -150,6 +154,15 @@ Status AgreeOnStation(const UnitRun& run) {
                    "` (--tag, list or experiment); correct the one that is wrong");
 }
 
+/// The recording's own time, where its clock counts from 1970.
+void TakeOwnTime(const PoseSet& poses, UnitRun* run) {
+  // 9 September 2001: one that counts from power-up would have run for 31.7 years.
+  constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
+  if (!poses.has_time || poses.start_ns < kLeastNs) return;
+  run->recorded = line::MomentOf(poses.start_ns / kNsPerSecond);
+  run->recorded_by = kRecordedBy[1];
+}
+
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   TRUETRIAD_RETURN_IF_ERROR(AgreeOnStation(*run));
   TRUETRIAD_ASSIGN_OR_RETURN(UnitTask task, TaskFor(plan, order));
@@ -161,6 +174,7 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
     const bool is_other = error.code == ErrorCode::kOtherDevice && !order.serial_from.empty();
     return is_other ? OtherDevice(order, error) : error;
   }
+  if (order.recorded.empty()) TakeOwnTime(poses, run);
   Calibration& calibration = *calibrated;
   if (calibration.serial.empty() && order.shares_name) {
     return Error(ErrorCode::kDuplicateKey,
@@ -276,6 +290,12 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   if (const std::optional<LogStamp> stamp = StampOf(order.log)) {
     run.log_bytes = stamp->bytes;
     run.log_modified_ns = stamp->modified_ns;
+    run.recorded = line::MomentOf(stamp->modified_ns / kNsPerSecond);
+    run.recorded_by = kRecordedBy[2];
+  }
+  if (!order.recorded.empty()) {
+    run.recorded = order.recorded;
+    run.recorded_by = kRecordedBy[0];
   }
   return run;
 }
@@ -338,6 +358,7 @@ std::string LineOf(const UnitOrder& order) {
   const Json json = {{"log", order.log},
                      {"serial", order.serial},
                      {"serial_from", order.serial_from},
+                     {"recorded", order.recorded},
                      {"shares_name", order.shares_name},
                      {"tags", JsonOf(order.tags)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
@@ -365,6 +386,7 @@ Result<UnitOrder> ReadOrder(std::string_view line) {
                      .serial = json.at("serial"),
                      .serial_from = json.at("serial_from"),
                      .tags = TagsFrom(json.at("tags")),
+                     .recorded = json.at("recorded"),
                      .shares_name = json.at("shares_name")};
   });
 }

@@ -40,7 +40,8 @@ struct UnitOrder {
   std::string serial = {};       ///< Empty: the log says it, or the name of its file is taken.
   std::string serial_from = {};  ///< "day.csv:3", "--serial=…": what states it.
   Tags tags = {};                ///< Stated for this unit alone.
-  bool shares_name = false;  ///< Another log's file has the same name: that is no serial number.
+  std::string recorded = {};  ///< When it was measured, as UnitRun; empty: the list does not say.
+  bool shares_name = false;   ///< Another log's file has the same name: that is no serial number.
   /// By which shards tell units apart: where the log is in the folder or list that was named, so
   /// however that is spelled and wherever it is mounted. Not for workers.
   std::string place = {};

@@ -7,23 +7,11 @@
 #include <glog/logging.h>
 
 #include "line/run_length.h"
-#include "math/distributions.h"
 
 namespace truetriad::line {
-namespace {
-
-bool IsOfOneParameter(ChartKind kind) {
-  return kind != ChartKind::kHotelling && kind != ChartKind::kMewma;
-}
-
-// Exceeded on either side with `probability`.
-double WidthOf(double probability) { return -NormalQuantile(0.5 * probability); }
-
-}  // namespace
 
 ChartPlan::ChartPlan(const ChartOptions& wanted, std::size_t charts) : options(wanted) {
   CHECK_GT(options.run_length_units, 1.0);
-  CHECK_GE(options.subgroup_units, 2);
   const double sum = std::accumulate(options.shares.begin(), options.shares.end(), 0.0);
   // A sum of shares that are rounded to a few digits.
   CHECK(sum > 0.0 && sum < 1.0 + 1e-6) << "shares sum to " << sum;
@@ -32,22 +20,13 @@ ChartPlan::ChartPlan(const ChartOptions& wanted, std::size_t charts) : options(w
     CHECK_GE(options.shares[place], 0.0) << NameOf(kind);
     // The rates of all charts add up to at most 1 / run length however they depend on each other.
     rates[place] = options.shares[place] / options.run_length_units;
-    if (IsOfOneParameter(kind))
+    if (kind == ChartKind::kEwma) {
       rates[place] /= static_cast<double>(std::max<std::size_t>(charts, 1));
+    }
   }
   if (Has(ChartKind::kEwma)) {
     ewma_width = EwmaWidth(options.ewma_lambda, 1.0 / RateOf(ChartKind::kEwma));
   }
-  if (Has(ChartKind::kIndividuals)) single_width = WidthOf(RateOf(ChartKind::kIndividuals));
-  if (Has(ChartKind::kMovingRange)) range_width = WidthOf(RateOf(ChartKind::kMovingRange));
-}
-
-double ChartPlan::MewmaLimitOf(int dimension) {
-  const auto [at, is_new] = mewma_limits_.try_emplace(dimension);
-  if (is_new) {
-    at->second = MewmaLimit(dimension, options.mewma_lambda, 1.0 / RateOf(ChartKind::kMewma));
-  }
-  return at->second;
 }
 
 ChartWriter::ChartWriter(ChartKind kind, int parameter, std::size_t count, int most)

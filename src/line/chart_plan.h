@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -22,17 +21,9 @@ struct ChartPlan {
   /// False alarms a unit of one chart of this kind.
   double RateOf(ChartKind kind) const { return rates[static_cast<std::size_t>(kind)]; }
 
-  /// The multivariate EWMA's limit of a known covariance; found once for each dimension.
-  double MewmaLimitOf(int dimension);
-
   ChartOptions options;
   std::array<double, kChartKindCount> rates{};
-  // Both in σ of a known process; 0 without such charts.
-  double ewma_width = 0.0;
-  double single_width = 0.0, range_width = 0.0;
-
- private:
-  std::map<int, double> mewma_limits_;  // by dimension
+  double ewma_width = 0.0;  // In σ of a known process; 0 without such charts.
 };
 
 /// One parameter's values at one station.
@@ -40,7 +31,6 @@ struct ParameterValues {
   int parameter = 0;
   std::vector<int> units;      // with a value, in their order; indices in LineData::units
   std::vector<double> values;  // of these
-  std::vector<int> subgroups;  // consecutive values of the same number; -1: of none
   std::size_t baseline = 0;    // the first so many are the baseline
   bool own = false;            // that is all of them: phase I
   std::vector<bool> good;      // of the baseline: no outlier
@@ -76,19 +66,14 @@ class ChartWriter {
 /// Another sentence of station->note.
 void AddNote(const std::string& sentence, StationCharts* station);
 
-/// EWMA, individuals and moving range.
-void DrawSingles(const ParameterValues& values, const ChartPlan& plan, StationCharts* station);
+/// The EWMA of one parameter.
+void DrawEwma(const ParameterValues& values, const ChartPlan& plan, StationCharts* station);
 
-/// X-bar and S. Why there are none; empty: there are.
-std::string DrawSubgroups(const ParameterValues& values,
-                          const ChartPlan& plan,
-                          StationCharts* station);
-
-/// T^2 and MEWMA over those parameters, which all have a baseline or none; adds to
-/// station->dependent and note.
-void DrawTogether(const LineData& data,
-                  const std::vector<ParameterValues>& shared,
-                  ChartPlan* plan,
-                  StationCharts* station);
+/// T^2 over those parameters, which all have a baseline or none; adds to station->dependent and
+/// note. Units of the EWMA alarms that the station has by now are in no baseline.
+void DrawHotelling(const LineData& data,
+                   const std::vector<ParameterValues>& shared,
+                   const ChartPlan& plan,
+                   StationCharts* station);
 
 }  // namespace truetriad::line

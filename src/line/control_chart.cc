@@ -36,26 +36,6 @@ double ValueOf(const UnitRecord& unit, int parameter) {
                                         : std::numeric_limits<double>::quiet_NaN();
 }
 
-void NumberSubgroups(const LineData& data, const ChartOptions& options, ParameterValues* values) {
-  const std::size_t count = values->values.size();
-  const auto size = static_cast<std::size_t>(options.subgroup_units);
-  const std::string* last = nullptr;
-  int number = -1;
-  for (std::size_t k = 0; k < count; ++k) {
-    if (options.subgroup_tag.empty()) {
-      // The last ones wait for the others of their subgroup.
-      const std::size_t group = k / size;
-      values->subgroups.push_back(group < count / size ? static_cast<int>(group) : -1);
-      continue;
-    }
-    const std::string& tag =
-        TagOf(data.units[static_cast<std::size_t>(values->units[k])], options.subgroup_tag);
-    if (last == nullptr || tag != *last) ++number;
-    last = &tag;
-    values->subgroups.push_back(number);
-  }
-}
-
 // Values of one parameter over a station's units.
 ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, int parameter) {
   ParameterValues values;
@@ -130,24 +110,6 @@ void SortUnique(std::vector<int>* numbers) {
   numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
 }
 
-void DrawAllSubgroups(const LineData& data,
-                      const ChartOptions& options,
-                      const ChartPlan& plan,
-                      std::vector<ParameterValues>* watched,
-                      StationCharts* station) {
-  std::map<std::string, int> lacks;  // how many parameters have each
-  for (ParameterValues& values : *watched) {
-    NumberSubgroups(data, options, &values);
-    const std::string lack = DrawSubgroups(values, plan, station);
-    if (!lack.empty()) ++lacks[lack];
-  }
-  for (const auto& [lack, parameters] : lacks) {
-    AddNote("no X-bar and S charts of " + std::to_string(parameters) +
-                (parameters == 1 ? " parameter: " : " parameters: ") + lack,
-            station);
-  }
-}
-
 // `plans`: of stations before, by their number of parameters.
 StationCharts ChartsOf(const LineData& data,
                        const std::string& name,
@@ -184,14 +146,11 @@ StationCharts ChartsOf(const LineData& data,
                    " units with a value";
     return station;
   }
-  ChartPlan& plan = plans->try_emplace(watched.size(), options, watched.size()).first->second;
-  for (const ParameterValues& values : watched) DrawSingles(values, plan, &station);
-  if (plan.Has(ChartKind::kXBar) || plan.Has(ChartKind::kS)) {
-    DrawAllSubgroups(data, options, plan, &watched, &station);
+  const ChartPlan& plan = plans->try_emplace(watched.size(), options, watched.size()).first->second;
+  if (plan.Has(ChartKind::kEwma)) {
+    for (const ParameterValues& values : watched) DrawEwma(values, plan, &station);
   }
-  if (plan.Has(ChartKind::kHotelling) || plan.Has(ChartKind::kMewma)) {
-    DrawTogether(data, shared, &plan, &station);
-  }
+  if (plan.Has(ChartKind::kHotelling)) DrawHotelling(data, shared, plan, &station);
   std::stable_sort(station.charts.begin(),
                    station.charts.end(),
                    [](const Chart& a, const Chart& b) { return a.kind < b.kind; });
@@ -204,8 +163,7 @@ StationCharts ChartsOf(const LineData& data,
 }  // namespace
 
 const char* NameOf(ChartKind kind) {
-  static constexpr std::array<const char*, kChartKindCount + 1> kNames = {
-      "ewma", "individuals", "moving-range", "x-bar", "s", "t2", "mewma", "baseline"};
+  static constexpr std::array<const char*, kChartKindCount + 1> kNames = {"ewma", "t2", "baseline"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -11,7 +11,6 @@
 #include "line/factors.h"
 #include "line/linear_model.h"
 #include "line/multiple_tests.h"
-#include "line/tilt.h"
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"
 
@@ -333,7 +332,6 @@ EffectReport Effects(const LineData& data, const EffectOptions& options) {
   AdjustAll(&report.joint);
   NoteUnestimable(report, &report.notes);
   NoteWithoutSigma(data, &report);
-  report.tilts = TiltsOf(data, factors, &report.notes);
   return report;
 }
 

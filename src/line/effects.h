@@ -57,23 +57,6 @@ struct JointEffect {
   double p_adjusted = 1.0;  // Holm's, over the factors
 };
 
-/// A rotation of units in a fixture (or slot): all sensors' axes turned alike.
-struct LevelTilt {
-  std::string level;
-  int units = 0;
-  Eigen::Vector3d rotation_rad =
-      Eigen::Vector3d::Zero();  // against the mean of the levels; body frame
-  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Zero();
-  double p = 1.0;           // of no rotation
-  double p_adjusted = 1.0;  // Holm's, over the levels of all factors
-  double p_common = 1.0;    // of all sensors turned by the same; 1 of a single sensor
-};
-struct FactorTilt {
-  int factor = 0;
-  std::vector<std::string> sensors;  // that take part
-  std::vector<LevelTilt> levels;
-};
-
 struct FactorLevels {
   std::string name;
   std::vector<std::string> levels;  // empty text: units without the tag, of which nothing is said
@@ -84,7 +67,6 @@ struct EffectReport {
   std::vector<ParameterEffect> effects;
   std::vector<ResidualSpread> spreads;
   std::vector<JointEffect> joint;
-  std::vector<FactorTilt> tilts;
   /// What cannot be told apart, or was left out, and why: a sentence each.
   std::vector<std::string> notes;
 };

@@ -15,35 +15,36 @@
 namespace truetriad::line {
 namespace {
 
-constexpr double kSecondsADay = 86'400.0;
 constexpr double kSecondsAnHour = 3600.0;
 
-/// The slope of a straight line through the sizes of the largest differences, and its p.
+/// The change of a straight line through the sizes of the largest differences, and its p.
 void FillDrift(double confidence, GoldenHistory* history) {
   std::vector<std::pair<double, double>> points;
   for (const StationCheck& check : history->checks) {
-    const double day = SecondsOf(check.created) / kSecondsADay;
+    const double hour = SecondsOf(check.created) / kSecondsAnHour;
     // Another golden unit has differences of its own.
     if (check.serial != history->checks.back().serial) continue;
-    if (std::isfinite(day) && std::isfinite(check.largest)) {
-      points.emplace_back(day, std::abs(check.largest));
+    if (std::isfinite(hour) && std::isfinite(check.largest)) {
+      points.emplace_back(hour, std::abs(check.largest));
     }
   }
   constexpr std::size_t kFewest = 4;
   if (points.size() < kFewest) return;
-  Eigen::VectorXd days(std::ssize(points)), sizes(std::ssize(points));
+  Eigen::VectorXd hours(std::ssize(points)), sizes(std::ssize(points));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    std::tie(days[static_cast<Eigen::Index>(i)], sizes[static_cast<Eigen::Index>(i)]) = points[i];
+    std::tie(hours[static_cast<Eigen::Index>(i)], sizes[static_cast<Eigen::Index>(i)]) = points[i];
   }
-  days.array() -= days.mean();
+  const double span = hours.maxCoeff() - hours.minCoeff();
+  hours.array() -= hours.mean();
   sizes.array() -= sizes.mean();
-  const double squares = days.squaredNorm();
+  const double squares = hours.squaredNorm();
   if (!(squares > 0.0)) return;
-  const double slope = days.dot(sizes) / squares;
+  const double slope = hours.dot(sizes) / squares;
   const double dof = static_cast<double>(points.size()) - 2.0;
-  const double sigma = std::sqrt((sizes - slope * days).squaredNorm() / dof / squares);
+  const double sigma = std::sqrt((sizes - slope * hours).squaredNorm() / dof / squares);
   const double doubt = StudentQuantile(0.5 * (1.0 + confidence), dof) * sigma;
-  history->drift_per_day = {slope, {slope - doubt, slope + doubt}};
+  history->drift = {span * slope, {span * (slope - doubt), span * (slope + doubt)}};
+  history->drift_span_h = span;
   const double t = slope / sigma;
   if (!std::isnan(t)) history->drift_p = FisherUpper(t * t, 1.0, dof);
 }

@@ -33,9 +33,10 @@ struct GoldenHistory {
   GoldenState state = GoldenState::kGood;
   double age_h = kNotKnown;  ///< Since the last.
   int disagreed = 0;         ///< Checks that did not agree.
-  /// Of the size of `largest` of the golden unit that was checked last, by a straight line; NaN:
-  /// fewer than four.
-  Estimate drift_per_day;
+  /// By how much the size of `largest` of the golden unit that was checked last has changed over
+  /// `drift_span_h`, by a straight line; NaN: fewer than four.
+  Estimate drift;
+  double drift_span_h = kNotKnown;
   double drift_p = kNotKnown;  ///< That there is none (Student).
 };
 

@@ -13,17 +13,17 @@ namespace truetriad::line {
 
 /// One unit as the line's statistics see it: the run that counts.
 struct UnitRecord {
-  std::string serial = {}, run = {}, created = {};  // created: ISO 8601, UTC
-  std::string verdict = {}, code = {};              // as in the store
-  std::map<std::string, std::string> tags = {};     // station, slot, fixture, operator, lot, ...
-  Eigen::VectorXd values = {}, sigma = {};          // by LineData::parameters; NaN: not estimated
+  std::string serial = {}, run = {};
+  std::string recorded = {};            // when it was measured, ISO 8601, UTC; empty: not known
+  std::string verdict = {}, code = {};  // as in the store
+  std::map<std::string, std::string> tags = {};  // station, slot, fixture, operator, lot, ...
+  Eigen::VectorXd values = {}, sigma = {};       // by LineData::parameters; NaN: not estimated
 };
 
 /// What a line has measured of its units, wherever it is kept.
 struct LineData {
-  std::vector<std::string> parameters = {};     // without reference.*
-  std::vector<UnitRecord> units = {};           // in the order of time
-  Eigen::MatrixXd calibration_covariance = {};  // of one calibration: mean over units, or NaN
+  std::vector<std::string> parameters = {};  // without reference.*
+  std::vector<UnitRecord> units = {};        // in the order in which they were measured
 };
 
 /// Where `parameter` stands in `parameters`.

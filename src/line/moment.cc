@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "line/moment.h"
 
-#include <cstdio>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
 #include <ctime>
 
 #include "line/interval.h"
@@ -9,20 +11,39 @@
 namespace truetriad::line {
 
 double SecondsOf(const std::string& moment) {
+  std::tm stated{};
+  const char* rest = strptime(moment.c_str(), "%Y-%m-%d", &stated);
+  if (rest == nullptr || std::isdigit(static_cast<unsigned char>(moment[0])) == 0) return kNotKnown;
+  double fraction = 0.0;
+  std::int64_t offset_s = 0;
+  if (*rest == 'T' || *rest == ' ') {
+    rest = strptime(rest + 1, "%H:%M", &stated);
+    if (rest != nullptr && *rest == ':') rest = strptime(rest + 1, "%S", &stated);
+    if (rest != nullptr && *rest == '.') {
+      char* end = nullptr;
+      fraction = std::strtod(rest, &end);
+      rest = end;
+    }
+    if (rest != nullptr && *rest != '\0') {
+      std::tm zone{};  // In which strptime keeps nothing else.
+      rest = strptime(rest, "%z", &zone);
+      offset_s = zone.tm_gmtoff;
+    }
+  }
+  if (rest == nullptr || *rest != '\0') return kNotKnown;
+  const int day = stated.tm_mday;
+  stated.tm_isdst = 0;
+  const auto seconds = static_cast<double>(timegm(&stated) - offset_s) + fraction;
+  // The 30th of February would be the 2nd of March.
+  return stated.tm_mday == day && seconds >= 0.0 ? seconds : kNotKnown;
+}
+
+std::string MomentOf(std::int64_t seconds) {
+  const auto time = static_cast<std::time_t>(seconds);
   std::tm utc{};
-  double seconds = 0.0;
-  const int fields = std::sscanf(moment.c_str(),
-                                 "%4d-%2d-%2dT%2d:%2d:%lf",
-                                 &utc.tm_year,
-                                 &utc.tm_mon,
-                                 &utc.tm_mday,
-                                 &utc.tm_hour,
-                                 &utc.tm_min,
-                                 &seconds);
-  if (fields != 3 && fields != 6) return kNotKnown;
-  utc.tm_year -= 1900;
-  utc.tm_mon -= 1;
-  return static_cast<double>(timegm(&utc)) + seconds;
+  gmtime_r(&time, &utc);
+  char text[32];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
 }
 
 }  // namespace truetriad::line

@@ -24,8 +24,6 @@ using Eigen::VectorXd;
 // which it is at least twice as wide as the distance between them: eight digits of run lengths to
 // 10^6.
 int EwmaPoints(double lambda) { return 10 + static_cast<int>(14.0 / std::sqrt(lambda)); }
-// Likewise of the radius; the run length changes by less than 1e-6 of itself with more.
-constexpr int kMewmaPoints = 40;
 // Final limits are taken as reached once the variance is within this share of its final value.
 constexpr double kSettled = 1e-4;
 // Relative accuracy of limits; a run length has some 10 times that.
@@ -182,38 +180,6 @@ double EwmaWidth(double lambda, double run_length) {
   const auto run = [&](double width) { return EwmaRunLength(lambda, width); };
   const double high = -NormalQuantile(0.25 / run_length);
   return Inverse(run, run_length, 0.5, high);
-}
-
-double MewmaRunLength(int dimension, double lambda, double limit) {
-  CheckLambda(lambda);
-  CHECK_GT(dimension, 0);
-  // |z|^2 / λ^2 is noncentral chi-square about ((1 - λ) / λ)^2 |z before|^2. Gauss points in the
-  // radius, in which the run length is smooth.
-  static const Quadrature rule = GaussLegendre(kMewmaPoints);
-  const Quadrature grid = Between(0.0, std::sqrt(limit * lambda / (2.0 - lambda)), rule);
-  const auto density = [&](double from, double to) {
-    const double before = (1.0 - lambda) / lambda * from;
-    const double ratio = to / lambda;
-    return NoncentralChiSquareDensity(ratio * ratio, dimension, before * before) * 2.0 * ratio /
-           lambda;
-  };
-  MatrixXd kernel(kMewmaPoints, kMewmaPoints);
-  VectorXd first(kMewmaPoints);
-  for (int col = 0; col < kMewmaPoints; ++col) {
-    first[col] = density(0.0, grid.points[col]);
-    for (int row = 0; row < kMewmaPoints; ++row) {
-      kernel(row, col) = density(grid.points[row], grid.points[col]);
-    }
-  }
-  return 1.0 + first.cwiseProduct(grid.weights).dot(RunLengths(kernel, grid.weights));
-}
-
-double MewmaLimit(int dimension, double lambda, double run_length) {
-  const auto run = [&](double limit) { return MewmaRunLength(dimension, lambda, limit); };
-  // From a limit that single points exceed once in a few to one that they exceed less often than
-  // the average may.
-  const double low = ChiSquareQuantile(0.3, dimension);
-  return Inverse(run, run_length, low, ChiSquareQuantile(1.0 - 0.01 / run_length, dimension));
 }
 
 }  // namespace truetriad::line

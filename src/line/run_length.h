@@ -21,12 +21,4 @@ double EwmaRunLengthFixedLimits(double lambda, double width, double shift = 0.0)
 /// The width with which EwmaRunLength(lambda, width) = run_length; at least 0.5.
 double EwmaWidth(double lambda, double run_length);
 
-/// Multivariate EWMA of `dimension` values: z_i = λ x_i + (1 - λ) z_(i-1), alarm where
-/// (2 - λ) / λ |z_i|^2 > limit. In control (Rigdon 1995).
-double MewmaRunLength(int dimension, double lambda, double limit);
-
-/// The limit with which MewmaRunLength(dimension, lambda, limit) = run_length; at least the 30 %
-/// quantile of chi-square.
-double MewmaLimit(int dimension, double lambda, double run_length);
-
 }  // namespace truetriad::line

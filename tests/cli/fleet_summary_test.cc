@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a line's engineer asks of the store that `fleet run` has written.
+#include <cstdio>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -109,6 +112,75 @@ TEST_F(FleetSummary, IsWhatItsSchemaSays) {
       folder_->Path(""));
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
   EXPECT_EQ(checked.out, "");
+}
+
+/// A summary without what differs from one call to the next: the times that the work took.
+std::string WithoutWork(const std::string& text) {
+  static const std::regex kWork(
+      "[0-9.]+ s a\\s+unit, [0-9.]+ s of a\\s+processor|\"(wall|cpu)_s\": *[^,}]*");
+  return std::regex_replace(text, kWork, "");
+}
+
+// 26 recordings of 24 units whose bias drifts, listed as they were measured and the other way
+// round: once the list says when, once the files do.
+TEST(FleetSummaryOfAList, FollowsTheTimeOfMeasurementWhateverTheOrderOfTheList) {
+  const TemporaryFolder folder;
+  std::vector<std::string> lines;
+  for (int i = 0; i < 26; ++i) {
+    LogOptions options;
+    options.magnetometer = false;
+    options.rests = 12;
+    options.rest_s = 1.5;
+    options.accelerometer.bias.x() += 0.01 * i;
+    options.seed = static_cast<std::uint64_t>(i + 1);
+    const std::string log = "u" + std::to_string(i * 7 % 26) + ".csv";
+    const std::string path = folder.Write(log, LogText(options));
+    char moment[64];
+    std::snprintf(moment, sizeof moment, "2026-11-24T%02d:30:00Z", i % 24);
+    if (i >= 24) moment[9] = '5';
+    lines.push_back(log + ",S" + std::to_string(i % 24) + ',' + moment + '\n');
+    ASSERT_EQ(RunShell("touch -d " + std::string(moment) + " '" + path + "'").exit_code, 0);
+  }
+  const auto summary = [&](const std::string& name, bool is_reversed, bool is_stated) {
+    std::string list = is_stated ? "log,serial,recorded\n" : "log,serial\n";
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const std::string& line = lines[is_reversed ? lines.size() - 1 - k : k];
+      list += is_stated ? line : line.substr(0, line.rfind(',')) + '\n';
+    }
+    folder.Write(name + ".csv", list);
+    const Finished run = RunShell(
+        "'" TRUETRIAD_BINARY "' fleet run " + name + ".csv --report=false --jobs=2 -o " + name +
+            " --set=limits.accelerometer.bias=0.45 >&2 && '" TRUETRIAD_BINARY
+            "' fleet summary --store=" +
+            name + "/fleet.db && '" TRUETRIAD_BINARY "' fleet summary --json --points=50 --store=" +
+            name + "/fleet.db",
+        folder.Path(""));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return WithoutWork(run.out);
+  };
+  const std::string stated = summary("stated", false, true);
+  EXPECT_THAT(stated, HasSubstr("24 units by the list"));
+  EXPECT_THAT(stated, HasSubstr("Trends, 2026-11-24T00:30:00Z to 2026-11-24T23:30:00Z\n"));
+  EXPECT_THAT(stated, HasSubstr("accelerometer.bias.x   0.23"));
+  EXPECT_EQ(stated, summary("stated-reversed", true, true));
+  const std::string filed = summary("filed", false, false);
+  EXPECT_THAT(filed, HasSubstr("\"file\": 24"));
+  EXPECT_EQ(filed, summary("filed-reversed", true, false));
+}
+
+// A log whose clock counts from 1970 says itself when it was recorded.
+TEST(FleetSummaryOfAList, TakesARecordingsOwnTime) {
+  const TemporaryFolder folder;
+  const LogOptions options{.rests = 12, .magnetometer = false};
+  std::vector<LogRow> rows = LogRows(options);
+  for (LogRow& row : rows) row[0] += 1'795'500'000.0;
+  folder.Write("u1.csv", LogText(LogHeader(options), rows));
+  folder.Write("list.csv", "log,serial,recorded\nu1.csv,u1,\n");
+  const Finished run = RunShell(
+      "'" TRUETRIAD_BINARY "' fleet run list.csv --report=false -o day >&2 && '" TRUETRIAD_BINARY
+      "' fleet query --csv --store=day/fleet.db 'SELECT recorded, recorded_by FROM run'",
+      folder.Path(""));
+  EXPECT_EQ(run.out, "recorded,recorded_by\n2026-11-24T06:00:00Z,recording\n") << run.err;
 }
 
 TEST_F(FleetSummary, IsATableOfQuantitiesAsCsv) {

@@ -278,6 +278,8 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
   fs::create_directories(folder_.Path("again"));
   units_[0] = {.log = folder_.Write("again/u0.csv",
                                     LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
+  // Measured later than the first, not in the same second.
+  fs::last_write_time(units_[0].log, fs::file_time_type::clock::now() + std::chrono::seconds(2));
   run();
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
 }

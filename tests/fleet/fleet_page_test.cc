@@ -31,7 +31,8 @@ UnitRun PageRun(const std::string& serial, int number, Verdict verdict) {
   UnitRun run;
   run.serial = serial;
   run.id = "2026100" + std::to_string(number) + "T000000Z";
-  run.created = "2026-10-0" + std::to_string(number) + "T00:00:00Z";
+  run.recorded = run.created = "2026-10-0" + std::to_string(number) + "T00:00:00Z";
+  run.recorded_by = "list";
   run.verdict = verdict;
   if (IsRed(verdict)) run.code = "limit:accelerometer.bias.x";
   run.tags.lot = "L/1";

@@ -207,6 +207,8 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
       {[](UnitRun* run) { run->covariance.pop_back(); }, "the covariance has"},
       {[](UnitRun* run) { run->created = "2026-99-25T12:00:00Z"; }, "created is \"2026-99-25"},
       {[](UnitRun* run) { run->created = "2026-11-31T12:00:00Z"; }, "created is \"2026-11-31"},
+      {[](UnitRun* run) { run->recorded = "yesterday"; }, "recorded is \"yesterday\""},
+      {[](UnitRun* run) { run->recorded_by = "hand"; }, "recorded_by is \"hand\""},
       {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "is none"},
       {[](UnitRun* run) { run->id = "22010101T000000.000000Z-00000001"; }, "until 2200"},
       {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `PASS`, and its limit"},

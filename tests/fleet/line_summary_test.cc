@@ -41,7 +41,8 @@ class LineOfUnits : public ::testing::Test {
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), "2026-11-24T%02d:%02d:00Z", minute / 60, minute % 60);
     UnitRun run;
-    run.created = text.data();
+    run.recorded = run.created = text.data();
+    run.recorded_by = "list";
     std::snprintf(text.data(), text.size(), "20261124T%04d00.000000Z-00000000", minute);
     run.id = text.data();
     run.serial = serial;
@@ -98,13 +99,63 @@ TEST_F(LineOfUnits, CountsWhatWasGoodAtFirstAndInTheEnd) {
   EXPECT_EQ(yield.all.good_at_first, 1);
   EXPECT_EQ(yield.all.good, 3);  // a, b, and c by a person.
   EXPECT_EQ(yield.first, "2026-11-24T00:00:00Z");
-  // Five units, the first and the last five minutes apart.
-  EXPECT_NEAR(yield.units_per_hour, 4 * 60.0 / 5.0, 1e-9);
+  EXPECT_EQ(yield.recorded_by, (std::map<std::string, int>{{"list", 5}}));
+  EXPECT_TRUE(std::isnan(yield.units_per_hour));  // Of five minutes nobody knows.
   EXPECT_EQ(yield.wall_s, 0.5);
   ASSERT_THAT(summary.reasons, SizeIs(1));
   EXPECT_EQ(summary.reasons.front().code, "too-few-poses");
   EXPECT_EQ(summary.reasons.front().cumulative, 1.0);
   EXPECT_THAT(SummaryText(summary), HasSubstr("3 OF 5 GOOD: 60 %"));
+}
+
+TEST_F(LineOfUnits, SaysWhenUnitsWereMeasuredAndHowThatIsKnown) {
+  UnitRun early = RunOf("a", 0.1), late = RunOf("b", 0.1), unknown = RunOf("c", 0.1);
+  late.recorded = "2026-11-24T02:00:00Z", late.recorded_by = "file";
+  unknown.recorded.clear(), unknown.recorded_by.clear();
+  for (const UnitRun& run : {late, unknown, early}) Add(run);
+  const LineSummary summary = Summary();
+  EXPECT_EQ(summary.yield.first, "2026-11-24T00:00:00Z");
+  EXPECT_EQ(summary.yield.units_per_hour, 0.5);
+  EXPECT_THAT(
+      SummaryText(summary),
+      HasSubstr("measured 2026-11-24T00:00:00Z to 2026-11-24T02:00:00Z, 0.5 units an hour; 1"));
+  EXPECT_EQ(ToJson(summary)["yield"]["recorded_by"]["file"], 1);
+  EXPECT_EQ(ToJson(summary)["yield"]["recorded_by"]["nothing"], 1);
+}
+
+// Of each unit two recordings, the second of them worked first, and worked in any order.
+TEST_F(LineOfUnits, FollowsTheTimeOfMeasurementAndNotThatOfTheWork) {
+  const auto summary_of = [](bool is_reversed) {
+    const TemporaryFolder folder;
+    Result<std::unique_ptr<Store>> store = OpenStore(folder.Path("fleet.db"));
+    std::vector<std::pair<std::string, double>> runs;  // Serial number and bias, by time.
+    std::mt19937_64 random(4);
+    std::normal_distribution<double> process(0.0, 0.05);
+    for (int i = 0; i < 60; ++i) runs.emplace_back("u" + std::to_string(i % 30), process(random));
+    for (int place = 0; place < 60; ++place) {
+      const int i = is_reversed ? 59 - place : place;
+      std::array<char, 64> text{};
+      UnitRun run;
+      std::snprintf(text.data(), text.size(), "2026-11-24T%02d:00:00Z", i / 3);
+      run.recorded = text.data(), run.recorded_by = "list";
+      run.created = "2026-11-25T00:00:00Z";
+      std::snprintf(text.data(), text.size(), "20261125T0000%02d.000000Z-00000000", place);
+      run.id = text.data();
+      run.serial = runs[static_cast<std::size_t>(i)].first;
+      run.log = std::to_string(i) + ".csv";
+      run.log_bytes = i;
+      const double bias = runs[static_cast<std::size_t>(i)].second + 0.003 * i;
+      run.parameters = {{"accelerometer.bias.x", bias, 0.01}};
+      run.covariance = {1e-4};
+      run.tags.station = i < 30 ? "S1" : "S2";
+      run.verdict = i % 7 == 0 ? Verdict::kOutside : Verdict::kUsable;
+      EXPECT_TRUE((*store)->Add(run));
+    }
+    const Result<LineSummary> summary =
+        Summarise(**store, {.now = "2026-11-25T00:00:00Z", .chart_points = 100});
+    return SummaryText(*summary) + TextOf(ToJson(*summary));
+  };
+  EXPECT_EQ(summary_of(false), summary_of(true));
 }
 
 TEST_F(LineOfUnits, SaysWhyMostFrequentFirst) {
@@ -140,10 +191,6 @@ TEST_F(LineOfUnits, ReadsNumbersOfEveryUnitInTheOrderOfTime) {
   EXPECT_EQ(line->data.units[2].sigma[1], 1.0);
   EXPECT_EQ(line->data.units[2].tags,
             (std::map<std::string, std::string>{{"operator", "Ann"}, {"station", "S1"}}));
-  // Means over the units that have the entries: that of the reference is left out.
-  Eigen::Matrix2d mean;
-  mean << kCalibrationSigma * kCalibrationSigma, 0.002, 0.002, (0.25 + 0.75) / 2;
-  EXPECT_EQ(line->data.calibration_covariance, mean);
   ASSERT_THAT(line->judged, SizeIs(1));
   EXPECT_EQ(line->judged[0].name, "accelerometer.bias.x");
   EXPECT_EQ(line->judged[0].unit, "m/s^2");
@@ -199,8 +246,7 @@ TEST_F(LineOfUnits, ChargesAStationWithWhatItMeasuredFirst) {
   EXPECT_EQ(first_station.good, 31);
   EXPECT_EQ(first_station.runs, 33);
   // What is shipped: of b the last run.
-  EXPECT_THAT(summary.data.units, SizeIs(31));
-  EXPECT_EQ(summary.data.units.back().values[0], 0.2);
+  EXPECT_EQ(summary.yield.all.units, 31);
   EXPECT_EQ(summary.limits[0].missed, 0);
   ASSERT_THAT(summary.measured.units, SizeIs(32));
   EXPECT_EQ(summary.measured.units[30].values[0], 0.5);
@@ -253,8 +299,7 @@ TEST_F(LineOfUnits, SaysThatNothingWasFound) {
   for (int i = 0; i < 12; ++i) Add(RunOf("u" + std::to_string(i), 0.01 * (i % 5)));
   const std::string text = SummaryText(Summary());
   EXPECT_THAT(text, HasSubstr("Effects: none looked for"));
-  EXPECT_THAT(text, HasSubstr("Trends over time, a day: none seen"));
-  EXPECT_THAT(text, HasSubstr("Outliers: "));
+  EXPECT_THAT(text, HasSubstr("Trends, 2026-11-24T00:00:00Z to 2026-11-24T00:11:00Z: none seen"));
 }
 
 // The 150th of the first 200 units begins a new level, which the units after them have, too.

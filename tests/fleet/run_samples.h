@@ -28,6 +28,8 @@ inline UnitRun SampleRun(const std::string& id, const std::string& serial) {
   run.log_bytes = 1'400'000;
   run.log_modified_ns = 1'795'570'000'123'456'789;
   run.created = "2026-11-25T12:00:00Z";
+  run.recorded = "2026-11-25T11:30:00Z";
+  run.recorded_by = "recording";
   run.config_sha256 = "abc";
   run.tags.lot = "L17";
   run.tags.note = "=1+1, \"x\"";

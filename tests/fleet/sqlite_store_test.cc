@@ -72,22 +72,20 @@ TEST_F(SqliteStoreTest, KeepsTheDecisionsOfAnOlderStore) {
   {
     // Of today, and taken back to what it was.
     ASSERT_TRUE(OpenStore(path_));
-    const std::string views =
-        std::string(kMigrations[0].substr(kMigrations[0].find("CREATE VIEW latest"))) +
-        std::string(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
     Execute(path_,
             "DROP VIEW standing; DROP VIEW latest; DROP VIEW measured; DROP INDEX input_of_content;"
             "ALTER TABLE finding DROP COLUMN treatment;"
             "ALTER TABLE run DROP COLUMN temperature_degc;"
+            "ALTER TABLE run DROP COLUMN recorded; ALTER TABLE run DROP COLUMN recorded_by;"
             "ALTER TABLE station_check DROP COLUMN recording;"
             "ALTER TABLE station_check DROP COLUMN repeatability;"
-            "DELETE FROM fact; PRAGMA user_version = 2;" +
-                views +
-                "INSERT INTO unit VALUES ('A1');"
-                "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'PASS', "
-                "'', '', 'poses', 0.5, 0.5, 10, NULL);"
-                "INSERT INTO disposition VALUES ('d', '1', 'c', 'R. Roe', 'FAIL', 'bent');"
-                "INSERT INTO station_check VALUES ('k', 'S3', 'G', 'c', 1, 0.5, 2, 'p', 'l')");
+            "DELETE FROM fact; PRAGMA user_version = 2;"
+            "CREATE VIEW latest AS SELECT * FROM run; CREATE VIEW standing AS SELECT * FROM run;"
+            "INSERT INTO unit VALUES ('A1');"
+            "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'PASS', "
+            "'', '', 'poses', 0.5, 0.5, 10, NULL);"
+            "INSERT INTO disposition VALUES ('d', '1', 'c', 'R. Roe', 'FAIL', 'bent');"
+            "INSERT INTO station_check VALUES ('k', 'S3', 'G', 'c', 1, 0.5, 2, 'p', 'l')");
   }
   const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
   ASSERT_TRUE(store) << store.error().message;
@@ -127,7 +125,7 @@ TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
       "INSERT INTO unit VALUES ('A1');"
       "WITH RECURSIVE number (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM number WHERE i < 50002)"
       "INSERT INTO run SELECT printf('%06d', i), 'A1', printf('%d.csv', i / 2), i, 0, '', '', '', "
-      "'', '', 'PASS', '', '', '', 0, 0, 0, NULL, NULL FROM number");
+      "'', '', 'PASS', '', '', '', 0, 0, 0, NULL, NULL, '', '' FROM number");
   const Result<std::vector<KnownRun>> runs = (*store)->LastRuns();
   ASSERT_TRUE(runs);
   std::set<std::string> logs;

@@ -119,15 +119,18 @@ TEST_F(UnitList, OpensFilesAlone) {
 }
 
 TEST_F(UnitList, TakesListsWithSerialsAndTags) {
-  const std::string list = folder_.Write(
-      "day.csv",
-      "\xEF\xBB\xBFlog,serial,lot,part\r\na/u2.csv,\"7,\"\"b\",L1,P\r\n# no\na/u1.csv,8,,\n");
+  const std::string list =
+      folder_.Write("day.csv",
+                    "\xEF\xBB\xBFlog,serial,lot,part,recorded\r\n"
+                    "a/u2.csv,\"7,\"\"b\",L1,P,2026-11-24 07:00+01:00\r\n# no\na/u1.csv,8,,,\n");
   const Result<std::vector<UnitOrder>> units = ListUnits({list}, "");
   ASSERT_TRUE(units) << units.error().message;
   ASSERT_EQ(units->size(), 2u);
   EXPECT_EQ((*units)[0].serial, "7,\"b");
   EXPECT_EQ((*units)[0].serial_from, list + ":2");
   EXPECT_EQ((*units)[0].tags.part, "P");
+  EXPECT_EQ((*units)[0].recorded, "2026-11-24T06:00:00Z");
+  EXPECT_EQ((*units)[1].recorded, "");
   EXPECT_EQ((*units)[0].tags.lot, "L1");
   EXPECT_EQ((*units)[1].serial, "8");
   const Result<std::vector<UnitOrder>> wrong =
@@ -148,6 +151,7 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
                             {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quote is left open", 2},
                             {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
                             {"log,serial\n,7\n", "names no log", 2},
+                            {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
                             {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is no UTF-8", 2},
                             {"log,serial\n", "without a line for a log", 0}}) {
     const Error error = ErrorOf({folder_.Write("wrong.csv", mistake.text)});

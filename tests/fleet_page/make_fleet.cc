@@ -53,7 +53,8 @@ class Line {
     const int second = static_cast<int>(25.0 * 86400.0 * i / units_) + 120 * attempt;
     run.serial = i < static_cast<int>(kStrange.size()) ? kStrange[static_cast<std::size_t>(i)]
                                                        : "U" + Padded(i, 6);
-    run.created = MomentOf(second);
+    run.recorded = run.created = MomentOf(second);
+    run.recorded_by = "list";
     run.id = "202610" + Padded(1 + second / 86400, 2) + "T" + Padded(second % 86400, 6) + "Z-" +
              Padded(i, 8) + "-" + std::to_string(attempt);
     run.log = "line/" + std::to_string(i) + ".csv";

@@ -139,32 +139,22 @@ TEST(ChartLimits, AgreeWithTabledConstants) {
   EXPECT_NEAR(2.0 - b4(10), 0.284, 5e-4);  // B3
 }
 
-// python3, scipy; 200 units, 3 σ (p = stats.norm.sf(3)):
-//   stats.t.isf(p,199)*(1+1/200)**.5
-//   stats.f.isf(.0027/2,4,160)**.5, (1/stats.f.isf(.0027/2,160,4))**.5
+// python3, scipy; 200 units, 3 σ:
+//   stats.t.isf(stats.norm.sf(3),199)
 //   p=33; n=200: 33*199/167*stats.f.isf(.001,33,167), 199*stats.beta.isf(.001,33/2,(200-33-1)/2)
 TEST(ChartLimits, AllowForTheBaseline) {
-  const Known known{200.0, 199.0, false};
-  EXPECT_NEAR(PredictiveLimit(3.0, 1.0, 1.0, known), 3.04571374174, 1e-9);
-  const SpreadLimits spread = LimitsOfSpread(5, 0.0027, {200.0, 160.0, false});
-  EXPECT_NEAR(spread.upper, 2.16254074787, 1e-9);
-  EXPECT_NEAR(spread.lower, 0.162131714656, 1e-9);
+  EXPECT_NEAR(PredictiveWidth(3.0, 199.0), 3.04571374174 / std::sqrt(1.0 + 1.0 / 200.0), 1e-9);
   EXPECT_NEAR(HotellingLimit(33, 0.001, 200, false), 83.7683910253, 1e-7);
   EXPECT_NEAR(HotellingLimit(33, 0.001, 200, true), 59.2254548845, 1e-7);
-  for (const bool own : {false, true}) {
-    EXPECT_NEAR(HotellingUpper(33, HotellingLimit(33, 0.001, 200, own), 200, own), 0.001, 1e-12);
-  }
 }
 
 TEST(ControlCharts, AgreeWithTheirDefinition) {
   SimulatedLine simulated(3, 1);
   const LineData data = simulated.Units(400);
-  ChartOptions options;
-  options.subgroup_units = 4;
-  const StationCharts station = ControlCharts(data, options).stations.front();
+  const StationCharts station = ControlCharts(data).stations.front();
   EXPECT_EQ(station.units, 400);
   EXPECT_EQ(station.baseline_units, 200);
-  EXPECT_EQ(station.charts.size(), 5U * 3U + 2U);
+  EXPECT_EQ(station.charts.size(), 3U + 1U);
   // The first units after the baseline are held against it alone.
   double mean = 0.0;
   double squares = 0.0;
@@ -176,18 +166,11 @@ TEST(ControlCharts, AgreeWithTheirDefinition) {
   const auto deviation = [&](std::size_t unit) {
     return (data.units[unit].values[1] - mean) / sigma;
   };
-  const Chart& singles = ChartOf(station, ChartKind::kIndividuals, 1);
-  ASSERT_EQ(singles.points.size(), 200U);
-  EXPECT_EQ(singles.points[0].unit, 200);
-  // 1e-9: of a value about 1 with a spread of 0.1.
-  EXPECT_NEAR(singles.points[7].value, deviation(207), 1e-9);
   const Chart& ewma = ChartOf(station, ChartKind::kEwma, 1);
+  ASSERT_EQ(ewma.points.size(), 200U);
+  EXPECT_EQ(ewma.points[0].unit, 200);
+  // 1e-9: of a value about 1 with a spread of 0.1.
   EXPECT_NEAR(ewma.points[1].value, 0.08 * deviation(201) + 0.92 * 0.08 * deviation(200), 1e-9);
-  const Chart& range = ChartOf(station, ChartKind::kMovingRange, 1);
-  EXPECT_NEAR(range.points[3].value, std::abs(deviation(203) - deviation(202)), 1e-9);
-  const Chart& means = ChartOf(station, ChartKind::kXBar, 1);
-  EXPECT_EQ(means.points.size(), 50U);
-  EXPECT_EQ(means.points[0].unit, 203);
   EXPECT_EQ(ChartOf(station, ChartKind::kHotelling, -1).points.size(), 200U);
 }
 
@@ -205,7 +188,6 @@ TEST(ControlCharts, NameTheUnitAndTheParameterOfAnAlarm) {
              alarm.unit <= last;
     });
   };
-  EXPECT_NE(find(ChartKind::kIndividuals, 2, 250, 250), station.alarms.end());
   const auto together = find(ChartKind::kHotelling, -1, 250, 250);
   ASSERT_NE(together, station.alarms.end());
   EXPECT_EQ(together->most, 2);
@@ -214,7 +196,22 @@ TEST(ControlCharts, NameTheUnitAndTheParameterOfAnAlarm) {
   // One alarm as long as the level is away, and a while until the average has forgotten it.
   EXPECT_GE(shifted->last_unit, 449);
   EXPECT_LE(shifted->last_unit, 475);
-  EXPECT_NE(find(ChartKind::kMewma, -1, 350, 370), station.alarms.end());
+}
+
+// The shift of one parameter, 2 σ from unit 300 on, is its EWMA's alarm until the end; what all
+// together are held against stays as it was before it.
+TEST(ControlCharts, OfAllTogetherDoNotTakeAShiftForNormal) {
+  SimulatedLine simulated(3, 16);
+  const LineData data = simulated.Units(1000, 2.0, 300);
+  const StationCharts station = ControlCharts(data).stations.front();
+  const auto t2_of = [](const StationCharts& of) { return ChartOf(of, ChartKind::kHotelling, -1); };
+  const auto mean = [](const std::vector<ChartPoint>& points) {
+    double sum = 0.0;
+    for (auto point = points.end() - 300; point < points.end(); ++point) sum += point->value;
+    return sum / 300.0;
+  };
+  // 3 in control, and 4 more of the shift at least.
+  EXPECT_GT(mean(t2_of(station).points), 6.0);
 }
 
 // A twentieth of the baseline is spoilt by 30 σ; it would take 6.6 times the σ otherwise.
@@ -266,19 +263,16 @@ TEST(ControlCharts, AreOfEachStationAndKeepTheLastPoints) {
   SimulatedLine simulated(2, 6);
   LineData data = simulated.Units(1000);
   for (std::size_t k = 0; k < data.units.size(); ++k) {
-    data.units[k].tags = {{"station", k % 2 == 0 ? "S1" : "S2"}, {"lot", std::to_string(k / 60)}};
+    data.units[k].tags = {{"station", k % 2 == 0 ? "S1" : "S2"}};
   }
   ChartOptions options;
   options.most_points = 50;
-  options.subgroup_tag = "lot";
   const ChartReport report = ControlCharts(data, options);
   ASSERT_EQ(report.stations.size(), 2U);
   EXPECT_EQ(report.stations[1].station, "S2");
   const Chart& ewma = ChartOf(report.stations[1], ChartKind::kEwma, 1);
   ASSERT_EQ(ewma.points.size(), 50U);
   EXPECT_EQ(ewma.points.back().unit, 999);
-  // Lots of 30 units at a station; those that end after the 200 of the baseline.
-  EXPECT_EQ(ChartOf(report.stations[1], ChartKind::kS, 0).points.size(), 17U - 6U);
 }
 
 TEST(ControlCharts, OfNothingAreNone) {
@@ -292,7 +286,7 @@ TEST(ControlCharts, OfNothingAreNone) {
 
 // Alarms of a set of n units that judge each other are n / 370 on average, or fewer: over so many
 // lines that `permitted` are, not more than that and 3.5 of their σ (Poisson's; alarms of one cause
-// on several charts, X-bar and EWMA, come together, hence twice the variance).
+// on several charts come together, hence twice the variance).
 void ExpectFewAlarmsAmong(int parameters, int units, const ChartOptions& options, int permitted) {
   const int stations = static_cast<int>(std::lround(permitted * 370.0 / units));
   SimulatedLine simulated(parameters, 10, 0);
@@ -318,14 +312,6 @@ TEST(ControlCharts, OfUnitsThatJudgeEachOtherGiveFewFalseAlarms) {
   }
 }
 
-TEST(ControlCharts, OfFewUnitsThatJudgeEachOtherAreAsPlannedOfEachKind) {
-  for (const ChartKind kind : {ChartKind::kEwma, ChartKind::kHotelling, ChartKind::kMewma}) {
-    ChartOptions options = AllCharts();
-    options.shares = Only(kind);
-    ExpectFewAlarmsAmong(2, 30, options, 50);
-  }
-}
-
 // Screening by each parameter leaves too few for a covariance of all.
 TEST(ControlCharts, OfAllTogetherTakeEnoughUnitsThatAreNoOutliers) {
   SimulatedLine simulated(10, 8);
@@ -335,23 +321,9 @@ TEST(ControlCharts, OfAllTogetherTakeEnoughUnitsThatAreNoOutliers) {
   }
   const StationCharts station = ControlCharts(data).stations.front();
   EXPECT_EQ(station.note,
-            "no charts of all parameters together: it takes 20 baseline units that are no outliers "
+            "no chart of all parameters together: it takes 20 baseline units that are no outliers "
             "with all 10 parameters, and there are 14");
-  EXPECT_EQ(station.charts.back().kind, ChartKind::kS);
-}
-
-// A unit that is left out is no longer within what the others' limit can be.
-TEST(ControlCharts, JudgeUnitsThatAreLeftOutAsLaterOnes) {
-  SimulatedLine simulated(1, 9);
-  LineData data = simulated.Units(30);
-  data.units[12].values[0] += 30.0;
-  ChartOptions options;
-  options.shares = Only(ChartKind::kIndividuals);
-  const StationCharts station = ControlCharts(data, options).stations.front();
-  EXPECT_EQ(station.baseline_outliers, std::vector<int>{12});
-  const auto& points = station.charts.front().points;
-  // 29 units in the mean: 1 + 1/29 and 1 - 1/29 as variances.
-  EXPECT_NEAR(points[12].upper / points[13].upper, std::sqrt(30.0 / 28.0), 1e-12);
+  EXPECT_EQ(station.charts.back().kind, ChartKind::kEwma);
 }
 
 std::vector<ChartAlarm> BaselineAlarmsOf(const LineData& data, const ChartOptions& options) {
@@ -421,45 +393,16 @@ TEST(ControlCharts, OfAParameterThatFewUnitsHaveAreItsOwn) {
   SimulatedLine simulated(3, 14);
   LineData data = simulated.Units(300);
   for (std::size_t k = 0; k < 300; k += 2) data.units[k].values[1] = std::nan("");
-  data.units[151].values[1] += 12.0 * SimulatedLine::ScaleOf(1);
+  for (std::size_t k = 251; k < 300; k += 2)
+    data.units[k].values[1] += 3.0 * SimulatedLine::ScaleOf(1);
   const StationCharts station = ControlCharts(data).stations.front();
   EXPECT_TRUE(station.sparse.empty());
   const bool found =
       std::any_of(station.alarms.begin(), station.alarms.end(), [](const ChartAlarm& alarm) {
-        return alarm.kind == ChartKind::kIndividuals && alarm.parameter == 1 && alarm.unit == 151;
+        return alarm.kind == ChartKind::kEwma && alarm.parameter == 1 && alarm.unit >= 251 - 20;
       });
   EXPECT_TRUE(found);
   EXPECT_EQ(ChartOf(station, ChartKind::kHotelling, -1).line, 2.0);
-}
-
-// σ within includes the subgroup itself: of four of five units no S exceeds 2 σ, and the limit of
-// later ones would be 2.3. The third is three times as wide as the others: S is √(9/3) σ.
-TEST(ControlCharts, OfFewSubgroupsCanAlarm) {
-  SimulatedLine simulated(1, 15);
-  LineData data = simulated.Units(22);
-  for (std::size_t k = 0; k < 22; ++k) {
-    data.units[k].values[0] = (static_cast<double>(k % 5) - 2.0) * (k / 5 == 2 ? 3.0 : 1.0);
-  }
-  ChartOptions options;
-  options.shares = Only(ChartKind::kS);
-  const StationCharts station = ControlCharts(data, options).stations.front();
-  const Chart& chart = ChartOf(station, ChartKind::kS, 0);
-  ASSERT_EQ(chart.points.size(), 4U);
-  EXPECT_NEAR(chart.points[2].value, std::sqrt(3.0), 1e-12);
-  EXPECT_NEAR(chart.line, C4(5), 1e-12);  // two units wait for others of their subgroup
-  ASSERT_EQ(station.alarms.size(), 1U);
-  EXPECT_EQ(station.alarms[0].unit, 14);
-  options.subgroup_units = 15;
-  EXPECT_EQ(ControlCharts(data, options).stations.front().note,
-            "no X-bar and S charts of 1 parameter: too few subgroups, 1 in the baseline with 14 "
-            "degrees of freedom within; it takes 2 with 10");
-}
-
-// √(16/4 x) where 1 - (1-x)^7 - 7 x (1-x)^6, the beta(2, 6), is .0027/2 and 1 - .0027/2.
-TEST(ChartLimits, OfSpreadThatIsInTheEstimateAreTheBetas) {
-  const SpreadLimits spread = LimitsOfSpread(5, 0.0027, {20.0, 16.0, true});
-  EXPECT_NEAR(spread.upper, 1.73178011627, 1e-9);
-  EXPECT_NEAR(spread.lower, 0.180303417475, 1e-9);
 }
 
 // Weights 0.1, 0.09, 0.081 of which the second unit is not in the mean of 50.

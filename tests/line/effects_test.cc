@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include "math/fast_random.h"
-#include "truetriad/math/rotation.h"
 
 namespace truetriad::line {
 namespace effects_test {
@@ -180,74 +179,6 @@ TEST(Effects, WithoutAnyAreFoundAsOftenAsStated) {
   EXPECT_LE(any, 20 + 3.5 * 4.4);
 }
 
-// Units of 33 parameters, here the nine sensitivities of three sensors, in four fixtures of which
-// one is tilted by 1 mrad; units' own misalignments are 5 mrad.
-LineData TiltedFixture(const Eigen::Vector3d& tilt_rad, bool only_magnetometer) {
-  LineData data;
-  const char* sensors[] = {"accelerometer", "gyroscope", "magnetometer"};
-  const std::string axes = "xyz";
-  for (const char* sensor : sensors) {
-    for (const char row : axes) {
-      for (const char col : axes) {
-        data.parameters.push_back(std::string(sensor) + ".sensitivity." + row + col);
-      }
-    }
-  }
-  FastRandom random({12});
-  for (int unit = 0; unit < 800; ++unit) {
-    Eigen::VectorXd values(27);
-    const int fixture = unit % 4;
-    for (int sensor = 0; sensor < 3; ++sensor) {
-      Eigen::Matrix3d S = Eigen::Matrix3d::Identity();
-      for (double& entry : S.reshaped()) entry += 0.005 * random.Normal();
-      const bool turns = fixture == 2 && (!only_magnetometer || sensor == 2);
-      if (turns) S *= Eigen::Matrix3d::Identity() + Skew(tilt_rad);
-      S *= sensor + 1.0;
-      for (int entry = 0; entry < 9; ++entry) values[9 * sensor + entry] = S(entry / 3, entry % 3);
-    }
-    data.units.push_back(UnitOf({{"fixture", "F" + std::to_string(fixture)}}, values));
-  }
-  return data;
-}
-
-TEST(Tilt, OfAFixtureIsToldFromTheMisalignmentOfItsUnits) {
-  const Eigen::Vector3d tilt(0.001, -0.002, 0.0015);
-  const EffectReport report = Effects(TiltedFixture(tilt, false));
-  ASSERT_EQ(report.tilts.size(), 1U);
-  ASSERT_EQ(report.tilts[0].levels.size(), 4U);
-  for (const LevelTilt& level : report.tilts[0].levels) {
-    const bool tilted = level.level == "F2";
-    // Against the mean of four fixtures, one of which is tilted.
-    const Eigen::Vector3d expected = (tilted ? 0.75 : -0.25) * tilt;
-    for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(level.rotation_rad[axis], expected[axis], 4.0 * level.sigma_rad[axis]);
-      // An axis' rotation is half a sum of two entries: 5 mrad / sqrt(2), of 3 sensors and 200
-      // units, 3/4 of it as the mean of the levels is taken off; known to some percent.
-      EXPECT_NEAR(level.sigma_rad[axis], 0.005 / std::sqrt(2.0 * 3.0 * 200.0 / 0.75), 1e-5);
-    }
-    if (tilted) {
-      EXPECT_LT(level.p_adjusted, 1e-9);
-    }
-    EXPECT_GT(level.p_common, 0.001);
-  }
-}
-
-TEST(Tilt, OfOneSensorAloneIsNoneOfTheFixture) {
-  const EffectReport report = Effects(TiltedFixture({0.003, 0.0, 0.0}, true));
-  ASSERT_EQ(report.tilts.size(), 1U);
-  EXPECT_LT(report.tilts[0].levels[2].p_common, 1e-4);
-}
-
-TEST(Tilt, DoesNotShowWhereTheAccelerometerIsTheFrame) {
-  LineData data = TiltedFixture({0.001, 0.0, 0.0}, false);
-  for (UnitRecord& unit : data.units) unit.values[1] = unit.values[2] = unit.values[5] = 0.0;
-  const EffectReport report = Effects(data);
-  EXPECT_TRUE(report.tilts.empty());
-  ASSERT_EQ(report.notes.size(), 1U);
-  EXPECT_THAT(report.notes[0],
-              testing::HasSubstr("the axes of the accelerometer define the frame"));
-}
-
 // Three of four parameters are what a factor, or two factors together, make them; one has a spoilt
 // unit.
 TEST(Effects, OfWhatFactorsDetermineAreNotTested) {
@@ -309,49 +240,6 @@ TEST(Effects, OfStationsAreHeldAgainstTheirFixtures) {
     found += report.effects[0].p < 0.05 ? 1 : 0;
   }
   EXPECT_NEAR(found, 15, 3.5 * 3.8);
-}
-
-// Normal sensitivities of units in two fixtures that are not tilted, the sensors' correlated: of
-// 400 lines 5 % are 20 ± 4.4.
-void ExpectNoTiltFound(int sensors, int units) {
-  const char* names[] = {"accelerometer", "gyroscope", "magnetometer"};
-  const std::string axes = "xyz";
-  LineData data;
-  for (int sensor = 0; sensor < sensors; ++sensor) {
-    for (int entry = 0; entry < 9; ++entry) {
-      data.parameters.push_back(names[sensor] + std::string(".sensitivity.") +
-                                axes[static_cast<std::size_t>(entry / 3)] +
-                                axes[static_cast<std::size_t>(entry % 3)]);
-    }
-  }
-  FastRandom random({15, static_cast<std::uint64_t>(units)});
-  int tilted = 0, differ = 0;
-  for (int line = 0; line < 400; ++line) {
-    data.units.clear();
-    for (int unit = 0; unit < units; ++unit) {
-      Eigen::VectorXd values(9 * sensors), shared(9);
-      for (double& entry : shared) entry = 0.003 * random.Normal();
-      for (int k = 0; k < 9 * sensors; ++k) {
-        values[k] = (k % 9 % 4 == 0 ? 1.0 : 0.0) + shared[k % 9] + 0.005 * random.Normal();
-      }
-      data.units.push_back(UnitOf({{"fixture", unit % 2 == 0 ? "F1" : "F2"}}, values));
-    }
-    const EffectReport report = Effects(data);
-    ASSERT_EQ(report.tilts.at(0).levels.size(), 2U);
-    tilted += report.tilts[0].levels[0].p < 0.05 ? 1 : 0;
-    differ += report.tilts[0].levels[0].p_common < 0.05 ? 1 : 0;
-  }
-  EXPECT_NEAR(tilted, 20, 3.5 * 4.4) << sensors << " sensors, " << units << " units";
-  if (sensors > 1) {
-    EXPECT_NEAR(differ, 20, 3.5 * 4.4) << units;
-  }
-}
-
-TEST(Tilt, WithoutAnyIsFoundAsOftenAsStated) {
-  ExpectNoTiltFound(1, 16);
-  ExpectNoTiltFound(1, 40);
-  ExpectNoTiltFound(3, 24);
-  ExpectNoTiltFound(3, 60);
 }
 
 }  // namespace effects_test

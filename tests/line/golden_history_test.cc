@@ -53,7 +53,8 @@ TEST(GoldenHistory, SeesADriftBeforeTheStationDisagrees) {
   ASSERT_EQ(histories.size(), 2u);
   EXPECT_EQ(histories[0].state, GoldenState::kGood);
   EXPECT_LT(histories[0].drift_p, 1e-4);
-  EXPECT_NEAR(histories[0].drift_per_day.value, 0.3, 0.02);
+  EXPECT_NEAR(histories[0].drift.value, 7 * 0.3, 7 * 0.02);
+  EXPECT_EQ(histories[0].drift_span_h, 7 * 24.0);
   EXPECT_GT(histories[1].drift_p, 0.05);
 }
 

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include <Eigen/Core>
 #include <gtest/gtest.h>
 
 #include "math/fast_random.h"
@@ -64,38 +63,6 @@ TEST(EwmaRunLength, WidthUndoesIt) {
     const double width = EwmaWidth(0.08, run_length);
     EXPECT_NEAR(EwmaRunLength(0.08, width) / run_length, 1.0, 1e-5);
   }
-}
-
-// Limits of Lowry, Woodall, Champ and Rigdon 1992 and Prabhu and Runger 1997 for a run length of
-// 200 with λ = 0.1; they are of simulations or 25 states, to within a percent of the run length.
-TEST(MewmaRunLength, AgreesWithPublishedLimits) {
-  EXPECT_NEAR(MewmaLimit(2, 0.1, 200.0), 8.64, 0.03);
-  EXPECT_NEAR(MewmaLimit(4, 0.1, 200.0), 12.73, 0.03);
-  EXPECT_NEAR(MewmaLimit(10, 0.1, 200.0), 22.67, 0.05);
-}
-
-TEST(MewmaRunLength, OfOneDimensionIsTheEwma) {
-  const double width = 2.814;
-  EXPECT_NEAR(MewmaRunLength(1, 0.1, width * width), EwmaRunLengthFixedLimits(0.1, width), 1e-3);
-}
-
-TEST(MewmaRunLength, AgreesWithSimulation) {
-  const double limit = MewmaLimit(33, 0.1, 100.0);
-  FastRandom random({4});
-  double sum = 0.0;
-  const int charts = 3000;
-  for (int chart = 0; chart < charts; ++chart) {
-    Eigen::VectorXd z = Eigen::VectorXd::Zero(33);
-    for (int unit = 1;; ++unit) {
-      for (double& value : z) value += 0.1 * (random.Normal() - value);
-      if (z.squaredNorm() * 1.9 / 0.1 > limit) {
-        sum += unit;
-        break;
-      }
-    }
-  }
-  // 4 σ; run lengths have a σ below their mean.
-  EXPECT_NEAR(sum / charts, 100.0, 4.0 * 100.0 / std::sqrt(charts));
 }
 
 }  // namespace run_length_test

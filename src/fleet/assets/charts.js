@@ -33,6 +33,10 @@
       const [day, time] = (step < 60 ? text.second(tick) : text.minute(tick)).split(' ');
       return k === 0 || /^00:00(:00)?$/.test(time) ? `${time}\n${day}` : time;
     });
+  // From a second on: uPlot's own, whose labels below that would all be the same.
+  const steps = [...[1, 5, 10, 15, 30].flatMap((n) => [n, 60 * n]).sort((a, b) => a - b),
+    ...[1, 2, 3, 4, 6, 8, 12].map((n) => 3600 * n), ...[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 30, 60, 90, 120, 180].map((n) => 86400 * n),
+    ...[1, 2, 5, 10, 25, 50, 100].map((n) => 365 * 86400 * n)];
   const wholes = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6];
 
   const drawMarks = (chart, marks) => {
@@ -155,7 +159,7 @@
         count: { range: (chart, low, high) => [0, 1.05 * (high || 1)] },
       },
       axes: [
-        axis({ space: 80, ...(stated.isTime === false ? { incrs: wholes } : { values: times }), label: stated.xLabel, labelSize: 18, labelFont: '11px system-ui, sans-serif' }),
+        axis({ space: 80, ...(stated.isTime === false ? { incrs: wholes } : { incrs: steps, values: times }), label: stated.xLabel, labelSize: 18, labelFont: '11px system-ui, sans-serif' }),
         axis({ scale: 'y', size: 64, values: (chart, ticks) => ticks.map((tick) => text.number(tick, 8)) }),
         ...(hasCount ? [axis({ scale: 'count', side: 1, size: 50, grid: { show: false } })] : []),
       ],

@@ -10,12 +10,7 @@
 
   const kinds = {
     ewma: 'EWMA of units',
-    individuals: 'single units',
-    'moving-range': 'moving range',
-    'x-bar': 'means of subgroups',
-    s: 'spread within subgroups',
     t2: 'all parameters together (Hotelling T²)',
-    mewma: 'all parameters together (multivariate EWMA)',
     baseline: 'shift within the baseline',
   };
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
@@ -41,7 +36,7 @@
       const pair = known(each.process?.overall?.ppk?.value) ? each.process : each.observed;
       return { each, pair, ppk: pair?.overall?.ppk?.value ?? Infinity };
     }).sort((a, b) => a.ppk - b.ppk).map(({ each, pair, ppk }) =>
-      row(each.name, cell(`${text.number(each.lower)} to ${text.number(each.upper)} ${each.unit.replace('^2', '²').replace('uT', 'µT')}`), cell(text.number(each.mean), 'r'),
+      row(each.name, cell(`${text.allowed(each.lower, each.upper)} ${each.unit.replace('^2', '²').replace('uT', 'µT')}`), cell(text.number(each.mean), 'r'),
         cell(interval(pair?.within?.cpk), 'r'),
         cell(element('span', { class: ppk < 1 ? 'badge is-bad' : '' }, `${ppk < 1 ? '✕ ' : ''}${interval(pair?.overall?.ppk)}`), 'r'),
         cell(share(each.outside), 'r')));
@@ -86,6 +81,7 @@
     let list = [];
     const draw = () => {
       if (which.parentElement) which.parentElement.hidden = list.length === 0;
+      place.hidden = list.length === 0;
       if (list.length > 0) drawChart(place, caption, list[Number(which.value)]);
       else caption.textContent = line.stations[Number(station.value)].note || 'There are no charts of this station.';
     };
@@ -106,16 +102,16 @@
           draw();
           place.scrollIntoView({ block: 'nearest' });
         } }, nameOf(alarm.kind, alarm.parameter));
-        return row(alarm.created.replace('T', ' ').replace(/(:\d\d)?Z$/, ''), cell(unitLink(alarm.serial)), cell(show), cell(alarm.most || '–'), cell(`${text.number(alarm.value, 3)} (${text.number(alarm.limit, 3)})`, 'r'));
+        return row(text.moment(alarm.recorded), cell(unitLink(alarm.serial)), cell(show), cell(alarm.most || '–'), cell(`${text.number(alarm.value, 3)} (${text.number(alarm.limit, 3)})`, 'r'));
       });
       alarms.replaceChildren(...(rows.length === 0
         ? [element('p', {}, `No alarm in ${text.count(about.units)} ${about.units === 1 ? 'unit' : 'units'}.`)]
         : [element('p', {}, `${text.count(about.alarms.length)} ${about.alarms.length === 1 ? 'alarm' : 'alarms'} in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
-          scroll('Alarms', tableOf([heading('since, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));
+          scroll('Alarms', tableOf([heading('measured, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));
       draw();
     };
     // What is to be done now comes first.
-    const since = (each) => each.alarms[each.alarms.length - 1]?.created || '';
+    const since = (each) => each.alarms[each.alarms.length - 1]?.recorded || '';
     const latest = line.stations.reduce((most, each, k) => (since(each) > since(line.stations[most]) ? k : most), 0);
     station.value = String(latest);
     station.addEventListener('change', change);
@@ -135,10 +131,16 @@
     return [section('Effects', scroll('Effects', tableOf([heading('of'), heading('upon'), heading('largest, against their mean'), heading('p', 'r')], rows)))];
   };
 
+  const age = (hours) => {
+    if (!known(hours)) return '–';
+    if (hours < 0) return 'after it';
+    return hours < 1 ? `${text.number(60 * hours, 2)} min` : hours < 72 ? `${text.number(hours, 2)} h` : `${text.number(hours / 24, 3)} days`;
+  };
+
   const goldenOf = () => {
     if (!line.golden?.length) return [];
-    const rows = line.golden.map((each) => row(each.station || 'no station', cell(each.state === 'good' ? '✓ good' : `✕ ${each.state}`), cell(text.number(each.age_h, 3), 'r'), cell(String(each.checks.length), 'r'), cell(String(each.disagreed), 'r')));
-    return [section('Golden units', scroll('Golden units', tableOf([heading('station'), heading('state'), heading('last check, h before the last unit', 'r'), heading('checks', 'r'), heading('disagreed', 'r')], rows)))];
+    const rows = line.golden.map((each) => row(each.station || 'no station', cell(each.state === 'good' ? '✓ good' : `✕ ${each.state}`), cell(age(each.age_h), 'r'), cell(String(each.checks.length), 'r'), cell(String(each.disagreed), 'r')));
+    return [section('Golden units', scroll('Golden units', tableOf([heading('station'), heading('state'), heading('last check, before the last unit', 'r'), heading('checks', 'r'), heading('disagreed', 'r')], rows)))];
   };
 
   window.fleet.line = {

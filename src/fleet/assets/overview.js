@@ -51,18 +51,19 @@
   const kDay = 24 * kHour;
 
   // Units by hour, day or week, whichever makes a readable number of them.
-  const binned = (shown) => {
+  const binned = (all) => {
+    const shown = all.filter((i) => Number.isFinite(units.recorded[i]));
     let first = Infinity;
     let last = -Infinity;
     for (const i of shown) {
-      first = Math.min(first, units.created[i]);
-      last = Math.max(last, units.created[i]);
+      first = Math.min(first, units.recorded[i]);
+      last = Math.max(last, units.recorded[i]);
     }
     const span = last - first;
     const step = span <= 4 * kHour ? 300 : span <= 4 * kDay ? kHour : span <= 200 * kDay ? kDay : 7 * kDay;
     const bins = new Map();
     for (const i of shown) {
-      const at = Math.floor(units.created[i] / step) * step;
+      const at = Math.floor(units.recorded[i] / step) * step;
       let bin = bins.get(at);
       if (!bin) bins.set(at, (bin = { at, count: 0, good: 0, first: 0 }));
       ++bin.count;

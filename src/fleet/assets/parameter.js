@@ -57,10 +57,11 @@
       return;
     }
     if (mine !== asked) return;
-    const order = Uint32Array.from(shown).filter((i) => Number.isFinite(all[i]))
-      .sort((a, b) => units.created[a] - units.created[b] || a - b);
-    const values = Float64Array.from(order, (i) => all[i]);
     const isTime = over.value === 'time';
+    const time = (i) => units.recorded[i] || 0; // Units whose time is not known come first.
+    const order = Uint32Array.from(shown).filter((i) => Number.isFinite(all[i]) && (!isTime || time(i) > 0))
+      .sort((a, b) => time(a) - time(b) || a - b);
+    const values = Float64Array.from(order, (i) => all[i]);
     const { n, mean, deviation } = statisticsOf(values);
     const words = `${text.count(n)} units: mean ${text.number(mean)}, standard deviation ${text.number(deviation, 3)}`;
     const hover = element('span', { class: 'hover', 'aria-hidden': 'true' });
@@ -68,7 +69,7 @@
       overview.swatch('dot', 'round'), ' good ', element('span', { class: 'cross-sign', 'aria-hidden': 'true' }, '✕'), ' not good. ',
       `${words}.${column.differ ? ' Limits differ among these units; none is drawn.' : ''}`, hover);
     charts.draw(document.getElementById('parameter-chart'), {
-      x: Float64Array.from(order, (i, k) => (isTime ? units.created[i] : k + 1)),
+      x: Float64Array.from(order, (i, k) => (isTime ? time(i) : k + 1)),
       isTime,
       xLabel: isTime ? undefined : 'units, in the order of time',
       points: { values, isBad: (k) => !units.isGood(order[k]) },

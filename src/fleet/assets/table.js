@@ -17,7 +17,7 @@
     ...units.tags.map((tag) =>
       column(tag.name, tag.name[0].toUpperCase() + tag.name.slice(1), (i) => tag.of[i], (i) =>
         tag.words[tag.of[i]])),
-    column('time', 'Time, UTC', (i) => units.created[i], (i) => text.minute(units.created[i]), 'time'),
+    column('time', 'Measured, UTC', (i) => units.recorded[i] || 0, (i) => text.minute(units.recorded[i]), 'time'),
     column('runs', 'Runs', (i) => units.runs[i], (i) => String(units.runs[i]), 'r'),
   ];
 

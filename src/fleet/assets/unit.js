@@ -2,7 +2,7 @@
 // One unit: its runs, what people decided, what it was judged by, findings, parameters over its runs.
 'use strict';
 (() => {
-  const { units, text, element, badge, charts, overview } = window.fleet;
+  const { units, text, element, coded, badge, charts, overview } = window.fleet;
   const { tableOf, heading, cell } = overview;
   const dialog = document.getElementById('unit');
   const title = document.getElementById('unit-title');
@@ -12,37 +12,32 @@
 
   const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
   const scroll = (label, table) => element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, table);
-  const time = (run) => run.created.replace('T', ' ').replace(/Z$/, '');
+  const time = (run) => text.moment(run.recorded);
+  const by = { list: 'by the list', recording: 'by the recording', file: 'by its file' };
 
   const runsOf = (runs) => {
     const rows = [...runs].reverse().map((run) => {
       const links = run.report ? element('a', { href: units.root + run.report }, 'report') : '–';
       const tags = run.tags.map(([name, value]) => `${name} ${value}`).join(', ');
-      return element('tr', {}, element('th', { scope: 'row' }, time(run), run.counts && runs.length > 1 ? element('small', {}, ' counts') : ''),
-        cell(badge(run.verdict)), cell(run.code), cell(links), cell(tags || '–'), cell(run.message, 'words'));
+      return element('tr', {}, element('th', { scope: 'row' }, time(run), element('small', {}, ` ${by[run.by] ?? ''}`), run.counts && runs.length > 1 ? element('small', {}, ' counts') : ''),
+        cell(badge(run.verdict)), cell(run.code), cell(links), cell(tags || '–'), cell(text.moment(run.created)), cell(coded(run.message), 'words'));
     });
     return section(runs.length === 1 ? 'Its run' : `Its ${runs.length} runs`,
-      scroll('Runs', tableOf(['time, UTC', 'verdict', 'reason', 'page', 'tags', 'why'].map((name) => heading(name)), rows)));
+      scroll('Runs', tableOf(['measured, UTC', 'verdict', 'reason', 'page', 'tags', 'calibrated, UTC', 'why'].map((name) => heading(name)), rows)));
   };
 
   const dispositionsOf = (runs) => {
     const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why, end]) =>
-      element('tr', {}, element('th', { scope: 'row' }, created.replace('T', ' ')), cell(who), cell(verdict), cell(why, 'words'),
+      element('tr', {}, element('th', { scope: 'row' }, text.moment(created)), cell(who), cell(verdict), cell(why, 'words'),
         cell(end === '' ? 'holds' : end === 'later' ? 'a later decision took its place' : `lifted: run ${end}, of another recording, counts`, 'words'))));
     return rows.length === 0 ? [] : [section('What people decided', scroll('Dispositions', tableOf(['when', 'who', 'verdict', 'why', 'now'].map((name) => heading(name)), rows)))];
-  };
-
-  const allowed = (lower, upper) => {
-    if (lower === null) return upper === null ? 'anything' : `at most ${text.number(upper)}`;
-    if (upper === null) return `at least ${text.number(lower)}`;
-    return `${text.number(lower)} to ${text.number(upper)}`;
   };
 
   const judgedOf = (run) => {
     if (run.judged.length === 0) return [];
     const rows = run.judged.map(([column, lower, , upper, value, sigma, pass]) =>
       element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
-        cell(`${allowed(lower, upper)} ${units.columns[column].unit ?? ''}`), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
+        cell(`${text.allowed(lower, upper)} ${units.columns[column].unit ?? ''}`), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
         cell(element('span', { class: `badge ${pass ? 'is-good' : 'is-bad'}` }, pass ? '✓ inside' : '✕ outside'))));
     return [section('Judged by', scroll('Limits', tableOf([heading('limit'), heading('allowed'), heading('value', 'r'), heading('σ', 'r'), heading('')], rows)))];
   };
@@ -55,7 +50,7 @@
 
   const findingsOf = (run) =>
     run.findings.length === 0 ? [] : [section('Findings', element('ul', {}, ...run.findings.map(([severity, code, words, remedy]) =>
-      element('li', {}, words, remedy ? element('div', { class: 'remedy' }, `To do: ${remedy}`) : ' ', element('small', {}, `${severity}, ${code}`)))))];
+      element('li', {}, coded(words), remedy ? element('div', { class: 'remedy' }, 'To do: ', coded(remedy)) : ' ', element('small', {}, `${severity}, ${code}`)))))];
 
   // By column of the parameters of a run: [value, sigma].
   const numbersOf = (run) => {
@@ -112,7 +107,7 @@
         const runs = await units.loadRuns(i);
         const last = runs.find((run) => run.counts) ?? runs[runs.length - 1];
         content.replaceChildren(
-          element('p', {}, badge(units.verdict.words[units.verdict.of[i]]), ` ${text.flat(reasonOf(runs, last))}`),
+          element('p', {}, badge(units.verdict.words[units.verdict.of[i]]),  ' ', coded(text.flat(reasonOf(runs, last)))),
           runsOf(runs), ...dispositionsOf(runs), ...judgedOf(last), ...findingsOf(last), ...parametersOf(runs));
       } catch (failure) {
         content.replaceChildren(element('p', {}, failure.message));

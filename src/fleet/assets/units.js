@@ -9,12 +9,11 @@ window.fleet = {};
   const root = document.body.dataset.root;
 
   const words = (of) => ({ name: of.name, words: of.words, of: Uint32Array.from(of.of) });
-  const created = new Float64Array(count);
-  for (let i = 0; i < count; ++i) created[i] = data.created.base + data.created.of[i];
+  const recorded = Float64Array.from(data.recorded.of, (s) => (s < 0 ? NaN : data.recorded.base + s));
   const units = {
     count,
     serials: data.serials,
-    created, // s since 1970, UTC
+    recorded, // when it was measured, s since 1970, UTC; NaN: not known
     verdict: words(data.verdict),
     first: words(data.first),
     code: words(data.code),
@@ -138,18 +137,27 @@ window.fleet = {};
   window.fleet.text = {
     day,
     minute: (seconds) => {
+      if (!Number.isFinite(seconds)) return '–';
       const date = new Date(1000 * seconds);
       return `${day(seconds)} ${pad(date.getUTCHours())}:${pad(date.getUTCMinutes())}`;
     },
     second: (seconds) => new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19),
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
+    // "2026-11-24 06:00:00" of an ISO 8601 moment.
+    moment: (iso) => iso.replace('T', ' ').replace(/Z$/, '') || '–',
     // On one line, whatever is in it.
     flat: (words) => words.replace(/[\u0000-\u001f\u007f\u2028\u2029]/g, '⏎'),
     number: (value, digits = 5) =>
       value === null || !Number.isFinite(value)
         ? '–'
         : String(Number(value.toPrecision(digits))).replace(/^-/, '\u2212'),
+    allowed: (lower, upper) => {
+      const { number } = window.fleet.text;
+      if (lower === null) return upper === null ? 'anything' : `at most ${number(upper)}`;
+      if (upper === null) return `at least ${number(lower)}`;
+      return `${number(lower)} to ${number(upper)}`;
+    },
   };
 
   // An element with attributes and children; text stays text, whatever is in it.
@@ -166,6 +174,10 @@ window.fleet = {};
   // `name` that may break after its dots and colons, where there is little room.
   window.fleet.breakable = (name) =>
     name.split(/(?<=[.:])/).flatMap((part, k) => (k === 0 ? [part] : [document.createElement('wbr'), part]));
+
+  // Words in which `code` stands as such.
+  window.fleet.coded = (words) =>
+    window.fleet.element('span', {}, ...words.split('`').map((part, k) => (k % 2 === 1 ? window.fleet.element('code', {}, part) : part)));
 
   // ✓ or ✕ before it: not told by colour alone.
   window.fleet.badge = (verdict) =>

@@ -103,7 +103,8 @@ Command FleetRunCommand() {
       .details =
           "Units are calibrated in --jobs processes: what crashes one, hangs or needs too much "
           "memory is that\nunit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; "
-          "those of before stay. A list is\na CSV with columns log, serial and tags. Exit code 0: "
+          "those of before stay. A list is\na CSV with columns log, serial, recorded and tags. "
+          "Exit code 0: "
           "all were processed; with --fail-on=unit 4, if\none is not good. SIGTERM ends it after "
           "the units in hand; --resume goes on.\n",
       .flags = FleetFlags(

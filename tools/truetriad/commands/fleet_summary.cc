@@ -16,8 +16,8 @@
 
 DEFINE_string(since,
               "",
-              "units from this moment on (UTC), as in 2026-11-24 or 2026-11-24T06:00:00Z");
-DEFINE_string(until, "", "units before this moment");
+              "units measured from this moment on (UTC), as in 2026-11-24 or 2026-11-24T06:00:00Z");
+DEFINE_string(until, "", "units measured before this moment");
 DEFINE_string(lot, "", "units of this lot");
 DEFINE_string(station, "", "units, and golden unit, of this station");
 DEFINE_string(

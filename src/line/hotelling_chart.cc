@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Charts of all parameters together: T^2 of single units and the multivariate EWMA.
+// The chart of all parameters together: T^2 of single units.
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <set>
 
 #include "line/baseline.h"
 #include "line/chart_limits.h"
 #include "line/chart_plan.h"
 #include "math/dense/cholesky.h"
-#include "math/distributions.h"
 
 namespace truetriad::line {
 namespace {
@@ -27,8 +25,6 @@ constexpr std::size_t kLeastUnitsOfParameter = 2;
 // One of so many normal units is left out of the baseline though it belongs there.
 constexpr double kFarAwayProbability = 1e-4;
 constexpr int kMostScreens = 5;
-// A moving average is one of the estimate's own units if these have so much of its weight.
-constexpr double kOwnWeight = 0.99;
 
 // Units with values of all parameters, as columns scaled by their spread in the baseline.
 struct TogetherUnits {
@@ -43,50 +39,39 @@ struct TogetherUnits {
   }
 };
 
-class Together {
+class Hotelling {
  public:
-  Together(TogetherUnits units, bool own, ChartPlan* plan)
+  Hotelling(TogetherUnits units,
+            bool own,
+            const std::vector<ChartAlarm>& shifts,
+            const ChartPlan& plan)
       : units_(std::move(units)),
         own_(own),
-        plan_(*plan),
+        plan_(plan),
         dimension_(static_cast<Index>(units_.parameters.size())),
         scatter_(dimension_),
-        usable_(units_.values.size(), true),
-        weights_(plan->options.mewma_lambda),
-        average_(VectorXd::Zero(dimension_)) {
+        usable_(units_.values.size(), true) {
     Screen();
     if (!HasEnough()) return;
-    if (plan->Has(ChartKind::kMewma)) {
-      mewma_limit_ = plan->MewmaLimitOf(static_cast<int>(dimension_));
-    }
+    for (const ChartAlarm& shift : shifts) LeaveOut(shift);
     SetLimits();
   }
 
-  // Whether there are charts: units of the baseline that are left when it has been screened.
+  // Whether there is a chart: units of the baseline that are left when it has been screened.
   bool HasEnough() const { return units_.AreEnough(scatter_.count); }
   double Count() const { return scatter_.count; }
 
   void DrawTo(StationCharts* station) {
     const std::size_t first = own_ ? 0 : units_.baseline;
-    const std::size_t count = units_.values.size() - first;
-    std::optional<ChartWriter> single, mewma;
-    const int most = plan_.options.most_points;
-    if (plan_.Has(ChartKind::kHotelling)) single.emplace(ChartKind::kHotelling, -1, count, most);
-    if (plan_.Has(ChartKind::kMewma)) mewma.emplace(ChartKind::kMewma, -1, count, most);
+    ChartWriter writer(
+        ChartKind::kHotelling, -1, units_.values.size() - first, plan_.options.most_points);
     for (std::size_t k = first; k < units_.values.size(); ++k) {
       if (!own_) Follow(k);
-      const VectorXd deviation = units_.values[k] - scatter_centre_;
-      const bool far = AddSingle(k, deviation, single ? &*single : nullptr);
-      const bool shifted = mewma && AddAverage(k, deviation, &*mewma);
-      usable_[k] = !far && !shifted;
+      Add(k, &writer);
     }
-    for (std::optional<ChartWriter>* writer : {&single, &mewma}) {
-      if (!*writer) continue;
-      Chart& chart = (*writer)->chart;
-      chart.line = static_cast<double>(dimension_);
-      chart.run_length = 1.0 / plan_.RateOf(chart.kind);
-      (*writer)->MoveTo(station);
-    }
+    writer.chart.line = static_cast<double>(dimension_);
+    writer.chart.run_length = 1.0 / plan_.RateOf(ChartKind::kHotelling);
+    writer.MoveTo(station);
   }
 
  private:
@@ -105,31 +90,41 @@ class Together {
       bool same = true;
       for (std::size_t k = 0; k < units_.baseline; ++k) {
         if (!units_.good[k]) continue;
-        units_.good[k] =
-            root_.SolveLowerVector(units_.values[k] - scatter_centre_).squaredNorm() <= limit;
+        units_.good[k] = root_.SolveLowerVector(units_.values[k] - centre_).squaredNorm() <= limit;
         same = same && units_.good[k];
       }
       if (same) break;
     }
   }
 
+  // A level that shifts is not normal: the units of a parameter's alarm never join, nor those
+  // before it that have not joined yet.
+  void LeaveOut(const ChartAlarm& shift) {
+    if (shift.kind != ChartKind::kEwma) return;
+    const auto place_of = [&](auto at) {
+      return static_cast<std::size_t>(at - units_.units.begin());
+    };
+    const std::size_t first =
+        place_of(std::lower_bound(units_.units.begin(), units_.units.end(), shift.unit));
+    const std::size_t end =
+        place_of(std::upper_bound(units_.units.begin(), units_.units.end(), shift.last_unit));
+    for (std::size_t k = first - std::min(first, kBaselineLag); k < end; ++k) usable_[k] = false;
+  }
+
   void SetCentre() {
-    scatter_centre_ = scatter_.mean;
+    centre_ = scatter_.mean;
     root_ = Cholesky(scatter_.Covariance());
     count_ = scatter_.count;
   }
 
   void SetLimits() {
     SetCentre();
-    const int p = static_cast<int>(dimension_);
-    const double rate = plan_.RateOf(ChartKind::kHotelling);
     for (const bool own : {false, true}) {
-      Limits& limits = own ? own_limits_ : later_limits_;
-      limits.far = HotellingLimit(p, kFarAwayProbability, count_, own);
-      if (rate > 0.0) limits.single = HotellingLimit(p, rate, count_, own);
-      if (mewma_limit_ > 0.0) {
-        limits.average = HotellingLimit(p, 1.0 - ChiSquareCdf(mewma_limit_, p), count_, own);
-      }
+      const auto limit_of = [&](double probability) {
+        return HotellingLimit(static_cast<int>(dimension_), probability, count_, own);
+      };
+      (own ? own_limits_ : later_limits_) = {limit_of(plan_.RateOf(ChartKind::kHotelling)),
+                                             limit_of(kFarAwayProbability)};
     }
   }
 
@@ -141,10 +136,7 @@ class Together {
     if (scatter_.count >= kBaselineGrowth * count_) SetLimits();
   }
 
-  // Whether the unit is one of those that centre and covariance are from.
-  bool IsOwn(std::size_t k) const { return own_ && units_.good[k]; }
-
-  // Of units of a station, that parameter that the others let expect least.
+  // That parameter which the others let expect least.
   int MostOf(const VectorXd& deviation) const {
     const MatrixXd inverse = root_.Inverse();
     const VectorXd pull = inverse * deviation;
@@ -153,54 +145,22 @@ class Together {
     return units_.parameters[static_cast<std::size_t>(most)];
   }
 
-  void Add(std::size_t k,
-           double value,
-           double limit,
-           bool alarm,
-           const VectorXd& deviation,
-           ChartWriter* writer) const {
+  void Add(std::size_t k, ChartWriter* writer) {
+    // Centre and covariance are from the unit, too: variance 1 - 1/n; of others 1 + 1/n.
+    const bool is_own = own_ && units_.good[k];
+    const Limits& limits = is_own ? own_limits_ : later_limits_;
+    const VectorXd deviation = units_.values[k] - centre_;
+    const double value =
+        root_.SolveLowerVector(deviation).squaredNorm() / (1.0 + (is_own ? -1.0 : 1.0) / count_);
     const bool before = writer->in_alarm();
-    writer->Add({units_.units[k], value, kNoLowerLimit, limit}, alarm);
+    const bool alarm = value > limits.single;
+    writer->Add({units_.units[k], value, kNoLowerLimit, limits.single}, alarm);
     if (alarm && !before) writer->SetMost(MostOf(deviation));
-  }
-
-  bool AddSingle(std::size_t k, const VectorXd& deviation, ChartWriter* writer) const {
-    MovingWeights weights(1.0);
-    weights.Add(IsOwn(k));
-    const Limits& limits = IsOwn(k) ? own_limits_ : later_limits_;
-    const double value = root_.SolveLowerVector(deviation).squaredNorm() / weights.Variance(count_);
-    if (writer != nullptr) {
-      Add(k, value, limits.single, value > limits.single, deviation, writer);
-    }
-    return value > limits.far;
-  }
-
-  bool AddAverage(std::size_t k, const VectorXd& deviation, ChartWriter* writer) {
-    const double lambda = plan_.options.mewma_lambda;
-    average_ += lambda * (deviation - average_);
-    weights_.Add(IsOwn(k));
-    // Of later units that of the final state, and what the centre adds, as the run length has it.
-    const double variance =
-        own_ ? weights_.Variance(count_) : lambda / (2.0 - lambda) + 1.0 / count_;
-    const double limit =
-        weights_.OwnShare() >= kOwnWeight ? own_limits_.average : later_limits_.average;
-    const double value = root_.SolveLowerVector(average_).squaredNorm() / variance;
-    const bool before = writer->in_alarm();
-    // An alarm ends where the chart is back at its average in control.
-    const bool alarm = value > (before ? static_cast<double>(dimension_) : limit);
-    Add(k, value, limit, alarm, average_, writer);
-    if (alarm && !before) {
-      for (std::size_t at = k - std::min(k, kBaselineLag); at < k; ++at) usable_[at] = false;
-    }
-    if (before && !alarm) {
-      average_.setZero();
-      weights_.Restart();
-    }
-    return alarm;
+    if (value > limits.far) usable_[k] = false;
   }
 
   struct Limits {
-    double single = 0.0, far = 0.0, average = 0.0;
+    double single = 0.0, far = 0.0;
   };
 
   TogetherUnits units_;
@@ -210,14 +170,10 @@ class Together {
   RunningScatter scatter_;
   std::vector<bool> usable_;  // for the baseline
   // As of the last SetLimits:
-  VectorXd scatter_centre_;
+  VectorXd centre_;
   Cholesky root_;
   double count_ = 0.0;
   Limits own_limits_, later_limits_;  // of the estimate's own units, and of others
-
-  double mewma_limit_ = 0.0;  // of a known covariance
-  MovingWeights weights_;
-  VectorXd average_;
 };
 
 // Units of the station with a value of every parameter.
@@ -280,7 +236,7 @@ std::vector<const ParameterValues*> IndependentOf(
 }
 
 void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
-  AddNote("no charts of all parameters together: it takes " +
+  AddNote("no chart of all parameters together: it takes " +
               std::to_string(kLeastUnitsOfParameter * parameters) +
               " baseline units that are no outliers with all " + std::to_string(parameters) +
               " parameters, and there are " + std::to_string(good),
@@ -289,10 +245,10 @@ void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* stat
 
 }  // namespace
 
-void DrawTogether(const LineData& data,
-                  const std::vector<ParameterValues>& shared,
-                  ChartPlan* plan,
-                  StationCharts* station) {
+void DrawHotelling(const LineData& data,
+                   const std::vector<ParameterValues>& shared,
+                   const ChartPlan& plan,
+                   StationCharts* station) {
   std::vector<const ParameterValues*> parameters;
   for (const ParameterValues& values : shared) parameters.push_back(&values);
   if (parameters.size() < 2) return;
@@ -305,11 +261,11 @@ void DrawTogether(const LineData& data,
   const std::vector<const ParameterValues*> kept = IndependentOf(together, parameters, station);
   if (kept.size() < 2) return;
   if (kept.size() < parameters.size()) together = CompleteUnits(data, kept);
-  Together charts(std::move(together), parameters.front()->own, plan);
-  if (charts.HasEnough()) {
-    charts.DrawTo(station);
+  Hotelling chart(std::move(together), parameters.front()->own, station->alarms, plan);
+  if (chart.HasEnough()) {
+    chart.DrawTo(station);
   } else {
-    NoteTooFew(std::lround(charts.Count()), kept.size(), station);
+    NoteTooFew(std::lround(chart.Count()), kept.size(), station);
   }
 }
 
