@@ -74,11 +74,12 @@ TEST(ExportVerb, RefusesACalibrationThatIsNotUsable) {
 TEST(ImportVerb, WritesWhatCompareAndApplyTake) {
   const TemporaryFolder folder;
   const std::string carried = folder.Path("imu.yaml");
-  ASSERT_EQ(
-      RunTruetriad(
-          {"export", std::string("--calibration=") + kDemo, "--to=kalibr-result", "--output=" + carried})
-          .exit_code,
-      0);
+  ASSERT_EQ(RunTruetriad({"export",
+                          std::string("--calibration=") + kDemo,
+                          "--to=kalibr-result",
+                          "--output=" + carried})
+                .exit_code,
+            0);
   const Finished run = RunTruetriad(
       {"import", "--from=kalibr", "--input=" + carried, "--output=" + folder.Path("back")});
   EXPECT_EQ(run.exit_code, 0) << run.err;

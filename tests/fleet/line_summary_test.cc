@@ -148,7 +148,7 @@ TEST_F(LineOfUnits, FollowsTheTimeOfMeasurementAndNotThatOfTheWork) {
       run.parameters = {{"accelerometer.bias.x", bias, 0.01}};
       run.covariance = {1e-4};
       run.tags.station = i < 30 ? "S1" : "S2";
-      run.verdict = i % 7 == 0 ? Verdict::kOutside : Verdict::kUsable;
+      run.verdict = i % 7 == 0 ? Verdict::kFail : Verdict::kNoLimits;
       EXPECT_TRUE((*store)->Add(run));
     }
     const Result<LineSummary> summary =

@@ -69,8 +69,9 @@ class PrivatePostgres {
 
   std::string Program(const std::string& name) const { return programs_ + "/" + name; }
   std::string Control(const std::string& verb) const {
-    return "-w -t " + std::to_string(kPatience.count()) + " -D '" + folder_ + "/data' -l '" + folder_ + "/log' -o \"-k '" + folder_ +
-           "' -c listen_addresses='' -c fsync=off\" " + verb;
+    return "-w -t " + std::to_string(kPatience.count()) + " -D '" + folder_ + "/data' -l '" +
+           folder_ + "/log' -o \"-k '" + folder_ + "' -c listen_addresses='' -c fsync=off\" " +
+           verb;
   }
   /// The server does not run as root.
   std::string AsOwner(const std::string& program, const std::string& arguments) const {

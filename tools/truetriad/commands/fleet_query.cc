@@ -15,7 +15,7 @@
 #include "tools/truetriad/fleet_flags.h"
 
 DEFINE_string(sql, "", "a question in SQL; the tables are in docs/fleet.md");
-DEFINE_string(where, "", "of which runs, as in \"final_verdict <> 'pass' AND lot = 'L17'\"");
+DEFINE_string(where, "", "of which runs, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
 DEFINE_bool(csv, false, "print CSV");
 
 namespace truetriad {
@@ -135,7 +135,7 @@ Command FleetQueryCommand() {
           "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
           "build/truetriad fleet run out/line -o out/day --report=false\n"
           "build/truetriad fleet query --store=out/day/fleet.db --where=\"final_verdict = "
-          "'usable'\"",
+          "'NO_LIMITS'\"",
       .details = "Nothing can be changed. Without a question: of every unit the run that counts.\n",
       .flags = {{"store", "FILE|URL", true},
                 {"sql", "SELECT"},
