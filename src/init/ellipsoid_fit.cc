@@ -220,7 +220,7 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
       count +
           " do not determine an ellipsoid: they lie close to a plane or another surface, or cover "
           "too little of the sphere",
-      more_attitudes + " (six faces alone are enough for `model: diagonal` or with `attitudes: { "
+      more_attitudes + " (six faces alone are enough for a diagonal model or with `attitudes: { "
                        "six_face: {} }`)"));
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;

@@ -347,7 +347,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
     Warning(kNoiseUnderstated,
             "noise-understated",
             "Readings scatter by more than the noise that is stated, which σ follow",
-            "state the noise that there is, or `excess: estimate`"),
+            "state the noise that there is, or let it be estimated"),
     WarningOr(kNotConverged,
               kStatedOtherwise,
               "stated-otherwise",

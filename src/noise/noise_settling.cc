@@ -12,6 +12,7 @@
 #include <glog/logging.h>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "math/distributions.h"
 #include "noise/weights.h"
 #include "problem/graph_builder.h"
@@ -107,7 +108,10 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
         NoiseComponentName(*unseen) +
             ": these poses hold no information on pose-to-pose noise; σ uses within-rest noise "
             "only",
-        "state `noise: { excess: { sigma: … } }` if you know it");
+        "state " +
+            SensorLine(TriadOf(*unseen).value_or(Triad::kGyroscope),
+                       "noise: { excess: { sigma: … } }") +
+            " if you know it");
     finding.sensor = TriadOf(*unseen);
     ApplyExcess(noise->excess, graph);
     system->Eliminate(*graph);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "base/sensor_line.h"
 #include "noise/deletion.h"
 #include "planning/plan_problem.h"
 #include "problem/graph_builder.h"
@@ -142,10 +143,11 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       }
       if (count == 0) {
         return Error(ErrorCode::kMissingKey,
-                     std::string(TriadName(triad)) +
-                         ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
-                         "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
-                         "rest_s: … }`, or give a recording with rests");
+                     std::string(TriadName(triad)) + ": its noise is unknown; state " +
+                         SensorLine(triad, "noise: { sigma: [x, y, z] }") +
+                         " (of a pose's mean, raw unit) or " +
+                         SensorLine(triad, "noise: { allan: FILE }") +
+                         " with `plan: { rest_s: … }`, or give a recording with rests");
       }
       rest_covariance_[triad] /= count;
     }
@@ -157,7 +159,9 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       if (!calibrated) {
         messages_.push_back(std::string(TriadName(triad)) +
                             ": pose-to-pose noise is unknown and not included in the prediction; "
-                            "state `noise: { excess: { sigma: … } }` if you know it");
+                            "state " +
+                            SensorLine(triad, "noise: { excess: { sigma: … } }") +
+                            " if you know it");
       }
     }
   }
@@ -199,7 +203,7 @@ Status PlanProblem::ChooseTurns(const PlanOptions& options,
   } else {
     return Error(
         ErrorCode::kMissingKey,
-        "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
+        "gyroscope: the σ of a turn depends on the length of the rest that its stated noise "
         "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
   }
   stream->rate_hz = kPlannedRateHz;

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "base/sensor_line.h"
 #include "problem/moves.h"
 
 namespace truetriad {
@@ -40,7 +41,8 @@ Result<Observation> Observe(const PoseSet& poses,
           {poses.source},
           "pose " + std::to_string(pose.number) + ", " + std::string(TriadName(triad)) +
               ": its averaging time is unknown, so its noise cannot be computed from an Allan "
-              "deviation; record rests with time, or state `noise: { sigma: [x, y, z] }`");
+              "deviation; record rests with time, or state " +
+              SensorLine(triad, "noise: { sigma: [x, y, z] }"));
     }
     observation.rest_covariance = sensor.allan->MeanSigma(duration_s).cwiseAbs2().asDiagonal();
   } else if (source != NoiseSource::kResidual) {

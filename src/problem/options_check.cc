@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/sensor_line.h"
 #include "truetriad/model/limits.h"
 #include "truetriad/problem/options.h"
 
@@ -215,9 +216,8 @@ void OptionsCheck::Sweep() {
     const std::string name(TriadName(triad));
     Require(SensorKey(triad),
             sensor.thermal.bias_order > 0,
-            name +
-                ": a sweep determines how the bias depends on temperature; state `thermal: { "
-                "bias_order: … }`, or remove the sensor");
+            name + ": a sweep determines how the bias depends on temperature; state " +
+                SensorLine(triad, "thermal: { bias_order: … }") + ", or remove the sensor");
     Require(SensorKey(triad),
             sensor.thermal.matrix_order == 0,
             name +
@@ -238,7 +238,8 @@ void OptionsCheck::Motion() {
   Require("poses.motion",
           Has(Triad::kGyroscope) && (Has(Triad::kAccelerometer) || Has(Triad::kMagnetometer)),
           "motion: needs the gyroscope, and accelerometer or magnetometer, to track the attitude; "
-          "list both (with `fixed: { matrix: identity }` for one that is not to be calibrated)");
+          "list both (one that is not to be calibrated as " +
+              SensorLine(Triad::kAccelerometer, "fixed: { matrix: identity }") + ")");
   Require("attitudes",
           options_.attitudes.kind == AttitudeKind::kNone,
           "motion: a tumbling unit has no known attitudes; remove `attitudes:`");
@@ -276,7 +277,8 @@ std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
   }
   if (limit.IsSlope() && !options_.triads[*limit.triad].thermal.any()) {
     return "no temperature terms of the " + std::string(TriadName(*limit.triad)) +
-           " are estimated; state `thermal: { bias_order: … }` of it, or remove the limit";
+           " are estimated; state " + SensorLine(*limit.triad, "thermal: { bias_order: … }") +
+           ", or remove the limit";
   }
   if (quantity == "held_out_rms" && options_.cross_validation_folds == 0) {
     return "no poses are held out; state `cross_validation: { folds: 5 }`, or remove the limit";

@@ -39,7 +39,7 @@ std::string MostOf(const SideBySide& both, Better better) {
   return Times(*most) + " as large (" + WordsOf(*most, both) + ")";
 }
 
-Verdict VerdictFor(const SideBySide& both) {
+Headline HeadlineFor(const SideBySide& both) {
   std::string explanation;
   for (const auto& [evaluation, name] : {std::pair(&both.a, "A"), std::pair(&both.b, "B")}) {
     if (evaluation->is_own) {
@@ -75,7 +75,7 @@ Verdict VerdictFor(const SideBySide& both) {
 }
 
 PageContent ContentOf(const SideBySide& both, const std::vector<std::string>& about) {
-  PageContent content{"Two calibrations side by side", VerdictFor(both), {}};
+  PageContent content{"Two calibrations side by side", HeadlineFor(both), {}};
   PageSection head{"", {about.begin(), about.end()}};
   for (const Triad triad : kTriads) {
     const bool in_a = both.a.norm_rms[triad].has_value();
@@ -116,7 +116,7 @@ PageContent ContentOf(const SideBySide& both, const std::vector<std::string>& ab
 
 }  // namespace
 
-Grade GradeOf(const SideBySide& both) { return VerdictFor(both).grade; }
+Grade GradeOf(const SideBySide& both) { return HeadlineFor(both).grade; }
 
 std::string SideBySideText(const SideBySide& both, const std::vector<std::string>& about) {
   return TextOf(ContentOf(both, about));

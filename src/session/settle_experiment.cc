@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "allan/allan_file.h"
+#include "base/sensor_line.h"
 #include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
@@ -86,8 +87,8 @@ Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
                  {loaded.poses.source},
                  "the " + std::string(TriadName(triad)) +
                      " is in counts of unknown size, so its matrix cannot be held at identity; "
-                     "state `si_per_count:` of the stream in a manifest, or give the matrix as "
-                     "`fixed: { matrix: [[…],[…],[…]] }`");
+                     "state `si_per_count:` of the stream in a manifest, or give the matrix as " +
+                     SensorLine(triad, "fixed: { matrix: [[…], […], […]] }"));
   }
   const bool reports_gravity =
       triad == Triad::kAccelerometer && options.sign == AccelerometerSign::kGravity;
@@ -117,8 +118,8 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
     return Error(ErrorCode::kDoesNotMatch,
                  {file},
                  "the " + name + " was not at rest (" + found->disturbance +
-                     "), so its noise is unknown; analyse a log of the unit at rest, or state "
-                     "`noise: { sigma: [x, y, z] }`");
+                     "), so its noise is unknown; analyse a log of the unit at rest, or state " +
+                     SensorLine(name, "noise: { sigma: [x, y, z] }"));
   }
   const Unit& unit = poses.Find(triad)->unit;
   if (found->unit.is_counts != unit.is_counts) {
@@ -134,7 +135,8 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
                  {file},
                  "the " + name +
                      " has an axis without noise density or bias instability; analyse a longer "
-                     "rest, or state `noise: { sigma: [x, y, z] }`");
+                     "rest, or state " +
+                     SensorLine(name, "noise: { sigma: [x, y, z] }"));
   }
   // Both are 1 for counts.
   const double scale = found->unit.truth_per_raw / unit.truth_per_raw;

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "init/ellipsoid_fit.h"
 #include "init/fixture_fit.h"
 #include "init/frame_alignment.h"
@@ -61,6 +62,7 @@ Status CheckCount(Triad triad,
     model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
+  const std::string smaller = SensorLine(triad, "model: diagonal");
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
   may_be_faces = may_be_faces && !attitudes && poses >= 6;
   return NotEnoughError(
@@ -69,10 +71,11 @@ Status CheckCount(Triad triad,
                   (poses == 1 ? ", but " : "s, but ") + model + " needs at least " +
                   std::to_string(needed),
               "add " + noun + "s, " +
-                  (may_be_faces ? "choose a smaller `model:`, or, if the unit stood "
-                                  "on its six faces, state `attitudes: { "
-                                  "six_face: {} }`"
-                                : "or choose a smaller `model:` (symmetric, diagonal, bias)"))
+                  (may_be_faces
+                       ? "choose a smaller model, as by " + smaller +
+                             ", or, if the unit stood on its six faces, state "
+                             "`attitudes: { six_face: {} }`"
+                       : "or choose a smaller model (symmetric, diagonal, bias), as by " + smaller))
           .About(triad)
           .With("poses", static_cast<double>(poses))
           .With("needed", static_cast<double>(needed)));

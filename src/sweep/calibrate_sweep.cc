@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "problem/parameter_name.h"
 #include "sweep/triad_sweep.h"
 #include "verdict/checks/check.h"
@@ -115,7 +116,7 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
     return Error(ErrorCode::kInvalidExperiment,
                  "limits: " + name +
                      " is held in a sweep, not measured; give a calibration at one temperature as "
-                     "`static: FILE.yaml`, or remove the limit")
+                     "`poses: { sweep: { static: FILE.yaml } }`, or remove the limit")
         .About("limits." + name);
   }
   return {};
@@ -153,14 +154,16 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
   }
   if (names.empty()) return;
   const std::string order = std::to_string(higher);
-  findings->push_back(Finding(FindingCode::kSweepUnexplained,
-                              std::string(TriadName(triad)) + names + ": the stated order of " +
-                                  std::to_string(axes.front().fit.terms.bias_order) +
-                                  " leaves what one of " + order + " explains; σ allow for it",
-                              "state `bias_order: " + order + "`, or `auto`")
-                          .About(triad)
-                          .Shifting(moved_sigmas, Treatment::kWidened)
-                          .With("order", higher));
+  findings->push_back(
+      Finding(
+          FindingCode::kSweepUnexplained,
+          std::string(TriadName(triad)) + names + ": the stated order of " +
+              std::to_string(axes.front().fit.terms.bias_order) + " leaves what one of " + order +
+              " explains; σ allow for it",
+          "state " + SensorLine(triad, "thermal: { bias_order: " + order + " }") + ", or `auto`")
+          .About(triad)
+          .Shifting(moved_sigmas, Treatment::kWidened)
+          .With("order", higher));
 }
 
 void SayLeftOut(const Quality& quality, Findings* findings) {
@@ -357,7 +360,8 @@ Status SweepTriad(const PoseSet& poses,
                 std::string(TriadName(triad)) +
                     ": bias and sensitivity at the reference temperature are held, not measured: "
                     "in an attitude that is not known only the temperature terms show",
-                "give a calibration at one temperature as `static: FILE.yaml`")
+                "give a calibration at one temperature as `poses: { sweep: { static: "
+                "FILE.yaml } }`")
             .About(triad));
   }
   if (triad == Triad::kAccelerometer && has_static) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "problem/start_values.h"
 #include "verdict/checks/check.h"
 #include "verdict/observability.h"
@@ -92,7 +93,8 @@ Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun&) {
   if (!run.noise.unknown) return {};
   return {{FindingCode::kNoiseUnknown,
            "every residual is needed to determine the parameters, so the noise cannot be estimated",
-           "add poses, or state `noise: { sigma: [x, y, z] }`"}};
+           "add poses, or state the noise, as by " +
+               SensorLine(Triad::kAccelerometer, "noise: { sigma: [x, y, z] }")}};
 }
 
 Findings CheckExplained(const Quality& quality,
@@ -124,8 +126,9 @@ Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
                     Format("after the fit the readings scatter by %.0f times the noise that is "
                            "stated",
                            times),
-                    "state the noise that there is, let what is more be estimated (`excess: "
-                    "estimate`), or look for what the experiment leaves out")
+                    "state the noise that there is, let what is more be estimated, as by " +
+                        SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
+                        ", or look for what the experiment leaves out")
                 .With("times", times)};
   }
   return CheckExplained(
@@ -180,7 +183,10 @@ Findings CheckConverged(const SettledRun& run, const SolvedRun& solved) {
       FindingCode::kDidNotConverge,
       "the pose-to-pose noise of the " + NoiseComponentName(*off.component) +
           Format(" did not converge (score %.2g of its σ): no σ can be stated", off.score_sigmas),
-      "state `noise: { excess: { sigma: … } }`, or add poses");
+      "state " +
+          SensorLine(TriadOf(*off.component).value_or(Triad::kGyroscope),
+                     "noise: { excess: { sigma: … } }") +
+          ", or add poses");
   finding.sensor = TriadOf(*off.component).value_or(Triad::kGyroscope);
   return {finding.With("score", off.score_sigmas, "sigma")};
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "truetriad/base/units.h"
 #include "verdict/checks/check.h"
 
@@ -105,20 +106,21 @@ std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
   switch (term.kind) {
     case LeftOutKind::kAxisTerm:
       if (InfoOf(term.axis_term).triad == term.triad) {
-        return "state `" + std::string(InfoOf(term.axis_term).name) + ": true` for the " + sensor;
+        return "state " + SensorLine(sensor, std::string(InfoOf(term.axis_term).name) + ": true");
       }
       return "look whether the " + sensor + " is near the end of its range";
     case LeftOutKind::kMatrix:
-      return "state `model: full` for " + (term.is_shared ? "all sensors" : "the " + sensor);
+      return "state " + SensorLine(sensor, "model: full") +
+             (term.is_shared ? ", and of the other sensors, too" : "");
     case LeftOutKind::kGSensitivity:
-      return "state `g_sensitivity: true` for the gyroscope";
+      return "state " + SensorLine(Triad::kGyroscope, "g_sensitivity: true");
     case LeftOutKind::kDrift:
     case LeftOutKind::kGainDrift:
       return std::string("let the unit warm up first") +
              (has_temperature ? ", or state temperature terms" : "");
     case LeftOutKind::kThermalGain:
-      return "state `thermal: { matrix_order: auto }` for the " + sensor +
-             ", or a higher `matrix_order`";
+      return "state " + SensorLine(sensor, "thermal: { matrix_order: auto }") +
+             ", or a higher order";
     case LeftOutKind::kStep:
       return "look what happened to the unit then; take the run again, or the poses of one side";
     case LeftOutKind::kLeverArm:

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "problem/start_values.h"
 #include "truetriad/base/units.h"
 #include "verdict/checks/check.h"
@@ -84,7 +85,8 @@ std::string WhatChanged(const SettledRun& run, const MagnetometerChange& change)
 std::string RemedyOf(const SettledRun& run, const MagnetometerChange& change) {
   if (change.last) return "leave them out: `exclude_poses: [" + NumbersOf(run, change) + "]`";
   if (MayBeBetweenSessions(run, change)) {
-    return "state `magnetometer: { bias: per_session }`, or take one session alone";
+    return "state " + SensorLine(Triad::kMagnetometer, "bias: per_session") +
+           ", or take one session alone";
   }
   return "take the run again, or the poses of one side alone";
 }

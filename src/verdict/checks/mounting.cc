@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "problem/hemisphere.h"
 #include "problem/lay_out.h"
 #include "solve/field_side.h"
@@ -155,7 +156,8 @@ Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
   const std::string remedy =
       "south of the magnetic equator state `reference: { field: { "
       "hemisphere: south } }`, north of it `north`; of an accelerometer "
-      "that reads -g on the axis that points up, `sign: gravity`";
+      "that reads -g on the axis that points up, " +
+      SensorLine(Triad::kAccelerometer, "sign: gravity");
   if (IsReversedAgainst(options, triad, *view.maps[triad])) {
     Finding finding(
         FindingCode::kLeftHanded,

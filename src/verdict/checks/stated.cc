@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/messages.h"
+#include "base/sensor_line.h"
 #include "math/distributions.h"
 #include "problem/parameters.h"
 #include "solve/field_side.h"
@@ -26,8 +27,9 @@ Findings CheckStatedNoise(const SettledRun&, const SolvedRun& solved) {
                   Format("the readings scatter by %.2g times the noise that is stated, which σ do "
                          "not allow for",
                          times),
-                  "let what is more be estimated (`excess: estimate`), or state the noise that "
-                  "there is")
+                  "let what is more be estimated, as by " +
+                      SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
+                      ", or state the noise that there is")
               .With("times", times)};
 }
 
