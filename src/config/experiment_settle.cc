@@ -314,7 +314,7 @@ void Settle(Draft* draft, std::vector<Error>* errors) {
     }
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
       fail(motions_key,
-           "turns: and rates: need rests and cannot be combined with `poses: { motion }`; remove "
+           "turns: and rates: need rests and cannot be combined with `poses: { motion: {} }`; remove "
            "one of them");
     }
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};

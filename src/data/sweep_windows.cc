@@ -92,8 +92,8 @@ Status SweepCutter::Validate() const {
   if (selection_.sweep.ambient && !has_ambient) {
     return Error(ErrorCode::kMissingTemperature,
                  {info_.path},
-                 "has no ambient temperature, but it is a factor of `thermal: { "
-                 "regression }`; add a column `ambient_temperature[degC]`, or "
+                 "has no ambient temperature, but it is a factor of the sensor's "
+                 "`regression`; add a column `ambient_temperature[degC]`, or "
                  "`ambient_temperature:` to a stream in a manifest, or remove that factor");
   }
   std::int64_t previous = -1;

@@ -455,6 +455,7 @@ Format RecordFormat() {
                  "record.html",
                  Arithmetic::kFloat64,
                  /*can_import=*/false,
+                 /*first_instance=*/std::nullopt,
                  /*states_verdict=*/true};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,

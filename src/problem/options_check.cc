@@ -156,13 +156,14 @@ void OptionsCheck::Reference() {
       !options_.HasGyroscopeAlone() && ((Has(Triad::kMagnetometer) && Has(Triad::kAccelerometer)) ||
                                         options_.attitudes.kind == AttitudeKind::kGiven),
       "earth rate: heading is unobservable, so the earth rate in the body frame is unknown; "
-      "enable accelerometer and magnetometer too, give the attitudes (`attitudes: { file }`), or "
+      "enable accelerometer and magnetometer too, give the attitudes (`attitudes: { file: … }`), "
+      "or "
       "remove "
       "`reference.earth_rate`");
   Require(kKey,
           !options_.motion,
           "earth rate: it is not modelled for a unit that is tumbled without rests; remove "
-          "`reference.earth_rate` or `poses: { motion }`");
+          "`reference.earth_rate` or `poses: { motion: {} }`");
 }
 
 void OptionsCheck::Attitudes() {

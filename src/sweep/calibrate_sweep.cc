@@ -116,7 +116,7 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
     return Error(ErrorCode::kInvalidExperiment,
                  "limits: " + name +
                      " is held in a sweep, not measured; give a calibration at one temperature as "
-                     "`poses: { sweep: { static: FILE.yaml } }`, or remove the limit")
+                     "`static: FILE.yaml`, or remove the limit")
         .About("limits." + name);
   }
   return {};
@@ -360,8 +360,7 @@ Status SweepTriad(const PoseSet& poses,
                 std::string(TriadName(triad)) +
                     ": bias and sensitivity at the reference temperature are held, not measured: "
                     "in an attitude that is not known only the temperature terms show",
-                "give a calibration at one temperature as `poses: { sweep: { static: "
-                "FILE.yaml } }`")
+                "give a calibration at one temperature as `static: FILE.yaml`")
             .About(triad));
   }
   if (triad == Triad::kAccelerometer && has_static) {

@@ -47,7 +47,7 @@ TEST_F(TemperatureSweep, IsCalibratedAppliedAndEvaluated) {
                     HasSubstr("held out, cubic"),
                     HasSubstr("bias by temperature and its rate"),
                     HasSubstr("Choice of terms"),
-                    HasSubstr("`poses: { sweep: { static: FILE.yaml } }`")));
+                    HasSubstr("`static: FILE.yaml`")));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("found/report.html")),
               AllOf(HasSubstr("bias and fit"), HasSubstr("bias over temperature and rate")));
   const Result<Calibration> found = ReadCalibration(folder_.Path("found/calibration.yaml"));

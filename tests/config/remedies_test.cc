@@ -48,6 +48,7 @@ std::string Filled(std::string line) {
         {"x, y, z", "0.1, 0.1, 0.1"},
         {"order: …", "order: 1"},
         {"file: …", "file: f.yaml"},
+        {"%\\.[0-9]g", "0.5"},
         {"…", "0.5"}}) {
     line = std::regex_replace(line, std::regex(from), to);
   }
@@ -89,7 +90,8 @@ TEST(Remedies, AreKeysOfASensorThatAnExperimentTakes) {
 
 TEST(Remedies, AreLinesThatAnExperimentTakes) {
   const std::set<std::string> lines = Found(
-      "`((?:reference|poses|attitudes|initialise|cross_validation|exclude_poses|mounting|units): "
+      "`((?:reference|poses|attitudes|initialise|cross_validation|exclude_poses|mounting|units|"
+      "static): "
       "[^`\"]*)`");
   EXPECT_GE(lines.size(), 8U);
   for (const std::string& line : lines) {

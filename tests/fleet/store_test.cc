@@ -250,7 +250,7 @@ TEST_P(StoreTest, TakesARecordingForOneAttempt) {
     add("6", "ccc.csv", "cc");
     add("7", "ccc.csv", "cc");
     EXPECT_THAT(Ask(**store, "SELECT run, first_verdict, attempts FROM standing"),
-                ElementsAre(ElementsAre(run, "time-limit", "3")));
+                ElementsAre(ElementsAre(run, "NO_RESULT", "3")));
     EXPECT_THAT(Ask(**store, "SELECT first_run FROM measured ORDER BY run"),
                 ElementsAre(ElementsAre("1"),
                             ElementsAre("1"),

@@ -28,9 +28,9 @@ struct FormatInfo {
   std::string_view file_name;    ///< What such a file is called where nobody says: "px4.params".
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
-  bool states_verdict = false;  ///< For people, who read the verdict first.
   /// What the first of several equal sensors is called, where one file holds them all.
   std::optional<int> first_instance = {};
+  bool states_verdict = false;  ///< For people, who read the verdict first.
 };
 
 /// All formats, in the order of the documentation.
