@@ -290,9 +290,12 @@ Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
     }
     added.run = standing[0].value_or("");
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(added, VerdictIn(standing[1])));
-    const Value run[] = {std::string_view(added.run)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> folder, Row(kFolderOfRun, run));
-    added.folder = folder.at(0).value_or("");
+    const bool is_of_all = disposition.verdict == Verdict::kFail;
+    const Value of_what[] = {std::string_view(is_of_all ? disposition.serial : added.run)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table folders,
+                               database_->Ask(is_of_all ? kFoldersOfUnit : kFolderOfRun, of_what));
+    added.folders.clear();
+    for (const auto& row : folders.rows) added.folders.push_back(row[0].value_or(""));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last, Row(kLastRunOfUnit, serial));
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
                                MakeLast("disposition", last.at(0).value_or(""), &added.id));

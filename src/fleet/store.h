@@ -66,7 +66,9 @@ struct Disposition {
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The one that counted.
-  std::string folder = {};           ///< Of that run's files, as Dispose gives it.
+  /// Whose files it is about, as Dispose gives them: of that run, or, where the unit may not leave,
+  /// of all of its runs.
+  std::vector<std::string> folders = {};
 };
 /// What somebody can decide: that the unit may leave, or that it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};

@@ -46,9 +46,11 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .why = FLAGS_why,
                                           .verdict = *verdict};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
-  const Status told =
-      fleet::StateDecision(added.folder, {added.verdict, added.who, added.why, added.created});
-  if (!told) Warn(told.error().message + "; `export` does not know of this decision there");
+  for (const std::string& folder : added.folders) {
+    const Status told =
+        fleet::StateDecision(folder, {added.verdict, added.who, added.why, added.created});
+    if (!told) Warn(told.error().message + "; `export` does not know of this decision there");
+  }
   return VerbResult{.text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n",
                     .result = {{"disposition", added.id},
                                {"serial", added.serial},
