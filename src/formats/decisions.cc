@@ -20,7 +20,8 @@ Result<std::vector<Decision>> ReadDecisions(const std::filesystem::path& path) {
   std::vector<Decision> decisions;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return decisions;
-  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromFile(path.string()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, LookAtSmallFile(path.string()));
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(text, path.string()));
   std::string format;
   if (root.Require("format", &format) && format != kFormat) {
     root.Child("format").Fail("`" + format + "` is not supported; expected " +
