@@ -236,6 +236,12 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan) {
   for (const std::string& item : plan.overrides) {
     if (IsOfTag(item) || KeyOf(item) == "device.serial") overrides.push_back(item);
   }
+  // Each log has its own sensors; that there is no such key is known before any is read.
+  const Result<Experiment> typed = ReadExperimentText(
+      "experiment: 1\nsensors: { accelerometer: {}, gyroscope: {}, magnetometer: {} }\n",
+      "",
+      plan.overrides);
+  if (!typed && typed.error().code == ErrorCode::kUnknownKey) return typed.error();
   return ReadExperimentText("experiment: 1\nsensors: { accelerometer: {} }\n", "", overrides);
 }
 

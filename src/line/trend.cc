@@ -113,7 +113,8 @@ TrendReport Trends(const LineData& data) {
     if (std::isfinite(seconds)) by_time.emplace_back(seconds, k);
   }
   if (by_time.empty()) {
-    report.note = "no unit's time of measurement is known";
+    report.note =
+        data.units.empty() ? "no unit has a calibration" : "no unit's time of measurement is known";
     return report;
   }
   std::sort(by_time.begin(), by_time.end());  // Units of one moment stay in their order.

@@ -136,6 +136,7 @@ TEST_F(InputsKept, AsAreResultsOfBeforeWhereAVerbRefuses) {
            "fleet run none.csv -o out/fleet",
            "fleet run log.csv -o out/fleet -c " + configs +
                "experiments/accelerometer-only.yaml' --set=model=diagonal",
+           "fleet run log.csv -o out/fleet --set=model=diagonal",
            "fleet run log.csv -o out/fleet --time-limit=x",
            foreign + " --units=g",
            "convert --from=kalibr-csv -o out/converted bad.csv",
