@@ -12,9 +12,9 @@ inline constexpr int kSchemaVersion = 5;
 /// What takes a store from version i to i + 1, by place. For SQLite and PostgreSQL alike, but for
 /// {text}, {real} and {bytes}, the types of text that is compared byte by byte, of double-precision
 /// numbers and of bytes. Tables are never changed once they were used: stores of that version are
-/// about. The last part makes the views of runs, as those of before are never asked.
+/// about. The last part makes the views `latest` and `standing`.
 ///
-/// A run is never changed; the last of a unit by name, in `latest`, supersedes those before.
+/// A run is never changed; `latest` has the last of each unit by name, `standing` what counts.
 /// covariance: of the run's parameters in their order, lower triangle row by row, doubles, least
 /// significant byte first.
 ///

@@ -157,14 +157,20 @@ Status StateDecision(const std::string& folder, const Decision& decision) {
   TRUETRIAD_RETURN_IF_ERROR(AddDecision(folder, decision));
   if (decision.verdict != Verdict::kFail) return {};
   const std::vector<FormatInfo> formats = Formats();
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failure)) {
-    const std::string name = entry.path().filename().string();
+  std::error_code listing;
+  fs::directory_iterator entry(folder, listing);
+  for (const fs::directory_iterator end; !listing && entry != end; entry.increment(listing)) {
+    const std::string name = entry->path().filename().string();
     const bool is_export = std::any_of(formats.begin(), formats.end(), [&](const auto& format) {
       return !format.states_verdict && name.starts_with(format.file_name);
     });
     if (!is_export || name.ends_with(kWithdrawn)) continue;
-    fs::rename(entry.path(), entry.path().string().append(kWithdrawn), failure);
-    if (failure) return Error(ErrorCode::kCannotWrite, {entry.path().string()}, failure.message());
+    const std::string path = entry->path().string();
+    fs::rename(path, path + std::string(kWithdrawn), failure);
+    if (failure) return Error(ErrorCode::kCannotWrite, {path}, failure.message());
+  }
+  if (listing) {
+    return Error(ErrorCode::kCannotWrite, {folder}, "cannot be listed: " + listing.message());
   }
   return {};
 }

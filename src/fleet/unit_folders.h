@@ -21,7 +21,7 @@ Status RenameFolder(const std::string& name, std::string* folder);
 
 /// Adds what a person decided to the folder of a run's files, where `export` looks for it; what was
 /// exported there of a unit that may not leave ends in `.withdrawn` from then on. Nothing, where
-/// there is no folder. Error (bad input): it cannot be reached or written to from here.
+/// `folder` is empty. Error (bad input): it cannot be reached or written to from here.
 Status StateDecision(const std::string& folder, const Decision& decision);
 
 /// A claim to a folder, given up with the object or the process.

@@ -18,8 +18,9 @@ constexpr char kFile[] = "decisions.yaml";
 
 Result<std::vector<Decision>> ReadDecisions(const std::filesystem::path& path) {
   std::vector<Decision> decisions;
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return decisions;
+  std::error_code failure;
+  // What cannot be looked at may hold a refusal: reading it says why.
+  if (!std::filesystem::exists(path, failure) && !failure) return decisions;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, LookAtSmallFile(path.string()));
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(text, path.string()));
   std::string format;
@@ -55,7 +56,11 @@ std::string DecisionText(const Decision& decision) {
 }
 
 Result<std::vector<Decision>> ReadDecisionsBeside(const std::string& calibration_file) {
-  return ReadDecisions(std::filesystem::path(calibration_file).parent_path() / kFile);
+  // A link from elsewhere leads to the unit's own folder.
+  std::error_code failure;
+  const std::filesystem::path real = std::filesystem::canonical(calibration_file, failure);
+  return ReadDecisions((failure ? std::filesystem::path(calibration_file) : real).parent_path() /
+                       kFile);
 }
 
 Status AddDecision(const std::string& folder, const Decision& decision) {

@@ -170,7 +170,8 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
   ExportsBeside beside;
   for (const std::string& format : formats) {
     TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
-    // A device leaves with all of its sensors, or not at all.
+    // One that may not leave holds back all of its device; one without a result is left out, with a
+    // warning.
     const auto held_back = std::find_if(results.begin(), results.end(), [&](const auto& result) {
       return !MayLeave(*result.calibration, info, options);
     });
