@@ -315,6 +315,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
     const Status status = Calibrate(plan, order, &run);
     if (!status) Fill(status.error(), &run);
   } catch (const std::bad_alloc&) {
+    run.verdict = Verdict::kNoResult;  // Its files may be what there was no memory for.
     run.code = kMemoryLimit;
     run.message = order.log + ": needs more memory than a unit may have";
   } catch (const std::exception& failure) {
