@@ -10,8 +10,8 @@ namespace truetriad {
 // Numbers of poses that each sensor is not judged by.
 using PosesLeftOut = PerTriad<std::set<int>>;
 
-// What the calibration left out of the poses that it was made from; of others nothing, nor where
-// they are not the same number.
+// Lists what the calibration left out of the poses that it was made from. The list is empty for
+// other poses, and where their number is not the same.
 PosesLeftOut LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own);
 
 Result<EvaluationSummary> EvaluateWithout(const PosesLeftOut& left_out,

@@ -14,12 +14,6 @@ namespace {
 
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
-double RootMeanSquareOf(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
-}
-
 // d rotation / d the listed parameters of the calibration, as GyroIncrement has it.
 Eigen::Matrix3Xd TurnByParameters(const NamedCovariance& covariance,
                                   const ModelAtPose& at,
@@ -51,6 +45,12 @@ ModelAtPose ModelBetween(const TriadCalibration& sensor,
 }
 
 }  // namespace
+
+double RootMeanSquareOf(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
 
 std::optional<EvaluatedTurns> EvaluateTurns(
     const Calibration& calibration,

@@ -12,6 +12,9 @@
 
 namespace truetriad {
 
+// Of one error at least.
+double RootMeanSquareOf(const std::vector<double>& errors);
+
 // Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
 // the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
 // `left_out`: numbers of the poses into which a turn is not to count.

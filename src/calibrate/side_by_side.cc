@@ -6,7 +6,9 @@
 #include <limits>
 #include <string>
 
+#include "base/named_values.h"
 #include "calibrate/evaluate_poses.h"
+#include "calibrate/evaluate_turns.h"
 #include "math/distributions.h"
 #include "truetriad/base/units.h"
 
@@ -15,19 +17,18 @@ namespace {
 
 using Errors = std::vector<double>;
 
+constexpr NamedValues<Better, 4> kBetter = {{
+    {Better::kNeither, "neither"},
+    {Better::kA, "a"},
+    {Better::kB, "b"},
+    {Better::kMixed, "mixed"},
+}};
+
 // σ of gravity anywhere, from 9.78 at the equator to 9.83 at the poles, m/s^2.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
 
 bool IsImported(const Calibration& calibration) {
-  return std::any_of(calibration.findings.begin(),
-                     calibration.findings.end(),
-                     [](const Finding& finding) { return finding.code == FindingCode::kImported; });
-}
-
-double RmsOf(const Errors& errors) {
-  double squares = 0.0;
-  for (const double error : errors) squares += error * error;
-  return std::sqrt(squares / static_cast<double>(errors.size()));
+  return Find(calibration.findings, FindingCode::kImported) != nullptr;
 }
 
 Errors AboutMean(Errors values) {
@@ -72,8 +73,11 @@ void Add(std::string_view name,
   if (a.empty() || a.size() != b.size()) return;
   // A smaller difference is no reason to take the other calibration.
   constexpr double kWorthIt = 1.1;
-  ErrorOfTwo error{
-      name, unit, per_error * RmsOf(a), per_error * RmsOf(b), static_cast<int>(a.size())};
+  ErrorOfTwo error{name,
+                   unit,
+                   per_error * RootMeanSquareOf(a),
+                   per_error * RootMeanSquareOf(b),
+                   static_cast<int>(a.size())};
   const bool is_larger = error.times() > kWorthIt &&
                          std::abs(error.a - error.b) > 2.0 * per_error * unsure &&
                          DifferByMoreThanChance(a, b);
@@ -121,19 +125,7 @@ std::vector<ErrorOfTwo> ErrorsOf(const EvaluationSummary& a,
 
 }  // namespace
 
-std::string_view BetterName(Better better) {
-  switch (better) {
-    case Better::kNeither:
-      return "neither";
-    case Better::kA:
-      return "a";
-    case Better::kB:
-      return "b";
-    case Better::kMixed:
-      return "mixed";
-  }
-  return "";
-}
+std::string_view BetterName(Better better) { return kBetter.Name(better); }
 
 Better BetterOf(const SideBySide& both) {
   const auto any = [&both](Better better) {

@@ -36,7 +36,7 @@ struct End {
   double span_s = 0.0;                                  // from one mean to the other
 };
 
-// Where a turn begins, and where it ends.
+// The first is where a turn begins, the second where it ends.
 using Ends = std::array<End, 2>;
 
 // Unset where a turn has too few readings for both.

@@ -41,7 +41,7 @@ class LineReader {
       TRUETRIAD_RETURN_IF_ERROR(ReadRuns(measured, &Record::is_measured));
     }
     std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
-      // As OrderOfTime; units of one second in the order of their serial numbers.
+      // This is OrderOfTime; units of one second come in the order of their serial numbers.
       const bool is_same = one.unit.recorded == other.unit.recorded;
       if (is_same && one.unit.recorded.empty()) return one.unit.run < other.unit.run;
       return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <

@@ -66,7 +66,7 @@ LineYield YieldOf(const LineReading& line, double confidence) {
   yield.first = line.data.units[static_cast<std::size_t>(unknown)].recorded;
   yield.last = line.data.units.back().recorded;
   const double hours = (line::SecondsOf(yield.last) - line::SecondsOf(yield.first)) / 3600.0;
-  // What took less says nothing of an hour.
+  // A line that was seen for less than an hour shows no units an hour.
   if (hours >= 1.0) yield.units_per_hour = (all.units - unknown - 1) / hours;
   return yield;
 }

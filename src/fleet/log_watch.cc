@@ -292,7 +292,7 @@ bool LogWatch::IsIdle() const {
 }
 
 bool LogWatch::HasEnded() const {
-  // What nobody writes to is given at one of the next looks.
+  // A log that nobody writes to is given at one of the next looks.
   return IsIdle() && std::all_of(waiting_.begin(), waiting_.end(), [](const auto& item) {
            return item.second.is_written;
          });

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -42,11 +41,15 @@ std::string WhyHeldBack(const Calibration& calibration, const ExportOptions& opt
   return limits.empty() ? "FAIL" : "FAIL, " + MissedText(WorstLimit(limits));
 }
 
-bool MayLeave(const Calibration& calibration,
-              const FormatInfo& format,
-              const ExportOptions& options) {
-  return options.allows_outside_limits || format.states_verdict ||
-         WhyHeldBack(calibration, options).empty();
+Status CheckMayLeave(const Calibration& calibration,
+                     const FormatInfo& format,
+                     const ExportOptions& options) {
+  const std::string why = WhyHeldBack(calibration, options);
+  if (why.empty() || options.allows_outside_limits || format.states_verdict) return {};
+  return Error(ErrorCode::kOutsideLimits,
+               "this unit may not leave (" + why +
+                   "), so nothing is exported; measure it again, or state "
+                   "--outside-limits=allow, and the file will say so");
 }
 
 /// Lines as a comment can have them.
@@ -121,12 +124,7 @@ Result<Export> ExportCalibration(const Calibration& calibration,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  if (!MayLeave(calibration, format.info, options)) {
-    return Error(ErrorCode::kOutsideLimits,
-                 "this unit may not leave (" + WhyHeldBack(calibration, options) +
-                     "), so nothing is exported; measure it again, or state "
-                     "--outside-limits=allow, and the file will say so");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(calibration, format.info, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;
@@ -172,13 +170,13 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
     TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
     // One that may not leave holds back all of its device; one without a result is left out, with a
     // warning.
-    const auto held_back = std::find_if(results.begin(), results.end(), [&](const auto& result) {
-      return !MayLeave(*result.calibration, info, options);
-    });
-    if (held_back != results.end()) {
-      beside.warnings.push_back(
-          std::string(info.file_name) + " is not written: " +
-          ExportCalibration(*held_back->calibration, format, options).error().message);
+    Status may_leave;
+    for (const ResultOfInstance& result : results) {
+      if (may_leave) may_leave = CheckMayLeave(*result.calibration, info, options);
+    }
+    if (!may_leave) {
+      beside.warnings.push_back(std::string(info.file_name) +
+                                " is not written: " + may_leave.error().message);
       continue;
     }
     for (const ResultOfInstance& result : results) {

@@ -20,6 +20,7 @@
 #include "json/plain_yaml.h"
 #include "python/errors.h"
 #include "python/numbers.h"
+#include "report/content.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 
@@ -208,12 +209,6 @@ std::string HeadOf(const Calibration& calibration) {
   const std::size_t first = text.find("\n\n");
   const std::size_t second = first == std::string::npos ? first : text.find("\n\n", first + 2);
   return text.substr(0, second);
-}
-
-/// "PASS, A0001: all 6 limits are met".
-std::string FirstLineOf(const Calibration& calibration) {
-  const std::string text = CalibrationText(calibration);
-  return text.substr(0, text.find('\n'));
 }
 
 /// A calibration must not take the place of what it was made from.
@@ -442,7 +437,7 @@ findings say why.)")
       .def(py::pickle([](const HeldCalibration& c) { return PickleOf(*c.value); }, &Unpickled))
       .def("__str__", [](const HeldCalibration& c) { return Printable(HeadOf(*c.value)); })
       .def("__repr__", [](const HeldCalibration& c) {
-        return Printable("<truetriad.Calibration: " + FirstLineOf(*c.value) + ">");
+        return Printable("<truetriad.Calibration: " + HeadlineOf(*c.value).text + ">");
       });
 }
 

@@ -33,7 +33,7 @@
       const [day, time] = (step < 60 ? text.second(tick) : text.minute(tick)).split(' ');
       return k === 0 || /^00:00(:00)?$/.test(time) ? `${time}\n${day}` : time;
     });
-  // From a second on: uPlot's own, whose labels below that would all be the same.
+  // These are uPlot's own steps from 1 s on; labels of shorter ones would all be the same.
   const steps = [...[1, 5, 10, 15, 30].flatMap((n) => [n, 60 * n]).sort((a, b) => a - b),
     ...[1, 2, 3, 4, 6, 8, 12].map((n) => 3600 * n), ...[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 30, 60, 90, 120, 180].map((n) => 86400 * n),
     ...[1, 2, 5, 10, 25, 50, 100].map((n) => 365 * 86400 * n)];

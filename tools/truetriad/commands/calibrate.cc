@@ -14,6 +14,7 @@
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
+#include "report/content.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
@@ -305,13 +306,12 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
                            std::to_string(all.size()) + ")");
   }
   for (const Done& done : all) {
-    const std::string text = CalibrationText(done.calibration);
     if (!done.task.initial_yaml.empty())
       files += "Experiment:  " + done.task.experiment.path + '\n';
     files += "Calibration: " + done.Path("calibration.yaml");
     if (all.size() > 1) {
       files += " (instance " + std::to_string(done.task.instance) + ": " +
-               text.substr(0, text.find('\n')) + ")";
+               HeadlineOf(done.calibration).text + ")";
       result.result["instances"].push_back({{"instance", done.task.instance},
                                             {"exit", done.exit_code()},
                                             {"verdict", VerdictName(done.calibration.verdict())},
@@ -346,10 +346,9 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  const LogFormat* const format = logs.empty() ? nullptr : LogFormatOf(logs.front());
-  if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && format != nullptr &&
-      !format->how_to_log.empty()) {
-    Note(std::string(format->how_to_log));
+  if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && !logs.empty()) {
+    const LogFormat* const format = LogFormatOf(logs.front());
+    if (format != nullptr && !format->how_to_log.empty()) Note(std::string(format->how_to_log));
   }
   return result;
 }
