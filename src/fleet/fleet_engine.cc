@@ -13,7 +13,7 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Why a unit is not good whatever its runs of now say.
+/// Why a unit is good, or not, whatever its run of now says.
 std::string ReasonOf(const Standing& unit) {
   const std::string verdict(VerdictName(unit.final_verdict));
   if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
@@ -221,10 +221,8 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
          before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
          before->disposed_why + ")");
   }
-  if (!unit.disposed_by.empty()) {
-    const Status told = StateDecision(
-        run.folder, {unit.final_verdict, unit.disposed_by, unit.disposed_why, unit.disposed_at});
-    if (!told) Tell(told.error().message);
+  if (const Status stated = StateInFolders(run, before, unit); !stated) {
+    Tell(stated.error().message);
   }
   if (before && !is_new_recording) {
     constexpr std::size_t kMostNamed = 3;
@@ -237,7 +235,7 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   Yield& yield = progress_.yield;
   const bool is_good = !IsRed(unit.final_verdict);
   progress_.overruled.erase(run.serial);
-  if (!is_good && !IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
+  if (is_good == IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
   const auto [item, is_new] = is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
   if (is_new) {
     ++yield.units;
@@ -247,6 +245,45 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   }
   if (is_good) ++yield.final_good;
   item->second = is_good;
+}
+
+Status FleetEngine::StateInFolders(const UnitRun& run,
+                                   const std::optional<Standing>& before,
+                                   const Standing& unit) const {
+  if (!unit.disposed_by.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(StateDecision(
+        run.folder, {unit.final_verdict, unit.disposed_by, unit.disposed_why, unit.disposed_at}));
+    return {};
+  }
+  if (!before) return {};
+  const bool is_red = IsRed(unit.final_verdict), was_red = IsRed(before->final_verdict);
+  if (!is_red && !was_red) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> folders,
+                             store_->FoldersOfUnit(run.serial));
+  const Decision held_back = {
+      .verdict = Verdict::kFail,
+      .who = "run " + unit.run,
+      .why = std::string(VerdictWords(unit.final_verdict)) + ", and that run of the unit counts",
+      .created = run.created,
+      .is_automatic = true};
+  Status status;
+  std::size_t withdrawn = 0;
+  for (const std::string& named : folders) {
+    const std::string folder = FolderOf(named, options_.plan.folder);
+    const std::string name = std::filesystem::path(folder).filename().string();
+    const bool is_told = name == unit.run || (was_red && name != run.id);
+    if (is_red && is_told) continue;
+    const Result<std::vector<std::string>> changed =
+        is_red ? StateDecision(folder, held_back) : LiftDecisions(folder);
+    if (!changed) status = changed.error();
+    if (is_red && changed) withdrawn += changed->size();
+  }
+  if (withdrawn > 0) {
+    Tell(run.serial + ": " + std::to_string(withdrawn) +
+         " exported files of other runs are renamed to *.withdrawn, since run " + unit.run +
+         " counts, and it is " + std::string(VerdictWords(unit.final_verdict)));
+  }
+  return status;
 }
 
 Status FleetEngine::Failed(const Error& error, Retry* retry) const {

@@ -148,6 +148,10 @@ class FleetEngine {
   Status RefuseCopy(UnitRun* run) const;
   /// Of the run's unit, as the store has it now; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before);
+  /// Folders of the unit's runs say that it may not leave, where another run that counts says so.
+  Status StateInFolders(const UnitRun& run,
+                        const std::optional<Standing>& before,
+                        const Standing& unit) const;
   /// Notes a failure, to be tried again later; or returns it.
   Status Failed(const Error& error, Retry* retry) const;
   void Tell(const std::string& note) const;

@@ -15,6 +15,7 @@
 
 #include "fleet/fleet_page_script.h"
 #include "fleet/line_selection.h"
+#include "fleet/unit_folders.h"
 #include "line/moment.h"
 #include "truetriad/model/limits.h"
 #include "truetriad/model/tags.h"
@@ -44,27 +45,20 @@ std::int64_t WholeSecondsOf(const std::string& moment) {
 class Reports {
  public:
   Reports(const std::string& store, const std::string& page)
-      : page_(Canonical(fs::absolute(page))), beside_(fs::absolute(store).parent_path()) {
+      : page_(Canonical(fs::absolute(page))), units_(fs::absolute(store).parent_path() / "units") {
     if (!page_.has_filename()) page_ = page_.parent_path();
   }
 
   /// As a link from the page's folder; empty: there is none.
   std::string LinkTo(const std::string& folder) {
     if (folder.empty()) return "";
-    const fs::path named(folder);
-    // OUTPUT/units/SERIAL/RUN; OUTPUT may have moved with its store.
-    for (const fs::path& place :
-         {fs::absolute(named),
-          beside_ / named,
-          beside_ / "units" / named.parent_path().filename() / named.filename()}) {
-      std::error_code ignored;
-      if (!fs::is_regular_file(place / "report.html", ignored)) continue;
-      const fs::path unit = place.parent_path();
-      const fs::path report =
-          Canonical(unit.parent_path()) / unit.filename() / place.filename() / "report.html";
-      return LinkOf(report.lexically_relative(page_).generic_string());
-    }
-    return "";
+    const fs::path place = fs::absolute(FolderOf(folder, units_));
+    std::error_code ignored;
+    if (!fs::is_regular_file(place / "report.html", ignored)) return "";
+    const fs::path unit = place.parent_path();
+    const fs::path report =
+        Canonical(unit.parent_path()) / unit.filename() / place.filename() / "report.html";
+    return LinkOf(report.lexically_relative(page_).generic_string());
   }
 
  private:
@@ -80,7 +74,7 @@ class Reports {
   }
 
   std::map<fs::path, fs::path> canonical_;
-  fs::path page_, beside_;
+  fs::path page_, units_;
 };
 
 /// The lists of what belongs to a run, in the making.

@@ -58,10 +58,8 @@ inline constexpr std::string_view kLastRuns =
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
 inline constexpr std::string_view kStandingRun =
     "SELECT run, verdict FROM standing WHERE serial = $1";
-/// Of the run $1, and of all runs of the unit $1.
-inline constexpr std::string_view kFolderOfRun = "SELECT folder FROM run WHERE run = $1";
 inline constexpr std::string_view kFoldersOfUnit =
-    "SELECT DISTINCT folder FROM run WHERE serial = $1";
+    "SELECT DISTINCT folder FROM run WHERE serial = $1 ORDER BY folder";
 inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =
     "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "

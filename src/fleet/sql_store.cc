@@ -277,6 +277,19 @@ Result<bool> SqlStore::MakeLast(const std::string& table,
   return true;
 }
 
+Result<std::vector<std::string>> SqlStore::FoldersOfUnit(const std::string& serial) {
+  std::vector<std::string> folders;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    const Value values[] = {std::string_view(serial)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kFoldersOfUnit, values));
+    folders.clear();
+    for (const auto& row : table.rows) folders.push_back(row[0].value_or(""));
+    std::erase(folders, "");
+    return {};
+  }));
+  return folders;
+}
+
 Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
   Disposition added = disposition;
@@ -290,12 +303,6 @@ Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
     }
     added.run = standing[0].value_or("");
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(added, VerdictIn(standing[1])));
-    const bool is_of_all = disposition.verdict == Verdict::kFail;
-    const Value of_what[] = {std::string_view(is_of_all ? disposition.serial : added.run)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table folders,
-                               database_->Ask(is_of_all ? kFoldersOfUnit : kFolderOfRun, of_what));
-    added.folders.clear();
-    for (const auto& row : folders.rows) added.folders.push_back(row[0].value_or(""));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last, Row(kLastRunOfUnit, serial));
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
                                MakeLast("disposition", last.at(0).value_or(""), &added.id));

@@ -66,9 +66,6 @@ struct Disposition {
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The one that counted.
-  /// Whose files it is about, as Dispose gives them: of that run, or, where the unit may not leave,
-  /// of all of its runs.
-  std::vector<std::string> folders = {};
 };
 /// What somebody can decide: that the unit may leave, or that it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
@@ -159,6 +156,10 @@ class Store {
   /// Unset: there is no such unit, or this kind of store does not know.
   virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
     return std::optional<Standing>();
+  }
+  /// Of each of the unit's runs the folder of its files, where it has some.
+  virtual Result<std::vector<std::string>> FoldersOfUnit(const std::string& /*serial*/) {
+    return std::vector<std::string>();
   }
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
   /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/unit_folders.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <string_view>
@@ -20,6 +20,13 @@
 #include <unistd.h>
 
 #include "fleet/run_check.h"
+#include "fleet/unit_work.h"
+#include "io/whole_file.h"
+#include "io/yaml_reader.h"
+#include "json/plain_yaml.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -81,6 +88,38 @@ bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::str
     fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
   }
   return true;
+}
+
+/// Changes what is decided about the calibration in `folder`; nothing, where `change` changes
+/// nothing. What is withdrawn goes first: killed in between, the folder says too little of a unit
+/// rather than too much.
+Result<std::vector<std::string>> DecideIn(
+    const std::string& folder, const std::function<bool(std::vector<Decision>*)>& change) {
+  std::vector<std::string> withdrawn;
+  if (folder.empty()) return withdrawn;
+  const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, LookAtSmallFile(path("calibration.yaml")));
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration,
+                             CalibrationFromYaml(text, path("calibration.yaml")));
+  const Verdict before = calibration.verdict();
+  if (!change(&calibration.decisions)) return withdrawn;
+  const Verdict verdict = calibration.verdict();
+  if (verdict == Verdict::kFail || verdict != before) {
+    TRUETRIAD_ASSIGN_OR_RETURN(withdrawn, WithdrawExports(folder));
+  }
+  WholeFiles files;
+  std::error_code failure;
+  if (fs::exists(path("report.html"), failure)) {
+    const std::string assets = "../../" + std::string(kSharedAssets);
+    const bool shares = fs::exists(fs::path(folder) / assets, failure);
+    TRUETRIAD_RETURN_IF_ERROR(files.Write(
+        path("report.html"), CalibrationHtml(calibration, {.assets = shares ? assets : ""})));
+  }
+  const std::string yaml = CalibrationToYaml(calibration);
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.yaml"), yaml));
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
+  return withdrawn;
 }
 
 }  // namespace
@@ -147,32 +186,26 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
                "choose another --output");
 }
 
-Status StateDecision(const std::string& folder, const Decision& decision) {
-  constexpr std::string_view kWithdrawn = ".withdrawn";
+std::string FolderOf(const std::string& folder, const fs::path& units) {
+  const fs::path named(folder);
+  const fs::path near = units / named.parent_path().filename() / named.filename();
   std::error_code failure;
-  if (folder.empty()) return {};
-  if (!fs::is_directory(folder, failure)) {
-    return Error(ErrorCode::kCannotWrite, {folder}, "cannot be reached from here");
-  }
-  TRUETRIAD_RETURN_IF_ERROR(AddDecision(folder, decision));
-  if (decision.verdict != Verdict::kFail) return {};
-  const std::vector<FormatInfo> formats = Formats();
-  std::error_code listing;
-  fs::directory_iterator entry(folder, listing);
-  for (const fs::directory_iterator end; !listing && entry != end; entry.increment(listing)) {
-    const std::string name = entry->path().filename().string();
-    const bool is_export = std::any_of(formats.begin(), formats.end(), [&](const auto& format) {
-      return !format.states_verdict && name.starts_with(format.file_name);
-    });
-    if (!is_export || name.ends_with(kWithdrawn)) continue;
-    const std::string path = entry->path().string();
-    fs::rename(path, path + std::string(kWithdrawn), failure);
-    if (failure) return Error(ErrorCode::kCannotWrite, {path}, failure.message());
-  }
-  if (listing) {
-    return Error(ErrorCode::kCannotWrite, {folder}, "cannot be listed: " + listing.message());
-  }
-  return {};
+  return !folder.empty() && fs::is_directory(near, failure) ? near.string() : folder;
+}
+
+Result<std::vector<std::string>> StateDecision(const std::string& folder,
+                                               const Decision& decision) {
+  return DecideIn(folder, [&](std::vector<Decision>* decisions) {
+    decisions->push_back(decision);
+    return true;
+  });
+}
+
+Result<std::vector<std::string>> LiftDecisions(const std::string& folder) {
+  return DecideIn(folder, [](std::vector<Decision>* decisions) {
+    const auto is_automatic = [](const Decision& one) { return one.is_automatic; };
+    return std::erase_if(*decisions, is_automatic) > 0;
+  });
 }
 
 Status RenameFolder(const std::string& name, std::string* folder) {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "fleet/shard.h"
 #include "fleet/store.h"
 #include "truetriad/base/result.h"
-#include "truetriad/formats/export.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad::fleet {
 
@@ -19,10 +21,17 @@ void FinishFolder(const std::string& folder);
 /// cannot be renamed.
 Status RenameFolder(const std::string& name, std::string* folder);
 
-/// Adds what a person decided to the folder of a run's files, where `export` looks for it; what was
-/// exported there of a unit that may not leave ends in `.withdrawn` from then on. Nothing, where
-/// `folder` is empty. Error (bad input): it cannot be reached or written to from here.
-Status StateDecision(const std::string& folder, const Decision& decision);
+/// Where the files of a run are that were written to `folder`: SERIAL/RUN below `units`, which may
+/// have been moved or copied with its store, else `folder` itself.
+std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
+
+/// Adds a decision to the calibration in the folder of a run's files, whose report says so, too.
+/// What was exported there is withdrawn (WithdrawExports) where the unit may not leave, or the
+/// verdict is another one: the files that were, by name. Nothing, where `folder` is empty. Error
+/// (bad input): it cannot be reached or written to from here.
+Result<std::vector<std::string>> StateDecision(const std::string& folder, const Decision& decision);
+/// Takes the decisions of later runs away again, likewise.
+Result<std::vector<std::string>> LiftDecisions(const std::string& folder);
 
 /// A claim to a folder, given up with the object or the process.
 class FolderClaim {

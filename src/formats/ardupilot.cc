@@ -299,6 +299,7 @@ void ReadImu(const ParameterList& list, int instance, Carried* carried) {
     };
     TriadCalibration& sensor = carried->sensors[triad].emplace(CarriedTriad(
         triad == Triad::kAccelerometer ? "m/s^2" : "rad/s", scale.asDiagonal(), offset));
+    carried->device_ids[triad] = list.Id(names.id[number]);
     if (thermal) {
       sensor.thermal = thermal->AsTerms();
       if (sensor.thermal->bias.empty()) sensor.thermal.reset();
@@ -324,6 +325,7 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
     return result.cast<double>();
   };
   carried->sensors[Triad::kMagnetometer] = CarriedTriad("mG", scale * D, -offset);
+  carried->device_ids[Triad::kMagnetometer] = list.Id(names.id);
 }
 
 Result<Carried> ReadArduPilot(const ReadRequest& request) {

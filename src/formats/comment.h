@@ -8,6 +8,9 @@
 
 namespace truetriad {
 
+// How the comment of a file begins that was exported of a unit which may not leave.
+inline constexpr std::string_view kMustNotLeave = "THIS UNIT MUST NOT LEAVE";
+
 // The line of an exported file that says which units a sensor's numbers are for.
 std::string UnitComment(Triad triad, std::string_view reading_unit, std::string_view result_unit);
 

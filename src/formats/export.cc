@@ -6,7 +6,6 @@
 
 #include "base/utf8.h"
 #include "formats/comment.h"
-#include "formats/decisions.h"
 #include "formats/format.h"
 #include "formats/loss.h"
 #include "formats/number_text.h"
@@ -32,19 +31,15 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
 
 /// "FAIL by R. Roe on 2026-11-25: connector bent", or by which limit; empty: the unit may leave.
 std::string WhyHeldBack(const Calibration& calibration, const ExportOptions& options) {
-  if (!options.decisions.empty()) {
-    const Decision& last = options.decisions.back();
-    return last.verdict == Verdict::kFail ? DecisionText(last) : "";
-  }
-  if (calibration.verdict() != Verdict::kFail) return "";
+  if (calibration.verdict() != Verdict::kFail) return options.held_back;
+  if (!calibration.decisions.empty()) return DecisionText(calibration.decisions.back());
   const std::vector<LimitCheck>& limits = calibration.quality.limits;
   return limits.empty() ? "FAIL" : "FAIL, " + MissedText(WorstLimit(limits));
 }
 
-Status CheckMayLeave(const Calibration& calibration,
+Status CheckMayLeave(const std::string& why,
                      const FormatInfo& format,
                      const ExportOptions& options) {
-  const std::string why = WhyHeldBack(calibration, options);
   if (why.empty() || options.allows_outside_limits || format.states_verdict) return {};
   return Error(ErrorCode::kOutsideLimits,
                "this unit may not leave (" + why +
@@ -69,20 +64,23 @@ std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
                                  const ExportOptions& options) {
   const Calibration& held = restated.held;
-  std::vector<std::string> lines = {
-      "Calibration of " + (held.serial.empty() ? "a unit without serial number" : held.serial) +
-          (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
-          std::string(format.info.name) +
-          (options.instance ? ", instance " + std::to_string(*options.instance) : "") + ".",
-      "Exported by truetriad " + options.software_version + " at " + TimestampUtc() +
-          "; calibrated " + (held.created.empty() ? "at an unknown time" : held.created) + ".",
-      "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
-          std::string(TriadName(held.gauge_sensor)) + "."};
+  std::vector<std::string> lines;
   if (const std::string why = WhyHeldBack(held, options); !why.empty()) {
-    lines.push_back("THIS UNIT MUST NOT LEAVE: " + why + ".");
-  } else if (!options.decisions.empty()) {
-    lines.push_back(DecisionText(options.decisions.back()) + "; its limits say " +
-                    std::string(VerdictWords(held.verdict())) + ".");
+    lines.push_back(std::string(kMustNotLeave) + ": " + why + ".");
+  }
+  lines.insert(
+      lines.end(),
+      {"Calibration of " + (held.serial.empty() ? "a unit without serial number" : held.serial) +
+           (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
+           std::string(format.info.name) +
+           (options.instance ? ", instance " + std::to_string(*options.instance) : "") + ".",
+       "Exported by truetriad " + options.software_version + " at " + TimestampUtc() +
+           "; calibrated " + (held.created.empty() ? "at an unknown time" : held.created) + ".",
+       "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
+           std::string(TriadName(held.gauge_sensor)) + "."});
+  if (held.verdict() == Verdict::kPass && !held.decisions.empty()) {
+    lines.push_back(DecisionText(held.decisions.back()) + "; its limits say " +
+                    std::string(VerdictWords(held.LimitsVerdict())) + ".");
   }
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = held.sensors[triad];
@@ -124,7 +122,7 @@ Result<Export> ExportCalibration(const Calibration& calibration,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(calibration, format.info, options));
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(WhyHeldBack(calibration, options), format.info, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;
@@ -166,14 +164,14 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options) {
   ExportsBeside beside;
+  // One that may not leave holds back all of its device, and all of its files say so; one without a
+  // result is left out, with a warning.
+  for (const ResultOfInstance& result : results) {
+    if (options.held_back.empty()) options.held_back = WhyHeldBack(*result.calibration, options);
+  }
   for (const std::string& format : formats) {
     TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
-    // One that may not leave holds back all of its device; one without a result is left out, with a
-    // warning.
-    Status may_leave;
-    for (const ResultOfInstance& result : results) {
-      if (may_leave) may_leave = CheckMayLeave(*result.calibration, info, options);
-    }
+    const Status may_leave = CheckMayLeave(options.held_back, info, options);
     if (!may_leave) {
       beside.warnings.push_back(std::string(info.file_name) +
                                 " is not written: " + may_leave.error().message);

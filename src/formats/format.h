@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -61,6 +62,7 @@ struct Carried {
   PerTriad<Equation> equations;  // empty for a triad that is not in the file
   // The same as our model, in the consumer's units; for formats that can be imported.
   PerTriad<std::optional<TriadCalibration>> sensors;
+  PerTriad<std::optional<std::int64_t>> device_ids;
   std::optional<double> field_ut;  // strength of the field that it was made with
   std::vector<std::string> notes;
 };

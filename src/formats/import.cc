@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "calibrate/reading_units.h"
+#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "io/text_file.h"
@@ -104,12 +105,14 @@ Result<Import> ImportCalibration(std::string_view format_name,
   for (const std::string& path : paths) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::string text, ReadSmallFile(path));
     calibration.inputs.push_back({path, Sha256Hex(text), 0});
+    if (text.find(kMustNotLeave) != std::string::npos) calibration.within_limits = false;
     request.files.push_back({path, std::move(text)});
   }
   if (request.files.empty())
     return Error(ErrorCode::kMissingArgument, "no file to import; give --input");
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(request));
   import.notes = carried.notes;
+  calibration.tags.device_ids = carried.device_ids;
 
   std::optional<Triad> leading;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {

@@ -123,6 +123,9 @@ Result<std::string> NoiseText(const std::string& indent,
                         : ": the Allan file does not tell white noise of every axis (a longer rest "
                           "may); fill the densities in"));
   }
+  if (!(rate_hz > 0.0)) {
+    warnings->emplace_back("update_rate is missing; give --allan=FILE, or fill it in");
+  }
   text += indent +
           (rate_hz > 0.0 ? "update_rate: " + RealText(rate_hz) + "\n" : "# update_rate: ?  # Hz\n");
   return text;

@@ -47,6 +47,9 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
                    fields[name_field] + ": `" + text +
                        "` is not a number; expected a name and a value on each line");
     }
+    std::int64_t id = 0;
+    const auto [id_end, no_id] = std::from_chars(text.data(), text.data() + text.size(), id);
+    if (no_id == std::errc() && id_end == end && id != 0) list.ids_[fields[name_field]] = id;
     if (!list.values_.emplace(fields[name_field], value).second) {
       return Error(
           ErrorCode::kDuplicateKey, place, fields[name_field] + " occurs twice; remove one");
@@ -58,6 +61,11 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
 float ParameterList::Get(const std::string& name, float otherwise) const {
   const auto found = values_.find(name);
   return found == values_.end() ? otherwise : found->second;
+}
+
+std::optional<std::int64_t> ParameterList::Id(const std::string& name) const {
+  const auto found = ids_.find(name);
+  return found == ids_.end() ? std::nullopt : std::optional(found->second);
 }
 
 Eigen::Vector3f ParameterList::GetVector(const std::string& prefix,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,6 +27,8 @@ class ParameterList {
   bool Has(const std::string& name) const { return values_.count(name) > 0; }
   // Firmware's own default when the file does not hold it. float32, as firmware stores it.
   float Get(const std::string& name, float otherwise) const;
+  // What is written as a whole number, exactly; unset where it is not, or is 0: of no sensor.
+  std::optional<std::int64_t> Id(const std::string& name) const;
   // prefix + "X" + suffix and so on.
   Eigen::Vector3f GetVector(const std::string& prefix,
                             const std::string& suffix,
@@ -35,6 +38,7 @@ class ParameterList {
 
  private:
   std::map<std::string, float> values_;
+  std::map<std::string, std::int64_t> ids_;
 };
 
 // The symmetric matrix of a diagonal and the entries xy, xz, yz.

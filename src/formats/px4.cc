@@ -217,6 +217,7 @@ Result<Carried> ReadPx4(const ReadRequest& request) {
                                                           : "G",
                      D,
                      offset));
+    carried.device_ids[names.triad] = list.Id(prefix + "ID");
     if (thermal) {
       sensor.model.bias += thermal->terms[0].cast<double>();
       sensor.thermal = thermal->AsTerms();

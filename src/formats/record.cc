@@ -6,7 +6,6 @@
 #include <span>
 #include <utility>
 
-#include "formats/decisions.h"
 #include "formats/format.h"
 #include "formats/sensor_json.h"
 #include "json/json.h"
@@ -176,7 +175,7 @@ Json RecordJson(const WriteRequest& request) {
     }
   }
   json["decisions"] = Json::array();
-  for (const Decision& decision : request.options.decisions) {
+  for (const Decision& decision : calibration.decisions) {
     json["decisions"].push_back({{"verdict", VerdictName(decision.verdict)},
                                  {"who", decision.who},
                                  {"why", decision.why},
@@ -370,7 +369,7 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
     references.rows.push_back({reference.name, reference.value, reference.source});
   }
   std::string body;
-  for (const Decision& decision : request.options.decisions) {
+  for (const Decision& decision : calibration.decisions) {
     body += Element("p", "Decided: " + DecisionText(decision) + ".");
   }
   body += HtmlOf(IdentityTable(calibration), "identity");

@@ -186,14 +186,41 @@ std::string ConfigText(const std::string& text) {
   return config;
 }
 
+void WriteDecisions(YamlText& out, const std::vector<Decision>& decisions) {
+  if (!decisions.empty()) out << "decisions:\n";
+  for (const Decision& decision : decisions) {
+    out << "  - { verdict: " << VerdictName(decision.verdict) << ", who: " << Quoted{decision.who}
+        << ", why: " << Quoted{decision.why} << ", created: " << Quoted{decision.created}
+        << (decision.is_automatic ? ", automatic: true" : "") << " }\n";
+  }
+}
+
+void ReadDecisions(YamlReader items, std::vector<Decision>* decisions) {
+  for (YamlReader& item : items.Items()) {
+    Decision& decision = decisions->emplace_back();
+    YamlReader verdict = item.RequireChild("verdict");
+    ReadWord(verdict, VerdictFromName, &decision.verdict);
+    if (decision.verdict != Verdict::kPass && decision.verdict != Verdict::kFail) {
+      verdict.Fail("`" + std::string(VerdictName(decision.verdict)) +
+                   "` is not a decision; expected PASS or FAIL");
+    }
+    item.Require("who", &decision.who);
+    item.Require("why", &decision.why);
+    item.Require("created", &decision.created);
+    item.Optional("automatic", &decision.is_automatic);
+    item.RejectUnknown();
+  }
+}
+
 }  // namespace
 
 std::string CalibrationToYaml(const Calibration& calibration) {
   constexpr int kDigits = std::numeric_limits<double>::max_digits10;
   YamlText out(kDigits);
   out << "format: " << kFormat << "\n"
-      << "verdict: " << VerdictName(calibration.verdict()) << "\n"
-      << "device: { serial: " << Quoted{calibration.serial}
+      << "verdict: " << VerdictName(calibration.verdict()) << "\n";
+  WriteDecisions(out, calibration.decisions);
+  out << "device: { serial: " << Quoted{calibration.serial}
       << ", model: " << Quoted{calibration.model} << DeviceTagsText(calibration.tags) << " }\n";
   if (const std::string run = TagsText(kRunTags, calibration.tags, false); !run.empty()) {
     out << "run: { " << run << " }\n";
@@ -282,11 +309,14 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
     item.RejectUnknown();
   }
   ReadStatus(reader.RequireChild("status"), &calibration);
+  if (YamlReader decisions = reader.Child("decisions")) {
+    ReadDecisions(std::move(decisions), &calibration.decisions);
+  }
   if (YamlReader verdict = reader.Child("verdict")) {
     Verdict stated = calibration.verdict();
     ReadWord(verdict, VerdictFromName, &stated);
     if (stated != calibration.verdict()) {
-      verdict.Fail("contradicts `status:`, by which it is " +
+      verdict.Fail("contradicts `status:` and `decisions:`, by which it is " +
                    std::string(VerdictName(calibration.verdict())) + "; take this line away");
     }
   }

@@ -245,7 +245,8 @@ Status TextFile::RecogniseContent() {
       message += magic.decode_first.empty() ? "convert it first" : magic.decode_first;
       if (!magic.convert_from.empty()) {
         message += magic.decode_first.empty() ? ": " : " ";
-        message += "truetriad convert --from=" + std::string(magic.convert_from);
+        message += "truetriad convert --from=" + std::string(magic.convert_from) +
+                   " --input=" + path_ + " --output=recording (`calibrate` does it by itself)";
       }
       return Error(ErrorCode::kWrongFormat, {path_}, message);
     }

@@ -8,7 +8,6 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
-#include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <glog/logging.h>
@@ -20,7 +19,6 @@ namespace {
 using Plain = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 using Normal = boost::math::normal_distribution<double, Plain>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Plain>;
-using NoncentralChiSquared = boost::math::non_central_chi_squared_distribution<double, Plain>;
 using FisherF = boost::math::fisher_f_distribution<double, Plain>;
 using StudentsT = boost::math::students_t_distribution<double, Plain>;
 
@@ -56,14 +54,6 @@ double ChiSquareQuantile(double probability, double dof) {
   CheckProbability(probability);
   CheckFiniteDof(dof);
   return boost::math::quantile(ChiSquared(dof), probability);
-}
-
-double NoncentralChiSquareDensity(double value, double dof, double noncentrality) {
-  CheckValue(value);
-  CheckValue(noncentrality);
-  CheckFiniteDof(dof);
-  if (noncentrality == 0.0) return boost::math::pdf(ChiSquared(dof), value);
-  return boost::math::pdf(NoncentralChiSquared(dof, noncentrality), value);
 }
 
 double FisherCdf(double value, double dof1, double dof2) {

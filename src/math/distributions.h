@@ -14,8 +14,6 @@ double NormalCdf(double value);
 double NormalQuantile(double probability);
 double ChiSquareCdf(double value, double dof);
 double ChiSquareQuantile(double probability, double dof);
-/// Of the sum of dof squared normals whose means have squares that sum to `noncentrality` (>= 0).
-double NoncentralChiSquareDensity(double value, double dof, double noncentrality);
 double FisherCdf(double value, double dof1, double dof2);
 double FisherQuantile(double probability, double dof1, double dof2);
 /// 1 - FisherCdf, with all its digits where that is small.

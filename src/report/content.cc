@@ -397,6 +397,11 @@ const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits) {
       });
 }
 
+std::string DecisionText(const Decision& decision) {
+  return PrintableLine(std::string(VerdictName(decision.verdict)) + " by " + decision.who + " on " +
+                       decision.created + ": " + decision.why);
+}
+
 Headline HeadlineOf(const Calibration& calibration) {
   const Verdict verdict = calibration.verdict();
   const std::string head =
@@ -404,6 +409,14 @@ Headline HeadlineOf(const Calibration& calibration) {
       (calibration.serial.empty() ? "" : ", " + PrintableLine(calibration.serial)) + ": ";
   const std::vector<LimitCheck>& limits = calibration.quality.limits;
   constexpr std::string_view kUsable = "Converged, and every parameter is observable.";
+  if (calibration.IsUsable() && !calibration.decisions.empty()) {
+    const Verdict by_limits = calibration.LimitsVerdict();
+    return {verdict == Verdict::kPass ? Grade::kGood : Grade::kBad,
+            head + DecisionText(calibration.decisions.back()),
+            "By the limits alone it is " + std::string(VerdictWords(by_limits)) +
+                (by_limits == Verdict::kFail ? ": " + FailedLimits(calibration.quality) : "") +
+                "."};
+  }
   switch (verdict) {
     case Verdict::kNoLimits:
       if (calibration.covariance.parameters.empty()) {

@@ -23,6 +23,8 @@ struct Headline {
 };
 /// Begins with the verdict's words, then the serial number and the first reason.
 Headline HeadlineOf(const Calibration& calibration);
+/// "FAIL by R. Roe on 2026-11-25T10:00:00Z: connector bent".
+std::string DecisionText(const Decision& decision);
 /// The one of the limits, of which there is one, that is most surely missed, or nearest to it.
 const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits);
 /// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".

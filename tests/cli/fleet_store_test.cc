@@ -101,7 +101,7 @@ TEST_F(FleetStore, WithdrawsTheExportsOfAUnitThatAPersonRefuses) {
   ASSERT_EQ(decide("FAIL").exit_code, 0);
   EXPECT_FALSE(fs::exists(folder + "/px4.params"));
   EXPECT_TRUE(fs::exists(folder + "/px4.params.withdrawn"));
-  EXPECT_TRUE(fs::exists(folder + "/record.html"));
+  EXPECT_FALSE(fs::exists(folder + "/record.html"));  // It said otherwise.
   // The same recording again is the same unit.
   ASSERT_EQ(Shell(run).exit_code, 0);
   EXPECT_FALSE(fs::exists(folders().at(1) + "/px4.params"));
@@ -119,6 +119,62 @@ TEST_F(FleetStore, WithdrawsTheExportsOfAUnitThatAPersonRefuses) {
                   "/calibration.yaml' --to=px4 --output=u.params")
                 .exit_code,
             0);
+}
+
+TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
+  WriteUnits(1);
+  const auto run = [&](const std::string& limit) {
+    return Shell(
+        kFleetProgram +
+        ("run line --report=false -o out --to=px4 --set=limits.accelerometer.bias=" + limit));
+  };
+  ASSERT_EQ(run("5").exit_code, 0);
+  const std::string folder = Ask("out/fleet.db", "SELECT folder FROM run").at(0);
+  ASSERT_TRUE(fs::exists(folder + "/px4.params"));
+  const auto measure_again = [&](std::uint64_t seed) {
+    LogOptions options;
+    options.magnetometer = false;
+    options.rests = 12;
+    options.seed = seed;
+    folder_.Write("line/u100.csv", LogText(options));
+  };
+  measure_again(7);
+  const Finished fails = run("0.0001");
+  EXPECT_THAT(fails.err, HasSubstr("renamed to *.withdrawn"));
+  EXPECT_FALSE(fs::exists(folder + "/px4.params"));
+  const std::string to_export =
+      "'" TRUETRIAD_BINARY "' export '" + folder + "/calibration.yaml' --to=px4 --output=u.params";
+  const Finished refused = Shell(to_export);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("and that run of the unit counts"));
+  // What passes later lifts it; what was withdrawn is exported again.
+  measure_again(8);
+  ASSERT_EQ(run("5").exit_code, 0);
+  EXPECT_EQ(Shell(to_export).exit_code, 0);
+}
+
+TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
+  WriteUnits(1);
+  ASSERT_EQ(Shell(kFleetProgram + std::string("run line --quiet -o out --to=px4")).exit_code, 0);
+  const std::string folder = Ask("out/fleet.db", "SELECT folder FROM run").at(0);
+  fs::copy(folder_.Path("out"), folder_.Path("copy"), fs::copy_options::recursive);
+  const std::string dispose =
+      kFleetProgram + std::string("dispose u100 --who=me --why=bent --verdict=FAIL --store=");
+  const Finished done = Shell(dispose + "copy/fleet.db");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("Withdrawn: "));
+  EXPECT_TRUE(fs::exists(folder + "/px4.params"));
+  const std::string copied =
+      folder_.Path("copy/units") + "/u100/" + fs::path(folder).filename().string();
+  EXPECT_FALSE(fs::exists(copied + "/px4.params"));
+  // The page that stands there says so, too.
+  const Finished page = Shell("grep -c 'FAIL by me on ' '" + copied + "/report.html'");
+  EXPECT_EQ(page.exit_code, 0);
+  // Files that are nowhere are no decision that holds.
+  fs::remove_all(folder_.Path("out/units"));
+  const Finished unreached = Shell(dispose + "out/fleet.db");
+  EXPECT_EQ(unreached.exit_code, 4);
+  EXPECT_THAT(unreached.err, HasSubstr("`export` does not know of this decision there"));
 }
 
 TEST_F(FleetStore, KeepsWhatPeopleDecide) {

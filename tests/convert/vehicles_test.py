@@ -74,7 +74,7 @@ class Vehicles(unittest.TestCase):
     def test_a_ulog_becomes_the_parameters_of_all_its_sensors(self):
         log = self.log(vehicles.ulog, "flight.ulg")
         done = self.calibrate(log, "--to=px4")
-        self.assertIn("(instance 0, the worst of 3)", done.stdout.splitlines()[0])
+        self.assertIn("(instance 0 of 3)", done.stdout.splitlines()[0])
         self.assertIn(f"Export:      {self.out}/px4.params", done.stdout)
         found = self.parameters("px4.params", "\t", 2)
         for i, triad in enumerate(vehicles.ACCELEROMETERS):
@@ -124,10 +124,46 @@ class Vehicles(unittest.TestCase):
         result = json.loads(done.stdout)["result"]
         self.assertEqual([one["exit"] for one in result["instances"]], [0, 0, 4])
         self.assertNotIn("magnetometer", result["config"]["sensors"])
+        # The device may not leave by one of its sensors, whichever is exported.
+        done = truetriad("export", self.out / "calibration.yaml", "--to=px4", "-o", self.out / "one.params")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("instance 2", done.stderr)
         shutil.rmtree(self.out)
         self.calibrate(log, "--instance=2", "--to=px4")
         self.assertFalse((self.out / "instance-2").exists())
         self.assertEqual(self.parameters("px4.params", "\t", 2)["CAL_ACC2_ID"], vehicles.ACCELEROMETERS[2].number)
+
+    def test_a_refused_command_keeps_the_earlier_recording_and_a_failed_unit_no_export(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14)
+        self.calibrate(log, "--to=px4,c-header")
+        recording = self.out / "recording" / "recording.yaml"
+        kept = recording.read_bytes(), recording.stat().st_mtime_ns
+        self.calibrate(log, "--set=WRONG", code=1)
+        cut = self.folder / "cut.ulg"
+        cut.write_bytes(log.read_bytes()[:100])
+        self.calibrate(cut, code=2)
+        self.assertEqual((recording.read_bytes(), recording.stat().st_mtime_ns), kept)
+        self.assertTrue((self.out / "px4.params").exists())
+        self.calibrate(log, "--set=limits.accelerometer.bias=0.1", code=4)
+        for name in ("px4.params", "calibration.h", "instance-1/calibration.h"):
+            self.assertFalse((self.out / name).exists(), name)
+            self.assertTrue((self.out / (name + ".withdrawn")).exists(), name)
+        new = self.folder / "new"
+        done = truetriad("calibrate", log, "--set=WRONG", "-o", new)
+        self.assertEqual(done.returncode, 1)
+        self.assertFalse(new.exists())
+
+    def test_parameters_of_another_sensor_are_not_compared_with_it(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14)
+        self.calibrate(log, "--to=px4")
+        for instance, code in ((0, 0), (1, 2)):
+            carried = self.folder / f"carried-{instance}.yaml"
+            done = truetriad("import", self.out / "px4.params", "--from=px4", f"--instance={instance}",
+                             "--units=m/s^2,rad/s,G", "-o", carried)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            done = truetriad("evaluate", self.out / "calibration.yaml", carried, self.out / "recording/recording.yaml")
+            self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.assertIn("has device id", done.stderr)
 
     def test_a_log_at_1_hz_is_named_as_too_slow(self):
         log = self.log(vehicles.ulog, "slow.ulg", rests=14, rest_s=12.0, turn_s=3.0, rate_hz=1)

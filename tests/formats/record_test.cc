@@ -88,18 +88,18 @@ TEST(CalibrationRecord, PageHoldsTheValuesForPeopleAndForPrograms) {
 }
 
 TEST(CalibrationRecord, HasOneCoverageFactorAndWhatWasDecided) {
-  const Result<Export> result = ExportCalibration(
-      Unit(),
-      "record",
-      {.file_name = "unit.html",
-       .decisions = {{Verdict::kPass, "R. Roe", "concession 17", "2026-11-25T10:00:00Z"}}});
+  Calibration unit = Unit();
+  unit.decisions = {{Verdict::kFail, "R. Roe", "bent", "2026-11-25T10:00:00Z"}};
+  const Result<Export> result = ExportCalibration(unit, "record", {.file_name = "unit.html"});
   ASSERT_TRUE(result) << result.error().message;
   // σ of the limit's value is 0.0005.
   EXPECT_THAT(result->files[0].text,
-              AllOf(HasSubstr("PASS, T1: its limit is met"),
+              AllOf(HasSubstr("FAIL, T1: FAIL by R. Roe on 2026-11-25T10:00:00Z: bent"),
+                    HasSubstr("By the limits alone it is PASS."),
+                    Not(HasSubstr("its limit is met")),
                     HasSubstr("worst found ± U, k = 2"),
                     HasSubstr("0.3000 ± 0.0010"),
-                    HasSubstr("Decided: PASS by R. Roe on 2026-11-25T10:00:00Z: concession 17.")));
+                    HasSubstr("Decided: FAIL by R. Roe on 2026-11-25T10:00:00Z: bent.")));
 }
 
 TEST(CalibrationRecord, PageCannotBeBrokenByASerialNumber) {

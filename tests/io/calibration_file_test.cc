@@ -255,6 +255,23 @@ TEST(CalibrationFile, HoldsTheNumbersOfSensors) {
               HasSubstr("device.ids.gyroscope: must be above zero"));
 }
 
+TEST(CalibrationFile, HoldsWhatWasDecidedAndIsHeadedByIt) {
+  Calibration calibration;
+  calibration.outcome = Outcome::kConverged;
+  calibration.within_limits = true;
+  calibration.decisions = {
+      {Verdict::kFail, "run 7", "FAIL, and that run counts", "2026-11-25T10:00:00Z", true},
+      {Verdict::kFail, "R. Roe", "bent \"here\": 17", "2026-11-26T10:00:00Z"}};
+  const std::string text = CalibrationToYaml(calibration);
+  EXPECT_THAT(text, HasSubstr("\nverdict: FAIL\ndecisions:\n"));
+  const Result<Calibration> read = CalibrationFromYaml(text, "c.yaml");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(CalibrationToYaml(*read), text);
+  EXPECT_EQ(read->LimitsVerdict(), Verdict::kPass);
+  EXPECT_EQ(read->decisions[1].why, "bent \"here\": 17");
+  EXPECT_TRUE(read->decisions[0].is_automatic);
+}
+
 TEST(CalibrationFile, LoadsBackAnEmptyCalibration) {
   const std::string text = CalibrationToYaml(Calibration());
   const Result<Calibration> reread = Reread(text);

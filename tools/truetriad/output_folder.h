@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/truetriad/command.h"
@@ -18,6 +19,25 @@ Status CheckCanWriteBelow(std::filesystem::path directory);
 /// calibration.previous.yaml; says so.
 Status MoveAside(const std::filesystem::path& directory, const std::vector<std::string>& names);
 
+/// A folder whose place something new takes, and which comes back with the end of this object,
+/// unless the new one is kept.
+class FolderGivesWay {
+ public:
+  /// Moves `folder`, if it is there. Error (bad input): it cannot be renamed; `input` is in it.
+  static Result<FolderGivesWay> For(const std::filesystem::path& folder,
+                                    const std::filesystem::path& input);
+  ~FolderGivesWay();
+  FolderGivesWay(FolderGivesWay&& other) noexcept;
+  FolderGivesWay& operator=(FolderGivesWay&&) = delete;
+  void Keep() { is_kept_ = true; }
+
+ private:
+  explicit FolderGivesWay(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  std::filesystem::path folder_, aside_;  ///< Empty: nothing was there.
+  bool is_kept_ = false;
+};
+
 /// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
 /// serial number is nobody's, nor is a file that is no calibration.
 Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& serial);
@@ -27,5 +47,7 @@ Status WriteStatedReport(const std::string& html, VerbResult* result);
 
 /// Error (bad input): both numbers are known and differ. `what`: "log.csv: the recording".
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of);
+/// Error (bad input): both state a unit, or device ids of their sensors, and not the same.
+Status CheckSameSensors(const std::string& what, const Calibration& one, const Calibration& other);
 
 }  // namespace truetriad

@@ -39,19 +39,6 @@ std::vector<FormatInfo> Formats();
 /// Error (usage): no such format; says which is nearest.
 Result<FormatInfo> InfoOfFormat(std::string_view name);
 
-/// What a person decided about a unit after its run, whatever the limits say.
-struct Decision {
-  Verdict verdict = Verdict::kFail;  ///< kPass: it may leave; kFail: it may not.
-  std::string who, why;
-  std::string created;  ///< ISO 8601, UTC.
-};
-/// Those in decisions.yaml beside a calibration, of which the last one holds; none without that
-/// file. Errors (bad input): it is malformed.
-Result<std::vector<Decision>> ReadDecisionsBeside(const std::string& calibration_file);
-/// Adds one to decisions.yaml in the folder of a unit's calibration. Errors (bad input): the file
-/// is malformed or cannot be written.
-Status AddDecision(const std::string& folder, const Decision& decision);
-
 struct ExportOptions {
   /// The program that exports, for the comment: "0.1.0".
   std::string software_version = {};
@@ -71,10 +58,9 @@ struct ExportOptions {
   PerTriad<std::optional<std::int64_t>> device_ids = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
-  /// What people decided about the unit; the last one holds.
-  std::vector<Decision> decisions = {};
-  /// A unit that is outside its limits, or that a person refused, is exported, and the files say
-  /// so.
+  /// Why the unit may not leave, where that is another's fault: of a device's other sensor.
+  std::string held_back = {};
+  /// A unit that may not leave is exported, and the files say so.
   bool allows_outside_limits = false;
   /// Who calibrated with what, for the calibration record.
   std::optional<Laboratory> laboratory = {};
@@ -133,6 +119,12 @@ struct ExportsBeside {
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
+
+/// Renames what was exported into `folder`, and into its instance-N, to NAME.withdrawn, unless a
+/// file of `written` is to take that name; gives the names. For a folder whose result changes, or
+/// may no longer leave. Errors (bad input): a folder cannot be listed, a file cannot be renamed.
+Result<std::vector<std::string>> WithdrawExports(
+    const std::string& folder, const std::map<std::string, std::string>& written = {});
 
 /// `calibration` as the text of `format`, read back and compared. Errors: no such format, an option
 /// it does not have (usage); a calibration that is not usable, may not leave (kOutsideLimits) or

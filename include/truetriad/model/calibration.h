@@ -111,6 +111,15 @@ struct ReferenceValues {
   std::optional<Eigen::Vector3d> recorded_degc = {};
 };
 
+/// What was decided about a unit after its run, whatever the limits say.
+struct Decision {
+  Verdict verdict = Verdict::kFail;  ///< kPass: it may leave; kFail: it may not.
+  std::string who, why;
+  std::string created;  ///< ISO 8601, UTC.
+  /// By no person: by a later run of the unit, or by another sensor of the same device.
+  bool is_automatic = false;
+};
+
 /// Everything calibration.yaml holds.
 struct Calibration {
   std::string serial;
@@ -129,10 +138,15 @@ struct Calibration {
   PerTriad<std::optional<TriadCalibration>> sensors;
   NamedCovariance covariance;
   Quality quality;
-  std::string config_yaml;  ///< The resolved experiment, as YAML text.
+  std::string config_yaml;          ///< The resolved experiment, as YAML text.
+  std::vector<Decision> decisions;  ///< In their order: the last one holds.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
+  /// What was decided last, else what the limits say.
   Verdict verdict() const {
+    return IsUsable() && !decisions.empty() ? decisions.back().verdict : LimitsVerdict();
+  }
+  Verdict LimitsVerdict() const {
     if (!IsUsable()) return Verdict::kNoResult;
     if (!within_limits) return Verdict::kNoLimits;
     return *within_limits ? Verdict::kPass : Verdict::kFail;

@@ -104,7 +104,7 @@
         } }, nameOf(alarm.kind, alarm.parameter));
         return row(text.moment(alarm.recorded), cell(unitLink(alarm.serial)), cell(show), cell(alarm.most || '–'), cell(`${text.number(alarm.value, 3)} (${text.number(alarm.limit, 3)})`, 'r'));
       });
-      alarms.replaceChildren(...(rows.length === 0
+      alarms.replaceChildren(...(list.length === 0 ? [] : rows.length === 0
         ? [element('p', {}, `No alarm in ${text.count(about.units)} ${about.units === 1 ? 'unit' : 'units'}.`)]
         : [element('p', {}, `${text.count(about.alarms.length)} ${about.alarms.length === 1 ? 'alarm' : 'alarms'} in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
           scroll('Alarms', tableOf([heading('measured, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));

@@ -166,12 +166,13 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   }
   std::vector<std::vector<std::string>> aside(all->size());
   for (std::size_t i = 0; i < all->size(); ++i) {
-    for (const std::string& format : CommaSeparated(FLAGS_to)) {
-      // One of an earlier result is not of this one.
-      const std::string name(InfoOfFormat(format)->file_name);
-      if (!exports.files.contains((*all)[i].Path(name))) aside[i].push_back(name);
-    }
     TRUETRIAD_RETURN_IF_ERROR(Write(&(*all)[i], &aside[i], &files));
+  }
+  // What was exported of an earlier result is not of this one.
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> withdrawn,
+                             WithdrawExports(all->front().task.folder, exports.files));
+  for (const std::string& file : withdrawn) {
+    Note(file + ": was exported of an earlier result, and is renamed");
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
     TRUETRIAD_RETURN_IF_ERROR(MoveAside((*all)[i].task.folder, aside[i]));
@@ -213,10 +214,29 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::stri
   return task;
 }
 
+/// One that may not leave holds back all sensors of its device.
+void HoldBackTogether(std::vector<Done>* all) {
+  const auto fails = [](const Done& done) {
+    return done.calibration.LimitsVerdict() == Verdict::kFail;
+  };
+  const auto failed = std::find_if(all->begin(), all->end(), fails);
+  if (failed == all->end()) return;
+  const Decision held_back = {.verdict = Verdict::kFail,
+                              .who = "instance " + std::to_string(failed->task.instance),
+                              .why = MissedText(WorstLimit(failed->calibration.quality.limits)),
+                              .created = failed->calibration.created,
+                              .is_automatic = true};
+  for (Done& done : *all) {
+    if (!fails(done)) done.calibration.decisions.push_back(held_back);
+  }
+}
+
 /// The recordings of the logs by the number of their sensors; other systems' logs are converted
-/// below `folder`.
-Result<std::map<int, std::vector<std::string>>> RecordingsOf(const std::vector<std::string>& logs,
-                                                             const std::string& folder) {
+/// below `folder`, whose folders of earlier ones give way in `gives_way`.
+Result<std::map<int, std::vector<std::string>>> RecordingsOf(
+    const std::vector<std::string>& logs,
+    const std::string& folder,
+    std::vector<FolderGivesWay>* gives_way) {
   std::map<int, std::vector<std::string>> recordings;
   const bool is_choice = !(FLAGS_topic + FLAGS_instance + FLAGS_columns + FLAGS_units).empty();
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -234,6 +254,8 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(const std::vector<s
     }
     const std::string number = i == 0 ? "" : "-" + std::to_string(i + 1);
     const std::filesystem::path into = std::filesystem::path(folder) / ("recording" + number);
+    TRUETRIAD_ASSIGN_OR_RETURN(FolderGivesWay replaced, FolderGivesWay::For(into, log));
+    gives_way->push_back(std::move(replaced));
     TRUETRIAD_ASSIGN_OR_RETURN(const auto converted, ConvertedLog(*format, log, into.string()));
     for (const auto& [instance, path] : converted) recordings[instance].push_back(path);
   }
@@ -248,8 +270,10 @@ Result<Experiment> ForFurther(const Experiment& experiment, const std::string& r
   return OfSensors(experiment, recorded);
 }
 
-/// One for each instance of the sensors in the logs, the first in the folder itself.
-Result<std::vector<Task>> TasksFor(std::vector<std::string> logs) {
+/// One for each instance of the sensors in the logs, the first in the folder itself. `converted`:
+/// what gives way to converted logs.
+Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
+                                   std::vector<FolderGivesWay>* converted) {
   std::vector<Task> tasks(1);
   if (!FLAGS_config.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
@@ -266,7 +290,7 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs) {
                                             " has no `input:`; add it or give --input=LOG");
   }
   const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder));
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder, converted));
   for (const auto& [instance, inputs] : recordings) {
     if (instance == recordings.begin()->first) {
       if (FLAGS_config.empty()) {
@@ -302,7 +326,7 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   std::string files;
   if (all.size() > 1) {
     result.text.insert(result.text.find('\n'),
-                       " (instance " + std::to_string(worst.task.instance) + ", the worst of " +
+                       " (instance " + std::to_string(worst.task.instance) + " of " +
                            std::to_string(all.size()) + ")");
   }
   for (const Done& done : all) {
@@ -335,7 +359,8 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
     TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
   }
   const std::vector<std::string> logs = StatedInputs(words);
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs));
+  std::vector<FolderGivesWay> converted;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs, &converted));
   std::vector<Done> all;
   for (Task& task : tasks) {
     task.experiment.options.solver = solver;
@@ -343,7 +368,9 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
     TRUETRIAD_ASSIGN_OR_RETURN(Done done, Calibrated(std::move(task)));
     all.push_back(std::move(done));
   }
+  HoldBackTogether(&all);
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
+  for (FolderGivesWay& replaced : converted) replaced.Keep();
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
   if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && !logs.empty()) {

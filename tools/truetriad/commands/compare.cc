@@ -30,7 +30,7 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kDiffer));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(FLAGS_a));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
-  TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(FLAGS_a, a.serial, b));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(FLAGS_a, a, b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
   std::vector<std::string> about = {"a: " + OriginOf(FLAGS_a, a), "b: " + OriginOf(FLAGS_b, b)};
   if (IsMadeFrom(a, b.inputs) || IsTooAlike(comparison)) {

@@ -122,7 +122,7 @@ Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
                                const Calibration& a,
                                const Calibration& b,
                                const std::string& log) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(files[0], a.serial, b));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(files[0], a, b));
   TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded, LoadFor({a, b}, log));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const SideBySide both,

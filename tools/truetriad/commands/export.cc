@@ -91,7 +91,6 @@ Result<ExportOptions> ParseOptions() {
   TRUETRIAD_ASSIGN_OR_RETURN(const auto ids, ParseIds());
   options.device_ids = ids;
   TRUETRIAD_ASSIGN_OR_RETURN(options.allows_outside_limits, AllowsOutsideLimits());
-  TRUETRIAD_ASSIGN_OR_RETURN(options.decisions, ReadDecisionsBeside(FLAGS_calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ParseUnits());
   options.units = units;
   if (!FLAGS_allan.empty()) {

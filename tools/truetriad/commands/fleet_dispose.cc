@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ DEFINE_string(why, "", "why, in one line");
 
 namespace truetriad {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::vector<std::string> VerdictsOfPeople() {
   std::vector<std::string> names;
@@ -46,16 +49,37 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .why = FLAGS_why,
                                           .verdict = *verdict};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
-  for (const std::string& folder : added.folders) {
-    const Status told =
-        fleet::StateDecision(folder, {added.verdict, added.who, added.why, added.created});
-    if (!told) Warn(told.error().message + "; `export` does not know of this decision there");
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> folders,
+                             store->FoldersOfUnit(added.serial));
+  const fs::path units =
+      fs::path(fleet::FileOfStore(FLAGS_store).value_or("")).parent_path() / "units";
+  std::vector<std::string> withdrawn, unreached;
+  for (const std::string& named : folders) {
+    // A concession is about the run that counts.
+    const bool is_about = verdict == Verdict::kFail || fs::path(named).filename() == added.run;
+    if (!is_about) continue;
+    const Result<std::vector<std::string>> stated = fleet::StateDecision(
+        fleet::FolderOf(named, units), {*verdict, added.who, added.why, added.created});
+    if (!stated) {
+      Warn(stated.error().message + "; `export` does not know of this decision there");
+      unreached.push_back(named);
+      continue;
+    }
+    withdrawn.insert(withdrawn.end(), stated->begin(), stated->end());
   }
-  return VerbResult{.text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n",
+  std::string text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n";
+  for (const std::string& file : withdrawn) text += "Withdrawn: " + file + '\n';
+  if (verdict == Verdict::kPass && !withdrawn.empty()) text += "Export again what is to leave.\n";
+  // The store knows of it, but files of a unit that may not leave are as they were.
+  const bool is_unsafe = verdict == Verdict::kFail && !unreached.empty();
+  return VerbResult{.exit_code = is_unsafe ? kExitOutsideLimits : kExitGood,
+                    .text = text,
                     .result = {{"disposition", added.id},
                                {"serial", added.serial},
                                {"run", added.run},
-                               {"verdict", FLAGS_verdict}}};
+                               {"verdict", FLAGS_verdict},
+                               {"withdrawn", withdrawn},
+                               {"unreached", unreached}}};
 }
 
 }  // namespace
