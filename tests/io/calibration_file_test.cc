@@ -256,8 +256,9 @@ TEST(CalibrationFile, HoldsTheNumbersOfSensors) {
 }
 
 TEST(CalibrationFile, HoldsWhatWasDecidedAndIsHeadedByIt) {
-  Calibration calibration;
+  Calibration calibration = Awkward();
   calibration.outcome = Outcome::kConverged;
+  calibration.findings.clear();
   calibration.within_limits = true;
   calibration.decisions = {
       {Verdict::kFail, "run 7", "FAIL, and that run counts", "2026-11-25T10:00:00Z", true},
