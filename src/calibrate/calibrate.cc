@@ -15,6 +15,7 @@
 #include "calibrate/stated_dip.h"
 #include "choice/model_choice.h"
 #include "data/recorded_temperature.h"
+#include "model/mechanisms.h"
 #include "motion/calibrate_motion.h"
 #include "noise/deletion.h"
 #include "noise/joint_test.h"
@@ -63,6 +64,7 @@ bool SettleField(const CalibrateOptions& options, const NoiseState& noise, PoseG
   if (auto other = OtherSideOfField(options, *graph)) {
     const bool is_told = other->IsTold(NoiseDof(noise.estimate, *graph));
     if (is_told ? other->worse > 0.0 : !IsOfOtherHand(options, *graph)) return false;
+    if (!Acts(Mechanism::kFieldSide)) return false;
     *graph = std::move(other->graph);
     return true;
   }
@@ -311,7 +313,8 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     StateStart(poses, options, noise, starts->front(), graph, &calibration);
     return summary;
   }
-  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options)) {
+  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options);
+      wrong && Acts(Mechanism::kHeldGyroscope)) {
     return Refuse(*std::move(wrong), std::move(summary));
   }
   SolveLog log;
@@ -337,12 +340,14 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     Findings known;
     summary.rounds += SettleNoise(options.robust, &noise, &*graph, &log, &known);
   }
-  if (const auto tilts = TiltsBeyondStated(*graph, options)) {
+  if (const auto tilts = TiltsBeyondStated(*graph, options);
+      tilts && Acts(Mechanism::kFacesTilted)) {
     auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
     if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));
     return with_larger;
   }
-  if (auto contradicted = FindContradictedDip(options, noise, *graph)) {
+  if (auto contradicted = FindContradictedDip(options, noise, *graph);
+      contradicted && Acts(Mechanism::kContradictedDip)) {
     return Refuse(*std::move(contradicted), std::move(summary));
   }
   if (auto rival = FindRivalAlignment(options, noise.estimate, *graph)) {

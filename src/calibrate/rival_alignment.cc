@@ -12,6 +12,7 @@
 #include "base/messages.h"
 #include "init/frame_alignment.h"
 #include "math/dense/eigenvalues.h"
+#include "model/mechanisms.h"
 #include "noise/joint_test.h"
 #include "problem/start_values.h"
 #include "solve/chain_elimination.h"
@@ -161,7 +162,7 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
   const TriadOptions& triad = options.triads[turned];
   if (triad.fixed_sensitivity || triad.model != MatrixModel::kFull) return std::nullopt;
   const Pairs kept = PairsOf(solved, /*of_kept=*/true);
-  if (kept.rms > kExplainedRms) return NotOneAngle(kept);
+  if (kept.rms > kExplainedRms && Acts(Mechanism::kNoOneAngle)) return NotOneAngle(kept);
   const Pairs pairs = PairsOf(solved, /*of_kept=*/false);
   const std::vector<FrameAlignment> others = Others(solved, pairs);
   if (others.empty()) return std::nullopt;
@@ -172,6 +173,7 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
     const double worse = 2.0 * (Linearised(other).cost() - cost);
     const double angle_rad = AngleBetween(solved, other, turned);
     if (!(worse < far) || angle_rad < kSameRad) continue;
+    if (!Acts(Mechanism::kRivalAlignment)) continue;
     return Finding(FindingCode::kAlignmentUndetermined,
                    "the " + std::to_string(pairs.ups.size()) +
                        " poses with both sensors do not tell how they stand to each other: " +

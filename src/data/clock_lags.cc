@@ -9,6 +9,7 @@
 #include <glog/logging.h>
 
 #include "base/messages.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -210,7 +211,7 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
       continue;
     }
     const std::optional<double> lag_s = finder.LagOf(triad, reference);
-    if (!lag_s || std::abs(*lag_s) < kSaidS) continue;
+    if (!lag_s || std::abs(*lag_s) < kSaidS || !Acts(Mechanism::kClockLag)) continue;
     set->clock_lag_s[triad] = *lag_s;
     const std::string name(TriadName(triad));
     findings.push_back(Finding(FindingCode::kClockLag,

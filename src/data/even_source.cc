@@ -8,6 +8,7 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -80,14 +81,17 @@ void EvenSource::SettleStream(Triad triad) {
   EvenTimes even = FitEvenTimes(stamps);
   if (even.time_ns.empty()) return;
   const StampShare share = ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns);
-  if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven()) {
+  if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven() &&
+      Acts(Mechanism::kNoRowLost)) {
     even = FitEvenTimesOfAll(stamps);
   }
   if (is_open) {
     stream->kind = even.kind;
     stream->are_true = share.StampsAreTrue();
-    const bool is_even = how_ == TimeStamps::kRegular ||
-                         (how_ == TimeStamps::kAuto && even.AreEvident() && !stream->are_true);
+    const bool is_even =
+        how_ == TimeStamps::kRegular ||
+        (how_ == TimeStamps::kAuto && even.AreEvident() &&
+         !(stream->are_true && Acts(Mechanism::kTrueStamps)) && Acts(Mechanism::kEvenTimes));
     stream->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
   }
   for (std::size_t i = stream->handed; i < held.size(); ++i) {

@@ -8,6 +8,7 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -208,6 +209,10 @@ void RowScreen::Leave(Kind kind, std::size_t i) {
 }
 
 SampleBlock RowScreen::Judge(bool at_end) {
+  constexpr std::array<Mechanism, kKinds> kActs = {Mechanism::kZeroRows,
+                                                   Mechanism::kErrorWords,
+                                                   Mechanism::kAbsurdRows,
+                                                   Mechanism::kWrappedRows};
   std::size_t kept = 0;
   for (std::size_t i = handed_; i < rows_.size(); ++i) rows_.Move(i, i - handed_);
   rows_.Resize(rows_.size() - std::exchange(handed_, 0));
@@ -224,7 +229,7 @@ SampleBlock RowScreen::Judge(bool at_end) {
       const int axis = WrappedAxis(rows_.reading(i));
       const std::size_t end = axis < 0 ? i : EndOfWrap(i, axis);
       if (end == count && !must_judge) break;
-      if (end > i && end < count) {
+      if (end > i && end < count && Acts(Mechanism::kWrappedRows)) {
         for (; i < end; ++i) Leave(kWrapped, i);
         continue;
       }
@@ -240,7 +245,7 @@ SampleBlock RowScreen::Judge(bool at_end) {
     if (!is_enough && !must_judge) break;
     for (; i < end; ++i) {
       about.zero_share = static_cast<double>(left_[kZero]) / static_cast<double>(rows_seen_);
-      if (const auto kind = WhyImpossible(rows_.reading(i), about)) {
+      if (const auto kind = WhyImpossible(rows_.reading(i), about); kind && Acts(kActs[*kind])) {
         Leave(*kind, i);
       } else {
         keep(i);

@@ -11,6 +11,7 @@
 
 #include "base/messages.h"
 #include "data/readings_at.h"
+#include "model/mechanisms.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -247,6 +248,7 @@ std::optional<Finding> FaultOf(const RecordedMove& move, const PoseSet& set) {
     if (inside.empty()) return std::nullopt;
     joint = inside.front();
   }
+  if (!Acts(Mechanism::kJointsSeen)) return std::nullopt;
   const std::int64_t time_ns = move.time_ns[joint->at + 1];
   return FindingAt(set, time_ns, RowAt(before, after, time_ns), WhatIsSeen(*joint));
 }
@@ -290,6 +292,7 @@ void FindJointsInMotion(PoseSet* set) {
       ReadingsOf(*set, gyroscope.time_ns, gyroscope.reading_raw, accelerometer, magnetometer);
   if (readings) {
     for (const FoundJoint& joint : JointsOf(*readings)) {
+      if (!Acts(Mechanism::kJointsSeen)) break;
       set->joints.push_back({gyroscope.time_ns[joint.at + 1],
                              gyroscope.row[joint.at + 1],
                              WhatIsSeen(joint),

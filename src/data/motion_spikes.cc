@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -143,7 +144,7 @@ SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
     };
     bool is_new = false;
     for (std::size_t i = kEachSide; i < count; ++i) {
-      if (!is_far(i)) continue;
+      if (!is_far(i) || !Acts(Mechanism::kMotionSpikes)) continue;
       const std::size_t begin = i;
       for (; is_far(i); ++i) {
         is_new = is_new || !is_replaced[i];

@@ -10,6 +10,7 @@
 #include "base/rounded_text.h"
 #include "data/gyroscope_faults.h"
 #include "data/readings_at.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -65,7 +66,8 @@ std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyro
     longest_gap_ns = std::max(longest_gap_ns, move.time_ns[i] - move.time_ns[i - 1]);
   }
   const double gap_s = 1e-9 * static_cast<double>(longest_gap_ns);
-  if (gap_s > std::max(kBridgedS, kBridgedSpacings / gyroscope.rate_hz)) {
+  if (gap_s > std::max(kBridgedS, kBridgedSpacings / gyroscope.rate_hz) &&
+      Acts(Mechanism::kTurnGap)) {
     return Finding(FindingCode::kTurnGap, "the gyroscope has a gap of " + Seconds(gap_s))
         .With("gap", gap_s, "s");
   }
@@ -78,7 +80,8 @@ std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyro
       // Of an axis that hardly turned, or only one way, an extreme is a reading at rest.
       if (std::abs(limit - before) < rest_radius) continue;
       if (LongestRunAt(limit, gyroscope.resolution_raw[axis], axis, move.gyroscope_raw) <
-          kSaturatedReadings)
+              kSaturatedReadings ||
+          !Acts(Mechanism::kTurnSaturated))
         continue;
       std::ostringstream text;
       text << name << " is saturated: it reads its limit of " << limit << ' ' << gyroscope.unit.name
@@ -88,7 +91,7 @@ std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyro
           .With("limit", limit, gyroscope.unit.name);
     }
   }
-  if (IsStuck(move.gyroscope_raw, rest_radius)) {
+  if (IsStuck(move.gyroscope_raw, rest_radius) && Acts(Mechanism::kTurnStuck)) {
     return Finding(FindingCode::kTurnStuck, "the gyroscope is stuck: it repeats one reading");
   }
   return std::nullopt;

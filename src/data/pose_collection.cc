@@ -20,6 +20,7 @@
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
 #include "data/trace_recorder.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -254,6 +255,7 @@ void DropDeadTemperature(PoseSet* set) {
   const double lowest = (*set->temperature_range_degc)[0];
   const double highest = (*set->temperature_range_degc)[1];
   if (lowest != highest || (lowest != 0.0 && lowest != kAbsoluteZeroDegc)) return;
+  if (!Acts(Mechanism::kDeadTemperature)) return;
   set->temperature_range_degc.reset();
   for (StaticPose& pose : set->poses) pose.temperature_degc.reset();
   for (KnownRate& rate : set->rates) rate.means.temperature_degc.reset();

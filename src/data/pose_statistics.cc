@@ -9,6 +9,7 @@
 #include <glog/logging.h>
 
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -101,7 +102,8 @@ class AxisNoise {
                               then.dof,
                               now.variance()[axis_],
                               now.dof,
-                              kLongerBatchLevel)) {
+                              kLongerBatchLevel) &&
+          Acts(Mechanism::kLongBatches)) {
         chosen_ = longer;
       }
     }
@@ -116,8 +118,9 @@ class AxisNoise {
         return own_variance > kNoisierFactor * pool_variance &&
                IsSignificantlyMore(own_variance, own.dof, pool_variance, pool.dof, kNoisierLevel);
       };
-      noisier_[i] = is_noisier(White(*poses_[i]), white_) ||
-                    (chosen_ > 0 && is_noisier(Batch(*poses_[i], chosen_ - 1), Stage(chosen_)));
+      noisier_[i] = (is_noisier(White(*poses_[i]), white_) ||
+                     (chosen_ > 0 && is_noisier(Batch(*poses_[i], chosen_ - 1), Stage(chosen_)))) &&
+                    Acts(Mechanism::kNoisierPoses);
       any = any || noisier_[i];
     }
     return any;

@@ -9,6 +9,7 @@
 
 #include "base/messages.h"
 #include "data/block_piece.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -134,7 +135,7 @@ std::vector<std::pair<std::size_t, std::size_t>> RepeatFinder::Repeats(const Sam
       if (is_same || hashes_.size() >= kMostRemembered) continue;
       Remember(reading, hash, block.row[i]);
       const std::optional<std::size_t> source = EarlierRun();
-      if (!source) continue;
+      if (!source || !Acts(Mechanism::kRepeatedRows)) continue;
       const std::int64_t first_row = BeginRepeat(*source);
       const auto first = static_cast<std::size_t>(
           std::lower_bound(block.row.begin(), block.row.end(), first_row) - block.row.begin());

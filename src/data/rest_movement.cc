@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/messages.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -178,6 +179,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
           .With("largest", rests.largest_raw, unit);
     };
     if (2 * rests.moving > rests.known || sees_other_rests) {
+      if (!Acts(Mechanism::kNotAtRest)) continue;
       const std::string other = triad == Triad::kMagnetometer
                                     ? "iron or current nearby changes"
                                     : "the stated poses are not where it rests";
@@ -188,6 +190,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
                       other);
       continue;
     }
+    if (!Acts(Mechanism::kMovingReadings)) continue;
     set->findings.push_back(
         finding(FindingCode::kMovingReadings,
                 "; skipped for these poses (" + NumbersOf(rests.moves, *set) + ")"));

@@ -7,6 +7,8 @@
 
 #include <glog/logging.h>
 
+#include "model/mechanisms.h"
+
 namespace truetriad {
 namespace {
 
@@ -189,7 +191,7 @@ void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
     }
     const double noise_raw = std::sqrt(noise_variance / static_cast<double>(finite.size()));
     double& range = range_raw_[known.triad];
-    if (range < 20.0 * noise_raw) range = 100.0 * noise_raw;
+    if (range < 20.0 * noise_raw && Acts(Mechanism::kQuietThroughout)) range = 100.0 * noise_raw;
   }
 }
 
@@ -240,7 +242,8 @@ std::vector<Rest> StaticDetector::RestsBelow(const WindowBuffer& buffer, double 
     while (run.second < activity_.size() && activity_[run.second] <= limit) ++run.second;
     i = run.second;
     if (run.second - run.first < kSpan || !CutUnsteadyEnds(buffer, &run)) continue;
-    if (!rests.empty() && IsKnock(buffer, rests.back().runs.back(), run)) {
+    if (!rests.empty() && IsKnock(buffer, rests.back().runs.back(), run) &&
+        Acts(Mechanism::kKnocks)) {
       rests.back().runs.push_back(run);
     } else {
       if (!rests.empty() && !IsLongEnough(rests.back())) rests.pop_back();
@@ -261,7 +264,8 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   const std::size_t middle = begin + (end - begin - kSpan) / 2;
   const Eigen::Vector3d core = MeanOf(windows, middle, middle + kSpan);
   const auto is_away = [&](std::size_t at) {
-    return (MeanOf(windows, at, at + kSpan) - core).cwiseAbs().maxCoeff() > 0.5 * limit_raw;
+    return (MeanOf(windows, at, at + kSpan) - core).cwiseAbs().maxCoeff() > 0.5 * limit_raw &&
+           Acts(Mechanism::kSteadyRests);
   };
   WindowRun cut = *run;
   while (cut.first < middle && is_away(cut.first)) ++cut.first;
@@ -295,7 +299,9 @@ void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows, Window
   }
   const Eigen::Array3d span_noise = noise / std::max(dof, 1.0) * (spans / samples);
   const Eigen::Array3d limit = 4.0 * (wander / spans).max(span_noise).sqrt();
-  const auto is_away = [&](std::size_t at) { return (deviation(at) > limit).any(); };
+  const auto is_away = [&](std::size_t at) {
+    return (deviation(at) > limit).any() && Acts(Mechanism::kSettlingEnds);
+  };
   while (run->first < core.first && is_away(run->first)) ++run->first;
   while (run->second > core.second && is_away(run->second - kSpan)) --run->second;
 }
@@ -426,7 +432,9 @@ void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* 
     std::erase_if(*rests, [&](const Rest& rest) {
       const Eigen::Vector3d rate_raw = mean_of(rest) - typical;
       return (rate_raw.array().abs() > (5.0 * noise_raw).cwiseMax(share).array()).any() &&
-             !StayedWhere(buffer, rest.runs.front(), known.si_per_raw * rate_raw);
+             !(StayedWhere(buffer, rest.runs.front(), known.si_per_raw * rate_raw) &&
+               Acts(Mechanism::kStayedWhere)) &&
+             Acts(Mechanism::kTurningRests);
     });
   }
 }

@@ -11,6 +11,7 @@
 #include "base/rounded_text.h"
 #include "data/time_stamps.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
@@ -305,7 +306,7 @@ void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vecto
     }
     if (candidates.empty()) continue;
 
-    if (!RepeatsAreImpossible(windows, count)) continue;
+    if (!RepeatsAreImpossible(windows, count) || !Acts(Mechanism::kStuckWindows)) continue;
     for (const auto& [begin, end] : candidates) {
       for (std::size_t i = begin; i < end; ++i) (*usable)[i] = false;
       const Stretch stretch{triad, windows[begin].first_ns, windows[end - 1].last_ns};
@@ -427,7 +428,8 @@ std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution
                                      const std::vector<StreamSummary>& streams) {
   std::vector<FlatPoses> all;
   const auto add = [&all](FlatPoses found) {
-    if (!found.poses.empty()) all.push_back(std::move(found));
+    const auto mechanism = found.is_clipped ? Mechanism::kClippedPoses : Mechanism::kStuckPoses;
+    if (!found.poses.empty() && Acts(mechanism)) all.push_back(std::move(found));
   };
   for (const StreamSummary& stream : streams) {
     for (int axis = 0; axis < 3; ++axis) {

@@ -10,6 +10,7 @@
 #include "base/rounded_text.h"
 #include "data/sweep_windows.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "truetriad/base/triad.h"
 
 // Which cells of a sweep are left out: those far from their neighbours.
@@ -99,6 +100,7 @@ std::vector<bool> FarOff(const std::vector<double>& value,
 }  // namespace
 
 void SweepCutter::LeaveOut(std::size_t i, const std::string& what) {
+  if (!Acts(Mechanism::kSweepFarOff)) return;
   std::vector<std::string>& reasons = cells_[i].far_off;
   if (std::find(reasons.begin(), reasons.end(), what) == reasons.end()) reasons.push_back(what);
 }

@@ -10,6 +10,7 @@
 
 #include "base/rounded_text.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/finding.h"
 
@@ -28,6 +29,7 @@ Status CheckHeld(const PoseSet& set) {
     if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
     const double change = (after->mean_raw - before->mean_raw).norm();
     if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
+    if (!Acts(Mechanism::kUnitTurned)) continue;
     return NotEnoughError(
         Finding(FindingCode::kUnitTurned,
                 set.source + ": the accelerometer jumps between the rows " +

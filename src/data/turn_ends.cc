@@ -14,6 +14,7 @@
 #include "base/messages.h"
 #include "data/readings_at.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -148,6 +149,7 @@ void RejectCutTurns(PoseSet* set) {
     for (const bool is_last : {false, true}) {
       const double missing_rad = MissingAngle((*ends)[is_last ? 1 : 0], rest_raw, rad_per_raw);
       if (!(missing_rad > kMissingSigmas * turn.stated.sigma_rad)) continue;
+      if (!Acts(Mechanism::kTurnCut)) continue;
       turn.move.fault = Finding(FindingCode::kTurnCut,
                                 std::string("it ") + (is_last ? "ends" : "begins") +
                                     Format(" while the unit still turns, with some %.2g deg of it ",

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "model/mechanisms.h"
 #include "motion/chain.h"
 #include "motion/motion_noise.h"
 #include "motion/motion_start.h"
@@ -136,7 +137,7 @@ double UpdateClocks(const MotionChain& chain, MotionTrack* track, MotionRun* run
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     if (!run->graph.layout.Has(triad)) continue;
     const MotionChain::ClockError error = chain.ClockErrorOf(triad, run->graph.shared.data());
-    if (!(error.sigma_s > 0.0)) continue;
+    if (!(error.sigma_s > 0.0) || !Acts(Mechanism::kMotionClocks)) continue;
     const double most = kMostClockError * track->duration_s();
     track->set_ahead_s(triad, std::clamp(track->ahead_s(triad) + error.ahead_s, -most, most));
     run->clock_sigma_s[triad] = error.sigma_s;
@@ -444,6 +445,7 @@ Status StateMotionVerdict(const PoseSet& poses,
   const bool determined = observability.determined && information.rank() >= information.size();
   calibration->findings = WhyUnusable(
       poses, options, calibration->reference, track, *run, solution, quality, determined);
+  DropSwitchedOff(&calibration->findings);
   if (calibration->findings.empty()) {
     PerTriad<TriadNoise> noise;
     for (const Triad triad : kTriads) {
@@ -460,6 +462,7 @@ Status StateMotionVerdict(const PoseSet& poses,
           CheckStillDetermined(graph, covariance, options.observable_sigma)}) {
       calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
     }
+    DropSwitchedOff(&calibration->findings);
   }
   return Conclude(options, poses, calibration);
 }
@@ -504,7 +507,7 @@ Status CalibrateMotion(const PoseSet& poses,
         .About("sensors");
   }
   Settle(options, settling_s, &*track, &run);
-  if (run.noise.correlation[Triad::kAccelerometer] > 1.0) {
+  if (run.noise.correlation[Triad::kAccelerometer] > 1.0 && Acts(Mechanism::kCarriedForce)) {
     run.noise.is_carried = true;
     Settle(options, settling_s, &*track, &run);
   }

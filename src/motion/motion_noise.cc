@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "problem/start_values.h"
 
 namespace truetriad {
@@ -61,7 +62,8 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
     ratio += 2.0 * pair;
   }
   const double sampling = 2.0 * std::sqrt(static_cast<double>(lag) / (3.0 * count));
-  return ratio > 1.0 + kBelievedCorrelation * sampling ? ratio : 1.0;
+  const bool is_believed = ratio > 1.0 + kBelievedCorrelation * sampling;
+  return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
 // Robust weights of one sensor, against the typical length of its residuals.
@@ -85,7 +87,8 @@ void Weigh(const RobustOptions& robust,
   const double typical = Median(std::move(seen)) / kMedianLength;
   for (std::size_t k = 0; k < nodes->size(); ++k) {
     const double length = lengths[k] / typical;
-    weight_of((*nodes)[k]) = length > robust.scale ? robust.scale / length : 1.0;
+    const bool is_far = length > robust.scale && Acts(Mechanism::kMotionWeights);
+    weight_of((*nodes)[k]) = is_far ? robust.scale / length : 1.0;
   }
 }
 

@@ -10,6 +10,7 @@
 #include "data/readings_at.h"
 #include "data/time_stamps.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
@@ -112,7 +113,7 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
   is_untold_.assign(steps, false);
   const double bridged_s = std::max(kBridgedS, kBridgedSpacings * spacing_s_[Triad::kGyroscope]);
   for (std::size_t i = 0; i < steps; ++i) {
-    is_untold_[i] = time_s_[i + 1] - time_s_[i] > bridged_s;
+    is_untold_[i] = time_s_[i + 1] - time_s_[i] > bridged_s && Acts(Mechanism::kMotionGaps);
   }
   const auto mark = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin > 0 ? begin - 1 : 0; i < std::min(end, steps); ++i) {
@@ -126,14 +127,17 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
       if (i < rate_raw_.size() && rate_raw_[i][axis] == value) continue;
       const bool is_extreme =
           value == gyroscope.minimum_raw[axis] || value == gyroscope.maximum_raw[axis];
-      if (is_extreme && i - begin >= std::size_t{kSaturatedReadings}) mark(begin, i);
+      if (is_extreme && i - begin >= std::size_t{kSaturatedReadings} &&
+          Acts(Mechanism::kMotionSaturated)) {
+        mark(begin, i);
+      }
       begin = i;
     }
   }
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= rate_raw_.size(); ++i) {
     if (i < rate_raw_.size() && rate_raw_[i] == rate_raw_[begin]) continue;
-    if (i - begin >= std::size_t{kStuckReadings}) mark(begin, i);
+    if (i - begin >= std::size_t{kStuckReadings} && Acts(Mechanism::kMotionStuck)) mark(begin, i);
     begin = i;
   }
   for (std::size_t i = 0; i < steps; ++i) {

@@ -14,6 +14,7 @@
 #include "base/messages.h"
 #include "base/sensor_line.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "noise/weights.h"
 #include "problem/graph_builder.h"
 #include "solve/solve_graph.h"
@@ -96,6 +97,7 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
                              ReducedSystem* system,
                              Findings* findings) {
   while (const auto unseen = LeastSeen(*noise, *graph)) {
+    if (!Acts(Mechanism::kUnseenNoise)) break;
     std::erase(noise->estimated, *unseen);
     if (noise->IsFromResiduals(*unseen)) {
       noise->unknown = true;
@@ -162,7 +164,7 @@ bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
   bool readmits = false;
   for (const NoiseComponent component : noise.estimated) {
     if (IsSeen(noise, graph, component) || !HasRejected(component, graph)) continue;
-    if (Contains(unknown->unjudged, component)) continue;
+    if (Contains(unknown->unjudged, component) || !Acts(Mechanism::kReadmitted)) continue;
     unknown->unjudged.push_back(component);
     readmits = true;
   }
@@ -309,6 +311,7 @@ void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph) {
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     IncrementEdge& edge = graph->increments[i];
     if (edge.stated_turn >= 0 || !(sizes[i] > wild_rad)) continue;
+    if (!Acts(Mechanism::kWildTurns)) continue;
     edge.weight = std::max(wild_rad * wild_rad / (sizes[i] * sizes[i]), kRejectedWeight);
   }
 }
@@ -330,7 +333,7 @@ void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph) {
     }
     const double wild = WildFrom(errors);
     for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (!(errors[i] > wild)) continue;
+      if (!(errors[i] > wild) || !Acts(Mechanism::kWildReadings)) continue;
       observations[i]->weight = kRejectedWeight;
     }
   }
@@ -416,7 +419,7 @@ int SettleNoise(const RobustOptions& robust,
     log->Solve(kFinalTolerance, graph);
     return 0;
   }
-  if (weighs) GuessExcessFromMedians(noise, graph, &system);
+  if (weighs && Acts(Mechanism::kMedianNoise)) GuessExcessFromMedians(noise, graph, &system);
   int rounds = 0;
   for (int pass = 0; pass < kMostNoisePasses; ++pass) {
     const bool came_to_an_end = TakeRounds(
@@ -427,6 +430,7 @@ int SettleNoise(const RobustOptions& robust,
     // The rounds step on with turns as they were integrated once; where they moved far, the last
     // solution, which integrates anew, leaves residuals of another size.
     if (!came_to_an_end || FurthestOff(*noise, *graph, system).IsSettled()) break;
+    if (pass + 1 < kMostNoisePasses && !Acts(Mechanism::kNoisePasses)) break;
   }
   return rounds;
 }

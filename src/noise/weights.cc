@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -54,6 +55,7 @@ void AdmitMajorities(const UnknownNoise& unknown,
       if (judged.back()->rejected) ++rejected;
     }
     if (2 * rejected <= std::ssize(judged) && !Contains(unknown.unjudged, component)) continue;
+    if (!judged.empty() && !Acts(Mechanism::kMajorities)) continue;
     for (Judgement* judgement : judged) *judgement = {};
   }
 }
@@ -108,12 +110,13 @@ WeightChange UpdateWeights(const RobustOptions& robust,
       if (tests[i].rank > 0) {
         const double z = std::sqrt(tests[i].chi2);
         const double limit = huber_limit[static_cast<std::size_t>(tests[i].rank)];
-        if (z > limit) judgement.weight = limit / z;
+        if (z > limit && Acts(Mechanism::kHuber)) judgement.weight = limit / z;
         const double nu = dof[static_cast<std::size_t>(tests[i].component)];
         const double p = std::isfinite(nu)
                              ? 1.0 - FisherCdf(tests[i].chi2 / tests[i].rank, tests[i].rank, nu)
                              : 1.0 - ChiSquareCdf(tests[i].chi2, tests[i].rank);
-        judgement.rejected = p < level && (now.rejected || (!has_rejected && i == worst));
+        judgement.rejected = p < level && (now.rejected || (!has_rejected && i == worst)) &&
+                             Acts(Mechanism::kOutliers);
       } else {
         judgement.rejected = now.rejected;
       }

@@ -7,6 +7,7 @@
 #include "calibrate/calibrate_settled.h"
 #include "config/field_check.h"
 #include "data/clock_lags.h"
+#include "model/mechanisms.h"
 #include "session/clocks.h"
 #include "session/load_sessions.h"
 #include "session/settle_experiment.h"
@@ -112,6 +113,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
     Result<Attempt> next =
         CalibrateAsStated(WithTimeOffsets(stated, offset_s), &first, progress, opener);
     if (!next || !IsNearer(*next, left, attempt)) break;
+    if (!Acts(Mechanism::kClockCorrection)) break;
     const Findings& found = attempt.calibration.findings;
     said.insert(said.end(), found.begin(), found.end());
     taken_off = wanted;

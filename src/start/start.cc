@@ -19,6 +19,7 @@
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "problem/known_motion_rows.h"
 #include "problem/lay_out.h"
 #include "problem/moves.h"
@@ -91,6 +92,7 @@ Status CheckAccelerometerUnit(const PoseSet& poses,
   const double gain =
       std::cbrt(std::abs(model.sensitivity.determinant())) * stream->unit.truth_per_raw;
   if (gain < kLargestSiGain && gain > 1.0 / kLargestSiGain) return {};
+  if (!Acts(Mechanism::kUnitAtStart)) return {};
   std::vector<double> norms;
   norms.reserve(readings.size());
   for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
@@ -327,7 +329,8 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   // What has not the length of the field has not its direction.
   const double wild_up = WildFrom(up_errors), wild_field = WildFrom(field_errors);
   std::erase_if(pairs, [&](const Pair& pair) {
-    return pair.up_error > wild_up || pair.field_error > wild_field;
+    return (pair.up_error > wild_up || pair.field_error > wild_field) &&
+           Acts(Mechanism::kWildPairs);
   });
   std::vector<Eigen::Vector3d> ups;
   std::vector<Eigen::Vector3d> fields;
@@ -344,6 +347,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     // Rivals much worse than the best are not solutions.
     if (!starts.empty() && alignment.rms > 20.0 * alignments.front().rms + 1e-3) break;
     if (starts.size() == kMaxCandidates) break;
+    if (!starts.empty() && !Acts(Mechanism::kRivalStarts)) break;
     StartValues start = base;
     TriadModel<double> model = own;
     // own frame vector = R^T body vector.
@@ -489,7 +493,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   const auto sensitivity =
       FindGyroSensitivity(DirectionMovesOf(poses, vector, *vector_model), model.bias);
   const Unit& unit = poses.Find(Triad::kGyroscope)->unit;
-  if (sensitivity && IsPlausible(*sensitivity, unit)) {
+  if (sensitivity && (IsPlausible(*sensitivity, unit) || !Acts(Mechanism::kPlausibleStart))) {
     model.sensitivity = *sensitivity;
   } else if (known) {
     model.sensitivity = known->sensitivity;

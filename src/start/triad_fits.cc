@@ -13,6 +13,7 @@
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "problem/start_values.h"
 
 namespace truetriad {
@@ -59,6 +60,7 @@ Result<TriadModel<double>> FitTrimmed(std::vector<Eigen::Vector3d> readings,
       if (errors[k] <= limit) kept.push_back(readings[k]);
     }
     if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
+    if (!Acts(Mechanism::kTrimming)) break;
     auto refitted = FitModel(kept, model, radius);
     if (!refitted) break;
     fitted = std::move(refitted);
@@ -105,7 +107,7 @@ std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readin
       least = left;
       worst = k;
     }
-    if (worst == readings.size()) break;
+    if (worst == readings.size() || !Acts(Mechanism::kSpoilers)) break;
     readings.erase(readings.begin() + static_cast<std::ptrdiff_t>(worst));
   }
   return readings;
@@ -163,7 +165,7 @@ Result<TriadModel<double>> FitModelTrimmed(const std::vector<Eigen::Vector3d>& a
   const bool is_better =
       robust && (!fitted || MisfitOf(*robust, readings, radius) <
                                 kBetterShare * MisfitOf(*fitted, readings, radius));
-  return is_better ? robust : fitted;
+  return is_better && Acts(Mechanism::kConsensus) ? robust : fitted;
 }
 
 Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,

@@ -14,6 +14,7 @@
 
 #include "base/messages.h"
 #include "base/sensor_line.h"
+#include "model/mechanisms.h"
 #include "problem/parameter_name.h"
 #include "sweep/triad_sweep.h"
 #include "verdict/checks/check.h"
@@ -401,7 +402,8 @@ Status CalibrateSweep(const PoseSet& poses,
   }
   if (options.sweep->static_calibration) {
     TakeStaticCovariance(*options.sweep->static_calibration, &calibration.covariance);
-    if (const Finding* missed = Find(calibration.findings, FindingCode::kGravityMissed)) {
+    if (const Finding* missed = Find(calibration.findings, FindingCode::kGravityMissed);
+        missed != nullptr && Acts(Mechanism::kGravityMissed)) {
       WidenBias(*missed->Value("error"), &calibration);
     }
   }

@@ -12,6 +12,7 @@
 
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "thermometer/coarse_thermometer.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/model/finding.h"
@@ -273,7 +274,7 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;
-  if (step_degc > kCoarseShare * span) {
+  if (step_degc > kCoarseShare * span && Acts(Mechanism::kCoarseThermometer)) {
     if (std::optional<TemperatureTrack> steps = StepsFollowed(time_s, degc, step_degc)) {
       track = *std::move(steps);
       track.smoothing_s = std::min(widest, step_degc / rate);

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "model/mechanisms.h"
 #include "problem/graph_builder.h"
 #include "solve/chain_elimination.h"
 #include "verdict/checks/constancy.h"
@@ -232,7 +233,7 @@ void AllowForStated(const PoseGraph& graph,
   std::vector<double> sigmas;
   for (const Candidate& candidate : candidates) {
     const Triad triad = candidate.term.triad;
-    if (!IsStated(candidate, options)) continue;
+    if (!IsStated(candidate, options) || !Acts(Mechanism::kStatedBends)) continue;
     const Eigen::Vector3d gains = graph.sensitivity(triad).rowwise().norm();
     for (std::size_t axis = 0; axis < candidate.columns.size(); ++axis) {
       entries[triad].push_back(candidate.columns[axis]);
@@ -262,6 +263,7 @@ void AddDoubtful(const PoseGraph& graph,
   const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
   for (const Candidate& candidate : candidates) {
     if (candidate.level < kMovingLevel || candidate.term.p_value > kDoubtLevel) continue;
+    if (!Acts(Mechanism::kDoubt)) continue;
     const ScoreTest test = search.Test(candidate.columns);
     const double variance = own[candidate.term.triad].VarianceWithout(test.chi2, test.rank);
     TermSearch with = search;
@@ -346,6 +348,10 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     LeftOutTerm& term = candidates[clearest].term;
     term.is_beyond_stated = IsStated(candidates[clearest], options);
     if (term.p_value > candidates[clearest].level) break;
+    if (!Acts(ActsAs(term))) {
+      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
+      continue;
+    }
     term.chi2 = tests[clearest].chi2;
     term.size = search.SizeOf(candidates[clearest].columns);
     if (term.kind == LeftOutKind::kDrift) {
@@ -469,6 +475,39 @@ std::string_view NameOf(const LeftOutTerm& term) {
   return "";
 }
 
+Mechanism ActsAs(const LeftOutTerm& term) {
+  switch (term.kind) {
+    case LeftOutKind::kAxisTerm:
+      return Mechanism::kBend;
+    case LeftOutKind::kMatrix:
+      return Mechanism::kMatrix;
+    case LeftOutKind::kGSensitivity:
+      return Mechanism::kGSensitivity;
+    case LeftOutKind::kDrift:
+      return Mechanism::kDrift;
+    case LeftOutKind::kGainDrift:
+      return Mechanism::kGainDrift;
+    case LeftOutKind::kThermalGain:
+    case LeftOutKind::kLowPass:
+      return Mechanism::kThermalGain;
+    case LeftOutKind::kStep:
+      return Mechanism::kStep;
+    case LeftOutKind::kLeverArm:
+      return Mechanism::kLeverArm;
+    case LeftOutKind::kOneSided:
+      return Mechanism::kOneSided;
+    case LeftOutKind::kLostRows:
+      return Mechanism::kLostRows;
+    case LeftOutKind::kRounding:
+      return Mechanism::kRounding;
+    case LeftOutKind::kTurnScatter:
+      return Mechanism::kTurnScatter;
+    case LeftOutKind::kSettling:
+      break;
+  }
+  return term.triad == Triad::kGyroscope ? Mechanism::kSettlingTurns : Mechanism::kSettlingRests;
+}
+
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLayout& has) {
   CalibrateOptions options = stated;
   for (const auto& [triad, term] : kBends) {
@@ -510,7 +549,7 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     // What its matrix lacks would pass for a step.
     if (HasMatrixOf(triad, result)) continue;
     const auto step = FindBiasStep(graph, system, noise, triad);
-    if (!step || step->p_value > kLeftOutLevel) continue;
+    if (!step || step->p_value > kLeftOutLevel || !Acts(Mechanism::kStep)) continue;
     result.covariance += step->moved * step->moved.transpose();
     LeftOutTerm term{triad, LeftOutKind::kStep};
     term.p_value = step->p_value;
@@ -541,7 +580,7 @@ void AddSettling(const PoseSet& poses,
     LeftOutTerm term{triad, LeftOutKind::kSettling};
     term.p_value = settling->p_value;
     term.effect_sigmas = settling->effect_sigmas;
-    const bool is_shown = term.p_value < LevelOf(settling->kappa);
+    const bool is_shown = term.p_value < LevelOf(settling->kappa) && Acts(ActsAs(term));
     terms->tests.push_back(
         {triad, std::string(NameOf(term)), term.p_value, is_shown, settling->kappa});
     if (!is_shown) continue;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "model/mechanisms.h"
 #include "noise/noise_settling.h"
 #include "problem/graph.h"
 #include "problem/rows/row.h"
@@ -81,6 +82,7 @@ struct LeftOutTerms {
 
 // In a few words, of those that are looked for together.
 std::string_view NameOf(const LeftOutTerm& term);
+Mechanism ActsAs(const LeftOutTerm& term);
 
 // A term is said to be there when chance makes it in so few runs; one that moves a parameter by
 // more than a σ for each of its own (kappa), sooner: before chance is ruled out the result is off

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "data/pose_statistics.h"
+#include "model/mechanisms.h"
 #include "problem/graph_rows.h"
 #include "verdict/lost_rows.h"
 #include "verdict/observability.h"
@@ -74,6 +75,7 @@ void AddShift(const PoseGraph& graph,
               const Eigen::VectorXd& shift,
               LeftOutTerm term,
               LeftOutTerms* terms) {
+  if (!Acts(ActsAs(term))) return;
   const Eigen::VectorXd moved = graph.layout.basis.middleRows(at, shift.size()).transpose() * shift;
   terms->covariance += moved * moved.transpose();
   term.effect_sigmas = LargestInSigmas(graph, covariance, moved);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "model/mechanisms.h"
 #include "problem/lay_out.h"
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
@@ -105,7 +106,7 @@ void StateSolution(const CalibrateOptions& options,
 
 Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibration* calibration) {
   for (Finding& finding : calibration->findings) {
-    if (finding.IsLeftStanding()) finding.As(Severity::kRefusal);
+    if (finding.IsLeftStanding() && Acts(Mechanism::kLeftStanding)) finding.As(Severity::kRefusal);
   }
   calibration->outcome = OutcomeOf(calibration->findings);
   if (!calibration->IsUsable()) {

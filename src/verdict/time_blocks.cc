@@ -8,6 +8,7 @@
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -158,11 +159,11 @@ BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
     scatter.p_value = std::min(scatter.p_value, ChanceAlong(change, blocks, whole));
     const Step step = LikeliestStep(change, blocks, whole);
     scatter.p_value = std::min(scatter.p_value, step.p_value);
-    if (step.p_value > kDifferentLevel) continue;
+    if (step.p_value > kDifferentLevel || !Acts(Mechanism::kStretchStep)) continue;
     scatter.covariance +=
         step.before * step.before.transpose() + step.after * step.after.transpose();
   }
-  if (scatter.p_value > kDifferentLevel) return scatter;
+  if (scatter.p_value > kDifferentLevel || !Acts(Mechanism::kStretches)) return scatter;
   const auto count = static_cast<double>(blocks.size());
   scatter.covariance += (count - 1.0) / count * jackknife;
   return scatter;

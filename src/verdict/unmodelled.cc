@@ -7,6 +7,7 @@
 
 #include "data/clock_lags.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "verdict/checks/clock_offsets.h"
 #include "verdict/face_tilts.h"
 #include "verdict/recording_faults.h"
@@ -70,9 +71,13 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
   Unmodelled found;
   found.drift = FindDriftCovariance(graph, system, settings);
   found.change = FindMagnetometerChange(graph, system, noise);
+  if (found.change && !Acts(Mechanism::kMagnetometerChange)) found.change.reset();
   found.change_is_drift = found.change && IsDrift(graph, *found.change, found.drift);
   found.left_out = FindLeftOutTerms(graph, system, noise, options, found.change.has_value());
-  if (found.change && IsByMatrix(*found.change, found.left_out)) found.change.reset();
+  if (found.change && IsByMatrix(*found.change, found.left_out) &&
+      Acts(Mechanism::kMatrixForChange)) {
+    found.change.reset();
+  }
   PerTriad<Eigen::Vector3d> sigma_raw{};
   for (const StreamSummary& stream : poses.streams) {
     sigma_raw[stream.triad] = stream.noise_sigma_raw;
@@ -89,8 +94,15 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
   found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
   found.clocks = FindClockOffsets(poses, graph);
   found.tilt_curvature = TiltCurvature(graph, system);
+  if (!found.tilt_curvature.isZero(0.0) && !Acts(Mechanism::kTiltCurvature)) {
+    found.tilt_curvature.setZero();
+  }
   found.by_clocks = EffectsOf(found.clocks, graph, system);
-  found.by_clocks.covariance += EffectsOf(LagsOf(poses, graph), graph, system).covariance;
+  if (!found.clocks.empty() && !Acts(Mechanism::kClockSigma)) found.by_clocks.covariance.setZero();
+  const std::vector<ClockOffset> lags = LagsOf(poses, graph);
+  if (!lags.empty() && Acts(Mechanism::kLagSigma)) {
+    found.by_clocks.covariance += EffectsOf(lags, graph, system).covariance;
+  }
   return found;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "model/mechanisms.h"
 #include "noise/deletion.h"
 #include "noise/joint_test.h"
 #include "problem/graph_builder.h"
@@ -158,7 +159,8 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
 // The first refusal ends it.
 bool IsUsable(const SettledRun& run, const SolvedRun& solved, Findings* findings) {
   for (const Check check : kUsability) {
-    const Findings found = check(run, solved);
+    Findings found = check(run, solved);
+    DropSwitchedOff(&found);
     findings->insert(findings->end(), found.begin(), found.end());
     if (OutcomeOf(found) != Outcome::kConverged) return false;
   }
@@ -239,6 +241,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   const Findings doubt = CheckStillDetermined(graph, covariance, options.observable_sigma);
   calibration->findings.insert(calibration->findings.end(), doubt.begin(), doubt.end());
+  DropSwitchedOff(&calibration->findings);
   return Conclude(options, run.poses, calibration);
 }
 

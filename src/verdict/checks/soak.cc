@@ -13,6 +13,7 @@
 #include "math/dense/lu.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -277,6 +278,7 @@ DriftCovariance FindDriftCovariance(const PoseGraph& graph,
     if (graph.layout.thermal[triad].size() == 0) continue;
     const SettingScatter scatter = ScatterOf(graph, system, settings, triad);
     if (scatter.p_value >= kDriftLevel || scatter.variance_raw <= 0.0) continue;
+    if (!Acts(Mechanism::kDriftBySetting)) continue;
     drift.sigma_raw[triad] = std::sqrt(scatter.variance_raw);
     drift.dof = std::min(drift.dof, scatter.dof);
     drift.covariance += DriftOf(graph, system, triad, scatter.variance_raw);

@@ -11,6 +11,7 @@
 #include "base/messages.h"
 #include "math/distributions.h"
 #include "model/gyro_increment.h"
+#include "model/mechanisms.h"
 #include "problem/moves.h"
 #include "problem/start_values.h"
 #include "truetriad/base/units.h"
@@ -195,7 +196,7 @@ std::optional<Finding> WhyOneAxisIsNotAsStated(const std::vector<SeenTurn>& turn
       found_factor = factor;
     }
   }
-  if (found < 0) return std::nullopt;
+  if (found < 0 || !Acts(Mechanism::kUnitOfAxis)) return std::nullopt;
   const auto unit =
       LooksLike(Triad::kGyroscope, found_factor * gyroscope.unit.truth_per_raw, gyroscope.unit);
   return Finding(
@@ -239,6 +240,7 @@ std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
   if (best.error >= kExplainedRad || kBetterBy * best.error > error) {
     return WhyOneAxisIsNotAsStated(turns, bias_raw, *gyroscope, error);
   }
+  if (!Acts(Mechanism::kUnitOfTurns)) return std::nullopt;
   const auto unit = LooksLike(Triad::kGyroscope, best.factor * stated, gyroscope->unit);
   return Finding(FindingCode::kWrongUnit,
                  "the gyroscope's turns miss those of " +

@@ -10,6 +10,7 @@
 #include "base/messages.h"
 #include "data/length_spread.h"
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "truetriad/base/units.h"
@@ -331,14 +332,21 @@ std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Un
 std::optional<Finding> WhyNotAsStated(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Triad triad : {Triad::kMagnetometer, Triad::kAccelerometer}) {
     if (!options.triads[triad].enabled || options.sweep) continue;
-    if (auto not_raw = WhyNotRaw(poses, triad)) return not_raw;
+    if (auto why = WhyNotRaw(poses, triad); why && Acts(Mechanism::kNormalised)) return why;
   }
   if (!options.check_units) return std::nullopt;
-  if (auto temperature = WhyTemperaturesAreNotAsStated(poses)) return temperature;
+  const auto acts = [](const std::optional<Finding>& why, Mechanism mechanism) {
+    return why && Acts(mechanism);
+  };
+  auto why = WhyTemperaturesAreNotAsStated(poses);
+  if (acts(why, Mechanism::kUnitOfTemperature)) return why;
   if (options.sweep) return std::nullopt;
-  if (auto force = WhyForceIsNotAsStated(poses, options)) return force;
-  if (auto field = WhyFieldIsNotAsStated(options)) return field;
-  if (auto times = WhyTimesAreNotAsStated(poses, options)) return times;
+  why = WhyForceIsNotAsStated(poses, options);
+  if (acts(why, Mechanism::kUnitOfForce)) return why;
+  why = WhyFieldIsNotAsStated(options);
+  if (acts(why, Mechanism::kUnitOfField)) return why;
+  why = WhyTimesAreNotAsStated(poses, options);
+  if (acts(why, Mechanism::kUnitOfTimes)) return why;
   return WhyTurnsAreNotAsStated(poses, options);
 }
 

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/mechanisms.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace truetriad {
+namespace mechanisms_test {
+
+TEST(Mechanisms, HaveNamesAndSentences) {
+  const std::regex kebab("[a-z]+(-[a-z]+)*");
+  std::set<std::string_view> names;
+  for (const MechanismInfo& info : Mechanisms()) {
+    EXPECT_TRUE(std::regex_match(std::string(info.name), kebab)) << info.name;
+    EXPECT_TRUE(names.insert(info.name).second) << info.name << " twice";
+    EXPECT_EQ(MechanismFromName(info.name), info.mechanism);
+    EXPECT_FALSE(info.does.empty()) << info.name;
+  }
+}
+
+TEST(Mechanisms, AreListedForEveryFindingCode) {
+  for (const FindingKind& kind : FindingKinds()) {
+    const bool is_listed =
+        std::any_of(Mechanisms().begin(), Mechanisms().end(), [&](const MechanismInfo& info) {
+          return std::find(info.codes.begin(), info.codes.end(), kind.code) != info.codes.end();
+        });
+    EXPECT_TRUE(is_listed) << kind.name << ": give it a row in model/mechanisms.def";
+    // What may refuse is no mere remark.
+    if (kind.severity != Severity::kRefusal) continue;
+    EXPECT_NE(MechanismOf(kind.code), Mechanism::kRemark) << kind.name;
+  }
+}
+
+// A row that no source asks for is no mechanism, unless a code of it is what refuses; and a source
+// whose reason to leave something out is a finding asks for some row.
+TEST(Mechanisms, StandWhereTheyAct) {
+  std::string sources;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(TRUETRIAD_SOURCE_DIR "/src")) {
+    if (entry.path().extension() != ".cc" || entry.path().stem() == "mechanisms") continue;
+    std::ifstream file(entry.path());
+    std::stringstream text;
+    text << file.rdbuf();
+    sources += text.str();
+    const std::string room = entry.path().parent_path().filename();
+    const bool leaves_out = text.str().find("left out") != std::string::npos &&
+                            text.str().find("FindingCode::") != std::string::npos;
+    if (room != "data" || !leaves_out || entry.path().stem() == "excluded_time") continue;
+    EXPECT_NE(text.str().find("Mechanism::"), std::string::npos) << entry.path();
+  }
+  std::ifstream list(TRUETRIAD_SOURCE_DIR "/src/model/mechanisms.def");
+  const std::regex row(R"(^MECHANISM\((k\w+), "([a-z-]+)\")");
+  std::size_t rows = 0;
+  for (std::string line; std::getline(list, line);) {
+    std::smatch parts;
+    if (!std::regex_search(line, parts, row)) continue;
+    const MechanismInfo& info = Mechanisms()[rows++];
+    EXPECT_EQ(info.name, parts[2].str());
+    const std::regex used("Mechanism::" + parts[1].str() + "\\b");
+    EXPECT_TRUE(std::regex_search(sources, used) || !info.codes.empty()) << info.name;
+  }
+  EXPECT_EQ(rows, Mechanisms().size());
+}
+
+}  // namespace mechanisms_test
+}  // namespace truetriad
