@@ -151,6 +151,9 @@ void Judge(const Result<Calibration>& calibration,
     trial->refusal = calibration.error().message;
     return;
   }
+  for (const Finding& finding : calibration->findings) {
+    trial->findings.emplace_back(FindingCodeName(finding.code));
+  }
   if (!calibration->IsUsable()) {
     trial->verdict = Verdict::kRefused;
     for (const Finding& finding : calibration->findings) {
@@ -167,6 +170,9 @@ void Judge(const Result<Calibration>& calibration,
       calibration->findings.begin(), calibration->findings.end(), [](const Finding& finding) {
         return finding.IsLeftStanding();
       });
+  for (const std::string& name : calibration->covariance.parameters) {
+    trial->sigmas[name] = calibration->covariance.Sigma(name);
+  }
   FindWorst(*calibration, recording.TruthFor(*calibration), trial);
   bool must_refuse = false;
   for (const Drawn& one : drawn) {
@@ -181,7 +187,28 @@ void Judge(const Result<Calibration>& calibration,
   }
 }
 
-Status Run(const std::string& folder, Random* random, Trial* trial) {
+// What comes of a recording, by the mechanisms that are switched on.
+void CalibrateAndJudge(const Experiment& experiment,
+                       const Recording& recording,
+                       const std::vector<Drawn>& drawn,
+                       Trial* trial) {
+  TakeActed();
+  const double begin_s = ProcessorSeconds();
+  try {
+    const Result<Calibration> calibration = CalibrateExperiment(experiment);
+    trial->seconds = ProcessorSeconds() - begin_s;
+    Judge(calibration, recording, drawn, trial);
+  } catch (const std::exception& failure) {
+    trial->verdict = Verdict::kCrashed;
+    trial->refusal = failure.what();
+  }
+  trial->acted = TakeActed();
+}
+
+Status Run(const std::string& folder,
+           const std::function<bool(Mechanism)>& is_priced,
+           Random* random,
+           Trial* trial) {
   TRUETRIAD_ASSIGN_OR_RETURN(Scenario scenario,
                              CleanScenario(trial->kind.regime, trial->seed, random));
   std::vector<Drawn> drawn;
@@ -217,10 +244,16 @@ Status Run(const std::string& folder, Random* random, Trial* trial) {
       WriteFileAtomically(folder + "/experiment.yaml", ExperimentOf(trial->kind.regime)));
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
                              ReadExperiment(folder + "/experiment.yaml"));
-  const double begin_s = ProcessorSeconds();
-  const Result<Calibration> calibration = CalibrateExperiment(experiment);
-  trial->seconds = ProcessorSeconds() - begin_s;
-  Judge(calibration, recording, drawn, trial);
+  const Trial blank = *trial;
+  CalibrateAndJudge(experiment, recording, drawn, trial);
+  for (const Mechanism mechanism : trial->acted) {
+    if (!is_priced || !is_priced(mechanism)) continue;
+    trial->without.push_back(blank);
+    trial->without.back().off = mechanism;
+    SwitchMechanism(mechanism, true);
+    CalibrateAndJudge(experiment, recording, drawn, &trial->without.back());
+    SwitchMechanism(mechanism, false);
+  }
   return {};
 }
 
@@ -260,13 +293,16 @@ std::vector<Kind> Kinds() {
   return kinds;
 }
 
-Trial RunTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder) {
+Trial RunTrial(std::uint64_t seed,
+               const std::vector<Kind>& kinds,
+               const std::string& folder,
+               const std::function<bool(Mechanism)>& is_priced) {
   Trial trial;
   trial.seed = seed;
   trial.kind = kinds[seed % kinds.size()];
   Random random(0x7215 + seed);
   try {
-    const Status status = Run(folder, &random, &trial);
+    const Status status = Run(folder, is_priced, &random, &trial);
     if (!status) {
       trial.verdict = Verdict::kRefused;
       trial.refusal = status.error().message;

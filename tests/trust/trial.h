@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "model/mechanisms.h"
 #include "trust/faults.h"
 
 namespace truetriad::trust {
@@ -46,11 +49,22 @@ struct Trial {
   // A usable result has a finding that shifts a parameter by more than its σ, and nothing was done.
   bool is_left_standing = false;
 
+  // Of a build that counts mechanisms: which acted, the names of all findings, σ by parameter, and
+  // the same recording again without each of those that acted.
+  std::vector<Mechanism> acted;
+  std::vector<std::string> findings;
+  std::map<std::string, double> sigmas;
+  std::optional<Mechanism> off;
+  std::vector<Trial> without;
+
   bool IsSilent() const { return verdict == Verdict::kWrong && said.empty(); }
 };
 
 // The trial of a seed: its kind is number `seed` of Kinds() in turn, the rest is drawn. `folder` is
-// where its files go, and stay.
-Trial RunTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder);
+// where its files go, and stay; again without each mechanism that acted and that `is_priced`.
+Trial RunTrial(std::uint64_t seed,
+               const std::vector<Kind>& kinds,
+               const std::string& folder,
+               const std::function<bool(Mechanism)>& is_priced = nullptr);
 
 }  // namespace truetriad::trust

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs contaminated recordings and says what came of them: a line each, and the table by kind.
+// Runs contaminated recordings and says what came of them: a line each, and the table by kind; or,
+// with --prices, the table of what each mechanism is worth.
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <iostream>
 #include <map>
 #include <mutex>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -15,16 +17,23 @@
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 
+#include "trust/prices.h"
 #include "trust/trial.h"
 
 DEFINE_uint64(first, 0, "the first seed");
 DEFINE_uint64(runs, 300, "how many seeds");
 DEFINE_int32(threads, 2, "how many at a time");
-DEFINE_string(only, "", "only kinds whose name contains this");
+DEFINE_string(only, "", "only kinds whose name contains one of these, NAME[;NAME]");
 DEFINE_bool(clean, false, "clean recordings of every regime instead");
 DEFINE_string(keep, "", "keep the files of every run in this folder");
 DEFINE_string(lines, "", "write a line for each run to this file");
-DEFINE_string(table, "", "write the table by fault into this file");
+DEFINE_string(table, "", "write the table by fault, or of prices, into this file");
+DEFINE_bool(prices, false, "run again without each mechanism that acted: what each is worth");
+DEFINE_string(often,
+              "",
+              "with --prices: mechanisms that act so often that a share tells their price");
+DEFINE_uint64(one_in, 8, "with --often: of how many recordings one is run again");
+DEFINE_string(without, "", "switch off these mechanisms, NAME[,NAME]");
 DEFINE_double(most_wrong, 1.0, "fail where more of the runs that can be seen are wrong");
 
 namespace truetriad::trust {
@@ -39,7 +48,12 @@ std::vector<Kind> WantedKinds() {
     return kinds;
   }
   for (const Kind& kind : Kinds()) {
-    if (kind.Name().find(FLAGS_only) != std::string::npos) kinds.push_back(kind);
+    std::istringstream only(FLAGS_only);
+    bool is_wanted = FLAGS_only.empty();
+    for (std::string name; std::getline(only, name, ';');) {
+      is_wanted = is_wanted || kind.Name().find(name) != std::string::npos;
+    }
+    if (is_wanted) kinds.push_back(kind);
   }
   return kinds;
 }
@@ -121,6 +135,11 @@ std::string TableOf(const std::map<std::string, Row>& rows) {
 }
 
 int Main() {
+  if (!kCountsMechanisms && (FLAGS_prices || !FLAGS_without.empty())) {
+    std::cerr << "this needs a build with -DTRUETRIAD_MECHANISMS=ON\n";
+    return 2;
+  }
+  if (!FLAGS_without.empty()) setenv("TRUETRIAD_WITHOUT", FLAGS_without.c_str(), 1);
   const std::vector<Kind> kinds = WantedKinds();
   if (kinds.empty()) {
     std::cerr << "no kind has `" << FLAGS_only << "` in its name\n";
@@ -135,18 +154,28 @@ int Main() {
   std::mutex mutex;
   std::map<std::string, Row> rows;
   Row all, seen;
+  Prices prices;
   {
     std::vector<std::jthread> workers;
     for (int i = 0; i < FLAGS_threads; ++i) {
       workers.emplace_back([&] {
         for (std::uint64_t seed; (seed = next++) < FLAGS_first + FLAGS_runs;) {
           const fs::path own = folder / std::to_string(seed);
-          const Trial trial = RunTrial(seed, kinds, own.string());
+          // Kinds follow each other by seed: the share is of each.
+          const bool is_share = seed / kinds.size() % FLAGS_one_in == seed % FLAGS_one_in;
+          const auto is_priced = [&](Mechanism mechanism) {
+            const std::string name(Mechanisms()[static_cast<std::size_t>(mechanism)].name);
+            const bool is_often =
+                ("," + FLAGS_often + ",").find("," + name + ",") < std::string::npos;
+            return FLAGS_prices && (is_share || !is_often);
+          };
+          const Trial trial = RunTrial(seed, kinds, own.string(), is_priced);
           std::error_code ignored;
           if (FLAGS_keep.empty()) fs::remove_all(own, ignored);
           const std::scoped_lock lock(mutex);
           rows[RowName(trial.kind)].Add(trial);
           all.Add(trial);
+          prices.Add(trial);
           if (trial.kind.CanBeSeen()) {
             seen.Add(trial);
           }
@@ -157,7 +186,9 @@ int Main() {
     }
   }
   if (FLAGS_keep.empty()) fs::remove_all(folder);
-  if (!FLAGS_table.empty()) std::ofstream(FLAGS_table) << TableOf(rows);
+  const std::string table = FLAGS_prices ? prices.Table() : TableOf(rows);
+  if (!FLAGS_table.empty()) std::ofstream(FLAGS_table) << table;
+  if (FLAGS_prices) std::cout << table;
   for (const auto& [name, row] : {std::pair{"all", all}, std::pair{"that can be seen", seen}}) {
     std::printf(
         "%s: %d runs, right %d, refused %d (%d blame another sensor), wrong %d (%.2f %%), "
