@@ -8,6 +8,8 @@
 #include <exception>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/config/scenario.h"
@@ -205,13 +207,37 @@ void CalibrateAndJudge(const Experiment& experiment,
   trial->acted = TakeActed();
 }
 
-Status Run(const std::string& folder,
-           const std::function<bool(Mechanism)>& is_priced,
-           Random* random,
-           Trial* trial) {
+// What is needed to judge a calibration of the recording: its kind, and the errors of biases rest
+// by rest, since a bias is right by their mean over the rests that were used.
+std::string TrialJson(const Trial& trial,
+                      const Recording& recording,
+                      const std::vector<Drawn>& drawn) {
+  const bool must_be_refused = std::ranges::any_of(
+      drawn, [](const Drawn& one) { return one.fault->expected == Expected::kRefusal; });
+  nlohmann::ordered_json json = {{"seed", trial.seed},
+                                 {"kind", trial.kind.Name()},
+                                 {"severity", trial.severity},
+                                 {"second", trial.second},
+                                 {"can_be_seen", trial.kind.CanBeSeen()},
+                                 {"must_be_refused", must_be_refused},
+                                 {"rest_errors", nlohmann::ordered_json::object()}};
+  for (const Triad triad : kTriads) {
+    for (const Eigen::Vector3d& error : recording.rest_errors[triad]) {
+      json["rest_errors"][std::string(TriadName(triad))].push_back(
+          {error.x(), error.y(), error.z()});
+    }
+  }
+  return json.dump() + "\n";
+}
+
+// Draws the faults of a trial and writes its recording, truth and experiment into `folder`.
+Result<Recording> Contaminate(const std::string& folder,
+                              Random* random,
+                              Trial* trial,
+                              std::vector<Drawn>* faults) {
   TRUETRIAD_ASSIGN_OR_RETURN(Scenario scenario,
                              CleanScenario(trial->kind.regime, trial->seed, random));
-  std::vector<Drawn> drawn;
+  std::vector<Drawn>& drawn = *faults;
   if (trial->kind.fault != nullptr) {
     drawn.push_back(DrawStrike(trial->kind, random));
     trial->severity = drawn.front().strike.severity;
@@ -242,6 +268,17 @@ Status Run(const std::string& folder,
       WriteFileAtomically(folder + "/truth.yaml", CalibrationToYaml(recording.truth)));
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically(folder + "/experiment.yaml", ExperimentOf(trial->kind.regime)));
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically(folder + "/trial.json", TrialJson(*trial, recording, drawn)));
+  return recording;
+}
+
+Status Run(const std::string& folder,
+           const std::function<bool(Mechanism)>& is_priced,
+           Random* random,
+           Trial* trial) {
+  std::vector<Drawn> drawn;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Recording recording, Contaminate(folder, random, trial, &drawn));
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
                              ReadExperiment(folder + "/experiment.yaml"));
   const Trial blank = *trial;
@@ -291,6 +328,16 @@ std::vector<Kind> Kinds() {
     }
   }
   return kinds;
+}
+
+Status WriteTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder) {
+  Trial trial;
+  trial.seed = seed;
+  trial.kind = kinds[seed % kinds.size()];
+  Random random(0x7215 + seed);
+  std::vector<Drawn> drawn;
+  TRUETRIAD_RETURN_IF_ERROR(Contaminate(folder, &random, &trial, &drawn));
+  return {};
 }
 
 Trial RunTrial(std::uint64_t seed,

@@ -66,5 +66,7 @@ Trial RunTrial(std::uint64_t seed,
                const std::vector<Kind>& kinds,
                const std::string& folder,
                const std::function<bool(Mechanism)>& is_priced = nullptr);
+// Only writes the trial's files: what RunTrial calibrates, truth.yaml and trial.json.
+Status WriteTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder);
 
 }  // namespace truetriad::trust

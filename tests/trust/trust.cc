@@ -26,6 +26,7 @@ DEFINE_int32(threads, 2, "how many at a time");
 DEFINE_string(only, "", "only kinds whose name contains one of these, NAME[;NAME]");
 DEFINE_bool(clean, false, "clean recordings of every regime instead");
 DEFINE_string(keep, "", "keep the files of every run in this folder");
+DEFINE_string(write, "", "calibrate nothing, and write the files of every run into this folder");
 DEFINE_string(lines, "", "write a line for each run to this file");
 DEFINE_string(table, "", "write the table by fault, or of prices, into this file");
 DEFINE_bool(prices, false, "run again without each mechanism that acted: what each is worth");
@@ -134,6 +135,25 @@ std::string TableOf(const std::map<std::string, Row>& rows) {
   return text;
 }
 
+int WriteAll(const std::vector<Kind>& kinds) {
+  std::atomic<std::uint64_t> next = FLAGS_first;
+  std::atomic<bool> failed = false;
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < FLAGS_threads; ++i) {
+    workers.emplace_back([&] {
+      for (std::uint64_t seed; (seed = next++) < FLAGS_first + FLAGS_runs;) {
+        const fs::path own = fs::path(FLAGS_write) / std::to_string(seed);
+        const Status status = WriteTrial(seed, kinds, own.string());
+        if (status) continue;
+        failed = true;
+        std::cerr << own.string() + ": " + status.error().message + "\n";
+      }
+    });
+  }
+  workers.clear();  // Joins them.
+  return failed ? 2 : 0;
+}
+
 int Main() {
   if (!kCountsMechanisms && (FLAGS_prices || !FLAGS_without.empty())) {
     std::cerr << "this needs a build with -DTRUETRIAD_MECHANISMS=ON\n";
@@ -145,6 +165,7 @@ int Main() {
     std::cerr << "no kind has `" << FLAGS_only << "` in its name\n";
     return 2;
   }
+  if (!FLAGS_write.empty()) return WriteAll(kinds);
   const fs::path folder = FLAGS_keep.empty()
                               ? fs::temp_directory_path() / ("trust" + std::to_string(getpid()))
                               : fs::path(FLAGS_keep);
