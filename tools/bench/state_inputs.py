@@ -1,0 +1,494 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What tools/bench/states runs programs on: each source writes recordings and says what is true of
+them; `run` calibrates one with each program and judges the results as tests/trust/trial.cc does."""
+import ast
+import hashlib
+import json
+import math
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zlib
+
+import numpy as np
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LONGEST_S = 120  # The slowest recording of these takes 6 s.
+ALLOWED_SIGMAS = 5.0  # Of tests/trust.
+# A fault is mild where it is within one sigma of what users need: the strictest bias limit of
+# configs/limits is taken for three sigma; no preset has one of a magnetometer, for which the limit
+# of configs/experiments on its residual stands.
+NEEDED = {"accelerometer": 0.196 / 3, "gyroscope": 8.73e-3 / 3, "magnetometer": 0.5}
+UNIT_OF = {"m/s2": "accelerometer", "rad/s": "gyroscope", "uT": "magnetometer"}
+SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
+
+# Scenario, experiment, overrides, and whether it is one of the twelve of the clean fleet, of which
+# tests/trust takes 300 units each; the others are working regimes. {here} is the unit's folder.
+FLEETS = [
+    ("fleet", "nine-axis", [], True), ("consumer-9dof", "nine-axis", [], True),
+    ("late-magnetometer", "nine-axis", [], True), ("fleet", "joint", [], True),
+    ("fleet", "accelerometer-only", [], True), ("fleet", "magnetometer-only", [], True),
+    ("fleet", "magnetometer-gyroscope", [], True), ("tumble", "tumble", [], True),
+    ("tumble-by-hand", "tumble", [], True),
+    ("turntable-rates", "rate-table", ["rates.file={here}/rates.yaml", "turns=none"], True),
+    ("turntable-attitudes", "rates-without-axis", ["rates.file={here}/rates.yaml"], True),
+    ("thermal-soak", "thermal-soak", ["poses.file={here}/poses.yaml"], True),
+    ("fleet", "joint", ["reference.field.strength_ut=unknown"], False),
+    ("fleet", "joint", ["reference.field.dip_deg=62"], False),
+    ("fleet", "joint", ["reference.gravity_mps2={value: 9.80665, sigma: 0.005}"], False),
+    ("fleet", "joint", ["sensors.accelerometer.quadratic=true"], False),
+    ("fleet", "joint", ["sensors.accelerometer.noise.excess=none",
+                        "sensors.magnetometer.noise.excess=none"], False),
+    ("fleet", "joint", ["robust.loss=none"], False),
+    ("fleet", "turntable", ["poses={file: '{here}/poses.yaml'}",
+                            "attitudes.file={here}/attitudes.csv"], False),
+    ("fleet", "nine-axis", ["sensors.gyroscope.g_sensitivity=true"], False),
+]
+UNITS_A_CHUNK = 25  # One seed; 2 GB of a chamber's recordings at a time would be too much.
+FLEET_SEED = 4242
+
+
+def digest(folder):
+    """Of the recording's bytes, so that a pair is known to be of the same input."""
+    total = hashlib.sha256()
+    for path in sorted(pathlib.Path(folder).glob("*.csv*")):
+        total.update(path.read_bytes())
+    return total.hexdigest()[:8]
+
+
+def look_up(tree, name):
+    """The value of a parameter by the name that a covariance gives it; None where there is none."""
+    words = name.split(".")
+    if words[0] == "reference":
+        return tree.get("reference", {}).get(words[1])
+    node = tree["sensors"].get(words[0])
+    for word in words[1:]:
+        if isinstance(node, dict):
+            node = node.get(word)
+        elif isinstance(node, list) and word.isdigit():
+            node = node[int(word) - 1] if int(word) <= len(node) else None
+        elif isinstance(node, list):
+            for letter in word:
+                node = node["xyz".index(letter)]
+    return node if isinstance(node, (int, float)) else None
+
+
+def gauge_rotation(gauge, lead):
+    """As src/model/gauge.cc: the body frame that a convention attaches to the leading sensor. A matrix
+    that is already in it is not turned."""
+    if gauge == "fixture":
+        return np.eye(3)
+    sign = -1.0 if lead[0, 0] < 0 else 1.0
+    if gauge == "symmetric":
+        u, _, vt = np.linalg.svd(lead)
+        signs = np.full(3, sign)
+        if np.linalg.det(vt.T @ np.diag(signs) @ u.T) < 0:
+            signs[2] = -signs[2]
+        return vt.T @ np.diag(signs) @ u.T
+    first, second = (0, 1) if gauge == "accel-x" else (2, 1)
+    a = sign * lead[first] / np.linalg.norm(lead[first])
+    b = lead[second] - a * (a @ lead[second])
+    b *= sign / np.linalg.norm(b)
+    rotation = np.empty((3, 3))
+    rotation[:, first], rotation[:, second] = a, b
+    rotation[:, 2 - first] = (1 if first == 0 else -1) * np.cross(a, b)
+    return rotation
+
+
+def true_of(truth, found, rest_errors):
+    """The truth as a result states it: in its gauge, in its reference temperature's terms, biases as
+    they were over the rests that it used."""
+    true = json.loads(json.dumps(truth))
+    lead = true["sensors"].get(found.get("gauge_sensor"))
+    quality = found["quality"]
+    if lead:
+        turn = gauge_rotation(found["gauge"], np.array(lead["sensitivity"]))
+        for sensor in true["sensors"].values():
+            matrices = [("sensitivity", sensor), ("g_sensitivity", sensor)]
+            terms = sensor.get("thermal", {}).get("sensitivity", [])
+            for key, holder in matrices + [(i, terms) for i in range(len(terms))]:
+                if key in holder or isinstance(key, int):
+                    holder[key] = (np.array(holder[key]) @ turn).tolist()
+    for name, errors in (rest_errors or {}).items():
+        if name not in true["sensors"] or len(errors) != quality["poses"] or len(errors) < 3:
+            continue
+        left = {one["pose"] for one in quality.get("rejected_poses", []) if one["sensor"] == name}
+        kept = [error for pose, error in enumerate(errors, 1) if pose not in left]
+        if kept:
+            bias = true["sensors"][name]["bias"] + np.mean(kept, 0) - np.mean(errors, 0)
+            true["sensors"][name]["bias"] = bias.tolist()
+    return true
+
+
+def take_out_scale(names, covariance, found, true):
+    """Where a field's strength is nominal, gains of a magnetometer have no common scale."""
+    at = [names.index(f"magnetometer.sensitivity.{a}{b}") for a in "xyz" for b in "xyz"]
+    gains = np.array(found["sensors"]["magnetometer"]["sensitivity"])
+    of_true = np.array(true["sensors"]["magnetometer"]["sensitivity"])
+    factor = np.cbrt(abs(np.linalg.det(gains) / np.linalg.det(of_true)))
+    true["sensors"]["magnetometer"]["sensitivity"] = (of_true * factor).tolist()
+    change = np.eye(len(names))
+    change[np.ix_(at, at)] -= np.outer(gains.ravel(), np.linalg.inv(gains).T.ravel() / 3)
+    return change @ covariance @ change.T
+
+
+def judge(found, truth, rest_errors):
+    """z by parameter, chi2 of all and its dimension; the reference is the place's, not the unit's."""
+    names = found["covariance"]["parameters"]
+    covariance = np.array(found["covariance"]["matrix"])
+    true = true_of(truth, found, rest_errors)
+    if found["reference"].get("field_nominal") and "magnetometer.sensitivity.xx" in names:
+        covariance = take_out_scale(names, covariance, found, true)
+    largest = {}
+    for name, variance in zip(names, covariance.diagonal()):
+        group = name.rsplit(".", 1)[0]
+        largest[group] = max(largest.get(group, 0), variance)
+    at, errors = [], []
+    for i, name in enumerate(names):
+        value, right = look_up(found, name), look_up(true, name)
+        # What a truth does not list is zero, as a quadratic term that the unit lacks.
+        right = 0.0 if right is None and not name.startswith("reference") else right
+        is_free = covariance[i, i] > 1e-20 * largest[name.rsplit(".", 1)[0]]  # As compare.cc has it.
+        if value is not None and right is not None and is_free and not name.startswith("reference"):
+            at.append(i)
+            errors.append(value - right)
+    if not at:
+        return {}, 0.0, 0
+    sigmas = np.sqrt(covariance[at, at])
+    z = np.array(errors) / sigmas
+    values, vectors = np.linalg.eigh(covariance[np.ix_(at, at)] / np.outer(sigmas, sigmas))
+    is_kept = values > 1e-9 * values[-1]
+    chi2 = float(np.sum((vectors.T @ z)[is_kept] ** 2 / values[is_kept]))
+    return {names[i]: float(one) for i, one in zip(at, z)}, chi2, int(is_kept.sum())
+
+
+def rounded(value, digits):
+    return float(f"{value:.{digits}g}")
+
+
+def parameters_of(found, z):
+    """[value, sigma, z] by name: values to a thousandth of their sigma."""
+    listed = {}
+    covariance = found.get("covariance") or {"parameters": [], "matrix": []}
+    for i, name in enumerate(covariance["parameters"]):
+        sigma, value = math.sqrt(max(covariance["matrix"][i][i], 0.0)), look_up(found, name)
+        if value is None:
+            continue
+        value = round(value, 3 - math.floor(math.log10(sigma))) if sigma > 0 else rounded(value, 6)
+        entry = [value, rounded(sigma, 4)]
+        listed[name] = entry + [rounded(z[name], 3)] if name in z else entry
+    return listed
+
+
+def read_result(code, stdout, output, truth, trial):
+    """What one program made of one recording."""
+    found, path = None, pathlib.Path(output) / "calibration.json"
+    if path.exists():
+        found = json.loads(path.read_text())
+    try:
+        said = json.loads(stdout)
+    except ValueError:
+        said = {}
+    findings = found["status"].get("findings") or [] if found else said.get("findings") or []
+    result = {"exit": code, "codes": sorted({f"{f['severity']}:{f['code']}" for f in findings})}
+    if "error" in said:
+        result["codes"].append(f"refusal:{said['error'].get('code', 'error')}")
+    if code in (2, 3):
+        return {**result, "outcome": "refused"}
+    if code not in (0, 4) or found is None:
+        return {**result, "outcome": "wrong", "codes": ["failure:crashed"]}
+    z = {}
+    if truth:
+        z, chi2, size = judge(found, truth, trial.get("rest_errors"))
+        worst = max(z, key=lambda name: abs(z[name]), default=None)
+        is_right = worst and abs(z[worst]) <= ALLOWED_SIGMAS and not trial.get("must_be_refused")
+        result |= {"outcome": "right" if is_right else "wrong", "worst": worst,
+                   "chi2": rounded(chi2, 4), "size": size}
+    else:
+        result["outcome"] = "right"  # Nobody knows better: usable.
+    return {**result, "p": parameters_of(found, z)}
+
+
+def calibrate(program, arguments, output, truth=None, trial={}, folder=None):
+    shutil.rmtree(output, ignore_errors=True)
+    command = [program, "calibrate", *arguments, f"--output={output}", "--report=false", "--json"]
+    try:
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, cwd=folder)
+    except subprocess.TimeoutExpired:
+        return {"exit": -1, "outcome": "wrong", "codes": ["failure:too-slow"]}
+    return read_result(ran.returncode, ran.stdout, output, truth, trial)
+
+
+def with_each(programs, about, arguments, output, **judged):
+    """The recording's row: what it is, and what each program made of it."""
+    return {**about, "of": {state: calibrate(program, arguments, output, **judged)
+                            for state, program in programs.items()}}
+
+
+def read_yaml(path):
+    return yaml.load(pathlib.Path(path).read_text(), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+
+
+# Each source: a list of jobs, and a function that yields the rows of one.
+
+def trust_jobs(plan, wants_faults, wants_clean):
+    wanted = [(False, *plan["trust"])] * wants_faults + [(True, *plan["clean"])] * wants_clean
+    return [("trust", seed, min(10, first + count - seed), is_clean)
+            for is_clean, first, count in wanted for seed in range(first, first + count, 10)]
+
+
+def is_mild_trial(trial):
+    """Of the faults that add to a bias or the field, by how much they do at most."""
+    fault = trial["kind"].split(" (")[0].split(",")[0]
+    if trial["second"] or not trial["can_be_seen"]:
+        return False
+    if fault in ("hard iron moved", "field moved", "uneven field"):  # Severity is in uT.
+        return trial["severity"] <= NEEDED["magnetometer"]
+    errors = trial["rest_errors"].items()
+    return fault in ("drift", "bias step", "wandering") and bool(errors) and all(
+        np.abs(np.array(own) - np.mean(own, 0)).max() <= NEEDED[name] for name, own in errors)
+
+
+def trust_rows(options, folder, first, count, is_clean):
+    writer = pathlib.Path(options["writer"]) / "tests" / "trust" / "truetriad_trust"
+    subprocess.run([writer, f"--first={first}", f"--runs={count}", "--threads=1", f"--write={folder}",
+                    f"--clean={str(is_clean).lower()}"], check=False, capture_output=True)
+    for seed in range(first, first + count):
+        own = f"{folder}/{seed}"
+        if not os.path.exists(f"{own}/trial.json"):
+            continue  # What cannot be simulated is no recording.
+        trial = json.loads(pathlib.Path(f"{own}/trial.json").read_text())
+        source = "regimes" if is_clean else "trust"
+        about = {"id": f"{source}/{seed}", "kind": trial["kind"], "seen": trial["can_be_seen"],
+                 "clean": is_clean, "mild": not is_clean and is_mild_trial(trial),
+                 "severity": trial["severity"], "second": trial["second"], "digest": digest(own)}
+        yield with_each(options["programs"], about, [f"--config={own}/experiment.yaml"], f"{own}/out",
+                        truth=read_yaml(f"{own}/truth.yaml"), trial=trial)
+
+
+def generator_modules(folder):
+    """All kinds, those that no recording can show, and of these the ones of `joint` alone."""
+    sys.path.insert(0, str(folder))
+    import sim  # noqa: PLC0415  (the generators' folder is known only now)
+    from suite3 import SC, SC2, SC3  # noqa: PLC0415
+    from suite4 import SC4  # noqa: PLC0415
+    sets = {}
+    for node in ast.parse((pathlib.Path(folder) / "run.py").read_text()).body:
+        name = node.targets[0].id if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) else ""
+        if name.startswith("UNKNOWABLE"):
+            sets[name] = ast.literal_eval(node.value)
+    return sim, {**SC, **SC2, **SC3, **SC4}, set(SC4), sets["UNKNOWABLE"], sets["UNKNOWABLE_JOINT"]
+
+
+def generator_jobs(plan, folder):
+    if not (folder / "run.py").exists():
+        return []
+    first, count = plan["generators"]
+    kinds = sorted(generator_modules(folder)[1])[::plan["generator_stride"]]
+    return [("generators", kind, seed) for seed in range(first, first + count) for kind in kinds]
+
+
+def is_mild_text(kind, severity):
+    """By the size that a severity states in a unit, which for the range of a sensor is no error."""
+    stated = re.search(r"([\d.]+(?:e[-+]?\d+)?) (uT|m/s2|rad/s)\b(?! per)", severity)
+    return (bool(stated) and "clip" not in kind
+            and float(stated[1]) <= NEEDED[UNIT_OF[stated[2]]])
+
+
+def generator_rows(options, folder, kind, seed):
+    sim, kinds, of_motion, unknowable, unknowable_joint = generator_modules(options["generators"])
+    made = kinds[kind](np.random.default_rng([zlib.crc32(kind.encode()), seed]))
+    sim.write(made["u"], f"{folder}/in.csv", fmt=made.get("fmt", "%.9g"), keep=made.get("keep"))
+    truth = {"reference": {"dip_rad": float(made["truth"]["dip"])}, "sensors": {
+        name: {"bias": np.array(made["truth"][key][0]).tolist(),
+               "sensitivity": np.array(made["truth"][key][1]).tolist()}
+        for name, key in SENSORS.items()}}
+    for configuration in ["motion"] if kind in of_motion else ["nine", "joint"]:
+        config = f"{folder}/{configuration}.yaml"
+        sim.cfg(config, ("accelerometer", "magnetometer") if configuration == "joint"
+                else tuple(SENSORS), extra={"poses": {"motion": {"spacing_s": 0.1}}}
+                if configuration == "motion" else None)
+        is_clean = "control" in kind or kind == "mo_pauses"
+        about = {"id": f"generators/{kind}/{seed}/{configuration}", "kind": f"{kind} ({configuration})",
+                 "seen": not (kind in unknowable - {"control"}
+                              or configuration == "joint" and kind in unknowable_joint),
+                 "clean": is_clean, "mild": not is_clean and is_mild_text(kind, made["sev"]),
+                 "severity": made["sev"], "digest": digest(folder)}
+        yield with_each(options["programs"], about, [f"--config={config}", f"--input={folder}/in.csv"],
+                        f"{folder}/out", truth=truth)
+
+
+def fleet_jobs(plan, wants_fleet):
+    scenarios = list(dict.fromkeys(scenario for scenario, *_ in FLEETS))
+    chunks = range(-(-plan["units"] // UNITS_A_CHUNK) if wants_fleet else 1)
+    return [("fleet", scenario, chunk, min(UNITS_A_CHUNK, plan["units"] - UNITS_A_CHUNK * chunk))
+            for chunk in chunks for scenario in scenarios]
+
+
+def fleet_rows(options, folder, scenario, chunk, units):
+    seed = FLEET_SEED + chunk
+    subprocess.run([options["simulator"], "simulate", f"--config={ROOT}/configs/scenarios/{scenario}.yaml",
+                    f"--set=count={units},seed={seed}", f"--output={folder}/units", "--jobs=1"],
+                   check=True, capture_output=True)
+    manifests = sorted(pathlib.Path(folder, "units").rglob("recording.yaml"))
+    for number, manifest in enumerate(manifests):
+        here = str(manifest.parent)
+        truth, bytes_of = read_yaml(f"{here}/truth.yaml"), digest(here)
+        for own, experiment, overrides, is_fleet in FLEETS:
+            if own != scenario or not (is_fleet or chunk == 0):  # Of a regime a slice is enough.
+                continue
+            source = "fleet" if is_fleet else "regimes"
+            kind = " ".join([f"{scenario} by {experiment}", *([] if is_fleet else overrides)])
+            about = {"id": f"{source}/{kind}/{seed}.{number}", "kind": kind, "seen": True, "clean": True,
+                     "mild": False, "digest": bytes_of}
+            device = truth["device"]
+            sets = [f"device={{serial: {device['serial']}, model: {device['model']}}}", *overrides]
+            arguments = [f"--config={options['configs']}/experiments/{experiment}.yaml", f"--input={manifest}",
+                         "--set=" + ",".join(sets).replace("{here}", here)]
+            yield with_each(options["programs"], about, arguments, f"{here}/out", truth=truth)
+        shutil.rmtree(here)
+
+
+TUMBLE_UNIT = """recording: 1
+streams:
+  accelerometer: {{ file: {0}, time: {{ column: 0, unit: s }}, x: 1, y: 2, z: 3, unit: m/s^2 }}
+  gyroscope: {{ file: {0}, time: {{ column: 0, unit: s }}, x: 4, y: 5, z: 6, unit: rad/s }}
+  magnetometer: {{ file: {0}, time: {{ column: 0, unit: s }}, x: 7, y: 8, z: 9, unit: uT }}
+"""
+
+
+def prepare_recordings(folder, shared):
+    """A tree like the checkout's, whose experiments find the shared recordings and their tables."""
+    tree = pathlib.Path(folder) / "checkout"
+    shutil.copytree(ROOT / "configs", tree / "configs")
+    os.symlink(ROOT / "datasets", tree / "datasets")
+    os.symlink(shared.resolve(), pathlib.Path(folder) / "shared")
+    if (shared / "datasets").exists():
+        subprocess.run([sys.executable, ROOT / "tools/scripts/shared_tables.py",
+                        f"--datasets={shared}/datasets", f"--output={tree}/out/recordings"], check=True)
+    return tree
+
+
+def recording_jobs(tree, shared):
+    """Every experiment on its own input, and on the other units of the same data set."""
+    experiments = tree / "configs" / "experiments"
+    jobs = [("recordings", str(path.relative_to(experiments).with_suffix("")), None)
+            for path in sorted(experiments.rglob("*.yaml"))]
+    for name in ("mpu9150", "mpu9150-gyroscope"):
+        jobs += [("recordings", f"recordings/{name}", str(path))
+                 for path in sorted((tree / "configs" / "recordings").glob("mpu9150-imu[12].yaml"))]
+    for name in ("sap5", "sap6"):
+        jobs += [("recordings", f"recordings/{name}", str(path))
+                 for path in sorted((tree / "out" / "recordings").glob(f"{name}_*.csv"))]
+    for path in sorted((shared / "datasets" / "s-tumble-public-simulator").glob("unit*.csv.gz")):
+        manifest = tree / "configs" / "recordings" / f"s-tumble-{path.name.split('.')[0]}.yaml"
+        manifest.write_text(TUMBLE_UNIT.format(path.resolve()))
+        jobs.append(("recordings", "tumble", str(manifest)))
+    return jobs
+
+
+def recording_rows(options, folder, experiment, log):
+    name = experiment + (f" of {pathlib.Path(log).stem}" if log else "")
+    arguments = [f"--config={options['configs']}/experiments/{experiment}.yaml"]
+    if log:
+        arguments.append(f"--input={log}")
+        if "s-tumble" in log:  # Its magnetometer reads per unit field.
+            arguments.append("--set=units=trust,reference.field.strength_ut=1")
+    yield with_each(options["programs"], {"id": f"recordings/{name}", "kind": name, "seen": True,
+                                          "clean": False, "mild": False}, arguments, f"{folder}/out")
+
+
+def case_jobs(shared):
+    return [("cases", path.parent.name) for path in sorted((shared / "cases").glob("*/README.md"))]
+
+
+WRAPPER = """#!/bin/sh
+"{0}" "$@" > "{1}/stdout" 2> /dev/null
+code=$?
+printf '%s\\t%s\\n' "$code" "$*" >> "{1}/ran"
+exit $code
+"""
+
+
+def case_rows(options, folder, name):
+    """Runs a case's commands as its page has them, up to two blanks, which end them."""
+    source, rows = options["shared"] / "cases" / name, {}
+    command = re.search(r"^Command: (.*?)(?:  .*)?$", (source / "README.md").read_text(), re.M)[1]
+    for state, program in options["programs"].items():
+        own = pathlib.Path(folder) / state
+        shutil.copytree(source, own / "case")
+        (own / "truetriad").write_text(WRAPPER.format(program, own))
+        (own / "truetriad").chmod(0o755)
+        subprocess.run(["bash", "-c", command], cwd=own / "case", capture_output=True, timeout=LONGEST_S,
+                       check=False, env={**os.environ, "PATH": f"{own}:{os.environ['PATH']}"})
+        for line in (own / "ran").read_text().splitlines():
+            code, arguments = line.split("\t")
+            output = re.search(r"(?:-o |--output=)(\S+)", arguments)
+            made = own / "case" / (output[1] if output else "no-output")
+            truth = source / "truth.json"
+            true = json.loads(truth.read_text()) if truth.exists() and output else None
+            if true:
+                true = {"reference": {}, "sensors": {
+                    sensor: {"bias": true[key][0], "sensitivity": true[key][1]}
+                    for sensor, key in SENSORS.items() if key in true}}
+            row = rows.setdefault(arguments, {"id": f"cases/{name}: {arguments}", "kind": name, "seen": True,
+                                              "clean": False, "mild": False, "of": {}})
+            row["of"][state] = (read_result(int(code), "", made, true, {}) if output else
+                                {"exit": int(code), "codes": [], "outcome": "right" if code == "0" else "refused"})
+    yield from rows.values()
+
+
+# Of time what does not depend on the machine: what docs/performance.md has the time of.
+COSTS = {
+    "nine-axis unit": ["--config={configs}/experiments/nine-axis.yaml"],
+    "Xsens pair": ["--config={configs}/experiments/recordings/xsens-imu-tk-pair.yaml"],
+    "tumble of a minute": ["--config={configs}/experiments/tumble.yaml", "--input={folder}/tumble/recording.yaml"],
+    "10,000 poses": ["--config={folder}/table.yaml"],
+}
+TABLE = "experiment: 1\ninput: table.csv\nsensors: { accelerometer: { model: full } }\nposes: every_row\n"
+
+
+def write_cost_inputs(options, folder, name):
+    if name == "tumble of a minute":
+        subprocess.run([options["simulator"], "simulate", f"--config={ROOT}/configs/scenarios/tumble.yaml",
+                        f"--output={folder}/tumble"], check=True, capture_output=True)
+    random = np.random.default_rng(1)
+    up = random.normal(size=(10_000, 3))
+    up *= 9.80665 / np.linalg.norm(up, axis=1)[:, None]
+    np.savetxt(f"{folder}/table.csv", up * [1.01, 0.99, 1.005] + [0.1, -0.2, 0.05]
+               + random.normal(0, 0.01, up.shape), fmt="%.6f", delimiter=",", comments="",
+               header="accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]")
+    pathlib.Path(folder, "table.yaml").write_text(TABLE)
+
+
+def cost_rows(options, folder, name):
+    write_cost_inputs(options, folder, name)
+    arguments = [one.format(configs=options["configs"], folder=folder) for one in COSTS[name]]
+    counted = {}
+    for state, program in options["programs"].items():
+        command = [program, "calibrate", *arguments, f"--output={folder}/{state}", "--report=false"]
+        if shutil.which("valgrind"):
+            command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command]
+            pattern = r"Collected : (\d+)"
+        else:
+            command = ["perf", "stat", "-x,", "-e", "instructions:u", *command]
+            pattern = r"^(\d+),.*instructions"
+        said = subprocess.run(command, capture_output=True, text=True, check=False).stderr
+        count = re.search(pattern, said, re.M)
+        counted[state] = int(count[1]) if count else None
+    yield {"id": f"cost/{name}", "of": counted}
+
+
+ROWS = {"trust": trust_rows, "generators": generator_rows, "fleet": fleet_rows, "recordings": recording_rows,
+        "cases": case_rows, "cost": cost_rows}
+
+
+def run(options, job):
+    """All rows of a job, in a folder of its own that goes with it."""
+    with tempfile.TemporaryDirectory(prefix="states-", dir=options["folder"]) as folder:
+        return list(ROWS[job[0]](options, folder, *job[1:]))
