@@ -453,6 +453,8 @@ COSTS = {
                            "--set=device.serial=A0004"],
     "10,000 poses": ["--config={folder}/table.yaml"],
 }
+VALGRIND = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
+PERF = ["perf", "stat", "-x,", "-e", "instructions:u"]
 TABLE = "experiment: 1\ninput: table.csv\nsensors: { accelerometer: { model: full } }\nposes: every_row\n"
 
 
@@ -473,14 +475,10 @@ def cost_rows(options, folder, name):
     write_cost_inputs(options, folder, name)
     arguments = [one.format(configs=options["configs"], folder=folder) for one in COSTS[name]]
     counted = {}
+    counter, pattern = ((VALGRIND, r"Collected : (\d+)") if shutil.which("valgrind") else
+                        (PERF, r"^(\d+),.*instructions") if shutil.which("perf") else (["true"], r"(?!)"))
     for state, program in options["programs"].items():
-        command = [program, "calibrate", *arguments, f"--output={folder}/{state}", "--report=false"]
-        if shutil.which("valgrind"):
-            command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command]
-            pattern = r"Collected : (\d+)"
-        else:
-            command = ["perf", "stat", "-x,", "-e", "instructions:u", *command]
-            pattern = r"^(\d+),.*instructions"
+        command = [*counter, program, "calibrate", *arguments, f"--output={folder}/{state}", "--report=false"]
         ran = subprocess.run(command, capture_output=True, text=True, check=False)
         count = re.search(pattern, ran.stderr, re.M)
         # A refusal costs less, and says nothing of a calibration.
