@@ -230,7 +230,8 @@ TEST_F(DisturbedRun, LeavesOutARestInWhichAMagnetPasses) {
 TEST_F(DisturbedRun, SaysThatAMagnetMovedOnTheUnit) {
   Simulate("moved-magnet");
   const Finished run = CalibrateIt("joint.yaml", "device.serial=A0007");
-  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+  // σ hold it, and the limits that joint.yaml states are met.
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   const Calibration found = Result();
   const Finding* change = Find(found.findings, FindingCode::kMagnetometerChanged);
   ASSERT_NE(change, nullptr);
@@ -241,7 +242,8 @@ TEST_F(DisturbedRun, SaysThatAMagnetMovedOnTheUnit) {
 TEST_F(DisturbedRun, SaysThatTheFieldChangedAroundTheUnit) {
   Simulate("changed-field");
   const Finished run = CalibrateIt("joint.yaml", "device.serial=A0008");
-  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+  // Its residuals are above the limit that joint.yaml states.
+  EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
   const Calibration found = Result();
   const Finding* change = Find(found.findings, FindingCode::kMagnetometerChanged);
   ASSERT_NE(change, nullptr);

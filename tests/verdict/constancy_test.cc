@@ -107,14 +107,13 @@ TEST(MagnetometerChange, IsRarelySeenInTwelvePosesEither) {
 }
 
 // 1 uT, twenty times the noise of a pose, in the middle and near the ends.
-TEST(MagnetometerChange, OfTheBiasIsFoundWithItsPlaceAndSizeAndRefused) {
+TEST(MagnetometerChange, OfTheBiasIsFoundWithItsPlaceAndSize) {
   for (const std::size_t from : {std::size_t{12}, std::size_t{21}, std::size_t{3}}) {
     SCOPED_TRACE(from);
     const Calibration calibration = RunWith({.from = from, .bias_ut = {0.6, -0.8, 0.0}}, 70 + from);
-    EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
     const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
     ASSERT_NE(change, nullptr);
-    EXPECT_TRUE(change->IsRefusal());
+    EXPECT_EQ(change->treatment, Treatment::kWidened);
     EXPECT_EQ(change->pose, from + 1);
     EXPECT_TRUE(change->Value("bias") && !change->Value("field"));
   }
@@ -122,7 +121,6 @@ TEST(MagnetometerChange, OfTheBiasIsFoundWithItsPlaceAndSizeAndRefused) {
 
 TEST(MagnetometerChange, OfTheFieldIsToldFromOneOfTheBias) {
   const Calibration calibration = RunWith({.from = 12, .strength_ut = 1.0, .dip_rad = 0.03}, 90);
-  EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
   const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
   ASSERT_NE(change, nullptr);
   EXPECT_EQ(change->pose, 13);
@@ -139,28 +137,28 @@ TEST(MagnetometerChange, IsFoundAlthoughItWasTakenForNoise) {
   EXPECT_EQ(found, 20);
 }
 
-// 0.35 uT, seven times the noise of a pose, is small beside the field, and not beside the σ.
-TEST(MagnetometerChange, ThatIsSmallIsRefusedWhereItMovesTheNumbersBeyondTheirSigma) {
+// 0.35 uT, seven times the noise of a pose, is small beside the field, and not beside the σ, which
+// hold it: what that is worth the user's limits decide.
+TEST(MagnetometerChange, ThatIsSmallIsNoReasonToRefuseAUnit) {
   for (const std::size_t from : {std::size_t{8}, std::size_t{12}, std::size_t{16}}) {
     SCOPED_TRACE(from);
     const Calibration calibration =
         RunWith({.from = from, .bias_ut = {0.0, 0.28, 0.21}}, 92 + from);
-    EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
+    EXPECT_TRUE(calibration.IsUsable());
     const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
     ASSERT_NE(change, nullptr);
     EXPECT_GT(*change->Value("effect"), 1.0);
   }
 }
 
-// One that chance makes once in thousands of runs may be chance: the run is not refused, and σ hold
-// what the numbers would be off by.
-TEST(MagnetometerChange, ThatMayBeChanceWidensSigma) {
+// σ hold what the numbers would be off by.
+TEST(MagnetometerChange, WidensSigma) {
   int widened = 0;
   for (std::uint64_t run = 0; run < 40; ++run) {
     SCOPED_TRACE(run);
     const Calibration calibration = RunWith({.from = 12, .bias_ut = {0.0, 0.1, 0.0}}, 1200 + run);
     const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
-    if (change == nullptr || change->IsRefusal()) continue;
+    if (change == nullptr) continue;
     EXPECT_TRUE(calibration.IsUsable());
     EXPECT_EQ(change->treatment, Treatment::kWidened);
     const double effect = *change->Value("effect");
@@ -186,7 +184,6 @@ TEST(MagnetometerChange, IsFoundWithoutAnyNoiseStated) {
     SCOPED_TRACE(from);
     const Calibration calibration =
         RunWith({.from = from, .bias_ut = {1.0, -1.2, 0.6}}, 300 + from, Noise::kNotStated);
-    EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
     const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
     ASSERT_NE(change, nullptr);
     EXPECT_EQ(change->pose, from + 1);

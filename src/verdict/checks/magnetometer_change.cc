@@ -14,12 +14,6 @@
 namespace truetriad {
 namespace {
 
-// A change of the magnetometer during the run is named when chance makes one in hundreds of runs; a
-// run is refused for it when chance makes it in one of a million, so that no line sees a good unit
-// refused, and when it moves a number by as much as the σ that is said.
-constexpr double kRefusedChange = 1e-6;
-constexpr double kMovedSigmas = 1.0;
-
 // Whether it may be that one session's magnetometer is not as the other's.
 bool MayBeBetweenSessions(const SettledRun& run, const MagnetometerChange& change) {
   if (change.last || change.kind == ChangeKind::kField) return false;
@@ -117,22 +111,13 @@ Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
   return finding;
 }
 
-// Whether a change makes the result another than its σ say, before or after it.
-bool IsBeyondSigma(const MagnetometerChange& change) {
-  return change.p_value < kRefusedChange && change.effect_sigmas > kMovedSigmas;
-}
-
 }  // namespace
 
 Findings CheckMagnetometerChange(const SettledRun& run, const SolvedRun& solved) {
   const std::optional<MagnetometerChange>& change = solved.unmodelled.change;
   if (!change) return {};
   Finding finding = FindingOf(run, *change);
-  if (IsBeyondSigma(*change) && !solved.unmodelled.change_is_drift) {
-    finding.As(Severity::kRefusal).treatment = Treatment::kNone;
-  } else {
-    finding.text += "; σ allow for it";
-  }
+  finding.text += "; σ allow for it";
   return {finding};
 }
 
