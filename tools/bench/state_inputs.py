@@ -220,7 +220,7 @@ def calibrate(program, arguments, output, truth=None, trial={}, folder=None):
     try:
         ran = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, cwd=folder)
     except subprocess.TimeoutExpired:
-        return {"exit": -1, "outcome": "wrong", "codes": ["failure:too-slow"]}
+        return {"exit": -1, "outcome": "wrong", "codes": ["failure:timeout"]}
     return read_result(ran.returncode, ran.stdout, output, truth, trial)
 
 
