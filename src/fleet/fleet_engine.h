@@ -148,7 +148,8 @@ class FleetEngine {
   Status RefuseCopy(UnitRun* run) const;
   /// Of the run's unit, as the store has it now; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before);
-  /// Folders of the unit's runs say that it may not leave, where another run that counts says so.
+  /// The folders of the unit's runs state what a person decided, and that the unit may not leave
+  /// where another run that counts says so; where that run passes, they no longer do.
   Status StateInFolders(const UnitRun& run,
                         const std::optional<Standing>& before,
                         const Standing& unit) const;

@@ -107,18 +107,13 @@ Result<std::vector<std::string>> DecideIn(
   if (verdict == Verdict::kFail || verdict != before) {
     TRUETRIAD_ASSIGN_OR_RETURN(withdrawn, WithdrawExports(folder));
   }
-  WholeFiles files;
   std::error_code failure;
+  std::optional<std::string> report;
   if (fs::exists(path("report.html"), failure)) {
-    const std::string assets = "../../" + std::string(kSharedAssets);
-    const bool shares = fs::exists(fs::path(folder) / assets, failure);
-    TRUETRIAD_RETURN_IF_ERROR(files.Write(
-        path("report.html"), CalibrationHtml(calibration, {.assets = shares ? assets : ""})));
+    const bool shares = fs::exists(path(kAssetsOfRun), failure);
+    report = CalibrationHtml(calibration, {.assets = std::string(shares ? kAssetsOfRun : "")});
   }
-  const std::string yaml = CalibrationToYaml(calibration);
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.yaml"), yaml));
-  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
+  TRUETRIAD_RETURN_IF_ERROR(WriteResult(folder, calibration, report));
   return withdrawn;
 }
 
@@ -142,6 +137,18 @@ Status BeginFolder(const std::string& folder, const std::string& store) {
 
 void FinishFolder(const std::string& folder) {
   if (!folder.empty()) unlink((fs::path(folder) / kUnfinished).c_str());
+}
+
+Status WriteResult(const std::string& folder,
+                   const Calibration& calibration,
+                   const std::optional<std::string>& report) {
+  const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
+  WholeFiles files;
+  if (report) TRUETRIAD_RETURN_IF_ERROR(files.Write(path("report.html"), *report));
+  const std::string yaml = CalibrationToYaml(calibration);
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.yaml"), yaml));
+  return files.Commit();
 }
 
 Result<FolderClaim> FolderClaim::Share(const std::string& units,
@@ -188,9 +195,14 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
 
 std::string FolderOf(const std::string& folder, const fs::path& units) {
   const fs::path named(folder);
-  const fs::path near = units / named.parent_path().filename() / named.filename();
   std::error_code failure;
-  return !folder.empty() && fs::is_directory(near, failure) ? near.string() : folder;
+  if (folder.empty() || units.empty()) return folder;
+  for (const fs::path& place : {units / named.parent_path().filename() / named.filename(),
+                                named,
+                                units.parent_path() / named}) {
+    if (fs::is_directory(place, failure)) return place.string();
+  }
+  return folder;
 }
 
 Result<std::vector<std::string>> StateDecision(const std::string& folder,

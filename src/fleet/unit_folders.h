@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,12 +18,18 @@ namespace truetriad::fleet {
 Status BeginFolder(const std::string& folder, const std::string& store);
 /// The run of these files is in the store. Nothing, where there are none.
 void FinishFolder(const std::string& folder);
+/// Writes what a run found into its folder, all or nothing: the report, where it has one,
+/// calibration.json and calibration.yaml. Error (bad input): it cannot be written.
+Status WriteResult(const std::string& folder,
+                   const Calibration& calibration,
+                   const std::optional<std::string>& report);
 /// Gives a run's folder the `name` of its run. Nothing, where there is none. Error (bad input): it
 /// cannot be renamed.
 Status RenameFolder(const std::string& name, std::string* folder);
 
 /// Where the files of a run are that were written to `folder`: SERIAL/RUN below `units`, which may
-/// have been moved or copied with its store, else `folder` itself.
+/// have been moved or copied with its store, else `folder` as seen from here or from beside
+/// `units`. Where nothing is there, or `units` is empty: `folder` itself.
 std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
 
 /// Adds a decision to the calibration in the folder of a run's files, whose report says so, too.

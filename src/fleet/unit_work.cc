@@ -118,7 +118,6 @@ Status WriteFiles(const WorkPlan& plan,
                   const PoseSet& poses,
                   const std::string& folder) {
   TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder, plan.store));
-  const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports,
                              ExportBeside({{&calibration, folder}},
                                           plan.formats,
@@ -127,18 +126,12 @@ Status WriteFiles(const WorkPlan& plan,
   for (const auto& [name, text] : exports.files) {
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(name, text));
   }
+  std::optional<std::string> report;
   if (plan.has_report) {
-    // From SERIAL/RUN in the folder.
-    const std::string assets =
-        plan.shares_assets ? "../../" + std::string(kSharedAssets) : std::string();
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(
-        path("report.html"),
-        CalibrationHtml(calibration, {.assets = assets}, {.poses = &poses, .noise = {}})));
+    const std::string assets(plan.shares_assets ? kAssetsOfRun : "");
+    report = CalibrationHtml(calibration, {.assets = assets}, {.poses = &poses, .noise = {}});
   }
-  const std::string yaml = CalibrationToYaml(calibration);
-  TRUETRIAD_RETURN_IF_ERROR(
-      WriteFileAtomically(path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
-  return WriteFileAtomically(path("calibration.yaml"), yaml);
+  return WriteResult(folder, calibration, report);
 }
 
 /// The station that a recording itself states is where it was measured: what else is stated must

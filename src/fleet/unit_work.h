@@ -15,6 +15,8 @@ namespace truetriad::fleet {
 
 /// What the reports of a fleet share, in WorkPlan::folder.
 inline constexpr std::string_view kSharedAssets = "assets";
+/// The same as seen from a run's folder, SERIAL/RUN.
+inline constexpr std::string_view kAssetsOfRun = "../../assets";
 
 /// What is wanted of every unit.
 struct WorkPlan {

@@ -30,8 +30,8 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
 }
 
 /// "FAIL by R. Roe on 2026-11-25: connector bent", or by which limit; empty: the unit may leave.
-std::string WhyHeldBack(const Calibration& calibration, const ExportOptions& options) {
-  if (calibration.verdict() != Verdict::kFail) return options.held_back;
+std::string WhyHeldBack(const Calibration& calibration) {
+  if (calibration.verdict() != Verdict::kFail) return "";
   if (!calibration.decisions.empty()) return DecisionText(calibration.decisions.back());
   const std::vector<LimitCheck>& limits = calibration.quality.limits;
   return limits.empty() ? "FAIL" : "FAIL, " + MissedText(WorstLimit(limits));
@@ -62,11 +62,12 @@ std::vector<std::string> Plain(std::vector<std::string> lines) {
 /// What a reader of the file must know, a line each.
 std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
-                                 const ExportOptions& options) {
+                                 const ExportOptions& options,
+                                 const std::string& why_held_back) {
   const Calibration& held = restated.held;
   std::vector<std::string> lines;
-  if (const std::string why = WhyHeldBack(held, options); !why.empty()) {
-    lines.push_back(std::string(kMustNotLeave) + ": " + why + ".");
+  if (!why_held_back.empty()) {
+    lines.push_back(std::string(kMustNotLeave) + ": " + why_held_back + ".");
   }
   lines.insert(
       lines.end(),
@@ -110,11 +111,11 @@ ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& 
   return request;
 }
 
-}  // namespace
-
-Result<Export> ExportCalibration(const Calibration& calibration,
-                                 std::string_view format_name,
-                                 const ExportOptions& stated) {
+/// ExportCalibration; `why_held_back`: why the unit or its device may not leave, empty: it may.
+Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
+                                    std::string_view format_name,
+                                    const ExportOptions& stated,
+                                    const std::string& why_held_back) {
   ExportOptions options = stated;
   for (const Triad triad : kTriads) {
     std::optional<std::int64_t>& id = options.device_ids[triad];
@@ -122,12 +123,12 @@ Result<Export> ExportCalibration(const Calibration& calibration,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(WhyHeldBack(calibration, options), format.info, options));
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, format.info, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;
   result.warnings = restated.warnings;
-  std::vector<std::string> comment = Comment(format, restated, options);
+  std::vector<std::string> comment = Comment(format, restated, options, why_held_back);
 
   // Written, read back and compared; then written again with what was found.
   std::vector<std::string> said_twice;
@@ -160,18 +161,27 @@ Result<Export> ExportCalibration(const Calibration& calibration,
   return result;
 }
 
+}  // namespace
+
+Result<Export> ExportCalibration(const Calibration& calibration,
+                                 std::string_view format,
+                                 const ExportOptions& options) {
+  return ExportUnlessHeldBack(calibration, format, options, WhyHeldBack(calibration));
+}
+
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options) {
   ExportsBeside beside;
   // One that may not leave holds back all of its device, and all of its files say so; one without a
   // result is left out, with a warning.
+  std::string why_of_device;
   for (const ResultOfInstance& result : results) {
-    if (options.held_back.empty()) options.held_back = WhyHeldBack(*result.calibration, options);
+    if (why_of_device.empty()) why_of_device = WhyHeldBack(*result.calibration);
   }
   for (const std::string& format : formats) {
     TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
-    const Status may_leave = CheckMayLeave(options.held_back, info, options);
+    const Status may_leave = CheckMayLeave(why_of_device, info, options);
     if (!may_leave) {
       beside.warnings.push_back(std::string(info.file_name) +
                                 " is not written: " + may_leave.error().message);
@@ -181,7 +191,9 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
       const std::string& folder = info.first_instance ? results.front().folder : result.folder;
       options.file_name = (std::filesystem::path(folder) / info.file_name).string();
       if (info.first_instance) options.instance = *info.first_instance + result.instance;
-      const Result<Export> exported = ExportCalibration(*result.calibration, format, options);
+      const std::string why = WhyHeldBack(*result.calibration);
+      const Result<Export> exported = ExportUnlessHeldBack(
+          *result.calibration, format, options, why.empty() ? why_of_device : why);
       const std::string which =
           options.file_name + ": " +
           (results.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");

@@ -27,7 +27,7 @@ class ParameterList {
   bool Has(const std::string& name) const { return values_.count(name) > 0; }
   // Firmware's own default when the file does not hold it. float32, as firmware stores it.
   float Get(const std::string& name, float otherwise) const;
-  // What is written as a whole number, exactly; unset where it is not, or is 0: of no sensor.
+  // A sensor's number, exactly; unset where it is no whole number, or is 0, which is no sensor's.
   std::optional<std::int64_t> Id(const std::string& name) const;
   // prefix + "X" + suffix and so on.
   Eigen::Vector3f GetVector(const std::string& prefix,

@@ -16,8 +16,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kWithdrawn = ".withdrawn";
 
 /// Has one of the names that `calibrate` and `fleet run` give exports.
-bool IsExport(const std::string& name) {
-  const std::vector<FormatInfo> formats = Formats();
+bool IsExport(const std::string& name, const std::vector<FormatInfo>& formats) {
   return !name.ends_with(kWithdrawn) && !IsTemporaryName(name) &&
          std::any_of(formats.begin(), formats.end(), [&](const FormatInfo& format) {
            return name.starts_with(format.file_name);
@@ -28,6 +27,7 @@ bool IsExport(const std::string& name) {
 
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written) {
+  const std::vector<FormatInfo> formats = Formats();
   std::vector<std::string> withdrawn;
   std::vector<fs::path> folders = {folder};
   std::error_code failure;
@@ -40,8 +40,8 @@ Result<std::vector<std::string>> WithdrawExports(
         folders.push_back(entry->path());
       }
       const bool is_file = entry->is_regular_file(vanished);
-      // What this command reads nobody exported.
-      if (!is_file || !IsExport(name) || written.contains(path) || InputGuard::Holds(path))
+      // A file that this command reads is an input and no export.
+      if (!is_file || !IsExport(name, formats) || written.contains(path) || InputGuard::Holds(path))
         continue;
       fs::rename(path, path + std::string(kWithdrawn), vanished);
       if (vanished) return Error(ErrorCode::kCannotWrite, {path}, vanished.message());

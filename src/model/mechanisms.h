@@ -26,7 +26,7 @@ struct MechanismInfo {
   std::string_view does;
   std::span<const FindingCode> codes;
 };
-// In the order of Mechanism.
+// They stand in the order of Mechanism.
 std::span<const MechanismInfo> Mechanisms();
 std::optional<Mechanism> MechanismFromName(std::string_view name);
 // The first that has the code; kRemark where none has.

@@ -123,9 +123,8 @@ Status WriteReport(const std::string& units, UnitRun* run) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(run->folder));
   Calibration calibration = SampleCalibration();
   calibration.serial = run->serial;
-  return WriteFileAtomically(
-      (fs::path(run->folder) / "report.html").string(),
-      CalibrationHtml(calibration, {.assets = "../../" + std::string(kSharedAssets)}));
+  return WriteFileAtomically((fs::path(run->folder) / "report.html").string(),
+                             CalibrationHtml(calibration, {.assets = std::string(kAssetsOfRun)}));
 }
 
 Status Make(const std::string& path, int units) {

@@ -230,6 +230,15 @@ std::string TrialJson(const Trial& trial,
   return json.dump() + "\n";
 }
 
+Trial TrialOf(std::uint64_t seed, const std::vector<Kind>& kinds) {
+  Trial trial;
+  trial.seed = seed;
+  trial.kind = kinds[seed % kinds.size()];
+  return trial;
+}
+
+Random RandomOf(std::uint64_t seed) { return Random(0x7215 + seed); }
+
 // Draws the faults of a trial and writes its recording, truth and experiment into `folder`.
 Result<Recording> Contaminate(const std::string& folder,
                               Random* random,
@@ -331,10 +340,8 @@ std::vector<Kind> Kinds() {
 }
 
 Status WriteTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder) {
-  Trial trial;
-  trial.seed = seed;
-  trial.kind = kinds[seed % kinds.size()];
-  Random random(0x7215 + seed);
+  Trial trial = TrialOf(seed, kinds);
+  Random random = RandomOf(seed);
   std::vector<Drawn> drawn;
   TRUETRIAD_RETURN_IF_ERROR(Contaminate(folder, &random, &trial, &drawn));
   return {};
@@ -344,10 +351,8 @@ Trial RunTrial(std::uint64_t seed,
                const std::vector<Kind>& kinds,
                const std::string& folder,
                const std::function<bool(Mechanism)>& is_priced) {
-  Trial trial;
-  trial.seed = seed;
-  trial.kind = kinds[seed % kinds.size()];
-  Random random(0x7215 + seed);
+  Trial trial = TrialOf(seed, kinds);
+  Random random = RandomOf(seed);
   try {
     const Status status = Run(folder, is_priced, &random, &trial);
     if (!status) {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <map>
 #include <mutex>
@@ -135,22 +136,27 @@ std::string TableOf(const std::map<std::string, Row>& rows) {
   return text;
 }
 
-int WriteAll(const std::vector<Kind>& kinds) {
+// In as many threads as are wanted.
+void ForEachSeed(const std::function<void(std::uint64_t)>& run) {
   std::atomic<std::uint64_t> next = FLAGS_first;
-  std::atomic<bool> failed = false;
   std::vector<std::jthread> workers;
   for (int i = 0; i < FLAGS_threads; ++i) {
     workers.emplace_back([&] {
-      for (std::uint64_t seed; (seed = next++) < FLAGS_first + FLAGS_runs;) {
-        const fs::path own = fs::path(FLAGS_write) / std::to_string(seed);
-        const Status status = WriteTrial(seed, kinds, own.string());
-        if (status) continue;
-        failed = true;
-        std::cerr << own.string() + ": " + status.error().message + "\n";
-      }
+      for (std::uint64_t seed; (seed = next++) < FLAGS_first + FLAGS_runs;) run(seed);
     });
   }
   workers.clear();  // Joins them.
+}
+
+int WriteAll(const std::vector<Kind>& kinds) {
+  std::atomic<bool> failed = false;
+  ForEachSeed([&](std::uint64_t seed) {
+    const fs::path own = fs::path(FLAGS_write) / std::to_string(seed);
+    const Status status = WriteTrial(seed, kinds, own.string());
+    if (status) return;
+    failed = true;
+    std::cerr << own.string() + ": " + status.error().message + "\n";
+  });
   return failed ? 2 : 0;
 }
 
@@ -171,41 +177,30 @@ int Main() {
                               : fs::path(FLAGS_keep);
   std::ofstream lines;
   if (!FLAGS_lines.empty()) lines.open(FLAGS_lines);
-  std::atomic<std::uint64_t> next = FLAGS_first;
   std::mutex mutex;
   std::map<std::string, Row> rows;
   Row all, seen;
   Prices prices;
-  {
-    std::vector<std::jthread> workers;
-    for (int i = 0; i < FLAGS_threads; ++i) {
-      workers.emplace_back([&] {
-        for (std::uint64_t seed; (seed = next++) < FLAGS_first + FLAGS_runs;) {
-          const fs::path own = folder / std::to_string(seed);
-          // Kinds follow each other by seed: the share is of each.
-          const bool is_share = seed / kinds.size() % FLAGS_one_in == seed % FLAGS_one_in;
-          const auto is_priced = [&](Mechanism mechanism) {
-            const std::string name(Mechanisms()[static_cast<std::size_t>(mechanism)].name);
-            const bool is_often =
-                ("," + FLAGS_often + ",").find("," + name + ",") < std::string::npos;
-            return FLAGS_prices && (is_share || !is_often);
-          };
-          const Trial trial = RunTrial(seed, kinds, own.string(), is_priced);
-          std::error_code ignored;
-          if (FLAGS_keep.empty()) fs::remove_all(own, ignored);
-          const std::scoped_lock lock(mutex);
-          rows[RowName(trial.kind)].Add(trial);
-          all.Add(trial);
-          prices.Add(trial);
-          if (trial.kind.CanBeSeen()) {
-            seen.Add(trial);
-          }
-          if (lines.is_open()) lines << LineOf(trial) << std::endl;
-          if (trial.verdict == Verdict::kCrashed) std::cout << LineOf(trial) << std::endl;
-        }
-      });
-    }
-  }
+  ForEachSeed([&](std::uint64_t seed) {
+    const fs::path own = folder / std::to_string(seed);
+    // Kinds follow each other by seed: the share is of each.
+    const bool is_share = seed / kinds.size() % FLAGS_one_in == seed % FLAGS_one_in;
+    const auto is_priced = [&](Mechanism mechanism) {
+      const std::string name(Mechanisms()[static_cast<std::size_t>(mechanism)].name);
+      const bool is_often = ("," + FLAGS_often + ",").find("," + name + ",") < std::string::npos;
+      return FLAGS_prices && (is_share || !is_often);
+    };
+    const Trial trial = RunTrial(seed, kinds, own.string(), is_priced);
+    std::error_code ignored;
+    if (FLAGS_keep.empty()) fs::remove_all(own, ignored);
+    const std::scoped_lock lock(mutex);
+    rows[RowName(trial.kind)].Add(trial);
+    all.Add(trial);
+    prices.Add(trial);
+    if (trial.kind.CanBeSeen()) seen.Add(trial);
+    if (lines.is_open()) lines << LineOf(trial) << std::endl;
+    if (trial.verdict == Verdict::kCrashed) std::cout << LineOf(trial) << std::endl;
+  });
   if (FLAGS_keep.empty()) fs::remove_all(folder);
   const std::string table = FLAGS_prices ? prices.Table() : TableOf(rows);
   if (!FLAGS_table.empty()) std::ofstream(FLAGS_table) << table;

@@ -58,8 +58,6 @@ struct ExportOptions {
   PerTriad<std::optional<std::int64_t>> device_ids = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
-  /// Why the unit may not leave, where that is another's fault: of a device's other sensor.
-  std::string held_back = {};
   /// A unit that may not leave is exported, and the files say so.
   bool allows_outside_limits = false;
   /// Who calibrated with what, for the calibration record.

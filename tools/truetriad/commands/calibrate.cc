@@ -232,7 +232,7 @@ void HoldBackTogether(std::vector<Done>* all) {
 }
 
 /// The recordings of the logs by the number of their sensors; other systems' logs are converted
-/// below `folder`, whose folders of earlier ones give way in `gives_way`.
+/// below `folder`; `gives_way` takes the folders of earlier ones.
 Result<std::map<int, std::vector<std::string>>> RecordingsOf(
     const std::vector<std::string>& logs,
     const std::string& folder,

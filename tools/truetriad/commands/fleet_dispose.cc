@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,8 +52,9 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> folders,
                              store->FoldersOfUnit(added.serial));
-  const fs::path units =
-      fs::path(fleet::FileOfStore(FLAGS_store).value_or("")).parent_path() / "units";
+  // A store on a server has no units beside it.
+  const std::optional<std::string> store_file = fleet::FileOfStore(FLAGS_store);
+  const fs::path units = store_file ? fs::path(*store_file).parent_path() / "units" : fs::path();
   std::vector<std::string> withdrawn, unreached;
   for (const std::string& named : folders) {
     // A concession is about the run that counts.
@@ -85,25 +87,26 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetDisposeCommand() {
-  return {.name = "fleet dispose",
-          .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
-          .examples =
-              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-              "build/truetriad fleet run out/line -o out/day --report=false\n"
-              "build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who=\"R. Roe\" "
-              "--verdict=FAIL --why=\"connector bent\"",
-          .details =
-              "It holds until a later decision, or until a later run counts that is of another "
-              "recording; fleet run\nthen says so. FAIL withdraws what was exported of the run, "
-              "and `export` refuses it; PASS "
-              "is a concession,\nwhich `export` and the certificate state. No run is changed.\n",
-          .flags = {{"unit", "SERIAL", true},
-                    {"store", "FILE|URL", true},
-                    {"verdict", "VERDICT", true, VerdictsOfPeople()},
-                    {"who", "NAME", true},
-                    {"why", "TEXT", true}},
-          .words = {"unit"},
-          .run = RunFleetDispose};
+  return {
+      .name = "fleet dispose",
+      .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
+      .examples =
+          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+          "build/truetriad fleet run out/line -o out/day --report=false\n"
+          "build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who=\"R. Roe\" "
+          "--verdict=FAIL --why=\"connector bent\"",
+      .details =
+          "It holds until a later decision, or until a later run counts that is of another "
+          "recording; fleet run\nthen says so. FAIL withdraws what was exported of all runs "
+          "of the unit,\nand `export` refuses it; PASS is a concession. Calibrations, reports and "
+          "exports state either;\nthe store's runs stay as they are.\n",
+      .flags = {{"unit", "SERIAL", true},
+                {"store", "FILE|URL", true},
+                {"verdict", "VERDICT", true, VerdictsOfPeople()},
+                {"who", "NAME", true},
+                {"why", "TEXT", true}},
+      .words = {"unit"},
+      .run = RunFleetDispose};
 }
 
 }  // namespace truetriad
