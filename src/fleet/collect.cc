@@ -21,6 +21,7 @@
 #include "fleet/shard.h"
 #include "fleet/store.h"
 #include "fleet/store_url.h"
+#include "fleet/unit_decisions.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -280,6 +281,22 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
   return missing;
 }
 
+/// Of each unit that may not leave, or that somebody decided about.
+Status AgreeAll(Store& store, const std::filesystem::path& units, Collected* collected) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table decided,
+      store.Query("SELECT serial FROM standing WHERE disposed_by <> '' OR final_verdict IN ('" +
+                  std::string(VerdictName(Verdict::kFail)) + "', '" +
+                  std::string(VerdictName(Verdict::kNoResult)) + "') ORDER BY serial"));
+  for (const auto& row : decided.rows) {
+    const std::string serial = row[0].value_or("");
+    TRUETRIAD_ASSIGN_OR_RETURN(const Agreement agreed, AgreeFolders(store, serial, units));
+    for (std::string& note : agreed.Notes(serial)) collected->notes.push_back(std::move(note));
+    if (agreed.IsUnsafe()) collected->unsafe.push_back(serial);
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<Collected> Collect(const std::vector<std::string>& sources,
@@ -311,6 +328,7 @@ Result<Collected> Collect(const std::vector<std::string>& sources,
   for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(AddFrom(source, *store));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t after, CountRuns(*store));
   collected.added = after - before;
+  TRUETRIAD_RETURN_IF_ERROR(AgreeAll(*store, UnitsBeside(target), &collected));
   TRUETRIAD_ASSIGN_OR_RETURN(collected.missing,
                              MissingShards(*store, collected.shards, survey.present));
   return collected;

@@ -18,11 +18,14 @@ struct Collected {
   /// Units with the readings of another, in words: `fleet run` sees those of its own shard alone.
   std::vector<std::string> copies;
   std::vector<std::string> unfinished;  ///< Sources that more may come of, or was cut off.
+  std::vector<std::string> notes;       ///< Of Agreement, of units that may not leave.
+  std::vector<std::string> unsafe;      ///< Of them those that are Agreement::IsUnsafe.
 };
 
 /// Adds all that is in `sources`, stores of any kind, to the store `target`: runs, decisions,
 /// checks of stations, and which run of a unit counts. What is there, by its name, is left as it
-/// is, so that it may be done again. All sources are read before the first run is added: where one
+/// is, so that it may be done again. Files of units beside `target` then agree with it
+/// (AgreeFolders). All sources are read before the first run is added: where one
 /// is spoilt, the store stays as it was. Errors (bad input): a source that cannot be read, or has
 /// what no run can be, with file and line where it has such; one that is not finished
 /// (Store::CheckEnd), unless `takes_unfinished`; a run of one name with another content. (Usage):

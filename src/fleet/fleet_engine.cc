@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "fleet/unit_decisions.h"
 #include "fleet/unit_folders.h"
 
 namespace truetriad::fleet {
@@ -145,8 +146,9 @@ Status FleetEngine::Keep() {
     if (!before) return Failed(before.error(), &store_retry_);
     if (store_retry_.wait_s > 0.0) Tell("the store works again");
     store_retry_ = Retry();
-    FinishFolder(run.folder);
     Count(run, *before);
+    // Of a unit's first run nothing else is to be said.
+    if (!*before || AgreeInFolders(run.serial)) FinishFolder(run.folder);
     ended_.pop_front();
   }
   return {};
@@ -221,9 +223,6 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
          before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
          before->disposed_why + ")");
   }
-  if (const Status stated = StateInFolders(run, before, unit); !stated) {
-    Tell(stated.error().message);
-  }
   if (before && !is_new_recording) {
     constexpr std::size_t kMostNamed = 3;
     ++progress_.known_recordings;
@@ -247,43 +246,17 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   item->second = is_good;
 }
 
-Status FleetEngine::StateInFolders(const UnitRun& run,
-                                   const std::optional<Standing>& before,
-                                   const Standing& unit) const {
-  if (!unit.disposed_by.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(StateDecision(
-        run.folder, {unit.final_verdict, unit.disposed_by, unit.disposed_why, unit.disposed_at}));
-    return {};
+bool FleetEngine::AgreeInFolders(const std::string& serial) {
+  if (options_.plan.folder.empty()) return true;
+  const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
+  if (!agreed) {
+    Tell(agreed.error().message);
+    return false;
   }
-  if (!before) return {};
-  const bool is_red = IsRed(unit.final_verdict), was_red = IsRed(before->final_verdict);
-  if (!is_red && !was_red) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> folders,
-                             store_->FoldersOfUnit(run.serial));
-  const Decision held_back = {
-      .verdict = Verdict::kFail,
-      .who = "run " + unit.run,
-      .why = std::string(VerdictWords(unit.final_verdict)) + ", and that run of the unit counts",
-      .created = run.created,
-      .is_automatic = true};
-  Status status;
-  std::size_t withdrawn = 0;
-  for (const std::string& named : folders) {
-    const std::string folder = FolderOf(named, options_.plan.folder);
-    const std::string name = std::filesystem::path(folder).filename().string();
-    const bool is_told = name == unit.run || (was_red && name != run.id);
-    if (is_red && is_told) continue;
-    const Result<std::vector<std::string>> changed =
-        is_red ? StateDecision(folder, held_back) : LiftDecisions(folder);
-    if (!changed) status = changed.error();
-    if (is_red && changed) withdrawn += changed->size();
-  }
-  if (withdrawn > 0) {
-    Tell(run.serial + ": " + std::to_string(withdrawn) +
-         " exported files of other runs are renamed to *.withdrawn, since run " + unit.run +
-         " counts, and it is " + std::string(VerdictWords(unit.final_verdict)));
-  }
-  return status;
+  for (const std::string& note : agreed->Notes(serial)) Tell(note);
+  progress_.unsafe.erase(serial);
+  if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
+  return agreed->unreached.empty();
 }
 
 Status FleetEngine::Failed(const Error& error, Retry* retry) const {

@@ -64,6 +64,7 @@ struct FleetProgress {
   /// first by name, whichever worker is done first.
   std::size_t known_recordings = 0;
   std::set<std::string> known_units;
+  std::set<std::string> unsafe;       ///< Units of which Agreement::IsUnsafe.
   double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
   bool is_stopped = false;            ///< Before all were done.
 
@@ -148,11 +149,8 @@ class FleetEngine {
   Status RefuseCopy(UnitRun* run) const;
   /// Of the run's unit, as the store has it now; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before);
-  /// The folders of the unit's runs state what a person decided, and that the unit may not leave
-  /// where another run that counts says so; where that run passes, they no longer do.
-  Status StateInFolders(const UnitRun& run,
-                        const std::optional<Standing>& before,
-                        const Standing& unit) const;
+  /// AgreeFolders, and tells of it. False: not all could be told, to be made up for later.
+  bool AgreeInFolders(const std::string& serial);
   /// Notes a failure, to be tried again later; or returns it.
   Status Failed(const Error& error, Retry* retry) const;
   void Tell(const std::string& note) const;

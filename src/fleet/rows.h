@@ -59,7 +59,7 @@ inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name 
 inline constexpr std::string_view kStandingRun =
     "SELECT run, verdict FROM standing WHERE serial = $1";
 inline constexpr std::string_view kFoldersOfUnit =
-    "SELECT DISTINCT folder FROM run WHERE serial = $1 ORDER BY folder";
+    "SELECT run, folder, verdict FROM run WHERE serial = $1 AND folder <> '' ORDER BY run";
 inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =
     "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "

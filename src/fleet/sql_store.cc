@@ -277,14 +277,15 @@ Result<bool> SqlStore::MakeLast(const std::string& table,
   return true;
 }
 
-Result<std::vector<std::string>> SqlStore::FoldersOfUnit(const std::string& serial) {
-  std::vector<std::string> folders;
+Result<std::vector<RunFolder>> SqlStore::FoldersOfUnit(const std::string& serial) {
+  std::vector<RunFolder> folders;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
     const Value values[] = {std::string_view(serial)};
     TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kFoldersOfUnit, values));
     folders.clear();
-    for (const auto& row : table.rows) folders.push_back(row[0].value_or(""));
-    std::erase(folders, "");
+    for (const auto& row : table.rows) {
+      folders.push_back({row[0].value_or(""), row[1].value_or(""), VerdictIn(row[2])});
+    }
     return {};
   }));
   return folders;

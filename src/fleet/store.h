@@ -35,6 +35,12 @@ struct RunName {
   std::string run, serial, log;
 };
 
+/// Where the files of a run are, as the store was told.
+struct RunFolder {
+  std::string run, folder;
+  Verdict verdict = Verdict::kNoResult;  ///< Of that run.
+};
+
 /// Rows of a question, as text; NULL is an unset value.
 struct Table {
   std::vector<std::string> columns;
@@ -157,9 +163,9 @@ class Store {
   virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
     return std::optional<Standing>();
   }
-  /// Of each of the unit's runs the folder of its files, where it has some.
-  virtual Result<std::vector<std::string>> FoldersOfUnit(const std::string& /*serial*/) {
-    return std::vector<std::string>();
+  /// Those of the unit's runs that have files, in the order of their names.
+  virtual Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& /*serial*/) {
+    return std::vector<RunFolder>();
   }
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
   /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error

@@ -20,13 +20,10 @@
 #include <unistd.h>
 
 #include "fleet/run_check.h"
-#include "fleet/unit_work.h"
+#include "fleet/unit_decisions.h"
 #include "io/whole_file.h"
-#include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
-#include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/report/report.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -71,14 +68,30 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes those that have no run, of runs for that store. False: the store cannot say.
-bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
+/// Removes those that have no run, of runs for that store, and does for the others what was not
+/// done. False: not all of it could be.
+bool Sweep(const std::vector<fs::path>& unfinished,
+           Store& store,
+           const std::string& name,
+           const std::function<void(const std::string&)>& tell) {
+  bool is_done = true;
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
     const Result<bool> has_run = store.Has(folder.filename().string());
     if (!has_run) return false;
     if (*has_run) {
-      FinishFolder(folder.string());
+      const fs::path units = folder.parent_path().parent_path();
+      // Without a calibration there is nothing to tell it.
+      const Result<std::string> stated = ReadSerial((folder / "calibration.yaml").string());
+      const std::string serial = stated ? *stated : "";
+      const Result<Agreement> agreed = AgreeFolders(store, serial, units);
+      if (!agreed) return false;
+      for (const std::string& note : agreed->Notes(serial)) tell(note);
+      if (agreed->unreached.empty()) {
+        FinishFolder(folder.string());
+      } else {
+        is_done = false;
+      }
       continue;
     }
     std::error_code ignored;
@@ -87,34 +100,7 @@ bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::str
     if (fs::exists(folder, ignored)) static_cast<void>(BeginFolder(folder.string(), name));
     fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
   }
-  return true;
-}
-
-/// Changes what is decided about the calibration in `folder`; nothing, where `change` changes
-/// nothing. What is withdrawn goes first: killed in between, the folder says too little of a unit
-/// rather than too much.
-Result<std::vector<std::string>> DecideIn(
-    const std::string& folder, const std::function<bool(std::vector<Decision>*)>& change) {
-  std::vector<std::string> withdrawn;
-  if (folder.empty()) return withdrawn;
-  const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, LookAtSmallFile(path("calibration.yaml")));
-  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration,
-                             CalibrationFromYaml(text, path("calibration.yaml")));
-  const Verdict before = calibration.verdict();
-  if (!change(&calibration.decisions)) return withdrawn;
-  const Verdict verdict = calibration.verdict();
-  if (verdict == Verdict::kFail || verdict != before) {
-    TRUETRIAD_ASSIGN_OR_RETURN(withdrawn, WithdrawExports(folder));
-  }
-  std::error_code failure;
-  std::optional<std::string> report;
-  if (fs::exists(path("report.html"), failure)) {
-    const bool shares = fs::exists(path(kAssetsOfRun), failure);
-    report = CalibrationHtml(calibration, {.assets = std::string(shares ? kAssetsOfRun : "")});
-  }
-  TRUETRIAD_RETURN_IF_ERROR(WriteResult(folder, calibration, report));
-  return withdrawn;
+  return is_done;
 }
 
 }  // namespace
@@ -153,7 +139,8 @@ Status WriteResult(const std::string& folder,
 
 Result<FolderClaim> FolderClaim::Share(const std::string& units,
                                        Store& store,
-                                       const std::string& name) {
+                                       const std::string& name,
+                                       const std::function<void(const std::string&)>& tell) {
   const std::string path = (fs::path(units) / ".lock").string();
   const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return CannotWrite(path);
@@ -168,7 +155,8 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units,
     const bool is_swept = Sweep(
         UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
         store,
-        name);
+        name,
+        tell);
     // What it says does not matter: when it was written does.
     if (is_swept && pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
   }
@@ -191,33 +179,6 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
                {folder},
                "is in the hands of another fleet watch or fleet run --resume; wait for its end, or "
                "choose another --output");
-}
-
-std::string FolderOf(const std::string& folder, const fs::path& units) {
-  const fs::path named(folder);
-  std::error_code failure;
-  if (folder.empty() || units.empty()) return folder;
-  for (const fs::path& place : {units / named.parent_path().filename() / named.filename(),
-                                named,
-                                units.parent_path() / named}) {
-    if (fs::is_directory(place, failure)) return place.string();
-  }
-  return folder;
-}
-
-Result<std::vector<std::string>> StateDecision(const std::string& folder,
-                                               const Decision& decision) {
-  return DecideIn(folder, [&](std::vector<Decision>* decisions) {
-    decisions->push_back(decision);
-    return true;
-  });
-}
-
-Result<std::vector<std::string>> LiftDecisions(const std::string& folder) {
-  return DecideIn(folder, [](std::vector<Decision>* decisions) {
-    const auto is_automatic = [](const Decision& one) { return one.is_automatic; };
-    return std::erase_if(*decisions, is_automatic) > 0;
-  });
 }
 
 Status RenameFolder(const std::string& name, std::string* folder) {

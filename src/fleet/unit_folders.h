@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,27 +27,18 @@ Status WriteResult(const std::string& folder,
 /// cannot be renamed.
 Status RenameFolder(const std::string& name, std::string* folder);
 
-/// Where the files of a run are that were written to `folder`: SERIAL/RUN below `units`, which may
-/// have been moved or copied with its store, else `folder` as seen from here or from beside
-/// `units`. Where nothing is there, or `units` is empty: `folder` itself.
-std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
-
-/// Adds a decision to the calibration in the folder of a run's files, whose report says so, too.
-/// What was exported there is withdrawn (WithdrawExports) where the unit may not leave, or the
-/// verdict is another one: the files that were, by name. Nothing, where `folder` is empty. Error
-/// (bad input): it cannot be reached or written to from here.
-Result<std::vector<std::string>> StateDecision(const std::string& folder, const Decision& decision);
-/// Takes the decisions of later runs away again, likewise.
-Result<std::vector<std::string>> LiftDecisions(const std::string& folder);
-
 /// A claim to a folder, given up with the object or the process.
 class FolderClaim {
  public:
   /// Shares `units`, the folder of units' folders, with others that work there. Who is alone there
   /// removes what was left unfinished since the last who was, of runs that were to go into `store`,
-  /// which is called `name` (WorkPlan::store), and are not there. Error (bad input): it cannot be
+  /// which is called `name` (WorkPlan::store), and are not there, and makes up for what was not
+  /// said of those that are (AgreeFolders), which `tell` is told. Error (bad input): it cannot be
   /// written to.
-  static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
+  static Result<FolderClaim> Share(const std::string& units,
+                                   Store& store,
+                                   const std::string& name,
+                                   const std::function<void(const std::string&)>& tell);
   /// For who leaves out what is done, which two at once would do twice: `folder`, or one shard's
   /// part of it. Error (bad input): somebody else has it.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});

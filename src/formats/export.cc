@@ -75,8 +75,9 @@ std::vector<std::string> Comment(const Format& format,
            (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
            std::string(format.info.name) +
            (options.instance ? ", instance " + std::to_string(*options.instance) : "") + ".",
-       "Exported by truetriad " + options.software_version + " at " + TimestampUtc() +
-           "; calibrated " + (held.created.empty() ? "at an unknown time" : held.created) + ".",
+       std::string(kExportedBy) + options.software_version + " at " + TimestampUtc() +
+           std::string(kWasCalibrated) +
+           (held.created.empty() ? "at an unknown time" : held.created) + ".",
        "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
            std::string(TriadName(held.gauge_sensor)) + "."});
   if (held.verdict() == Verdict::kPass && !held.decisions.empty()) {
@@ -232,7 +233,7 @@ Result<Export> ExportNoise(std::string_view format_name, const ExportOptions& op
   const std::vector<std::string> comment =
       Plain({"Noise at rest of " + (serial.empty() ? "a unit without serial number" : serial) +
                  ", for " + std::string(format->info.name) + "; not calibrated.",
-             "Exported by truetriad " + options.software_version + " at " + TimestampUtc() + "."});
+             std::string(kExportedBy) + options.software_version + " at " + TimestampUtc() + "."});
   Export result;
   TRUETRIAD_ASSIGN_OR_RETURN(
       result.files, format->write({restated.held, options, comment, &perfect}, &result.warnings));

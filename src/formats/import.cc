@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/import.h"
 
+#include <algorithm>
+#include <string>
+#include <utility>
+
 #include <Eigen/Core>
 
 #include "calibrate/reading_units.h"
@@ -71,6 +75,14 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
   if (sensor.g_sensitivity) matrix(ParameterKind::kGSensitivity);
 }
 
+/// What a file that was exported all the same says of the unit; `said` begins behind the mark.
+Decision HeldBack(const std::string& path, std::string said) {
+  said.resize(std::min(said.find_first_of("\r\n"), said.size()));
+  const std::size_t begin = said.find_first_not_of(": "), end = said.rfind('.');
+  if (begin >= end) return {Verdict::kFail, path, "it may not leave", TimestampUtc(), true};
+  return {Verdict::kFail, path, said.substr(begin, end - begin), TimestampUtc(), true};
+}
+
 /// The gauge in which a leading sensitivity stands.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
   // Of an inverse that was triangular before it was written.
@@ -105,7 +117,10 @@ Result<Import> ImportCalibration(std::string_view format_name,
   for (const std::string& path : paths) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::string text, ReadSmallFile(path));
     calibration.inputs.push_back({path, Sha256Hex(text), 0});
-    if (text.find(kMustNotLeave) != std::string::npos) calibration.within_limits = false;
+    if (const std::size_t mark = text.find(kMustNotLeave); mark != std::string::npos) {
+      calibration.within_limits = false;
+      calibration.decisions = {HeldBack(path, text.substr(mark + kMustNotLeave.size()))};
+    }
     request.files.push_back({path, std::move(text)});
   }
   if (request.files.empty())

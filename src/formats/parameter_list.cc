@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/parameter_list.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -49,7 +50,10 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
     }
     std::int64_t id = 0;
     const auto [id_end, no_id] = std::from_chars(text.data(), text.data() + text.size(), id);
-    if (no_id == std::errc() && id_end == end && id != 0) list.ids_[fields[name_field]] = id;
+    // Some programs write all numbers with decimals.
+    const bool is_whole =
+        std::all_of(id_end + (*id_end == '.'), end, [](char c) { return c == '0'; });
+    if (no_id == std::errc() && is_whole && id != 0) list.ids_[fields[name_field]] = id;
     if (!list.values_.emplace(fields[name_field], value).second) {
       return Error(
           ErrorCode::kDuplicateKey, place, fields[name_field] + " occurs twice; remove one");

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <system_error>
 #include <vector>
 
+#include "formats/comment.h"
 #include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "truetriad/formats/export.h"
@@ -15,37 +17,60 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kWithdrawn = ".withdrawn";
 
-/// Has one of the names that `calibrate` and `fleet run` give exports.
-bool IsExport(const std::string& name, const std::vector<FormatInfo>& formats) {
-  return !name.ends_with(kWithdrawn) && !IsTemporaryName(name) &&
-         std::any_of(formats.begin(), formats.end(), [&](const FormatInfo& format) {
-           return name.starts_with(format.file_name);
-         });
+/// Whatever a file is called, an export says so: at its beginning, or at its end.
+bool IsExport(const fs::path& path) {
+  constexpr std::streamoff kLooked = 1 << 16;
+  const std::string name = path.filename().string();
+  if (name.find(kWithdrawn) != std::string::npos || IsTemporaryName(name)) return false;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file.tellg();
+  for (const std::streamoff at : {std::streamoff{0}, std::max(size - kLooked, kLooked)}) {
+    if (at >= size || !file.seekg(at)) break;
+    std::string part(static_cast<std::size_t>(std::min(kLooked, size - at)), '\0');
+    file.read(part.data(), static_cast<std::streamsize>(part.size()));
+    const std::size_t said = part.find(kExportedBy);
+    if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// NAME.withdrawn, or NAME.withdrawn-2 where that is an earlier one.
+fs::path FreeName(const fs::path& path) {
+  std::error_code none;
+  const std::string first = path.string() + std::string(kWithdrawn);
+  if (!fs::exists(first, none)) return first;
+  for (int i = 2;; ++i) {
+    const std::string name = first + "-" + std::to_string(i);
+    if (!fs::exists(name, none)) return name;
+  }
 }
 
 }  // namespace
 
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written) {
-  const std::vector<FormatInfo> formats = Formats();
   std::vector<std::string> withdrawn;
   std::vector<fs::path> folders = {folder};
   std::error_code failure;
   for (std::size_t i = 0; i < folders.size(); ++i) {
     fs::directory_iterator entry(folders[i], failure);
     for (const fs::directory_iterator end; !failure && entry != end; entry.increment(failure)) {
-      const std::string path = entry->path().string(), name = entry->path().filename().string();
+      const std::string path = entry->path().string();
       std::error_code vanished;
-      if (i == 0 && name.starts_with("instance-") && entry->is_directory(vanished)) {
+      if (i == 0 && entry->path().filename().string().starts_with("instance-") &&
+          entry->is_directory(vanished)) {
         folders.push_back(entry->path());
       }
       const bool is_file = entry->is_regular_file(vanished);
       // A file that this command reads is an input and no export.
-      if (!is_file || !IsExport(name, formats) || written.contains(path) || InputGuard::Holds(path))
+      if (!is_file || written.contains(path) || InputGuard::Holds(path) || !IsExport(path))
         continue;
-      fs::rename(path, path + std::string(kWithdrawn), vanished);
+      const fs::path to = FreeName(path);
+      fs::rename(path, to, vanished);
       if (vanished) return Error(ErrorCode::kCannotWrite, {path}, vanished.message());
-      withdrawn.push_back(path + std::string(kWithdrawn));
+      withdrawn.push_back(to.string());
     }
     if (failure) {
       return Error(

@@ -71,6 +71,25 @@ std::string RecordingSection(const Calibration& calibration, const PoseSet& pose
          Figure(drawing.svg, drawing.caption) + "</section>\n";
 }
 
+/// Marks of what a page shows of its sources, by which a later page finds it.
+constexpr std::string_view kSourcesBegin = "<!-- sources -->\n",
+                           kSourcesEnd = "<!-- /sources -->\n";
+
+std::string SourceSections(const Calibration& calibration, const ReportSources& sources) {
+  const std::string_view page = sources.earlier_page;
+  const std::size_t begin = page.find(kSourcesBegin), end = page.find(kSourcesEnd);
+  if (begin < end && end != std::string_view::npos) {
+    return std::string(page.substr(begin, end + kSourcesEnd.size() - begin));
+  }
+  std::string html;
+  if (sources.poses != nullptr) html += RecordingSection(calibration, *sources.poses);
+  if (!sources.noise.empty()) {
+    html += "<section>\n" + Element("h2", "Noise at rest") + HtmlOf(sources.noise) + "</section>\n";
+  }
+  if (html.empty()) return html;
+  return std::string(kSourcesBegin) + html + std::string(kSourcesEnd);
+}
+
 std::string ResidualFigures(const Calibration& calibration) {
   return FigureOfEach(
              [&](Triad triad) {
@@ -174,10 +193,7 @@ std::string CalibrationHtml(const Calibration& calibration,
             "<div class=\"drawings\">\n" + FiguresOf(calibration, section.kind, turns) +
             "</div>\n</section>\n";
   }
-  if (sources.poses != nullptr) html += RecordingSection(calibration, *sources.poses);
-  if (!sources.noise.empty()) {
-    html += "<section>\n" + Element("h2", "Noise at rest") + HtmlOf(sources.noise) + "</section>\n";
-  }
+  html += SourceSections(calibration, sources);
   html += "<section class=\"screen\">\n<h2>Details</h2>\n" + PoseDetails(calibration);
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));

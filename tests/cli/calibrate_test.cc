@@ -340,6 +340,24 @@ TEST_F(CalibrateVerb, KeepsAUsableResultBesideOneThatIsNot) {
   EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
 }
 
+TEST_F(CalibrateVerb, KeepsWhatAPersonDecidedAboutTheSameRecording) {
+  ASSERT_EQ(Calibrate(LogText()).exit_code, 0);
+  const std::string file = folder_.Path("result/calibration.yaml");
+  const std::string decision =
+      "decisions: [{ verdict: FAIL, who: R. Roe, why: bent, created: 2026-11-25T10:00:00Z }]\n";
+  std::string text = TemporaryFolder::Read(file);
+  const std::size_t verdict = text.find("\nverdict: ");
+  text.erase(verdict, text.find('\n', verdict + 1) - verdict);
+  folder_.Write("result/calibration.yaml", text + decision);
+  const Finished again = Calibrate(LogText(), {"--to=px4"});
+  EXPECT_EQ(again.exit_code, 4);
+  EXPECT_THAT(again.out, HasSubstr("FAIL by R. Roe"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("result/px4.params")));
+  LogOptions other;
+  other.seed = 7;
+  EXPECT_EQ(Calibrate(LogText(other)).exit_code, 0);
+}
+
 TEST_F(CalibrateVerb, KeepsTheResultOfAUnitBesideOneOfNoUnit) {
   const std::string log = LogText(kEnough);
   EXPECT_EQ(Calibrate(log).exit_code, 0);

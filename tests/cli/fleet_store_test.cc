@@ -38,6 +38,14 @@ class FleetStore : public ::testing::Test {
       folder_.Write("line/u" + std::to_string(100 + i) + ".csv", LogText(options));
     }
   }
+  /// Another recording of the first unit.
+  void MeasureAgain(std::uint64_t seed) {
+    LogOptions options;
+    options.magnetometer = false;
+    options.rests = 12;
+    options.seed = seed;
+    folder_.Write("line/u100.csv", LogText(options));
+  }
   Finished Shell(const std::string& line) const { return RunShell(line, folder_.Path("")); }
   /// `fleet run` on all units, without reports.
   static std::string Fleet(const std::string& flags) {
@@ -131,14 +139,7 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
   ASSERT_EQ(run("5").exit_code, 0);
   const std::string folder = Ask("out/fleet.db", "SELECT folder FROM run").at(0);
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
-  const auto measure_again = [&](std::uint64_t seed) {
-    LogOptions options;
-    options.magnetometer = false;
-    options.rests = 12;
-    options.seed = seed;
-    folder_.Write("line/u100.csv", LogText(options));
-  };
-  measure_again(7);
+  MeasureAgain(7);
   const Finished fails = run("0.0001");
   EXPECT_THAT(fails.err, HasSubstr("renamed to *.withdrawn"));
   EXPECT_FALSE(fs::exists(folder + "/px4.params"));
@@ -146,11 +147,82 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
       "'" TRUETRIAD_BINARY "' export '" + folder + "/calibration.yaml' --to=px4 --output=u.params";
   const Finished refused = Shell(to_export);
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("and that run of the unit counts"));
+  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and is FAIL"));
   // What passes later lifts it; what was withdrawn is exported again.
-  measure_again(8);
+  MeasureAgain(8);
   ASSERT_EQ(run("5").exit_code, 0);
   EXPECT_EQ(Shell(to_export).exit_code, 0);
+}
+
+TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
+  WriteUnits(1);
+  const std::string fleet = "run line --report=false -o out --to=px4 --retest-counts=";
+  const auto run = [&](const std::string& limit, const std::string& flags = "last") {
+    return Shell(kFleetProgram + fleet + flags + " --set=limits.accelerometer.bias=" + limit);
+  };
+  ASSERT_EQ(run("5").exit_code, 0);
+  const std::string folder = Ask("out/fleet.db", "SELECT folder FROM run").at(0);
+  fs::rename(folder, folder_.Path("away"));
+  MeasureAgain(7);
+  const Finished fails = run("0.0001");
+  EXPECT_EQ(fails.exit_code, 4);
+  EXPECT_THAT(fails.err, HasSubstr("`export` does not know of this there"));
+  EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be told"));
+  fs::rename(folder_.Path("away"), folder);
+  ASSERT_TRUE(fs::exists(folder + "/px4.params"));
+  const Finished resumed = run("0.0001", "last --resume");
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("1 exported files are renamed to *.withdrawn"));
+  EXPECT_TRUE(fs::exists(folder + "/px4.params.withdrawn"));
+  // All is said: nothing is said again.
+  EXPECT_THAT(run("0.0001", "last --resume").err, Not(HasSubstr("withdrawn")));
+}
+
+TEST_F(FleetStore, EndsAConcessionWithTheNextRunThatCounts) {
+  WriteUnits(1);
+  const auto run = [&](const std::string& limit) {
+    return Shell(
+        kFleetProgram +
+        ("run line --report=false --quiet -o out --set=limits.accelerometer.bias=" + limit));
+  };
+  ASSERT_EQ(run("0.0001").exit_code, 0);
+  const std::string folder = Ask("out/fleet.db", "SELECT folder FROM run").at(0);
+  ASSERT_EQ(Shell(kFleetProgram + std::string("dispose u100 --store=out/fleet.db --who=me "
+                                              "--verdict=PASS --why=spare"))
+                .exit_code,
+            0);
+  const auto may_leave = [&] {
+    return Shell("'" TRUETRIAD_BINARY "' export '" + folder +
+                 "/calibration.yaml' --to=px4 --output=u.params")
+               .exit_code == 0;
+  };
+  EXPECT_TRUE(may_leave());
+  MeasureAgain(7);
+  ASSERT_EQ(run("0.0001").exit_code, 0);
+  EXPECT_FALSE(may_leave());
+  MeasureAgain(8);
+  ASSERT_EQ(run("5").exit_code, 0);
+  EXPECT_FALSE(may_leave());
+}
+
+TEST_F(FleetStore, WithdrawsWhatShardsExportedWhenTheyAreCollected) {
+  WriteUnits(1);
+  const auto run = [&](const std::string& store, const std::string& limit) {
+    return Shell(kFleetProgram + ("run line --report=false --quiet -o day --to=px4 --store=day/" +
+                                  store + " --set=limits.accelerometer.bias=" + limit))
+        .exit_code;
+  };
+  ASSERT_EQ(run("0.jsonl", "5"), 0);
+  MeasureAgain(7);
+  ASSERT_EQ(run("1.jsonl", "0.0001"), 0);
+  EXPECT_EQ(Shell("ls day/units/u100/*/px4.params").exit_code, 0);
+  const std::string collect = kFleetProgram + std::string("collect day/0.jsonl day/1.jsonl ");
+  const Finished done = Shell(collect + "--store=day/all.db");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("1 exported files are renamed to *.withdrawn"));
+  EXPECT_NE(Shell("ls day/units/u100/*/px4.params").exit_code, 0);
+  fs::remove_all(folder_.Path("day/units"));
+  EXPECT_EQ(Shell(collect + "--store=other.db").exit_code, 4);
 }
 
 TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
@@ -170,6 +242,7 @@ TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
   // The page that stands there says so, too.
   const Finished page = Shell("grep -c 'FAIL by me on ' '" + copied + "/report.html'");
   EXPECT_EQ(page.exit_code, 0);
+  EXPECT_EQ(Shell("grep -c 'The recording over time' '" + copied + "/report.html'").exit_code, 0);
   // Files that are nowhere are no decision that holds.
   fs::remove_all(folder_.Path("out/units"));
   const Finished unreached = Shell(dispose + "out/fleet.db");

@@ -274,11 +274,11 @@ TEST_F(SimulateVerb, RefusesWhatNoDiskHasRoomFor) {
 }
 
 TEST_F(SimulateVerb, LeavesNothingBehindWhenItIsInterrupted) {
-  // A day and a half of readings takes seconds; the signal comes once they have been begun.
+  // Two weeks of readings take a minute; the signal comes once they have been begun.
   const std::string output = folder_.Path("out");
   const Finished run = RunShell("{ '" TRUETRIAD_BINARY "' simulate --config='" + kScenarios +
                                 "tactical-6dof.yaml' --output='" + output +
-                                "' --set='motion=[{poses: {attitudes: cube, rest_s: 5000}}]' & "
+                                "' --set='motion=[{poses: {attitudes: cube, rest_s: 50000}}]' & "
                                 "await '[ -n \"$(find \"" +
                                 output +
                                 "\" -type f)\" ]'; "

@@ -196,9 +196,10 @@ TEST_F(TwoCalibrations, ReportMakesTheSamePageAgainButForTheRecording) {
       RunTruetriad({"report", "--calibration=" + CalibrationFile(1), "--output=" + page});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   std::string first = TemporaryFolder::Read(folder_->Path("1/report.html"));
-  const std::string end = "</section>\n";
-  const std::size_t recording = first.find("<section>\n<h2>The recording over time</h2>");
+  const std::string end = "<!-- /sources -->\n";
+  const std::size_t recording = first.find("<!-- sources -->");
   ASSERT_NE(recording, std::string::npos);
+  EXPECT_NE(first.find("<h2>The recording over time</h2>", recording), std::string::npos);
   first.erase(recording, first.find(end, recording) + end.size() - recording);
   EXPECT_EQ(TemporaryFolder::Read(page), first);
 }

@@ -148,6 +148,31 @@ class Vehicles(unittest.TestCase):
         for name in ("px4.params", "calibration.h", "instance-1/calibration.h"):
             self.assertFalse((self.out / name).exists(), name)
             self.assertTrue((self.out / (name + ".withdrawn")).exists(), name)
+        # One sensor alone may not leave, where another of the same device may not.
+        shutil.rmtree(self.out)
+        self.calibrate(log, "--set=limits.accelerometer.bias=0.32", code=4)
+        self.calibrate(log, "--instance=0", "--to=px4", "--set=limits.accelerometer.bias=0.32", code=4)
+        self.assertFalse((self.out / "px4.params").exists())
+
+    def test_the_recording_stays_with_its_calibration(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14)
+        self.calibrate(log)
+        recording, previous = self.out / "recording", self.out / "recording.previous"
+        kept = (recording / "recording.yaml").read_bytes()
+        # As a kill leaves it while the log is converted.
+        recording.rename(self.out / "recording.aside")
+        recording.mkdir()
+        self.calibrate(log, "--set=WRONG", code=1)
+        few = self.log(vehicles.ulog, "few.ulg", rests=1)
+        self.calibrate(few, code=3)
+        self.assertEqual((previous / "recording.yaml").read_bytes(), kept)
+        self.assertTrue((self.out / "calibration.previous.yaml").exists())
+        # A refusal leaves an empty folder of the user's where it is.
+        own = self.folder / "own"
+        own.mkdir()
+        done = truetriad("calibrate", log, "--set=model=diagonal", "-o", own)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertTrue(own.exists())
         new = self.folder / "new"
         done = truetriad("calibrate", log, "--set=WRONG", "-o", new)
         self.assertEqual(done.returncode, 1)

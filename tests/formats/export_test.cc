@@ -12,6 +12,7 @@
 #include "formats/restate.h"
 #include "formats/sample_units.h"
 #include "io/temporary_folder.h"
+#include "truetriad/formats/import.h"
 
 namespace truetriad {
 namespace export_test {
@@ -69,6 +70,22 @@ TEST(Export, LetsNoUnitOutsideItsLimitsLeaveInSilence) {
   }
 }
 
+TEST(Export, OfAUnitThatMayNotLeaveIsKnownAgain) {
+  const TemporaryFolder folder;
+  const Result<Export> allowed =
+      ExportCalibration(UnitOutside(), "px4", {.allows_outside_limits = true});
+  ASSERT_TRUE(allowed);
+  const std::string file = folder.Write("unit.params", allowed->files[0].text);
+  const Result<Import> import = ImportCalibration("px4", {file});
+  ASSERT_TRUE(import) << import.error().message;
+  const Calibration& unit = import->calibration;
+  EXPECT_EQ(unit.verdict(), Verdict::kFail);
+  ASSERT_EQ(unit.decisions.size(), 1U);
+  EXPECT_EQ(unit.decisions[0].who, file);
+  EXPECT_THAT(unit.decisions[0].why,
+              AllOf(StartsWith("FAIL, accelerometer.bias.y"), testing::EndsWith("m/s²")));
+}
+
 TEST(Export, FollowsWhatAPersonDecidedLast) {
   const Decision bad{Verdict::kFail, "R. Roe", "connector bent", "2026-11-25T10:00:00Z"};
   const Decision good{Verdict::kPass, "M. Moe", "concession 17", "2026-11-26T10:00:00Z"};
@@ -100,27 +117,38 @@ TEST(Export, OfOneSensorSaysThatAnotherOfTheDeviceMayNotLeave) {
   EXPECT_TRUE(refused->files.empty());
 }
 
-TEST(Export, IsWithdrawnByEveryNameThatFormatsHave) {
+TEST(Export, IsWithdrawnWhateverItIsCalled) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.Path("instance-1"));
   std::size_t count = 0;
   for (const FormatInfo& format : Formats()) {
-    for (const std::string in : {"", "instance-1/"}) {
-      folder.Write(in + std::string(format.file_name), "");
-      ++count;
+    for (const std::string file_name : {"unit.m", "unit.mat"}) {
+      const Result<Export> result = ExportCalibration(
+          RandomUnitCalibration({.counts = true}, 1), format.name, {.file_name = file_name});
+      ASSERT_TRUE(result) << format.name;
+      for (const ExportedFile& file : result->files) {
+        const std::string in = count % 2 == 0 ? "" : "instance-1/";
+        folder.Write(in + "B" + std::to_string(count++), file.text);
+      }
     }
   }
-  folder.Write("calibration.yaml", "");
-  folder.Write("report.html", "");
-  const std::string kept = folder.Path("px4.params");
+  // Of others, whatever names they have.
+  const std::vector<std::string> others = {"calibration.yaml", "imu.yaml", "px4.params"};
+  for (const std::string& name : others) folder.Write(name, "of somebody else");
+  const std::string kept = folder.Path("B0");
   const Result<std::vector<std::string>> withdrawn =
       WithdrawExports(folder.Path(""), {{kept, "written anew"}});
   ASSERT_TRUE(withdrawn);
   EXPECT_EQ(withdrawn->size(), count - 1);
-  for (const char* name : {"px4.params", "calibration.yaml", "report.html"}) {
+  EXPECT_TRUE(std::filesystem::exists(kept));
+  for (const std::string& name : others) {
     EXPECT_TRUE(std::filesystem::exists(folder.Path(name))) << name;
   }
-  EXPECT_FALSE(std::filesystem::exists(folder.Path("instance-1/px4.params")));
+  // What is withdrawn later does not take the place of what was before.
+  std::filesystem::copy(kept, folder.Path("B2"));
+  const Result<std::vector<std::string>> again = WithdrawExports(folder.Path(""), {{kept, ""}});
+  ASSERT_TRUE(again);
+  EXPECT_THAT(*again, testing::ElementsAre(folder.Path("B2.withdrawn-2")));
 }
 
 TEST(Export, NamesTheFormatsWhenThereIsNoSuchOne) {

@@ -181,6 +181,7 @@ TEST(Import, ReadsAPx4FileOfTheVehicle) {
   const std::string path = folder.Write("vehicle.params",
                                         "# Onboard parameters for Vehicle 1\n#\n"
                                         "1\t1\tBAT1_N_CELLS\t4\t6\n"
+                                        "1\t1\tCAL_ACC0_ID\t2753036.000000\t6\n"
                                         "1\t1\tCAL_ACC0_XOFF\t0.100000001490116119\t9\n"
                                         "1\t1\tCAL_ACC0_XSCALE\t0.5\t9\n"
                                         "1\t1\tCAL_GYRO0_ID\t0\t6\n"
@@ -189,6 +190,7 @@ TEST(Import, ReadsAPx4FileOfTheVehicle) {
   const Result<Import> result = ImportCalibration("px4", {path});
   ASSERT_TRUE(result) << result.error().message;
   const Calibration& unit = result->calibration;
+  EXPECT_EQ(unit.tags.device_ids[Triad::kAccelerometer], 2753036);
   EXPECT_FALSE(unit.sensors[Triad::kGyroscope]);  // slots without a sensor have the id 0
   const TriadModel<double>& accel = unit.sensors[Triad::kAccelerometer]->model;
   EXPECT_EQ(accel.sensitivity, Eigen::Matrix3d(Eigen::Vector3d(2.0, 1.0, 1.0).asDiagonal()));

@@ -147,6 +147,9 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
     text += "  " + std::to_string(count) + " x " + code + '\n';
   }
   text += KnownText(progress) + OverruledText(progress.overruled);
+  for (const std::string& serial : progress.unsafe) {
+    text += "  " + serial + ": may not leave, and files of earlier runs could not be told\n";
+  }
   return Printable(text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n');
 }
 
@@ -162,6 +165,7 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
                  {"first_pass", progress.yield.first_good},
                  {"final", progress.yield.final_good}}},
                {"overruled", progress.overruled},
+               {"unreached", progress.unsafe},
                {"known_recordings", progress.known_recordings},
                {"seconds", progress.seconds},
                {"cpu_s", progress.cpu_s},
@@ -231,7 +235,8 @@ std::string ProgressText(const fleet::FleetProgress& progress) {
 }
 
 VerbResult FleetResult(const fleet::FleetProgress& progress) {
-  const bool has_failed = FLAGS_fail_on == kFailOnUnit && !progress.IsGood();
+  const bool has_failed =
+      (FLAGS_fail_on == kFailOnUnit && !progress.IsGood()) || !progress.unsafe.empty();
   return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
           .text = SummaryText(progress),
           .result = SummaryJson(progress),

@@ -9,6 +9,11 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
+namespace {
+
+constexpr char kAside[] = ".aside", kPrevious[] = ".previous";
+
+}  // namespace
 
 Status CheckCanWriteBelow(std::filesystem::path directory) {
   directory = std::filesystem::absolute(directory).lexically_normal();
@@ -57,31 +62,50 @@ Result<FolderGivesWay> FolderGivesWay::For(const std::filesystem::path& folder,
                  "has the log in it and would be replaced; choose another --output");
   }
   FolderGivesWay gives_way(folder);
-  if (!std::filesystem::exists(folder, failure)) return gives_way;
-  const std::filesystem::path aside = TemporaryNameBeside(folder.string());
-  std::filesystem::rename(folder, aside, failure);
+  const std::filesystem::path aside = gives_way.Named(kAside);
+  // Beside one that a killed run put aside is what that run had of its own.
+  if (std::filesystem::exists(aside, failure)) {
+    std::filesystem::remove_all(folder, failure);
+  } else if (std::filesystem::exists(folder, failure)) {
+    std::filesystem::rename(folder, aside, failure);
+  }
   if (failure) {
+    gives_way.folder_.clear();
     return Error(
         ErrorCode::kCannotWrite, {folder.string()}, "cannot be replaced: " + failure.message());
   }
-  gives_way.aside_ = aside;
   return gives_way;
+}
+
+FolderGivesWay::FolderGivesWay(std::filesystem::path folder) : folder_(std::move(folder)) {
+  std::error_code ignored;
+  has_made_parent_ = !std::filesystem::exists(folder_.parent_path(), ignored);
 }
 
 FolderGivesWay::FolderGivesWay(FolderGivesWay&& other) noexcept
     : folder_(std::exchange(other.folder_, {})),
-      aside_(std::exchange(other.aside_, {})),
-      is_kept_(other.is_kept_) {}
+      has_made_parent_(other.has_made_parent_),
+      end_(other.end_) {}
 
 FolderGivesWay::~FolderGivesWay() {
   if (folder_.empty()) return;
   std::error_code ignored;
-  if (!is_kept_) {
-    std::filesystem::remove_all(folder_, ignored);
-    if (!aside_.empty()) std::filesystem::rename(aside_, folder_, ignored);
-    std::filesystem::remove(folder_.parent_path(), ignored);  // Unless there is something in it.
-  } else if (!aside_.empty()) {
-    std::filesystem::remove_all(aside_, ignored);
+  const std::filesystem::path aside = Named(kAside), previous = Named(kPrevious);
+  const bool had_one = std::filesystem::exists(aside, ignored);
+  switch (end_) {
+    case End::kComesBack:
+      std::filesystem::remove_all(folder_, ignored);
+      if (had_one) std::filesystem::rename(aside, folder_, ignored);
+      if (has_made_parent_) std::filesystem::remove(folder_.parent_path(), ignored);
+      return;
+    case End::kGoes:
+      std::filesystem::remove_all(aside, ignored);
+      return;
+    case End::kIsPrevious:
+      if (!had_one) return;
+      std::filesystem::remove_all(previous, ignored);
+      std::filesystem::rename(aside, previous, ignored);
+      return;
   }
 }
 

@@ -20,22 +20,30 @@ Status CheckCanWriteBelow(std::filesystem::path directory);
 Status MoveAside(const std::filesystem::path& directory, const std::vector<std::string>& names);
 
 /// A folder whose place something new takes, and which comes back with the end of this object,
-/// unless the new one is kept.
+/// unless the new one is kept. Meanwhile it is NAME.aside, and after a kill the next object finds
+/// it there.
 class FolderGivesWay {
  public:
+  /// What becomes of the one that was there.
+  enum class End { kComesBack, kGoes, kIsPrevious };
+
   /// Moves `folder`, if it is there. Error (bad input): it cannot be renamed; `input` is in it.
   static Result<FolderGivesWay> For(const std::filesystem::path& folder,
                                     const std::filesystem::path& input);
   ~FolderGivesWay();
   FolderGivesWay(FolderGivesWay&& other) noexcept;
   FolderGivesWay& operator=(FolderGivesWay&&) = delete;
-  void Keep() { is_kept_ = true; }
+  /// kIsPrevious: it is NAME.previous from now on.
+  void Keep(End of_earlier) { end_ = of_earlier; }
 
  private:
-  explicit FolderGivesWay(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit FolderGivesWay(std::filesystem::path folder);
 
-  std::filesystem::path folder_, aside_;  ///< Empty: nothing was there.
-  bool is_kept_ = false;
+  std::filesystem::path Named(const char* suffix) const { return folder_.string() + suffix; }
+
+  std::filesystem::path folder_;  ///< Empty: moved from.
+  bool has_made_parent_ = false;
+  End end_ = End::kComesBack;
 };
 
 /// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a

@@ -118,8 +118,9 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
 
-/// Renames what was exported into `folder`, and into its instance-N, to NAME.withdrawn, unless a
-/// file of `written` is to take that name; gives the names. For a folder whose result changes, or
+/// Renames what was exported into `folder`, and into its instance-N, under whatever name, to
+/// NAME.withdrawn (NAME.withdrawn-2 where there is one), unless a file of `written` is to take its
+/// place; gives the names. For a folder whose result changes, or
 /// may no longer leave. Errors (bad input): a folder cannot be listed, a file cannot be renamed.
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written = {});

@@ -50,6 +50,8 @@ struct Drawing {
 struct ReportSources {
   const PoseSet* poses = nullptr;  ///< From what it was calibrated: the recording over time.
   std::vector<Drawing> noise;      ///< From where the noise at rest was taken.
+  /// A page of the same calibration, of which what these would show is taken over; may be empty.
+  std::string_view earlier_page = {};
 };
 
 /// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "report/content.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
@@ -73,6 +74,10 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(
       CheckSameUnit(FLAGS_input + ": the recording", source->info().serial, calibration));
   TRUETRIAD_RETURN_IF_ERROR(CheckOutput());
+  if (calibration.verdict() == Verdict::kFail) {
+    Warn(FLAGS_calibration + ": " + HeadlineOf(calibration).text +
+         "; its readings are corrected all the same");
+  }
   NoteInterruptions();
   const Result<CorrectedLogSummary> summary = [&] {
     ProgressLine progress("correcting " + FLAGS_input);

@@ -5,7 +5,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -59,14 +61,20 @@ struct Task {
   int instance = 0;  // of the sensors
 };
 
+/// The calibration that a folder has.
+std::optional<Calibration> ThatIn(const std::filesystem::path& folder) {
+  const std::string file = (folder / "calibration.yaml").string();
+  const Result<std::string> text = LookAtSmallFile(file);
+  if (!text) return std::nullopt;
+  Result<Calibration> there = CalibrationFromYaml(*text, file);
+  return there ? std::optional(std::move(*there)) : std::nullopt;
+}
+
 /// What is there stays beside the new result: a result without parameters takes the place of none
 /// that has them, and one that names no unit of none that names one.
 bool StaysBeside(const Calibration& by, const std::string& folder) {
   if (by.IsUsable() && (FLAGS_overwrite || !by.serial.empty())) return false;
-  const std::string file = (std::filesystem::path(folder) / "calibration.yaml").string();
-  const Result<std::string> text = LookAtSmallFile(file);
-  if (!text) return false;
-  const Result<Calibration> there = CalibrationFromYaml(*text, file);
+  const std::optional<Calibration> there = ThatIn(folder);
   return there && there->IsUsable() && !(by.IsUsable() && there->serial.empty());
 }
 
@@ -94,9 +102,13 @@ struct Done {
   std::string Path(const std::string& name) const {
     return (std::filesystem::path(task.folder) / name).string();
   }
+  /// Of itself, whatever others hold it back.
   int exit_code() const {
     if (!calibration.IsUsable()) return static_cast<int>(ErrorKind::kNotEnough);
-    return calibration.within_limits.value_or(true) ? kExitGood : kExitOutsideLimits;
+    const std::vector<Decision>& decisions = calibration.decisions;
+    const bool by_others = !decisions.empty() && decisions.back().is_automatic;
+    const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
+    return own == Verdict::kFail ? kExitOutsideLimits : kExitGood;
   }
   /// 0: good; outside its limits it has at least parameters.
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
@@ -214,20 +226,66 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::stri
   return task;
 }
 
-/// One that may not leave holds back all sensors of its device.
-void HoldBackTogether(std::vector<Done>* all) {
-  const auto fails = [](const Done& done) {
-    return done.calibration.LimitsVerdict() == Verdict::kFail;
+/// Of the same readings, in whatever order and by whatever names.
+bool IsOfSameRecording(const Calibration& one, const Calibration& other) {
+  const auto readings = [](const Calibration& calibration) {
+    std::set<std::string> hashes;
+    for (const InputFile& input : calibration.inputs) {
+      if (input.samples > 0) hashes.insert(input.sha256);
+    }
+    return hashes;
   };
-  const auto failed = std::find_if(all->begin(), all->end(), fails);
-  if (failed == all->end()) return;
-  const Decision held_back = {.verdict = Verdict::kFail,
-                              .who = "instance " + std::to_string(failed->task.instance),
-                              .why = MissedText(WorstLimit(failed->calibration.quality.limits)),
-                              .created = failed->calibration.created,
-                              .is_automatic = true};
+  return readings(one) == readings(other);
+}
+
+/// What people decided about a recording holds however often it is calibrated.
+void TakeOverDecisions(Done* done) {
+  const std::optional<Calibration> there = ThatIn(done->task.folder);
+  if (!there || !IsOfSameRecording(*there, done->calibration)) return;
+  for (const Decision& decision : there->decisions) {
+    if (!decision.is_automatic) done->calibration.decisions.push_back(decision);
+  }
+}
+
+/// Why a device may not leave by one of its sensors, as `instance` has it; unset: by others alone,
+/// or it may.
+std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
+  const std::vector<Decision>& decisions = calibration.decisions;
+  if (calibration.verdict() != Verdict::kFail) return std::nullopt;
+  if (!decisions.empty() && decisions.back().is_automatic) return std::nullopt;
+  return Decision{.verdict = Verdict::kFail,
+                  .who = instance,
+                  .why = decisions.empty() ? MissedText(WorstLimit(calibration.quality.limits))
+                                           : DecisionText(decisions.back()),
+                  .created = calibration.created,
+                  .is_automatic = true};
+}
+
+/// One that may not leave holds back all sensors of its device, those too that were calibrated into
+/// the same folder before.
+void HoldBackTogether(std::vector<Done>* all) {
+  std::optional<Decision> held_back;
+  std::set<std::string> own;
+  for (const Done& done : *all) {
+    const std::string name = "instance " + std::to_string(done.task.instance);
+    own.insert(done.task.folder);
+    if (!held_back) held_back = HeldBackBy(done.calibration, name);
+  }
+  const Done& first = all->front();
+  std::error_code failure;
+  std::filesystem::directory_iterator entry(first.task.folder, failure);
+  for (const std::filesystem::directory_iterator end; !failure && !held_back && entry != end;
+       entry.increment(failure)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with("instance-") || own.contains(entry->path().string())) continue;
+    const std::optional<Calibration> there = ThatIn(entry->path());
+    if (there && there->serial == first.calibration.serial) held_back = HeldBackBy(*there, name);
+  }
+  if (!held_back) return;
   for (Done& done : *all) {
-    if (!fails(done)) done.calibration.decisions.push_back(held_back);
+    if (done.calibration.verdict() != Verdict::kFail) {
+      done.calibration.decisions.push_back(*held_back);
+    }
   }
 }
 
@@ -316,7 +374,8 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   const Done& worst = *std::max_element(all.begin(), all.end(), [](const Done& a, const Done& b) {
     return a.badness() < b.badness();
   });
-  VerbResult result{.exit_code = worst.exit_code(),
+  const bool is_held_back = worst.calibration.verdict() == Verdict::kFail;
+  VerbResult result{.exit_code = is_held_back ? kExitOutsideLimits : worst.exit_code(),
                     .text = CalibrationText(worst.calibration),
                     .result = worst.json};
   result.findings = worst.calibration.findings;
@@ -368,9 +427,14 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
     TRUETRIAD_ASSIGN_OR_RETURN(Done done, Calibrated(std::move(task)));
     all.push_back(std::move(done));
   }
+  for (Done& done : all) TakeOverDecisions(&done);
   HoldBackTogether(&all);
+  using End = FolderGivesWay::End;
+  const bool is_beside = StaysBeside(all.front().calibration, all.front().task.folder);
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
-  for (FolderGivesWay& replaced : converted) replaced.Keep();
+  // The recording stays with the calibration that was made from it.
+  for (FolderGivesWay& replaced : converted)
+    replaced.Keep(is_beside ? End::kIsPrevious : End::kGoes);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
   if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && !logs.empty()) {

@@ -53,10 +53,13 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
     Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
          " further units with the readings of another");
   }
+  for (const std::string& note : collected.notes) Warn(note);
   const std::string store = fleet::ShownStore(FLAGS_store);
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
   return VerbResult{
+      // The store knows of it, but files of units that may not leave are as they were.
+      .exit_code = collected.unsafe.empty() ? kExitGood : kExitOutsideLimits,
       .text = std::to_string(collected.runs) + (collected.runs == 1 ? " run in " : " runs in ") +
               std::to_string(sources.size()) + (sources.size() == 1 ? " source, " : " sources, ") +
               std::to_string(collected.added) + " of them new\n  Store: " + store + '\n',
@@ -67,6 +70,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
                  {"missing", collected.missing},
                  {"copies", collected.copies},
                  {"unfinished", collected.unfinished},
+                 {"unreached", collected.unsafe},
                  {"store", store}}};
 }
 
@@ -86,7 +90,9 @@ Command FleetCollectCommand() {
           .details =
               "Files of runs and stores, all of the same number of shards. Runs that are in the "
               "store stay as they are:\ncollecting again adds what has come since. Nothing is "
-              "added where a source is spoilt, or a shard's file not finished.\n",
+              "added where a source is spoilt, or a shard's file not finished.\nA file of runs "
+              "does not know a unit's other runs: where one may not leave, exports of its other "
+              "runs are\nwithdrawn as they are collected (4: where their files are not here).\n",
           .flags = {{"store", "FILE", true}, {"unfinished", "true|false"}},
           .more_words = "file",
           .run = RunFleetCollect};

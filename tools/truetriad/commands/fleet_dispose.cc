@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,7 +6,7 @@
 #include <gflags/gflags.h>
 
 #include "fleet/store.h"
-#include "fleet/unit_folders.h"
+#include "fleet/unit_decisions.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
@@ -20,8 +19,6 @@ DEFINE_string(why, "", "why, in one line");
 
 namespace truetriad {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::vector<std::string> VerdictsOfPeople() {
   std::vector<std::string> names;
@@ -50,37 +47,25 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .why = FLAGS_why,
                                           .verdict = *verdict};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> folders,
-                             store->FoldersOfUnit(added.serial));
-  // A store on a server has no units beside it.
-  const std::optional<std::string> store_file = fleet::FileOfStore(FLAGS_store);
-  const fs::path units = store_file ? fs::path(*store_file).parent_path() / "units" : fs::path();
-  std::vector<std::string> withdrawn, unreached;
-  for (const std::string& named : folders) {
-    // A concession is about the run that counts.
-    const bool is_about = verdict == Verdict::kFail || fs::path(named).filename() == added.run;
-    if (!is_about) continue;
-    const Result<std::vector<std::string>> stated = fleet::StateDecision(
-        fleet::FolderOf(named, units), {*verdict, added.who, added.why, added.created});
-    if (!stated) {
-      Warn(stated.error().message + "; `export` does not know of this decision there");
-      unreached.push_back(named);
-      continue;
-    }
-    withdrawn.insert(withdrawn.end(), stated->begin(), stated->end());
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const fleet::Agreement agreed,
+      fleet::AgreeFolders(*store, added.serial, fleet::UnitsBeside(FLAGS_store)));
+  std::vector<std::string> unreached;
+  for (const Error& error : agreed.unreached) {
+    Warn(error.message + "; `export` does not know of this decision there");
+    unreached.push_back(error.message);
   }
   std::string text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n";
-  for (const std::string& file : withdrawn) text += "Withdrawn: " + file + '\n';
-  if (verdict == Verdict::kPass && !withdrawn.empty()) text += "Export again what is to leave.\n";
+  for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
+  if (verdict == Verdict::kPass) text += "Export again what is to leave.\n";
   // The store knows of it, but files of a unit that may not leave are as they were.
-  const bool is_unsafe = verdict == Verdict::kFail && !unreached.empty();
-  return VerbResult{.exit_code = is_unsafe ? kExitOutsideLimits : kExitGood,
+  return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
                     .result = {{"disposition", added.id},
                                {"serial", added.serial},
                                {"run", added.run},
                                {"verdict", FLAGS_verdict},
-                               {"withdrawn", withdrawn},
+                               {"withdrawn", agreed.withdrawn},
                                {"unreached", unreached}}};
 }
 
