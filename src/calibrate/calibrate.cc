@@ -83,10 +83,12 @@ bool SettleField(const CalibrateOptions& options, const NoiseState& noise, PoseG
   return graph->shared[dip_at] != dip_rad;
 }
 
-// A sensor that was never at rest, or too few poses.
+// Rests that are none for a sensor, or too few.
 std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
-  for (const Triad triad : kTriads) {
-    if (options.triads[triad].enabled && poses.not_at_rest[triad]) return poses.not_at_rest[triad];
+  for (const Finding& finding : poses.findings) {
+    if (finding.IsRefusal() && finding.sensor && options.triads[*finding.sensor].enabled) {
+      return finding;
+    }
   }
   if (const Status counts = CheckPoseCounts(poses, options); !counts) {
     return RefusalOf(counts.error());

@@ -9,6 +9,7 @@
 #include <glog/logging.h>
 
 #include "base/messages.h"
+#include "math/distributions.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
@@ -198,6 +199,13 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   return kSlotS * (static_cast<double>(at - kMostLag) + beside);
 }
 
+// Half of the rests are shorter, s.
+static double TypicalRest(const PoseSet& set) {
+  std::vector<double> durations_s;
+  for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
+  return durations_s.empty() ? 0.0 : Median(std::move(durations_s));
+}
+
 Triad ClockReference(const PoseSet& set) {
   return set.Find(Triad::kGyroscope) != nullptr ? Triad::kGyroscope : Triad::kAccelerometer;
 }
@@ -220,6 +228,8 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
                                    std::string(TriadName(reference)) + ": the clocks differ")
                            .About(triad)
                            .With("offset", *lag_s, "s"));
+    // Such a sensor was at another rest, or turning, for the most part of each.
+    if (2.0 * std::abs(*lag_s) > TypicalRest(*set)) findings.back().As(Severity::kRefusal);
     block += (block.empty() ? "" : ", ") + name +
              Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }

@@ -24,22 +24,6 @@ constexpr double kFewSteps = 5.0;
 // The smallest step shows long before.
 constexpr std::int64_t kStepRows = 20000;
 
-// A register that runs over jumps from one end of the range to the other, of which readings near
-// the jump are this share; ...
-constexpr double kNearEnd = 0.8;
-// ... by this many times what readings changed before; ...
-constexpr double kJumpSteps = 8.0;
-// ... it was on its way outward, over all rows kept by this many times what it bends and scatters:
-// a unit whose rests were joined, or a table that reverses, is not (1 in 1e5 by white noise); ...
-constexpr double kOutward = 2.0;
-// Where that has been seen before, less says it again.
-constexpr double kOutwardAgain = 0.5;
-// ... without the jump it is continuous, to some such changes and this share of the range; ...
-constexpr double kContinuousSteps = 3.0;
-constexpr double kContinuousShare = 0.05;
-// ... and it comes back before it has got further from the other end.
-constexpr double kStaysNear = 0.3;
-
 // Far from all: nothing is known of what came before.
 Eigen::Vector3d Nowhere() { return Eigen::Vector3d::Constant(2.0 * kNoSensorReads); }
 
@@ -67,7 +51,7 @@ void RowScreen::WatchSteps(const SampleBlock& block) {
   rows_seen_ += static_cast<std::int64_t>(block.x.size());
 }
 
-// Whether a row may be a word or over the end: without a branch, as most blocks have neither.
+// Whether a row may be a word: without a branch, as most blocks have neither.
 bool RowScreen::MayHaveSuspects(const SampleBlock& block) const {
   int found = 0;
   for (std::size_t i = 0; i < block.x.size(); ++i) {
@@ -77,18 +61,11 @@ bool RowScreen::MayHaveSuspects(const SampleBlock& block) const {
   const std::array<std::span<const double>, 3> axes = {block.x, block.y, block.z};
   for (int axis = 0; axis < 3; ++axis) {
     const std::span<const double> values = axes[static_cast<std::size_t>(axis)];
-    const double near = kNearEnd * largest_[axis];
     for (const double value : values) {
       found |= static_cast<int>(value == 0.0) | static_cast<int>(std::abs(value) >= kLeastWord);
     }
-    for (std::size_t i = 1; i < values.size(); ++i) {
-      found |= static_cast<int>(values[i] * values[i - 1] < 0.0) &
-               static_cast<int>(std::abs(values[i]) >= near) &
-               static_cast<int>(std::abs(values[i - 1]) >= near);
-    }
   }
-  const Eigen::Vector3d first(block.x[0], block.y[0], block.z[0]);
-  return found != 0 || !last_ || MayWrap(first, *last_);
+  return found != 0 || !last_;
 }
 
 bool RowScreen::IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const {
@@ -98,43 +75,6 @@ bool RowScreen::IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d&
     if (!(std::abs(reading[axis] - before[axis]) <= kFewSteps * step_[axis])) return true;
   }
   return false;
-}
-
-bool RowScreen::MayWrap(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const {
-  for (int axis = 0; axis < 3; ++axis) {
-    const double near = kNearEnd * largest_[axis];
-    const bool crosses = reading[axis] * before[axis] < 0.0;
-    if (crosses && std::abs(reading[axis]) >= near && std::abs(before[axis]) >= near) return true;
-  }
-  return false;
-}
-
-// The axis that runs over its end between the last row kept and this one; -1: none.
-int RowScreen::WrappedAxis(const Eigen::Vector3d& reading) const {
-  const std::size_t count = history_.size();
-  if (count < kAbout) return -1;
-  const double outward = left_[kWrapped] > 0 ? kOutwardAgain : kOutward;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double last = history_.back()[axis];
-    const double side = last < 0.0 ? -1.0 : 1.0;
-    const double near = kNearEnd * largest_[axis];
-    if (side * last < near || side * reading[axis] > -near) continue;
-    double change = 0.0, bend = 0.0;
-    for (std::size_t k = 1; k < count; ++k) {
-      const double step = history_[k][axis] - history_[k - 1][axis];
-      change = std::max(change, std::abs(step));
-      if (k + 1 == count) continue;
-      bend = std::max(bend, std::abs(history_[k + 1][axis] - history_[k][axis] - step));
-    }
-    const double trend = side * (last - history_.front()[axis]);
-    const double jump = std::abs(reading[axis] - last);
-    if (jump > kJumpSteps * change && trend > outward * bend && trend > 0.0 &&
-        std::abs(jump - 2.0 * largest_[axis]) <
-            kContinuousSteps * change + kContinuousShare * largest_[axis]) {
-      return axis;
-    }
-  }
-  return -1;
 }
 
 bool RowScreen::IsClean(const SampleBlock& block) {
@@ -147,7 +87,7 @@ bool RowScreen::IsClean(const SampleBlock& block) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
     // Of the first reading of all nothing is known.
     const Eigen::Vector3d before = last_.value_or(Nowhere());
-    is_clean = is_clean && !IsSuspect(reading, before) && !(last_ && MayWrap(reading, before));
+    is_clean = !IsSuspect(reading, before);
     last_ = reading;
   }
   last_ = Eigen::Vector3d(block.x[count - 1], block.y[count - 1], block.z[count - 1]);
@@ -188,18 +128,6 @@ std::optional<RowScreen::Kind> RowScreen::WhyImpossible(const Eigen::Vector3d& r
   return reading.isZero(0.0) ? kZero : kWord;
 }
 
-// The row that comes back over the end; `begin` where none does, rows_.size() where it is not
-// known.
-std::size_t RowScreen::EndOfWrap(std::size_t begin, int axis) const {
-  const double side = rows_.reading(begin)[axis] < 0.0 ? -1.0 : 1.0;
-  for (std::size_t i = begin + 1; i < rows_.size(); ++i) {
-    const double reading = rows_.reading(i)[axis];
-    if (side * reading < -kNearEnd * largest_[axis]) return i;
-    if (side * reading < kStaysNear * largest_[axis]) return begin;
-  }
-  return rows_.size();
-}
-
 void RowScreen::Leave(Kind kind, std::size_t i) {
   if (first_row_ < 0) {
     first_row_ = rows_.row[i];
@@ -209,10 +137,8 @@ void RowScreen::Leave(Kind kind, std::size_t i) {
 }
 
 SampleBlock RowScreen::Judge(bool at_end) {
-  constexpr std::array<Mechanism, kKinds> kActs = {Mechanism::kZeroRows,
-                                                   Mechanism::kErrorWords,
-                                                   Mechanism::kAbsurdRows,
-                                                   Mechanism::kWrappedRows};
+  constexpr std::array<Mechanism, kKinds> kActs = {
+      Mechanism::kZeroRows, Mechanism::kErrorWords, Mechanism::kAbsurdRows};
   std::size_t kept = 0;
   for (std::size_t i = handed_; i < rows_.size(); ++i) rows_.Move(i, i - handed_);
   rows_.Resize(rows_.size() - std::exchange(handed_, 0));
@@ -225,15 +151,6 @@ SampleBlock RowScreen::Judge(bool at_end) {
   while (i < count) {
     const bool must_judge = at_end || count - i >= kMostHeld;
     const Eigen::Vector3d before = history_.empty() ? Nowhere() : history_.back();
-    if (!history_.empty() && MayWrap(rows_.reading(i), before)) {
-      const int axis = WrappedAxis(rows_.reading(i));
-      const std::size_t end = axis < 0 ? i : EndOfWrap(i, axis);
-      if (end == count && !must_judge) break;
-      if (end > i && end < count && Acts(Mechanism::kWrappedRows)) {
-        for (; i < end; ++i) Leave(kWrapped, i);
-        continue;
-      }
-    }
     if (!IsSuspect(rows_.reading(i), before)) {
       keep(i++);
       continue;
@@ -261,10 +178,8 @@ SampleBlock RowScreen::Judge(bool at_end) {
 std::optional<Finding> RowScreen::Left() const {
   std::int64_t total = 0;
   std::string kinds;
-  const std::array<std::string, kKinds> words = {"read 0, 0, 0",
-                                                 "hold a word that stands for no reading",
-                                                 "are absurd",
-                                                 "ran over the end of their range"};
+  const std::array<std::string, kKinds> words = {
+      "read 0, 0, 0", "hold a word that stands for no reading", "are absurd"};
   for (std::size_t kind = 0; kind < kKinds; ++kind) {
     if (left_[kind] == 0) continue;
     total += left_[kind];

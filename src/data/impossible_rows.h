@@ -19,7 +19,7 @@
 namespace truetriad {
 
 /// Leaves out of one stream the rows that are no readings: words that a driver or a bus puts in
-/// place of one (word_check.h), and those that ran over the end of their range.
+/// place of one (word_check.h).
 class RowScreen {
  public:
   explicit RowScreen(Triad triad) : triad_(triad) {}
@@ -39,16 +39,13 @@ class RowScreen {
 
  private:
   /// Why a row is none.
-  enum Kind : std::size_t { kZero, kWord, kAbsurd, kWrapped, kKinds };
+  enum Kind : std::size_t { kZero, kWord, kAbsurd, kKinds };
   void WatchSteps(const SampleBlock& block);
   bool MayHaveSuspects(const SampleBlock& block) const;
   bool IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const;
-  bool MayWrap(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const;
-  int WrappedAxis(const Eigen::Vector3d& reading) const;
   void Remember(const Eigen::Vector3d& reading);
   std::optional<Kind> WhyImpossible(const Eigen::Vector3d& reading, const AboutWord& about) const;
   std::vector<Eigen::Vector3d> ReadingsAbout(std::size_t begin, bool* is_enough) const;
-  std::size_t EndOfWrap(std::size_t begin, int axis) const;
   void Leave(Kind kind, std::size_t i);
 
   Triad triad_;

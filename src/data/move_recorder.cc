@@ -23,22 +23,23 @@ constexpr double kFarSteps = 1.5;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
-// The longest run of readings whose `axis` is cut off at `limit`: where steps are coarse, a rate
-// that is at its largest stays on one step as well, but comes to it and leaves it by one `step`.
-int LongestRunAt(double limit,
-                 double step,
-                 Eigen::Index axis,
-                 const std::vector<Eigen::Vector3d>& readings) {
+// How many times readings stay on `limit` on one axis: where steps are coarse, a rate that is at
+// its largest does so as well, but comes to it and leaves it by one `step`.
+int StaysAt(double limit,
+            double step,
+            Eigen::Index axis,
+            const std::vector<Eigen::Vector3d>& readings) {
   const auto is_far = [&](std::size_t i) {
     return i >= readings.size() || std::abs(readings[i][axis] - limit) > kFarSteps * step;
   };
-  int longest = 0, run = 0;
+  int stays = 0, run = 0;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     run = readings[i][axis] == limit ? run + 1 : 0;
     const auto before = i - static_cast<std::size_t>(run);  // wraps round before the first
-    if (run > 0 && (is_far(i + 1) || is_far(before))) longest = std::max(longest, run);
+    const bool is_over = i + 1 == readings.size() || readings[i + 1][axis] != limit;
+    if (run >= kSaturatedReadings && is_over && (is_far(i + 1) || is_far(before))) ++stays;
   }
-  return longest;
+  return stays;
 }
 
 // Whether one reading comes again and again, all three axes at once: one axis alone repeats by
@@ -57,7 +58,10 @@ bool IsStuck(const std::vector<Eigen::Vector3d>& readings, double rest_radius) {
 }
 
 // Why the readings do not tell the turn; unset when they do.
-std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
+// `all`: the readings of all moves.
+std::optional<Finding> Fault(const RecordedMove& move,
+                             const StreamSummary& gyroscope,
+                             const std::vector<Eigen::Vector3d>& all) {
   if (move.time_ns.size() < 2) {
     return Finding(FindingCode::kTurnGap, "the gyroscope has no readings during it");
   }
@@ -79,10 +83,12 @@ std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyro
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
       // Of an axis that hardly turned, or only one way, an extreme is a reading at rest.
       if (std::abs(limit - before) < rest_radius) continue;
-      if (LongestRunAt(limit, gyroscope.resolution_raw[axis], axis, move.gyroscope_raw) <
-              kSaturatedReadings ||
-          !Acts(Mechanism::kTurnSaturated))
+      const double step = gyroscope.resolution_raw[axis];
+      // The end of a range is come to again and again, the largest of many rates once.
+      if (StaysAt(limit, step, axis, move.gyroscope_raw) == 0 ||
+          StaysAt(limit, step, axis, all) < 2 || !Acts(Mechanism::kTurnSaturated)) {
         continue;
+      }
       std::ostringstream text;
       text << name << " is saturated: it reads its limit of " << limit << ' ' << gyroscope.unit.name
            << " several times in a row";
@@ -226,7 +232,7 @@ RecordedMove MoveRecorder::Cut(std::size_t first,
       ReadingsAt(move.time_ns, accelerometer_.time_ns, accelerometer_.reading_raw);
   move.magnetometer_raw =
       ReadingsAt(move.time_ns, magnetometer_.time_ns, magnetometer_.reading_raw);
-  move.fault = Fault(move, gyroscope);
+  move.fault = Fault(move, gyroscope, gyroscope_.reading_raw);
   return move;
 }
 

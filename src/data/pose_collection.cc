@@ -15,7 +15,6 @@
 #include "data/impossible_rows.h"
 #include "data/joints.h"
 #include "data/motion_spikes.h"
-#include "data/repeated_rows.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
@@ -233,21 +232,6 @@ Status DescribeRecording(const SampleSource& source,
   return {};
 }
 
-// Where the source's times and repeated rows show that the recording was put together.
-void StateJoints(const SampleSource& source,
-                 const std::vector<RepeatedStretch>& repeated,
-                 PoseSet* set) {
-  set->joints = source.joints();
-  for (const RepeatedStretch& stretch : repeated) {
-    const std::string seen = "rows before it come a second time";
-    set->joints.push_back({stretch.first_ns, stretch.first_row, seen, true});
-    set->joints.push_back({stretch.last_ns + 1, stretch.last_row + 1, seen, true});
-    set->excluded.push_back({stretch.first_ns, stretch.last_ns});
-  }
-  const Findings findings = FindingsOf(repeated, set->start_ns);
-  set->findings.insert(set->findings.end(), findings.begin(), findings.end());
-}
-
 // A thermometer that is not connected, or a column that nobody filled: no unit is at exactly 0 degC
 // (or 0 K) throughout, and what is calibrated from here on would be said to be of that temperature.
 void DropDeadTemperature(PoseSet* set) {
@@ -288,7 +272,6 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
 
   ExcludedTime excluded(selection.excluded);
-  RepeatedRows repeated;
   EvenSource even(&source, &excluded, selection.time_stamps);
   ImpossibleRows impossible;
   TimeShift shift(selection.time_offset_s);
@@ -297,12 +280,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
       if (info.has_time) {
-        repeated.Apply(&blocks);
         // What is left out as impossible is drawn all the same.
         for (const SampleBlock& block : blocks) recorders[block.triad].Add(block);
-      }
-      for (const StreamInfo& stream : info.streams) {
-        monitor_of[stream.triad]->Excuse(repeated.StretchesOf(stream.triad));
       }
       impossible.Apply(&blocks);
     } else {
@@ -335,7 +314,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.excluded = excluded.Left();
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, even, monitor_of, *leading, &set));
-  StateJoints(source, repeated.Stretches(), &set);
+  set.joints = source.joints();
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
   DropDeadTemperature(&set);
   if (progress) progress(1.0);

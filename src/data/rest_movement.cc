@@ -22,8 +22,6 @@ constexpr double kWanderShare = 0.03;
 constexpr double kClearFactor = 8.0;
 // As many as people read.
 constexpr std::size_t kMostListed = 12;
-// A clock that is off by this share of a rest leaves little of it.
-constexpr double kMostLagShare = 0.5;
 // Rests that tell by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
@@ -122,13 +120,6 @@ MovingRests FindMoving(Triad triad,
   return found;
 }
 
-// Half of the rests are shorter, s.
-double TypicalRest(const PoseSet& set) {
-  std::vector<double> durations_s;
-  for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
-  return UpperMedian(durations_s);
-}
-
 std::string NumbersOf(const std::vector<bool>& chosen, const PoseSet& set) {
   std::string numbers;
   std::size_t count = 0;
@@ -161,9 +152,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
   bool removed = false;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const MovingRests& rests = found[triad];
-    const std::optional<double>& lag_s = set->clock_lag_s[triad];
-    const bool sees_other_rests = lag_s && std::abs(*lag_s) > kMostLagShare * TypicalRest(*set);
-    if (rests.moving == 0 && !sees_other_rests) continue;
+    if (rests.moving == 0) continue;
     const Triad still =
         triad == Triad::kAccelerometer ? Triad::kMagnetometer : Triad::kAccelerometer;
     const std::string& unit = set->Find(triad)->unit.name;
@@ -178,18 +167,8 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
           .With("rests", static_cast<double>(rests.known))
           .With("largest", rests.largest_raw, unit);
     };
-    if (2 * rests.moving > rests.known || sees_other_rests) {
-      if (!Acts(Mechanism::kNotAtRest)) continue;
-      const std::string other = triad == Triad::kMagnetometer
-                                    ? "iron or current nearby changes"
-                                    : "the stated poses are not where it rests";
-      set->not_at_rest[triad] = finding(
-          FindingCode::kNotAtRest,
-          lag_s ? ": its clock is delayed or early, so turns fall into rests"
-                : ": either its clock is delayed or early (correct it with `time_offset_s`), or " +
-                      other);
-      continue;
-    }
+    // Of a sensor that moves in most, its other readings do not tell which of the two is right.
+    if (2 * rests.moving > rests.known) continue;
     if (!Acts(Mechanism::kMovingReadings)) continue;
     set->findings.push_back(
         finding(FindingCode::kMovingReadings,

@@ -167,8 +167,6 @@ void PoolRecordings(const PoseSet& more, PoseSet* set) {
   for (const Triad triad : kTriads) {
     auto& lag_s = set->clock_lag_s[triad];
     if (!lag_s) lag_s = more.clock_lag_s[triad];
-    auto& not_at_rest = set->not_at_rest[triad];
-    if (!not_at_rest) not_at_rest = more.not_at_rest[triad];
   }
   for (Finding finding : more.findings) {
     finding.text = ShortName(more.source) + ": " + finding.text;

@@ -135,13 +135,6 @@ bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) 
   });
 }
 
-void StreamMonitor::Excuse(const std::vector<RepeatedStretch>& repeated) {
-  for (; excused_ < repeated.size(); ++excused_) {
-    const RepeatedStretch& stretch = repeated[excused_];
-    excluded_.push_back({{stretch.first_ns, stretch.last_ns}, {}});
-  }
-}
-
 void StreamMonitor::CountFirst() {
   usual_ns_ = spacing_ns();
   if (!(usual_ns_ > 0.0)) return;

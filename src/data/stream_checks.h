@@ -9,7 +9,6 @@
 
 #include "data/length_spread.h"
 #include "data/pose_statistics.h"
-#include "data/repeated_rows.h"
 #include "data/window_statistics.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
@@ -29,9 +28,6 @@ class StreamMonitor {
 
   /// Error: time goes backwards, or a reading is not finite.
   Status Add(const SampleBlock& block);
-
-  /// What is missing in these is no gap either. Only those that are new since the last call count.
-  void Excuse(const std::vector<RepeatedStretch>& repeated);
 
   /// UsualSpacing of the first thousand samples; 0 before there are two, or without time.
   double spacing_ns() const;
@@ -58,7 +54,6 @@ class StreamMonitor {
   StreamInfo info_;
   bool has_time_;
   std::vector<ExcludedRange> excluded_;
-  std::size_t excused_ = 0;
   std::int64_t samples_ = 0, first_ns_ = 0, last_ns_ = 0;
   std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0, longest_gap_from_ns_ = 0;
   std::int64_t interruptions_ = 0, interruptions_ns_ = 0;  // Gaps and what is excluded.

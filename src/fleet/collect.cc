@@ -281,15 +281,9 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
   return missing;
 }
 
-/// Of each unit that may not leave, or that somebody decided about.
 Status AgreeAll(Store& store, const std::filesystem::path& units, Collected* collected) {
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table decided,
-      store.Query("SELECT serial FROM standing WHERE disposed_by <> '' OR final_verdict IN ('" +
-                  std::string(VerdictName(Verdict::kFail)) + "', '" +
-                  std::string(VerdictName(Verdict::kNoResult)) + "') ORDER BY serial"));
-  for (const auto& row : decided.rows) {
-    const std::string serial = row[0].value_or("");
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back, store.UnitsHeldBack());
+  for (const std::string& serial : units_held_back) {
     TRUETRIAD_ASSIGN_OR_RETURN(const Agreement agreed, AgreeFolders(store, serial, units));
     for (std::string& note : agreed.Notes(serial)) collected->notes.push_back(std::move(note));
     if (agreed.IsUnsafe()) collected->unsafe.push_back(serial);

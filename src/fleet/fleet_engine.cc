@@ -49,6 +49,9 @@ Result<FleetProgress> FleetEngine::Run(FleetProgress progress,
   const auto no_longer = [](Store* store) { store->TellNotes({}); };
   const std::unique_ptr<Store, decltype(no_longer)> telling(store_, no_longer);
   const Clock::time_point begin = Clock::now();
+  // What could not be said before: folders were away, or a process was killed.
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
+  for (const std::string& serial : held_back) AgreeInFolders(serial);
   const auto count_time = [&] {
     progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   };
@@ -146,9 +149,9 @@ Status FleetEngine::Keep() {
     if (!before) return Failed(before.error(), &store_retry_);
     if (store_retry_.wait_s > 0.0) Tell("the store works again");
     store_retry_ = Retry();
+    FinishFolder(run.folder);
     Count(run, *before);
-    // Of a unit's first run nothing else is to be said.
-    if (!*before || AgreeInFolders(run.serial)) FinishFolder(run.folder);
+    if (*before) AgreeInFolders(run.serial);
     ended_.pop_front();
   }
   return {};
@@ -223,6 +226,11 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
          before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
          before->disposed_why + ")");
   }
+  if (before && before->disposed_by.empty() && before->final_verdict == Verdict::kFail &&
+      unit.final_verdict == Verdict::kNoLimits) {
+    Tell(run.serial + ": was FAIL, and is NO LIMITS SET now, since run " + run.id +
+         " counts, which had no limits; run it again with those of before");
+  }
   if (before && !is_new_recording) {
     constexpr std::size_t kMostNamed = 3;
     ++progress_.known_recordings;
@@ -246,17 +254,17 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   item->second = is_good;
 }
 
-bool FleetEngine::AgreeInFolders(const std::string& serial) {
-  if (options_.plan.folder.empty()) return true;
+void FleetEngine::AgreeInFolders(const std::string& serial) {
+  if (options_.plan.folder.empty()) return;
   const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
   if (!agreed) {
     Tell(agreed.error().message);
-    return false;
+    progress_.unsafe.insert(serial);
+    return;
   }
   for (const std::string& note : agreed->Notes(serial)) Tell(note);
   progress_.unsafe.erase(serial);
   if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
-  return agreed->unreached.empty();
 }
 
 Status FleetEngine::Failed(const Error& error, Retry* retry) const {

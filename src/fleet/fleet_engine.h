@@ -149,8 +149,8 @@ class FleetEngine {
   Status RefuseCopy(UnitRun* run) const;
   /// Of the run's unit, as the store has it now; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before);
-  /// AgreeFolders, and tells of it. False: not all could be told, to be made up for later.
-  bool AgreeInFolders(const std::string& serial);
+  /// AgreeFolders, and tells of it.
+  void AgreeInFolders(const std::string& serial);
   /// Notes a failure, to be tried again later; or returns it.
   Status Failed(const Error& error, Retry* retry) const;
   void Tell(const std::string& note) const;

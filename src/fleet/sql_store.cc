@@ -277,6 +277,17 @@ Result<bool> SqlStore::MakeLast(const std::string& table,
   return true;
 }
 
+Result<std::vector<std::string>> SqlStore::UnitsHeldBack() {
+  std::vector<std::string> units;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kUnitsHeldBack, {}));
+    units.clear();
+    for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
+    return {};
+  }));
+  return units;
+}
+
 Result<std::vector<RunFolder>> SqlStore::FoldersOfUnit(const std::string& serial) {
   std::vector<RunFolder> folders;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {

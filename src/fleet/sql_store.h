@@ -30,6 +30,7 @@ class SqlStore : public Store {
   Result<std::optional<RetestPolicy>> StatedRetestPolicy() override;
   Result<std::string> Identity() override;
   Result<std::optional<Standing>> StandingOf(const std::string& serial) override;
+  Result<std::vector<std::string>> UnitsHeldBack() override;
   Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& serial) override;
   Result<Disposition> Dispose(const Disposition& disposition) override;
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check) override;

@@ -163,6 +163,9 @@ class Store {
   virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
     return std::optional<Standing>();
   }
+  /// Units whose files may have to be told something (AgreeFolders): somebody decided about them,
+  /// or they are not good and have another run that is.
+  virtual Result<std::vector<std::string>> UnitsHeldBack() { return std::vector<std::string>(); }
   /// Those of the unit's runs that have files, in the order of their names.
   virtual Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& /*serial*/) {
     return std::vector<RunFolder>();

@@ -54,12 +54,12 @@ Decision OfPerson(const Standing& unit) {
 
 /// That of another run, by which this one may not leave either.
 Decision OfRunThatCounts(const Standing& unit) {
-  return {.verdict = Verdict::kFail,
-          .who = "run " + unit.run,
-          .why = "that run of the unit counts, and is " +
-                 std::string(VerdictWords(unit.final_verdict)),
-          .created = TimestampUtc(),
-          .is_automatic = true};
+  return {
+      .verdict = Verdict::kFail,
+      .who = "run " + unit.run,
+      .why = "that run of the unit counts, and is " + std::string(VerdictWords(unit.final_verdict)),
+      .created = TimestampUtc(),
+      .is_automatic = true};
 }
 
 /// What the calibration of a run is to state.
@@ -121,7 +121,8 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
   std::vector<std::string> notes;
   if (!withdrawn.empty()) {
     notes.push_back(serial + ": " + std::to_string(withdrawn.size()) +
-                    " exported files are renamed to *.withdrawn" +
+                    (withdrawn.size() == 1 ? " exported file is" : " exported files are") +
+                    " renamed to *.withdrawn" +
                     (why.empty() ? ", since another verdict holds; export again what is to leave"
                                  : ", since " + why));
   }
@@ -150,8 +151,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
     const bool counts = one.run == unit->run;
     Result<std::vector<std::string>> withdrawn = Agree(FolderOf(one.folder, units), *unit, counts);
     if (withdrawn) {
-      agreement.withdrawn.insert(
-          agreement.withdrawn.end(), withdrawn->begin(), withdrawn->end());
+      agreement.withdrawn.insert(agreement.withdrawn.end(), withdrawn->begin(), withdrawn->end());
       continue;
     }
     // What has no result has nothing that could leave.

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <optional>
 #include <string_view>
@@ -20,7 +19,6 @@
 #include <unistd.h>
 
 #include "fleet/run_check.h"
-#include "fleet/unit_decisions.h"
 #include "io/whole_file.h"
 #include "json/plain_yaml.h"
 #include "truetriad/io/calibration_file.h"
@@ -68,30 +66,14 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes those that have no run, of runs for that store, and does for the others what was not
-/// done. False: not all of it could be.
-bool Sweep(const std::vector<fs::path>& unfinished,
-           Store& store,
-           const std::string& name,
-           const std::function<void(const std::string&)>& tell) {
-  bool is_done = true;
+/// Removes those that have no run, of runs for that store. False: the store cannot say.
+bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
     const Result<bool> has_run = store.Has(folder.filename().string());
     if (!has_run) return false;
     if (*has_run) {
-      const fs::path units = folder.parent_path().parent_path();
-      // Without a calibration there is nothing to tell it.
-      const Result<std::string> stated = ReadSerial((folder / "calibration.yaml").string());
-      const std::string serial = stated ? *stated : "";
-      const Result<Agreement> agreed = AgreeFolders(store, serial, units);
-      if (!agreed) return false;
-      for (const std::string& note : agreed->Notes(serial)) tell(note);
-      if (agreed->unreached.empty()) {
-        FinishFolder(folder.string());
-      } else {
-        is_done = false;
-      }
+      FinishFolder(folder.string());
       continue;
     }
     std::error_code ignored;
@@ -100,7 +82,7 @@ bool Sweep(const std::vector<fs::path>& unfinished,
     if (fs::exists(folder, ignored)) static_cast<void>(BeginFolder(folder.string(), name));
     fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
   }
-  return is_done;
+  return true;
 }
 
 }  // namespace
@@ -139,8 +121,7 @@ Status WriteResult(const std::string& folder,
 
 Result<FolderClaim> FolderClaim::Share(const std::string& units,
                                        Store& store,
-                                       const std::string& name,
-                                       const std::function<void(const std::string&)>& tell) {
+                                       const std::string& name) {
   const std::string path = (fs::path(units) / ".lock").string();
   const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return CannotWrite(path);
@@ -155,8 +136,7 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units,
     const bool is_swept = Sweep(
         UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
         store,
-        name,
-        tell);
+        name);
     // What it says does not matter: when it was written does.
     if (is_swept && pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,13 +31,9 @@ class FolderClaim {
  public:
   /// Shares `units`, the folder of units' folders, with others that work there. Who is alone there
   /// removes what was left unfinished since the last who was, of runs that were to go into `store`,
-  /// which is called `name` (WorkPlan::store), and are not there, and makes up for what was not
-  /// said of those that are (AgreeFolders), which `tell` is told. Error (bad input): it cannot be
+  /// which is called `name` (WorkPlan::store), and are not there. Error (bad input): it cannot be
   /// written to.
-  static Result<FolderClaim> Share(const std::string& units,
-                                   Store& store,
-                                   const std::string& name,
-                                   const std::function<void(const std::string&)>& tell);
+  static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
   /// For who leaves out what is done, which two at once would do twice: `folder`, or one shard's
   /// part of it. Error (bad input): somebody else has it.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});

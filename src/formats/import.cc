@@ -77,7 +77,8 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
 
 /// What a file that was exported all the same says of the unit; `said` begins behind the mark.
 Decision HeldBack(const std::string& path, std::string said) {
-  said.resize(std::min(said.find_first_of("\r\n"), said.size()));
+  const auto ends = [](char c) { return static_cast<unsigned char>(c) < ' '; };
+  said.erase(std::find_if(said.begin(), said.end(), ends), said.end());
   const std::size_t begin = said.find_first_not_of(": "), end = said.rfind('.');
   if (begin >= end) return {Verdict::kFail, path, "it may not leave", TimestampUtc(), true};
   return {Verdict::kFail, path, said.substr(begin, end - begin), TimestampUtc(), true};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -143,8 +144,11 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);
   CheckField(experiment, &calibration);
-  calibration.findings.insert(
-      calibration.findings.end(), loaded.poses.findings.begin(), loaded.poses.findings.end());
+  // What refuses a sensor has done so, or that sensor was not asked for.
+  std::copy_if(loaded.poses.findings.begin(),
+               loaded.poses.findings.end(),
+               std::back_inserter(calibration.findings),
+               [](const Finding& finding) { return !finding.IsRefusal(); });
   for (const Triad triad : kTriads) {
     if (std::optional<TriadCalibration>& sensor = calibration.sensors[triad]) {
       sensor->si_per_count = loaded.si_per_count[triad];

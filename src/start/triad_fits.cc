@@ -8,7 +8,6 @@
 
 #include <Eigen/LU>
 
-#include "init/ellipsoid_consensus.h"
 #include "init/ellipsoid_fit.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
@@ -19,12 +18,8 @@
 namespace truetriad {
 namespace {
 
-// Most readings are good: what this share of them agrees with is no work of bad ones.
-constexpr double kMostShare = 0.72;
 // Of the field. A fit that most readings are closer to has not been drawn away by others.
 constexpr double kGoodMisfit = 0.01;
-// A fit to some of the readings replaces that to all where most are so much closer to it.
-constexpr double kBetterShare = 0.5;
 
 Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
                                     MatrixModel model,
@@ -42,33 +37,6 @@ Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings
   return result;
 }
 
-// Refitted without readings whose norm error stands out from the others'.
-Result<TriadModel<double>> FitTrimmed(std::vector<Eigen::Vector3d> readings,
-                                      MatrixModel model,
-                                      double radius) {
-  auto fitted = FitModel(readings, model, radius);
-  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
-  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
-    std::vector<double> errors;
-    errors.reserve(readings.size());
-    for (const auto& reading : readings)
-      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // The fit absorbs part of the noise, hence the wide 6 σ.
-    const double limit = 6.0 * kMadToSigma * Median(errors);
-    std::vector<Eigen::Vector3d> kept;
-    for (std::size_t k = 0; k < readings.size(); ++k) {
-      if (errors[k] <= limit) kept.push_back(readings[k]);
-    }
-    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
-    if (!Acts(Mechanism::kTrimming)) break;
-    auto refitted = FitModel(kept, model, radius);
-    if (!refitted) break;
-    fitted = std::move(refitted);
-    readings = std::move(kept);
-  }
-  return fitted;
-}
-
 double RmsOf(const TriadModel<double>& model,
              const std::vector<Eigen::Vector3d>& readings,
              double radius) {
@@ -80,7 +48,7 @@ double RmsOf(const TriadModel<double>& model,
 }
 
 // Without those few that alone keep the others from fitting: each goes that makes the greatest
-// difference, as long as that is no chance. Of few readings a consensus of most finds any.
+// difference, as long as that is no chance.
 std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
                                              MatrixModel model,
                                              double radius) {
@@ -113,24 +81,6 @@ std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readin
   return readings;
 }
 
-// Raw units of one true unit.
-double ScaleOf(const TriadModel<double>& model) {
-  return std::cbrt(std::abs(model.sensitivity.determinant()));
-}
-
-// How far most readings are from the model, raw unit: relative to its field an ellipsoid that runs
-// to infinity would be the best.
-double MisfitOf(const TriadModel<double>& model,
-                const std::vector<Eigen::Vector3d>& readings,
-                double radius) {
-  std::vector<double> errors;
-  errors.reserve(readings.size());
-  for (const auto& reading : readings) {
-    errors.push_back(std::abs(NormError(model, reading, radius)) * ScaleOf(model));
-  }
-  return LowerQuantile(std::move(errors), kMostShare);
-}
-
 }  // namespace
 
 TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
@@ -150,22 +100,31 @@ TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
   return {sensitivity, sensitivity * (centre + solution.head<3>())};
 }
 
-Result<TriadModel<double>> FitModelTrimmed(const std::vector<Eigen::Vector3d>& all,
+Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
                                            MatrixModel model,
                                            double radius) {
-  const std::vector<Eigen::Vector3d> readings = WithoutSpoilers(all, model, radius);
-  auto fitted = FitTrimmed(readings, model, radius);
-  if (fitted && MisfitOf(*fitted, readings, radius) < kGoodMisfit * ScaleOf(*fitted) * radius) {
-    return fitted;
+  readings = WithoutSpoilers(std::move(readings), model, radius);
+  auto fitted = FitModel(readings, model, radius);
+  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
+  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
+    std::vector<double> errors;
+    errors.reserve(readings.size());
+    for (const auto& reading : readings)
+      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
+    // The fit absorbs part of the noise, hence the wide 6 σ.
+    const double limit = 6.0 * kMadToSigma * Median(errors);
+    std::vector<Eigen::Vector3d> kept;
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (errors[k] <= limit) kept.push_back(readings[k]);
+    }
+    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
+    if (!Acts(Mechanism::kTrimming)) break;
+    auto refitted = FitModel(kept, model, radius);
+    if (!refitted) break;
+    fitted = std::move(refitted);
+    readings = std::move(kept);
   }
-  // Bad readings that are few but far off, or many, may make any fit.
-  auto agreeing = ReadingsOfOneEllipsoid(readings, model == MatrixModel::kDiagonal);
-  if (agreeing.size() == readings.size()) return fitted;
-  auto robust = FitTrimmed(std::move(agreeing), model, radius);
-  const bool is_better =
-      robust && (!fitted || MisfitOf(*robust, readings, radius) <
-                                kBetterShare * MisfitOf(*fitted, readings, radius));
-  return is_better && Acts(Mechanism::kConsensus) ? robust : fitted;
+  return fitted;
 }
 
 Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,

@@ -16,10 +16,9 @@ namespace truetriad {
 TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
                            const Eigen::Matrix3d& sensitivity);
 
-// Ellipsoid start that bad readings cannot spoil, up to a fifth of them and however far off:
-// refitted without those whose norm error stands out from the others', and where that leaves most
-// readings off, to those that agree on one ellipsoid.
-Result<TriadModel<double>> FitModelTrimmed(const std::vector<Eigen::Vector3d>& readings,
+// Ellipsoid start without up to three readings that alone spoil it, refitted without those whose
+// norm error stands out from the others'.
+Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
                                            MatrixModel model,
                                            double radius);
 

@@ -123,7 +123,24 @@ TEST_F(DisturbedRun, TakesAnOffsetOffThatIsStated) {
   EXPECT_THAT(found.config_yaml, HasSubstr("time_offset_s: 0.06"));
 }
 
-class RunWithALateSensor : public DisturbedRun, public ::testing::WithParamInterface<double> {};
+class RunWithALateSensor : public DisturbedRun, public ::testing::WithParamInterface<double> {
+ protected:
+  void ExpectMagnetometerIsRight() const {
+    const Finished compared = RunTruetriad({"compare",
+                                            "--a=" + folder_.Path("result/calibration.yaml"),
+                                            "--b=" + folder_.Path("run/truth.yaml")});
+    // Twelve numbers: at 4 σ chance spoils one such run in 1300.
+    std::istringstream lines(compared.out);
+    int judged = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.find("  magnetometer.") != 0) continue;
+      ++judged;
+      const double sigmas = std::strtod(line.substr(line.find_last_of(' ')).c_str(), nullptr);
+      EXPECT_LT(sigmas, 4.0) << line;
+    }
+    EXPECT_EQ(judged, 12) << compared.out;
+  }
+};
 
 // Rests of 3.4 to 4.6 s, less what the turns take of their ends: at half a second and more turns
 // reach into the magnetometer's rests, at half a rest it sees other rests.
@@ -136,10 +153,11 @@ TEST_P(RunWithALateSensor, IsRightUnlessClocksAreToBeAsStated) {
            "sensors.magnetometer.sampling.clock_offset_ms=" +
                late_ms.str());
   const Finished run = CalibrateIt("nine-axis.yaml", "clocks=as_stated");
-  EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
+  // Where it sees other rests nothing can be said; a shorter lag is in σ.
+  const bool sees_other_rests = std::abs(late_s) >= 2.0;
+  EXPECT_EQ(run.exit_code, sees_other_rests ? 3 : 0) << run.out << run.err;
+  if (!sees_other_rests) ExpectMagnetometerIsRight();
   const Calibration found = Result();
-  EXPECT_THAT(found.findings,
-              Contains(AllOf(HasCode(FindingCode::kNotAtRest), IsAbout(Triad::kMagnetometer))));
   std::string stated;
   for (const Finding& finding : found.findings) {
     std::smatch match;
@@ -157,19 +175,7 @@ TEST_P(RunWithALateSensor, IsRightUnlessClocksAreToBeAsStated) {
   ASSERT_NE(left, nullptr);
   EXPECT_NEAR(TimeOffsetsOf(corrected)[Triad::kMagnetometer], late_s, 4.0 * left->sigma_s);
   EXPECT_THAT(again.out, Not(HasSubstr("change within")));
-  const Finished compared = RunTruetriad({"compare",
-                                          "--a=" + folder_.Path("result/calibration.yaml"),
-                                          "--b=" + folder_.Path("run/truth.yaml")});
-  // Twelve numbers: at 4 σ chance spoils one such run in 1300.
-  std::istringstream lines(compared.out);
-  int judged = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.find("  magnetometer.") != 0) continue;
-    ++judged;
-    const double sigmas = std::strtod(line.substr(line.find_last_of(' ')).c_str(), nullptr);
-    EXPECT_LT(sigmas, 4.0) << line;
-  }
-  EXPECT_EQ(judged, 12) << compared.out;
+  ExpectMagnetometerIsRight();
 }
 
 INSTANTIATE_TEST_SUITE_P(Offsets,

@@ -172,8 +172,23 @@ TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
   const Finished resumed = run("0.0001", "last --resume");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_THAT(resumed.err, HasSubstr("1 exported files are renamed to *.withdrawn"));
+  EXPECT_THAT(resumed.err, HasSubstr("1 exported file is renamed to *.withdrawn"));
   EXPECT_TRUE(fs::exists(folder + "/px4.params.withdrawn"));
+  // What a person decides meanwhile, too.
+  fs::rename(folder, folder_.Path("away"));
+  MeasureAgain(8);
+  ASSERT_EQ(run("5").exit_code, 0);
+  const std::string last = Ask("out/fleet.db", "SELECT folder FROM run ORDER BY run DESC").at(0);
+  ASSERT_TRUE(fs::exists(last + "/px4.params"));
+  fs::rename(last, folder_.Path("away-too"));
+  EXPECT_EQ(Shell(kFleetProgram + std::string("dispose u100 --store=out/fleet.db --who=me "
+                                              "--verdict=FAIL --why=bent"))
+                .exit_code,
+            4);
+  fs::rename(folder_.Path("away-too"), last);
+  fs::rename(folder_.Path("away"), folder);
+  EXPECT_EQ(run("5", "last --resume").exit_code, 0);
+  EXPECT_FALSE(fs::exists(last + "/px4.params"));
   // All is said: nothing is said again.
   EXPECT_THAT(run("0.0001", "last --resume").err, Not(HasSubstr("withdrawn")));
 }
@@ -219,7 +234,7 @@ TEST_F(FleetStore, WithdrawsWhatShardsExportedWhenTheyAreCollected) {
   const std::string collect = kFleetProgram + std::string("collect day/0.jsonl day/1.jsonl ");
   const Finished done = Shell(collect + "--store=day/all.db");
   EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("1 exported files are renamed to *.withdrawn"));
+  EXPECT_THAT(done.err, HasSubstr("1 exported file is renamed to *.withdrawn"));
   EXPECT_NE(Shell("ls day/units/u100/*/px4.params").exit_code, 0);
   fs::remove_all(folder_.Path("day/units"));
   EXPECT_EQ(Shell(collect + "--store=other.db").exit_code, 4);

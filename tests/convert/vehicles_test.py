@@ -152,6 +152,8 @@ class Vehicles(unittest.TestCase):
         shutil.rmtree(self.out)
         self.calibrate(log, "--set=limits.accelerometer.bias=0.32", code=4)
         self.calibrate(log, "--instance=0", "--to=px4", "--set=limits.accelerometer.bias=0.32", code=4)
+        # Nor does one sensor take the place of another.
+        self.calibrate(log, "--instance=1", code=2)
         self.assertFalse((self.out / "px4.params").exists())
 
     def test_the_recording_stays_with_its_calibration(self):
@@ -167,6 +169,10 @@ class Vehicles(unittest.TestCase):
         self.calibrate(few, code=3)
         self.assertEqual((previous / "recording.yaml").read_bytes(), kept)
         self.assertTrue((self.out / "calibration.previous.yaml").exists())
+        # That is not the last word about the vehicle.
+        done = truetriad("export", self.out / "calibration.previous.yaml", "--to=px4", "-o", self.out / "p.params")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("a later recording", done.stderr)
         # A refusal leaves an empty folder of the user's where it is.
         own = self.folder / "own"
         own.mkdir()

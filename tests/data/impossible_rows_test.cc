@@ -152,20 +152,5 @@ TEST(ImpossibleRows, AreNotRestsThatWereJoined) {
   EXPECT_THAT(Screen(stream).left, IsEmpty());
 }
 
-TEST(ImpossibleRows, AreThoseOverTheEndOf16Bits) {
-  MemoryStream stream = TurningField(34000.0, 5.0, 1.0, 2900);
-  std::set<std::int64_t> bad;
-  for (std::size_t i = 0; i < stream.x.size(); ++i) {
-    for (std::vector<double>* axis : {&stream.x, &stream.y, &stream.z}) {
-      if (std::abs((*axis)[i]) <= 32767.0) continue;
-      (*axis)[i] -= std::copysign(65536.0, (*axis)[i]);
-      bad.insert(static_cast<std::int64_t>(i));
-    }
-  }
-  ASSERT_GT(bad.size(), 100U);
-  EXPECT_THAT(Screen(stream).left, ContainerEq(bad));
-  EXPECT_THAT(Screen(stream, 11).left, ContainerEq(bad));
-}
-
 }  // namespace impossible_rows_test
 }  // namespace truetriad

@@ -178,19 +178,5 @@ TEST(Joints, AreNeitherKnocksNorMagnets) {
   EXPECT_THAT(JoinedMoves(CollectRests(disturbed)), IsEmpty());
 }
 
-TEST(Joints, AreAtBothEndsOfRowsThatComeTwice) {
-  Rows rows = RestsAndTurns();
-  const Rows copy(rows.begin() + 700, rows.begin() + 1500);
-  rows.insert(rows.begin() + 2500, copy.begin(), copy.end());
-  const PoseSet set = CollectRests(rows);
-  EXPECT_THAT(set.poses, SizeIs(10));
-  EXPECT_THAT(set.findings, Contains(HasCode(FindingCode::kRepeatedRows)));
-  // What is left out is no gap of the log.
-  EXPECT_THAT(set.findings, Not(Contains(HasCode(FindingCode::kTimeGaps))));
-  ASSERT_THAT(set.joints, SizeIs(2));
-  EXPECT_EQ(set.joints[0].row, 2500);
-  EXPECT_EQ(set.joints[1].row, 3300);
-}
-
 }  // namespace joints_test
 }  // namespace truetriad

@@ -200,8 +200,6 @@ TEST_F(Engine, RefusesARecordingThatStatesAnotherStation) {
   EXPECT_THAT(store_.runs[1].message, Not(HasSubstr("states station")));
 }
 
-const auto kTellNobody = [](const std::string&) {};
-
 TEST(DoneLogs, AreThoseWithTheSerialAndTagsThatAreStated) {
   DoneLogs done;
   const LogStamp stamp{7, 8};
@@ -340,7 +338,7 @@ TEST(UnitFolders, OfHalfARunAreRemovedByTheNextWhoIsAlone) {
   const std::string of_another = units + "/A3/" + NewRunId();
   ASSERT_TRUE(BeginFolder(of_another, "another day"));
   {
-    const Result<FolderClaim> claim = FolderClaim::Share(units, **store, "day", kTellNobody);
+    const Result<FolderClaim> claim = FolderClaim::Share(units, **store, "day");
     ASSERT_TRUE(claim) << claim.error().message;
     EXPECT_TRUE(fs::exists(kept.folder));
     EXPECT_TRUE(fs::exists(units + "/A1/of somebody else"));
@@ -349,10 +347,10 @@ TEST(UnitFolders, OfHalfARunAreRemovedByTheNextWhoIsAlone) {
     EXPECT_FALSE(fs::exists(units + "/A2"));
     // What is in hand is nobody else's to remove.
     ASSERT_TRUE(BeginFolder(half, "day"));
-    EXPECT_TRUE(FolderClaim::Share(units, **store, "day", kTellNobody));
+    EXPECT_TRUE(FolderClaim::Share(units, **store, "day"));
     EXPECT_TRUE(fs::exists(half));
   }
-  EXPECT_TRUE(FolderClaim::Share(units, **store, "day", kTellNobody));
+  EXPECT_TRUE(FolderClaim::Share(units, **store, "day"));
   EXPECT_FALSE(fs::exists(half));
 }
 

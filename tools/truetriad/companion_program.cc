@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -12,7 +13,7 @@
 #include <sstream>
 #include <string_view>
 
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -80,9 +81,6 @@ Result<ProgramRun> RunProgram(const std::string& program,
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   std::fflush(stdout);
-  pid_t child = 0;
-  posix_spawn_file_actions_t streams;
-  posix_spawn_file_actions_init(&streams);
   std::optional<Captured> out, err;
   if (captures) {
     out.emplace();
@@ -91,16 +89,26 @@ Result<ProgramRun> RunProgram(const std::string& program,
       return Error(ErrorCode::kSystemFailure,
                    std::string("no temporary file: ") + std::strerror(errno));
     }
-    posix_spawn_file_actions_adddup2(&streams, out->descriptor(), STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&streams, err->descriptor(), STDERR_FILENO);
   }
-  const int failure =
-      posix_spawn(&child, program.c_str(), &streams, nullptr, pointers.data(), environ);
-  posix_spawn_file_actions_destroy(&streams);
-  if (failure != 0)
+  const int out_to = out ? out->descriptor() : STDOUT_FILENO;
+  const int err_to = err ? err->descriptor() : STDERR_FILENO;
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0) {
     return Error(ErrorCode::kSystemFailure,
                  {program},
-                 std::string("cannot be started: ") + std::strerror(failure));
+                 std::string("cannot be started: ") + std::strerror(errno));
+  }
+  if (child == 0) {
+    // What nobody waits for must not write into what somebody else has made since.
+    constexpr int kCannotStart = 127;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent || dup2(out_to, STDOUT_FILENO) < 0 || dup2(err_to, STDERR_FILENO) < 0) {
+      _exit(kCannotStart);
+    }
+    execv(program.c_str(), pointers.data());
+    _exit(kCannotStart);
+  }
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) return Error(ErrorCode::kSystemFailure, {program}, std::strerror(errno));

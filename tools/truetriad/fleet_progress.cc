@@ -111,7 +111,7 @@ std::string_view OperatorRemedy(const fleet::UnitRun& run) {
   return is_cut_off ? "record again" : "call the engineer";
 }
 
-/// "B0003  NO RESULT  record again, hands off while it rests (not-at-rest)".
+/// "B0003  NO RESULT  record again, hands off while it rests (no-rest)".
 std::string OperatorLine(const fleet::UnitRun& run) {
   std::string text = run.serial + "  " + std::string(VerdictWords(run.verdict));
   if (!fleet::IsRed(run.verdict)) return text;

@@ -200,8 +200,6 @@ struct PoseSet {
   /// By how much a triad's readings change later than those of the others all the same, where that
   /// is tenths of a second and more.
   PerTriad<std::optional<double>> clock_lag_s;
-  /// Why most rests are none for the triad, which then cannot be calibrated from them.
-  PerTriad<std::optional<Finding>> not_at_rest;
   std::string how;    ///< "static detection", "every row", …
   Findings findings;  ///< Clipping, stuck samples, gaps: what people should know.
 

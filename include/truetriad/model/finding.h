@@ -52,7 +52,6 @@ enum class FindingCode : int {
   kJoinedRecording,
   kRowsLeftOver,
   kMovingReadings,
-  kNotAtRest,
   kClockLag,
   kNoRest,
   kNoPose,

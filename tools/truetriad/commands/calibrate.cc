@@ -114,6 +114,41 @@ struct Done {
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
 };
 
+/// Error (bad input): `folder` has the calibration of other sensors, by their device ids.
+Status CheckIsOfSensors(const std::filesystem::path& folder, const Calibration& calibration) {
+  const std::optional<Calibration> there = ThatIn(folder);
+  if (!there) return {};
+  for (const Triad triad : kTriads) {
+    const auto &id = there->tags.device_ids[triad], &own = calibration.tags.device_ids[triad];
+    if (!id || !own || *id == *own) continue;
+    return Error(ErrorCode::kOtherDevice,
+                 {(folder / "calibration.yaml").string()},
+                 "is of the " + std::string(TriadName(triad)) + " " + std::to_string(*id) +
+                     ", and this one of " + std::to_string(*own) +
+                     "; choose another --output, or replace it with --overwrite");
+  }
+  return {};
+}
+
+/// A result that stays beside a later recording without one is not the last word about its unit.
+Status HoldBackPrevious(const Done& by) {
+  const std::string file = by.Path("calibration.previous.yaml");
+  const Result<std::string> text = LookAtSmallFile(file);
+  if (by.calibration.IsUsable() || !text) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration there, CalibrationFromYaml(*text, file));
+  there.decisions.push_back({.verdict = Verdict::kFail,
+                             .who = "a later recording",
+                             .why = "it gave no result",
+                             .created = by.calibration.created,
+                             .is_automatic = true});
+  const std::string yaml = CalibrationToYaml(there);
+  WholeFiles files;
+  TRUETRIAD_RETURN_IF_ERROR(
+      files.Write(by.Path("calibration.previous.json"), TextOf(JsonOfPlainYaml(yaml))));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(file, yaml));
+  return files.Commit();
+}
+
 Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) {
@@ -127,6 +162,7 @@ Result<Done> Calibrated(Task task) {
       CalibrateExperiment(
           task.experiment, progress.callback(), std::exchange(task.first, std::nullopt), &poses));
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
+  if (!FLAGS_overwrite) TRUETRIAD_RETURN_IF_ERROR(CheckIsOfSensors(task.folder, calibration));
   return Done{std::move(task), std::move(calibration), std::move(poses), {}};
 }
 
@@ -188,6 +224,9 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
     TRUETRIAD_RETURN_IF_ERROR(MoveAside((*all)[i].task.folder, aside[i]));
+    if (std::ranges::find(aside[i], kResults.front()) != aside[i].end()) {
+      TRUETRIAD_RETURN_IF_ERROR(HoldBackPrevious((*all)[i]));
+    }
   }
   TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return exports;
@@ -242,6 +281,11 @@ bool IsOfSameRecording(const Calibration& one, const Calibration& other) {
 void TakeOverDecisions(Done* done) {
   const std::optional<Calibration> there = ThatIn(done->task.folder);
   if (!there || !IsOfSameRecording(*there, done->calibration)) return;
+  if (there->LimitsVerdict() == Verdict::kFail &&
+      done->calibration.LimitsVerdict() == Verdict::kNoLimits) {
+    Warn(done->Path("calibration.yaml") +
+         ": this recording was FAIL, and is NO LIMITS SET now, since no limits were stated");
+  }
   for (const Decision& decision : there->decisions) {
     if (!decision.is_automatic) done->calibration.decisions.push_back(decision);
   }
@@ -268,7 +312,7 @@ void HoldBackTogether(std::vector<Done>* all) {
   std::set<std::string> own;
   for (const Done& done : *all) {
     const std::string name = "instance " + std::to_string(done.task.instance);
-    own.insert(done.task.folder);
+    own.insert("instance-" + std::to_string(done.task.instance));
     if (!held_back) held_back = HeldBackBy(done.calibration, name);
   }
   const Done& first = all->front();
@@ -277,7 +321,7 @@ void HoldBackTogether(std::vector<Done>* all) {
   for (const std::filesystem::directory_iterator end; !failure && !held_back && entry != end;
        entry.increment(failure)) {
     const std::string name = entry->path().filename().string();
-    if (!name.starts_with("instance-") || own.contains(entry->path().string())) continue;
+    if (!name.starts_with("instance-") || own.contains(name)) continue;
     const std::optional<Calibration> there = ThatIn(entry->path());
     if (there && there->serial == first.calibration.serial) held_back = HeldBackBy(*there, name);
   }

@@ -75,7 +75,7 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
-      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store, Warn));
+      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk;

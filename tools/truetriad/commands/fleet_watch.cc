@@ -61,7 +61,7 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
                              StatedGoldenHold(options.plan, *store, /*needs_station=*/true));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
-      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store, Warn));
+      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk(/*names_all=*/true);
