@@ -132,6 +132,13 @@ Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>&
   return {(sab - sa * sb / n) / std::sqrt(va * vb), n};
 }
 
+// Half of the rests are shorter, s.
+double TypicalRest(const PoseSet& set) {
+  std::vector<double> durations_s;
+  for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
+  return Median(std::move(durations_s));
+}
+
 }  // namespace
 
 void ClockLagFinder::Close(Track* track) {
@@ -199,13 +206,6 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   return kSlotS * (static_cast<double>(at - kMostLag) + beside);
 }
 
-// Half of the rests are shorter, s.
-static double TypicalRest(const PoseSet& set) {
-  std::vector<double> durations_s;
-  for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
-  return durations_s.empty() ? 0.0 : Median(std::move(durations_s));
-}
-
 Triad ClockReference(const PoseSet& set) {
   return set.Find(Triad::kGyroscope) != nullptr ? Triad::kGyroscope : Triad::kAccelerometer;
 }
@@ -229,13 +229,16 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
                            .About(triad)
                            .With("offset", *lag_s, "s"));
     // Such a sensor was at another rest, or turning, for the most part of each.
-    if (2.0 * std::abs(*lag_s) > TypicalRest(*set)) findings.back().As(Severity::kRefusal);
+    if (!set->poses.empty() && 2.0 * std::abs(*lag_s) > TypicalRest(*set)) {
+      findings.back().As(Severity::kRefusal);
+    }
     block += (block.empty() ? "" : ", ") + name +
              Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }
-  // Once: one block corrects all of them.
-  if (!findings.empty()) {
-    findings.back().remedy =
+  // One block corrects all of them: it is said once, and by what refuses.
+  for (Finding& finding : findings) {
+    if (&finding != &findings.back() && !finding.IsRefusal()) continue;
+    finding.remedy =
         "correct it with `sensors: { " + block + " }` and run again to find the remaining delay";
   }
   return findings;

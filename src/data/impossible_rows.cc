@@ -65,7 +65,7 @@ bool RowScreen::MayHaveSuspects(const SampleBlock& block) const {
       found |= static_cast<int>(value == 0.0) | static_cast<int>(std::abs(value) >= kLeastWord);
     }
   }
-  return found != 0 || !last_;
+  return found != 0;
 }
 
 bool RowScreen::IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const {

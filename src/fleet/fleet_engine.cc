@@ -51,7 +51,13 @@ Result<FleetProgress> FleetEngine::Run(FleetProgress progress,
   const Clock::time_point begin = Clock::now();
   // What could not be said before: folders were away, or a process was killed.
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
-  for (const std::string& serial : held_back) AgreeInFolders(serial);
+  for (const std::string& serial : held_back) {
+    if (options_.plan.folder.empty()) break;
+    Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
+    if (!agreed) continue;   // The store is silent: the next start asks again.
+    agreed->absent.clear();  // Folders of other machines, or put away.
+    for (const std::string& note : agreed->Notes(serial)) Tell(note);
+  }
   const auto count_time = [&] {
     progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   };
@@ -150,8 +156,8 @@ Status FleetEngine::Keep() {
     if (store_retry_.wait_s > 0.0) Tell("the store works again");
     store_retry_ = Retry();
     FinishFolder(run.folder);
+    AgreeInFolders(run.serial);
     Count(run, *before);
-    if (*before) AgreeInFolders(run.serial);
     ended_.pop_front();
   }
   return {};
@@ -258,8 +264,7 @@ void FleetEngine::AgreeInFolders(const std::string& serial) {
   if (options_.plan.folder.empty()) return;
   const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
   if (!agreed) {
-    Tell(agreed.error().message);
-    progress_.unsafe.insert(serial);
+    Tell(serial + ": " + agreed.error().message + "; its other runs are told at the next start");
     return;
   }
   for (const std::string& note : agreed->Notes(serial)) Tell(note);

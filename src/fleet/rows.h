@@ -63,8 +63,8 @@ inline constexpr std::string_view kFoldersOfUnit =
 inline constexpr std::string_view kUnitsHeldBack =
     "SELECT serial FROM standing WHERE disposed_by <> '' OR (final_verdict IN ('FAIL', "
     "'NO_RESULT') "
-    "AND EXISTS (SELECT 1 FROM run WHERE run.serial = standing.serial AND run.verdict IN ('PASS', "
-    "'NO_LIMITS') AND run.folder <> '')) ORDER BY serial";
+    "AND EXISTS (SELECT 1 FROM run WHERE run.serial = standing.serial AND run.run <> "
+    "standing.run AND run.verdict <> 'NO_RESULT' AND run.folder <> '')) ORDER BY serial";
 inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
 inline constexpr std::string_view kStandingOf =
     "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "

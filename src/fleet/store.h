@@ -164,7 +164,7 @@ class Store {
     return std::optional<Standing>();
   }
   /// Units whose files may have to be told something (AgreeFolders): somebody decided about them,
-  /// or they are not good and have another run that is.
+  /// or they are not good and have a result of another run.
   virtual Result<std::vector<std::string>> UnitsHeldBack() { return std::vector<std::string>(); }
   /// Those of the unit's runs that have files, in the order of their names.
   virtual Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& /*serial*/) {

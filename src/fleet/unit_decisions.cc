@@ -73,8 +73,8 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
     if (!is_stated && (is_red || counts)) decisions.push_back(decision);
     return decisions;
   }
-  // A concession ends with the next run that counts; a refusal of a run is for good.
-  std::erase_if(decisions, [](const Decision& one) { return one.verdict == Verdict::kPass; });
+  // A concession ends with the next run that counts; a refusal that stands is for good.
+  if (!decisions.empty() && decisions.back().verdict == Verdict::kPass) decisions.clear();
   if (is_red && !counts && !IsRed(calibration.verdict())) {
     decisions.push_back(OfRunThatCounts(unit));
   }
@@ -126,7 +126,9 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
                     (why.empty() ? ", since another verdict holds; export again what is to leave"
                                  : ", since " + why));
   }
-  for (const Error& error : unreached) {
+  std::vector<Error> silent = unreached;
+  silent.insert(silent.end(), absent.begin(), absent.end());
+  for (const Error& error : silent) {
     notes.push_back(serial + ": " + error.message + (why.empty() ? "" : "; " + why) +
                     ", and `export` does not know of this there");
   }
@@ -141,6 +143,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
   const bool is_red = IsRed(unit->final_verdict), is_decided = !unit->disposed_by.empty();
+  if (folders.size() == 1 && !is_decided) return agreement;  // It speaks for itself.
   if (is_red && is_decided) {
     agreement.why = unit->disposed_by + " refused the unit (" + unit->disposed_why + ")";
   } else if (is_red) {
@@ -157,7 +160,9 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
     // What has no result has nothing that could leave.
     const bool could_leave = one.verdict != Verdict::kNoResult;
     const bool needs_it = is_red ? could_leave && (is_decided || !counts) : is_decided && counts;
-    if (needs_it) agreement.unreached.push_back(withdrawn.error());
+    std::error_code failure;
+    const bool is_there = fs::exists(FolderOf(one.folder, units), failure);
+    if (needs_it) (is_there ? agreement.unreached : agreement.absent).push_back(withdrawn.error());
   }
   return agreement;
 }

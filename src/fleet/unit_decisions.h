@@ -12,12 +12,13 @@ namespace truetriad::fleet {
 
 /// What was done so that the files of a unit's runs state what the store says of the unit.
 struct Agreement {
-  std::string why;                     ///< "run X counts, and it is FAIL"; empty: it may leave.
+  std::string why;                     ///< "run X counts, and is FAIL"; empty: it may leave.
   std::vector<std::string> withdrawn;  ///< Exports, by their new names (WithdrawExports).
-  std::vector<Error> unreached;        ///< What could not be told, a run each.
+  std::vector<Error> unreached;        ///< What is there and could not be told, a run each.
+  std::vector<Error> absent;           ///< What is not there, likewise.
 
   /// The unit may not leave, and calibrations of it say nothing of that.
-  bool IsUnsafe() const { return !why.empty() && !unreached.empty(); }
+  bool IsUnsafe() const { return !why.empty() && !(unreached.empty() && absent.empty()); }
   /// What somebody must know, a sentence each.
   std::vector<std::string> Notes(const std::string& serial) const;
 };

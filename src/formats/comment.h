@@ -8,11 +8,11 @@
 
 namespace truetriad {
 
-// How the comment of a file begins that was exported of a unit which may not leave.
 /// What every exported file of a calibration says of itself, with the version in between.
 inline constexpr std::string_view kExportedBy = "Exported by truetriad ";
 inline constexpr std::string_view kWasCalibrated = "; calibrated ";
 
+// How the comment of a file begins that was exported of a unit which may not leave.
 inline constexpr std::string_view kMustNotLeave = "THIS UNIT MUST NOT LEAVE";
 
 // The line of an exported file that says which units a sensor's numbers are for.

@@ -18,11 +18,15 @@ namespace fs = std::filesystem;
 constexpr std::string_view kWithdrawn = ".withdrawn";
 
 /// Whatever a file is called, an export says so: at its beginning, or at its end.
-bool IsExport(const fs::path& path) {
+/// Error (bad input): it cannot be read.
+Result<bool> IsExport(const fs::path& path) {
   constexpr std::streamoff kLooked = 1 << 16;
   const std::string name = path.filename().string();
   if (name.find(kWithdrawn) != std::string::npos || IsTemporaryName(name)) return false;
   std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file)
+    return Error(
+        ErrorCode::kUnreadableFile, {path.string()}, "cannot be read, so may be an export");
   const std::streamoff size = file.tellg();
   for (const std::streamoff at : {std::streamoff{0}, std::max(size - kLooked, kLooked)}) {
     if (at >= size || !file.seekg(at)) break;
@@ -65,8 +69,9 @@ Result<std::vector<std::string>> WithdrawExports(
       }
       const bool is_file = entry->is_regular_file(vanished);
       // A file that this command reads is an input and no export.
-      if (!is_file || written.contains(path) || InputGuard::Holds(path) || !IsExport(path))
-        continue;
+      if (!is_file || written.contains(path) || InputGuard::Holds(path)) continue;
+      TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(path));
+      if (!is_export) continue;
       const fs::path to = FreeName(path);
       fs::rename(path, to, vanished);
       if (vanished) return Error(ErrorCode::kCannotWrite, {path}, vanished.message());

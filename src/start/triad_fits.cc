@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-// Of the field. A fit that most readings are closer to has not been drawn away by others.
+// Of the field. A fit that readings scatter less about has not been drawn away by some of them.
 constexpr double kGoodMisfit = 0.01;
 
 Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,

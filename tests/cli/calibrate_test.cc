@@ -361,6 +361,9 @@ TEST_F(CalibrateVerb, KeepsWhatAPersonDecidedAboutTheSameRecording) {
   EXPECT_EQ(again.exit_code, 4);
   EXPECT_THAT(again.out, HasSubstr("FAIL by R. Roe"));
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("result/px4.params")));
+  // Also where a log without a result came in between.
+  EXPECT_EQ(Calibrate(LogText({.rests = 6, .magnetometer = false})).exit_code, 3);
+  EXPECT_EQ(Calibrate(LogText(), {"--to=px4"}).exit_code, 4);
   LogOptions other;
   other.seed = 7;
   EXPECT_EQ(Calibrate(LogText(other)).exit_code, 0);

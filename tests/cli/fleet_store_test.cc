@@ -213,11 +213,37 @@ TEST_F(FleetStore, EndsAConcessionWithTheNextRunThatCounts) {
   };
   EXPECT_TRUE(may_leave());
   MeasureAgain(7);
-  ASSERT_EQ(run("0.0001").exit_code, 0);
+  // What was conceded is told when it is there again.
+  fs::rename(folder, folder_.Path("away"));
+  EXPECT_EQ(run("0.0001").exit_code, 4);
+  fs::rename(folder_.Path("away"), folder);
+  EXPECT_TRUE(may_leave());
+  EXPECT_EQ(run("0.0001").exit_code, 0);
   EXPECT_FALSE(may_leave());
   MeasureAgain(8);
   ASSERT_EQ(run("5").exit_code, 0);
   EXPECT_FALSE(may_leave());
+}
+
+TEST_F(FleetStore, ForgetsARefusalThatWasTakenBack) {
+  WriteUnits(1);
+  const std::string run = kFleetProgram + std::string("run line --report=false --quiet -o out");
+  ASSERT_EQ(Shell(run).exit_code, 0);
+  const std::string folder = Ask("out/fleet.db", "SELECT folder FROM run").at(0);
+  for (const char* verdict : {"FAIL", "PASS"}) {
+    ASSERT_EQ(Shell(kFleetProgram +
+                    std::string("dispose u100 --store=out/fleet.db --who=me "
+                                "--why=x --verdict=") +
+                    verdict)
+                  .exit_code,
+              0);
+  }
+  MeasureAgain(7);
+  ASSERT_EQ(Shell(run).exit_code, 0);
+  EXPECT_EQ(Shell("'" TRUETRIAD_BINARY "' export '" + folder +
+                  "/calibration.yaml' --to=px4 --output=u.params")
+                .exit_code,
+            0);
 }
 
 TEST_F(FleetStore, WithdrawsWhatShardsExportedWhenTheyAreCollected) {

@@ -99,9 +99,9 @@ Result<ProgramRun> RunProgram(const std::string& program,
                  {program},
                  std::string("cannot be started: ") + std::strerror(errno));
   }
+  constexpr int kCannotStart = 127;
   if (child == 0) {
     // What nobody waits for must not write into what somebody else has made since.
-    constexpr int kCannotStart = 127;
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent || dup2(out_to, STDOUT_FILENO) < 0 || dup2(err_to, STDERR_FILENO) < 0) {
       _exit(kCannotStart);
@@ -112,6 +112,9 @@ Result<ProgramRun> RunProgram(const std::string& program,
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) return Error(ErrorCode::kSystemFailure, {program}, std::strerror(errno));
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kCannotStart) {
+    return Error(ErrorCode::kSystemFailure, {program}, "cannot be started");
   }
   if (WIFEXITED(status)) {
     return ProgramRun{WEXITSTATUS(status), out ? out->Text() : "", err ? err->Text() : ""};

@@ -83,30 +83,29 @@ FolderGivesWay::FolderGivesWay(std::filesystem::path folder) : folder_(std::move
 }
 
 FolderGivesWay::FolderGivesWay(FolderGivesWay&& other) noexcept
-    : folder_(std::exchange(other.folder_, {})),
-      has_made_parent_(other.has_made_parent_),
-      end_(other.end_) {}
+    : folder_(std::exchange(other.folder_, {})), has_made_parent_(other.has_made_parent_) {}
+
+void FolderGivesWay::Keep(End of_earlier) {
+  // No longer aside before it goes: what is aside comes back.
+  std::error_code ignored;
+  const bool is_previous = of_earlier == End::kIsPrevious;
+  const std::filesystem::path to =
+      is_previous ? Named(kPrevious) : std::filesystem::path(TemporaryNameBeside(folder_.string()));
+  if (std::filesystem::exists(Named(kAside), ignored)) {
+    std::filesystem::remove_all(to, ignored);
+    std::filesystem::rename(Named(kAside), to, ignored);
+    if (!is_previous) std::filesystem::remove_all(to, ignored);
+  }
+  folder_.clear();
+}
 
 FolderGivesWay::~FolderGivesWay() {
   if (folder_.empty()) return;
   std::error_code ignored;
-  const std::filesystem::path aside = Named(kAside), previous = Named(kPrevious);
-  const bool had_one = std::filesystem::exists(aside, ignored);
-  switch (end_) {
-    case End::kComesBack:
-      std::filesystem::remove_all(folder_, ignored);
-      if (had_one) std::filesystem::rename(aside, folder_, ignored);
-      if (has_made_parent_) std::filesystem::remove(folder_.parent_path(), ignored);
-      return;
-    case End::kGoes:
-      std::filesystem::remove_all(aside, ignored);
-      return;
-    case End::kIsPrevious:
-      if (!had_one) return;
-      std::filesystem::remove_all(previous, ignored);
-      std::filesystem::rename(aside, previous, ignored);
-      return;
-  }
+  const std::filesystem::path aside = Named(kAside);
+  std::filesystem::remove_all(folder_, ignored);
+  if (std::filesystem::exists(aside, ignored)) std::filesystem::rename(aside, folder_, ignored);
+  if (has_made_parent_) std::filesystem::remove(folder_.parent_path(), ignored);
 }
 
 Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& serial) {
@@ -138,7 +137,10 @@ Status CheckSameUnit(const std::string& what, const std::string& serial, const C
                    "`; give those of one unit");
 }
 
-Status CheckSameSensors(const std::string& what, const Calibration& one, const Calibration& other) {
+Status CheckSameSensors(const std::string& what,
+                        const Calibration& one,
+                        const Calibration& other,
+                        const std::string& remedy) {
   TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(what, one.serial, other));
   for (const Triad triad : kTriads) {
     const auto &id = one.tags.device_ids[triad], &other_id = other.tags.device_ids[triad];
@@ -146,8 +148,7 @@ Status CheckSameSensors(const std::string& what, const Calibration& one, const C
     return Error(ErrorCode::kOtherDevice,
                  what + ": its " + std::string(TriadName(triad)) + " has device id " +
                      std::to_string(*id) + ", but that of the other calibration has " +
-                     std::to_string(*other_id) +
-                     "; give calibrations of one sensor (`import --instance=N` chooses it)");
+                     std::to_string(*other_id) + "; " + remedy);
   }
   return {};
 }

@@ -25,7 +25,7 @@ Status MoveAside(const std::filesystem::path& directory, const std::vector<std::
 class FolderGivesWay {
  public:
   /// What becomes of the one that was there.
-  enum class End { kComesBack, kGoes, kIsPrevious };
+  enum class End { kGoes, kIsPrevious };
 
   /// Moves `folder`, if it is there. Error (bad input): it cannot be renamed; `input` is in it.
   static Result<FolderGivesWay> For(const std::filesystem::path& folder,
@@ -34,7 +34,7 @@ class FolderGivesWay {
   FolderGivesWay(FolderGivesWay&& other) noexcept;
   FolderGivesWay& operator=(FolderGivesWay&&) = delete;
   /// kIsPrevious: it is NAME.previous from now on.
-  void Keep(End of_earlier) { end_ = of_earlier; }
+  void Keep(End of_earlier);
 
  private:
   explicit FolderGivesWay(std::filesystem::path folder);
@@ -43,7 +43,6 @@ class FolderGivesWay {
 
   std::filesystem::path folder_;  ///< Empty: moved from.
   bool has_made_parent_ = false;
-  End end_ = End::kComesBack;
 };
 
 /// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
@@ -56,6 +55,10 @@ Status WriteStatedReport(const std::string& html, VerbResult* result);
 /// Error (bad input): both numbers are known and differ. `what`: "log.csv: the recording".
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of);
 /// Error (bad input): both state a unit, or device ids of their sensors, and not the same.
-Status CheckSameSensors(const std::string& what, const Calibration& one, const Calibration& other);
+Status CheckSameSensors(const std::string& what,
+                        const Calibration& one,
+                        const Calibration& other,
+                        const std::string& remedy =
+                            "give calibrations of one sensor (`import --instance=N` chooses it)");
 
 }  // namespace truetriad

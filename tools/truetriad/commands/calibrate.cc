@@ -62,8 +62,9 @@ struct Task {
 };
 
 /// The calibration that a folder has.
-std::optional<Calibration> ThatIn(const std::filesystem::path& folder) {
-  const std::string file = (folder / "calibration.yaml").string();
+std::optional<Calibration> ThatIn(const std::filesystem::path& folder,
+                                  const char* name = "calibration.yaml") {
+  const std::string file = (folder / name).string();
   const Result<std::string> text = LookAtSmallFile(file);
   if (!text) return std::nullopt;
   Result<Calibration> there = CalibrationFromYaml(*text, file);
@@ -114,38 +115,20 @@ struct Done {
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
 };
 
-/// Error (bad input): `folder` has the calibration of other sensors, by their device ids.
-Status CheckIsOfSensors(const std::filesystem::path& folder, const Calibration& calibration) {
-  const std::optional<Calibration> there = ThatIn(folder);
-  if (!there) return {};
-  for (const Triad triad : kTriads) {
-    const auto &id = there->tags.device_ids[triad], &own = calibration.tags.device_ids[triad];
-    if (!id || !own || *id == *own) continue;
-    return Error(ErrorCode::kOtherDevice,
-                 {(folder / "calibration.yaml").string()},
-                 "is of the " + std::string(TriadName(triad)) + " " + std::to_string(*id) +
-                     ", and this one of " + std::to_string(*own) +
-                     "; choose another --output, or replace it with --overwrite");
-  }
-  return {};
-}
-
 /// A result that stays beside a later recording without one is not the last word about its unit.
-Status HoldBackPrevious(const Done& by) {
-  const std::string file = by.Path("calibration.previous.yaml");
-  const Result<std::string> text = LookAtSmallFile(file);
-  if (by.calibration.IsUsable() || !text) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(Calibration there, CalibrationFromYaml(*text, file));
-  there.decisions.push_back({.verdict = Verdict::kFail,
-                             .who = "a later recording",
-                             .why = "it gave no result",
-                             .created = by.calibration.created,
-                             .is_automatic = true});
-  const std::string yaml = CalibrationToYaml(there);
+Status HoldBackEarlier(const Done& by) {
+  std::optional<Calibration> there = ThatIn(by.task.folder);
+  if (by.calibration.IsUsable() || !there) return {};
+  there->decisions.push_back({.verdict = Verdict::kFail,
+                              .who = "a later recording",
+                              .why = "it gave no result",
+                              .created = by.calibration.created,
+                              .is_automatic = true});
+  const std::string yaml = CalibrationToYaml(*there);
   WholeFiles files;
   TRUETRIAD_RETURN_IF_ERROR(
-      files.Write(by.Path("calibration.previous.json"), TextOf(JsonOfPlainYaml(yaml))));
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(file, yaml));
+      files.Write(by.Path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(by.Path("calibration.yaml"), yaml));
   return files.Commit();
 }
 
@@ -162,7 +145,11 @@ Result<Done> Calibrated(Task task) {
       CalibrateExperiment(
           task.experiment, progress.callback(), std::exchange(task.first, std::nullopt), &poses));
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
-  if (!FLAGS_overwrite) TRUETRIAD_RETURN_IF_ERROR(CheckIsOfSensors(task.folder, calibration));
+  if (const auto there = ThatIn(task.folder); there && !FLAGS_overwrite) {
+    const std::string file = (std::filesystem::path(task.folder) / "calibration.yaml").string();
+    TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
+        file, *there, calibration, "choose another --output, or replace it with --overwrite"));
+  }
   return Done{std::move(task), std::move(calibration), std::move(poses), {}};
 }
 
@@ -223,10 +210,10 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
     Note(file + ": was exported of an earlier result, and is renamed");
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
-    TRUETRIAD_RETURN_IF_ERROR(MoveAside((*all)[i].task.folder, aside[i]));
     if (std::ranges::find(aside[i], kResults.front()) != aside[i].end()) {
-      TRUETRIAD_RETURN_IF_ERROR(HoldBackPrevious((*all)[i]));
+      TRUETRIAD_RETURN_IF_ERROR(HoldBackEarlier((*all)[i]));
     }
+    TRUETRIAD_RETURN_IF_ERROR(MoveAside((*all)[i].task.folder, aside[i]));
   }
   TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return exports;
@@ -279,8 +266,12 @@ bool IsOfSameRecording(const Calibration& one, const Calibration& other) {
 
 /// What people decided about a recording holds however often it is calibrated.
 void TakeOverDecisions(Done* done) {
-  const std::optional<Calibration> there = ThatIn(done->task.folder);
-  if (!there || !IsOfSameRecording(*there, done->calibration)) return;
+  std::optional<Calibration> there;
+  for (const char* name : {"calibration.previous.yaml", "calibration.yaml"}) {
+    std::optional<Calibration> one = ThatIn(done->task.folder, name);
+    if (one && IsOfSameRecording(*one, done->calibration)) there = std::move(one);
+  }
+  if (!there) return;
   if (there->LimitsVerdict() == Verdict::kFail &&
       done->calibration.LimitsVerdict() == Verdict::kNoLimits) {
     Warn(done->Path("calibration.yaml") +
@@ -299,8 +290,10 @@ std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::st
   if (!decisions.empty() && decisions.back().is_automatic) return std::nullopt;
   return Decision{.verdict = Verdict::kFail,
                   .who = instance,
-                  .why = decisions.empty() ? MissedText(WorstLimit(calibration.quality.limits))
-                                           : DecisionText(decisions.back()),
+                  .why = !decisions.empty() ? DecisionText(decisions.back())
+                         : calibration.quality.limits.empty()
+                             ? "FAIL"
+                             : MissedText(WorstLimit(calibration.quality.limits)),
                   .created = calibration.created,
                   .is_automatic = true};
 }
