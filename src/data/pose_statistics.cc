@@ -25,6 +25,11 @@ constexpr double kOneSidedMean = 0.5;
 constexpr double kEnoughDof = 8.0;
 // A longer batch counts when white noise would show as much more once in this many sets.
 constexpr double kLongerBatchLevel = 1e-3;
+// A pose is noisier than the others: strict, as there are many poses, and by a margin, as more
+// than that is harmless.
+constexpr double kNoisierLevel = 1e-6;
+// Of the variance, that is 1.22 of sigma.
+constexpr double kNoisierFactor = 1.5;
 // A long pose is kept in so many segments.
 constexpr std::size_t kMostSegments = 128;
 
@@ -37,7 +42,12 @@ bool IsSignificantlyMore(double variance, double dof, double than, double than_d
 class AxisNoise {
  public:
   AxisNoise(const std::vector<const TriadPoseMoments*>& poses, int axis)
-      : poses_(poses), axis_(axis) {
+      : poses_(poses), axis_(axis), noisier_(poses.size(), false) {
+    // Noisy poses raise the pool that they are compared with: leave them out, and again.
+    for (int round = 0; round < 5; ++round) {
+      Pool();
+      if (!FlagNoisier()) break;
+    }
     Pool();
   }
 
@@ -45,22 +55,37 @@ class AxisNoise {
   double inflation() const { return white_variance() > 0.0 ? LongRun() / white_variance() : 1.0; }
   bool known() const { return white_.dof > 0.0; }
 
-  // Of one sample; divided by n it is the variance of a pose's mean.
-  double LongRun() const { return Stage(chosen_).variance()[axis_]; }
+  // Variance of one sample that, divided by n, is the variance of the mean of pose i.
+  double VarianceOfPose(std::size_t i) const {
+    if (!noisier_[i]) return LongRun();
+    const double own_white = White(*poses_[i]).variance()[axis_] * inflation();
+    double variance = std::max(LongRun(), own_white);
+    if (chosen_ > 0) {
+      const BatchScatter own = Batch(*poses_[i], chosen_ - 1);
+      if (own.dof >= kEnoughDof) variance = std::max(variance, own.variance()[axis_]);
+    }
+    return variance;
+  }
 
  private:
   static BatchScatter White(const TriadPoseMoments& pose) {
     return {pose.window_scatter_raw.diagonal().array(), pose.window_dof};
   }
+  static BatchScatter Batch(const TriadPoseMoments& pose, std::size_t level) {
+    return level < pose.batches.size() ? pose.batches[level] : BatchScatter();
+  }
+
   // 0: inside the windows; l: batches of 2^(l-1) windows.
   const BatchScatter& Stage(std::size_t stage) const {
     return stage == 0 ? white_ : batches_[stage - 1];
   }
+  double LongRun() const { return Stage(chosen_).variance()[axis_]; }
 
   void Pool() {
     white_ = BatchScatter();
     batches_.clear();
     for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (noisier_[i]) continue;
       white_.Add(White(*poses_[i]));
       batches_.resize(std::max(batches_.size(), poses_[i]->batches.size()));
       for (std::size_t l = 0; l < poses_[i]->batches.size(); ++l) {
@@ -84,8 +109,26 @@ class AxisNoise {
     }
   }
 
+  bool FlagNoisier() {
+    bool any = false;
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (noisier_[i]) continue;
+      const auto is_noisier = [&](const BatchScatter& own, const BatchScatter& pool) {
+        const double own_variance = own.variance()[axis_], pool_variance = pool.variance()[axis_];
+        return own_variance > kNoisierFactor * pool_variance &&
+               IsSignificantlyMore(own_variance, own.dof, pool_variance, pool.dof, kNoisierLevel);
+      };
+      noisier_[i] = (is_noisier(White(*poses_[i]), white_) ||
+                     (chosen_ > 0 && is_noisier(Batch(*poses_[i], chosen_ - 1), Stage(chosen_)))) &&
+                    Acts(Mechanism::kNoisierPoses);
+      any = any || noisier_[i];
+    }
+    return any;
+  }
+
   const std::vector<const TriadPoseMoments*>& poses_;
   int axis_;
+  std::vector<bool> noisier_;
   BatchScatter white_;
   std::vector<BatchScatter> batches_;
   std::size_t chosen_ = 0;
@@ -179,7 +222,7 @@ void FillTriad(Triad triad,
     if (dof > 0.0) targets[i]->sample_covariance_raw = shape / dof;
     Eigen::Vector3d deviation, rounding;
     for (int axis = 0; axis < 3; ++axis) {
-      const double variance = noise[static_cast<std::size_t>(axis)].LongRun();
+      const double variance = noise[static_cast<std::size_t>(axis)].VarianceOfPose(i);
       deviation[axis] = std::sqrt(variance / static_cast<double>(present[i]->count));
       rounding[axis] =
           RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);

@@ -143,7 +143,7 @@ class PoseAccumulator {
 /// Noise is pooled over the poses: the white part from inside the windows, and the long-run part
 /// from batch means with batches of 1, 2, 4, … windows. The inflation is the ratio at the
 /// shortest batch after which no longer batch shows significantly more; white noise therefore has
-/// an inflation of 1.
+/// an inflation of 1. A pose that is significantly noisier than the others keeps its own variance.
 ///   covariance of the mean = D R D / n,  D^2 = variance * inflation,  R: correlation of the axes
 /// plus what coarse steps leave: q^2/12 exp(-4 pi^2 sigma^2/q^2) per axis, which no number of
 /// samples averages away.

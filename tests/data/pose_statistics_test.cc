@@ -69,6 +69,25 @@ TEST(PoseStatistics, CatchCorrelatedNoise) {
   }
 }
 
+TEST(PoseStatistics, LetANoisierPoseKeepItsOwnVariance) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 8; ++i) recording.Rest(5.0, i == 3 ? 3.0 : 1.0);
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kEveryN;
+  selection.every = 500;
+  MemorySource source({recording.accel});
+  const Result<PoseSet> set = CollectPoses(source, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Eigen::Vector3d variance =
+        set->poses[i].triads[kAccel]->mean_covariance_raw.diagonal() * 500.0 / (0.02 * 0.02);
+    // 450 degrees of freedom: 6.7 % one sigma, 5 sigma allowed; the pool is sharper.
+    EXPECT_LT((variance - Eigen::Vector3d::Constant(i == 3 ? 9.0 : 1.0)).cwiseAbs().maxCoeff(),
+              0.34 * (i == 3 ? 9.0 : 1.0))
+        << "pose " << i;
+  }
+}
+
 TEST(PoseStatistics, DoNotAverageAwayTheStepOfACoarseSensor) {
   SyntheticRecording recording;
   recording.noise_mps2 = 0.002, recording.step_raw = 0.05;
