@@ -51,7 +51,7 @@ void RowScreen::WatchSteps(const SampleBlock& block) {
   rows_seen_ += static_cast<std::int64_t>(block.x.size());
 }
 
-// Whether a row may be a word: without a branch, as most blocks have neither.
+// Whether a row may be a word: without a branch, as most blocks have none.
 bool RowScreen::MayHaveSuspects(const SampleBlock& block) const {
   int found = 0;
   for (std::size_t i = 0; i < block.x.size(); ++i) {

@@ -153,26 +153,23 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const MovingRests& rests = found[triad];
     if (rests.moving == 0) continue;
+    // Where a sensor moves in most rests nothing tells which of the two is right.
+    if (2 * rests.moving > rests.known) continue;
+    if (!Acts(Mechanism::kMovingReadings)) continue;
     const Triad still =
         triad == Triad::kAccelerometer ? Triad::kMagnetometer : Triad::kAccelerometer;
     const std::string& unit = set->Find(triad)->unit.name;
-    const std::string words = std::string(TriadName(triad)) + ": readings change within " +
-                              std::to_string(rests.moving) + " of " + std::to_string(rests.known) +
-                              " rests, " + Format("by up to %.2g ", rests.largest_raw) + unit +
-                              ", while the " + std::string(TriadName(still)) + " is still";
-    const auto finding = [&](FindingCode code, const std::string& why) {
-      return Finding(code, words + why)
-          .About(triad)
-          .With("moving", static_cast<double>(rests.moving))
-          .With("rests", static_cast<double>(rests.known))
-          .With("largest", rests.largest_raw, unit);
-    };
-    // Of a sensor that moves in most, its other readings do not tell which of the two is right.
-    if (2 * rests.moving > rests.known) continue;
-    if (!Acts(Mechanism::kMovingReadings)) continue;
     set->findings.push_back(
-        finding(FindingCode::kMovingReadings,
-                "; skipped for these poses (" + NumbersOf(rests.moves, *set) + ")"));
+        Finding(FindingCode::kMovingReadings,
+                std::string(TriadName(triad)) + ": readings change within " +
+                    std::to_string(rests.moving) + " of " + std::to_string(rests.known) +
+                    " rests, " + Format("by up to %.2g ", rests.largest_raw) + unit +
+                    ", while the " + std::string(TriadName(still)) +
+                    " is still; skipped for these poses (" + NumbersOf(rests.moves, *set) + ")")
+            .About(triad)
+            .With("moving", static_cast<double>(rests.moving))
+            .With("rests", static_cast<double>(rests.known))
+            .With("largest", rests.largest_raw, unit));
     for (std::size_t i = 0; i < set->poses.size(); ++i) {
       if (rests.moves[i]) set->poses[i].triads[triad].reset();
     }

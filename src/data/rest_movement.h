@@ -18,8 +18,8 @@ namespace truetriad {
 /// the wander of the middle of rests by and large; or when its own middle wanders by three percent.
 /// Fewer eighths than the noise allows tell nothing.
 ///
-/// Warns with the numbers of the rests. When most rests of a triad move, everything
-/// stays. Returns whether any reading was taken out. `moments[i]` belongs to
+/// Warns with the numbers of the rests. Where most rests of a triad move, all of them
+/// stay, and nothing is said. Returns whether any reading was taken out. `moments[i]` belongs to
 /// set->poses[i], which need their numbers.
 bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments, PoseSet* set);
 

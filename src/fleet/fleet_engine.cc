@@ -49,15 +49,7 @@ Result<FleetProgress> FleetEngine::Run(FleetProgress progress,
   const auto no_longer = [](Store* store) { store->TellNotes({}); };
   const std::unique_ptr<Store, decltype(no_longer)> telling(store_, no_longer);
   const Clock::time_point begin = Clock::now();
-  // What could not be said before: folders were away, or a process was killed.
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
-  for (const std::string& serial : held_back) {
-    if (options_.plan.folder.empty()) break;
-    Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
-    if (!agreed) continue;   // The store is silent: the next start asks again.
-    agreed->absent.clear();  // Folders of other machines, or put away.
-    for (const std::string& note : agreed->Notes(serial)) Tell(note);
-  }
+  TRUETRIAD_RETURN_IF_ERROR(MakeUpForEarlier());
   const auto count_time = [&] {
     progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   };
@@ -258,6 +250,19 @@ void FleetEngine::CountYield(const UnitRun& run, const std::optional<Standing>& 
   }
   if (is_good) ++yield.final_good;
   item->second = is_good;
+}
+
+Status FleetEngine::MakeUpForEarlier() {
+  if (options_.plan.folder.empty()) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
+  for (const std::string& serial : held_back) {
+    Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
+    if (!agreed) continue;  // The store is silent: the next start asks again.
+    // What is not there is on another machine, or was put away.
+    std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
+    for (const std::string& note : agreed->Notes(serial)) Tell(note);
+  }
+  return {};
 }
 
 void FleetEngine::AgreeInFolders(const std::string& serial) {

@@ -149,6 +149,9 @@ class FleetEngine {
   Status RefuseCopy(UnitRun* run) const;
   /// Of the run's unit, as the store has it now; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before);
+  /// AgreeFolders of all units held back: folders were away, or a process was killed, when that was
+  /// to be said. Error: the store cannot say which they are.
+  Status MakeUpForEarlier();
   /// AgreeFolders, and tells of it.
   void AgreeInFolders(const std::string& serial);
   /// Notes a failure, to be tried again later; or returns it.

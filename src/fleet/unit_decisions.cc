@@ -2,15 +2,9 @@
 #include "fleet/unit_decisions.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <system_error>
 #include <utility>
-
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include "fleet/unit_folders.h"
 #include "fleet/unit_work.h"
@@ -23,24 +17,6 @@ namespace truetriad::fleet {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Keeps others from deciding about the runs below `unit` at the same time. Where that is not
-/// possible, nothing.
-class UnitLock {
- public:
-  explicit UnitLock(const fs::path& unit)
-      : file_(open(unit.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (file_ >= 0) flock(file_, LOCK_EX);
-  }
-  ~UnitLock() {
-    if (file_ >= 0) close(file_);
-  }
-  UnitLock(const UnitLock&) = delete;
-  UnitLock& operator=(const UnitLock&) = delete;
-
- private:
-  int file_;
-};
 
 bool IsSame(const Decision& one, const Decision& other) {
   return one.verdict == other.verdict && one.who == other.who && one.why == other.why &&
@@ -81,18 +57,12 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
   return decisions;
 }
 
-std::optional<std::string> PageIn(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
 /// Makes the files of a run agree; the exports that were withdrawn. They go first, and
 /// calibration.yaml comes last: killed in between, the folder says too little of a unit rather than
 /// too much, and the next call does the rest.
 Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& unit, bool counts) {
   std::vector<std::string> withdrawn;
-  // What is linked is changed where it is.
+  // A link stays a link: the file that it leads to is changed.
   std::error_code failure;
   const fs::path file = fs::weakly_canonical(folder / "calibration.yaml", failure);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, LookAtSmallFile(file.string()));
@@ -104,12 +74,12 @@ Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& u
   if (calibration.verdict() == Verdict::kFail || calibration.verdict() != before) {
     TRUETRIAD_ASSIGN_OR_RETURN(withdrawn, WithdrawExports(folder.string()));
   }
-  std::optional<std::string> report = PageIn(folder / "report.html");
-  if (report) {
+  std::optional<std::string> report;
+  if (const auto page = LookAtSmallFile((folder / "report.html").string())) {
     const bool shares = fs::exists(folder / kAssetsOfRun, failure);
     report = CalibrationHtml(calibration,
                              {.assets = std::string(shares ? kAssetsOfRun : "")},
-                             {.noise = {}, .earlier_page = *report});
+                             {.noise = {}, .earlier_page = *page});
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteResult(file.parent_path().string(), calibration, report));
   return withdrawn;
@@ -126,10 +96,8 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
                     (why.empty() ? ", since another verdict holds; export again what is to leave"
                                  : ", since " + why));
   }
-  std::vector<Error> silent = unreached;
-  silent.insert(silent.end(), absent.begin(), absent.end());
-  for (const Error& error : silent) {
-    notes.push_back(serial + ": " + error.message + (why.empty() ? "" : "; " + why) +
+  for (const Unreached& one : unreached) {
+    notes.push_back(serial + ": " + one.error.message + (why.empty() ? "" : "; " + why) +
                     ", and `export` does not know of this there");
   }
   return notes;
@@ -139,11 +107,12 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
   Agreement agreement;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunFolder> folders, store.FoldersOfUnit(serial));
   if (folders.empty()) return agreement;
-  const UnitLock lock(fs::path(FolderOf(folders.back().folder, units)).parent_path());
+  const FolderClaim claim =
+      FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
   const bool is_red = IsRed(unit->final_verdict), is_decided = !unit->disposed_by.empty();
-  if (folders.size() == 1 && !is_decided) return agreement;  // It speaks for itself.
+  if (folders.size() == 1 && !is_decided) return agreement;  // The only run speaks for itself.
   if (is_red && is_decided) {
     agreement.why = unit->disposed_by + " refused the unit (" + unit->disposed_why + ")";
   } else if (is_red) {
@@ -152,17 +121,17 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
   }
   for (const RunFolder& one : folders) {
     const bool counts = one.run == unit->run;
-    Result<std::vector<std::string>> withdrawn = Agree(FolderOf(one.folder, units), *unit, counts);
+    const std::string folder = FolderOf(one.folder, units);
+    const Result<std::vector<std::string>> withdrawn = Agree(folder, *unit, counts);
     if (withdrawn) {
       agreement.withdrawn.insert(agreement.withdrawn.end(), withdrawn->begin(), withdrawn->end());
       continue;
     }
-    // What has no result has nothing that could leave.
+    // A run without a result has nothing that could leave.
     const bool could_leave = one.verdict != Verdict::kNoResult;
     const bool needs_it = is_red ? could_leave && (is_decided || !counts) : is_decided && counts;
     std::error_code failure;
-    const bool is_there = fs::exists(FolderOf(one.folder, units), failure);
-    if (needs_it) (is_there ? agreement.unreached : agreement.absent).push_back(withdrawn.error());
+    if (needs_it) agreement.unreached.push_back({withdrawn.error(), fs::exists(folder, failure)});
   }
   return agreement;
 }

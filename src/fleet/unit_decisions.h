@@ -10,15 +10,20 @@
 
 namespace truetriad::fleet {
 
+/// A run whose files could not be told.
+struct Unreached {
+  Error error;
+  bool is_there = false;  ///< Its folder is.
+};
+
 /// What was done so that the files of a unit's runs state what the store says of the unit.
 struct Agreement {
   std::string why;                     ///< "run X counts, and is FAIL"; empty: it may leave.
   std::vector<std::string> withdrawn;  ///< Exports, by their new names (WithdrawExports).
-  std::vector<Error> unreached;        ///< What is there and could not be told, a run each.
-  std::vector<Error> absent;           ///< What is not there, likewise.
+  std::vector<Unreached> unreached;    ///< What could not be told.
 
   /// The unit may not leave, and calibrations of it say nothing of that.
-  bool IsUnsafe() const { return !why.empty() && !(unreached.empty() && absent.empty()); }
+  bool IsUnsafe() const { return !why.empty() && !unreached.empty(); }
   /// What somebody must know, a sentence each.
   std::vector<std::string> Notes(const std::string& serial) const;
 };

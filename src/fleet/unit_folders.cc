@@ -161,6 +161,12 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
                "choose another --output");
 }
 
+FolderClaim FolderClaim::WaitFor(const std::string& folder) {
+  const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file >= 0) flock(file, LOCK_EX);
+  return FolderClaim(file);
+}
+
 Status RenameFolder(const std::string& name, std::string* folder) {
   if (folder->empty()) return {};
   const std::string to = (fs::path(*folder).parent_path() / name).string();

@@ -38,6 +38,10 @@ class FolderClaim {
   /// part of it. Error (bad input): somebody else has it.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});
 
+  /// Waits for who has `folder`, whose files several may change. Nothing, where that is not
+  /// possible.
+  static FolderClaim WaitFor(const std::string& folder);
+
   ~FolderClaim();
   FolderClaim(FolderClaim&& other) noexcept;
   FolderClaim& operator=(FolderClaim&&) = delete;

@@ -144,7 +144,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);
   CheckField(experiment, &calibration);
-  // What refuses a sensor has done so, or that sensor was not asked for.
+  // A refusal of a sensor is among the calibration's, unless nobody asked for that sensor.
   std::copy_if(loaded.poses.findings.begin(),
                loaded.poses.findings.end(),
                std::back_inserter(calibration.findings),

@@ -101,7 +101,7 @@ Result<ProgramRun> RunProgram(const std::string& program,
   }
   constexpr int kCannotStart = 127;
   if (child == 0) {
-    // What nobody waits for must not write into what somebody else has made since.
+    // A program for which nobody waits must not write into a folder that somebody else has now.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent || dup2(out_to, STDOUT_FILENO) < 0 || dup2(err_to, STDERR_FILENO) < 0) {
       _exit(kCannotStart);

@@ -13,6 +13,8 @@
 
 #include "allan/allan_file.h"
 #include "allan/allan_report.h"
+#include "fleet/store.h"
+#include "fleet/unit_folders.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
@@ -71,14 +73,6 @@ std::optional<Calibration> ThatIn(const std::filesystem::path& folder,
   return there ? std::optional(std::move(*there)) : std::nullopt;
 }
 
-/// What is there stays beside the new result: a result without parameters takes the place of none
-/// that has them, and one that names no unit of none that names one.
-bool StaysBeside(const Calibration& by, const std::string& folder) {
-  if (by.IsUsable() && (FLAGS_overwrite || !by.serial.empty())) return false;
-  const std::optional<Calibration> there = ThatIn(folder);
-  return there && there->IsUsable() && !(by.IsUsable() && there->serial.empty());
-}
-
 /// Of each sensor whose noise is taken from an Allan deviation.
 std::vector<Drawing> AllanDrawings(const Task& task) {
   std::vector<Drawing> drawings;
@@ -96,12 +90,19 @@ std::vector<Drawing> AllanDrawings(const Task& task) {
 /// A calibration, and what it was made from.
 struct Done {
   Task task;
+  std::optional<Calibration> there;  ///< What the folder had before.
   Calibration calibration;
   PoseSet poses;
   Json json;
 
   std::string Path(const std::string& name) const {
     return (std::filesystem::path(task.folder) / name).string();
+  }
+  /// What is there stays beside the new result: a result without parameters takes the place of none
+  /// that has them, and one that names no unit of none that names one.
+  bool StaysBeside() const {
+    if (calibration.IsUsable() && (FLAGS_overwrite || !calibration.serial.empty())) return false;
+    return there && there->IsUsable() && !(calibration.IsUsable() && there->serial.empty());
   }
   /// Of itself, whatever others hold it back.
   int exit_code() const {
@@ -117,19 +118,14 @@ struct Done {
 
 /// A result that stays beside a later recording without one is not the last word about its unit.
 Status HoldBackEarlier(const Done& by) {
-  std::optional<Calibration> there = ThatIn(by.task.folder);
-  if (by.calibration.IsUsable() || !there) return {};
-  there->decisions.push_back({.verdict = Verdict::kFail,
-                              .who = "a later recording",
-                              .why = "it gave no result",
-                              .created = by.calibration.created,
-                              .is_automatic = true});
-  const std::string yaml = CalibrationToYaml(*there);
-  WholeFiles files;
-  TRUETRIAD_RETURN_IF_ERROR(
-      files.Write(by.Path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(by.Path("calibration.yaml"), yaml));
-  return files.Commit();
+  if (by.calibration.IsUsable()) return {};
+  Calibration earlier = *by.there;
+  earlier.decisions.push_back({.verdict = Verdict::kFail,
+                               .who = "a later recording",
+                               .why = "it gave no result",
+                               .created = by.calibration.created,
+                               .is_automatic = true});
+  return fleet::WriteResult(by.task.folder, earlier, std::nullopt);
 }
 
 Result<Done> Calibrated(Task task) {
@@ -145,18 +141,19 @@ Result<Done> Calibrated(Task task) {
       CalibrateExperiment(
           task.experiment, progress.callback(), std::exchange(task.first, std::nullopt), &poses));
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
-  if (const auto there = ThatIn(task.folder); there && !FLAGS_overwrite) {
+  std::optional<Calibration> there = ThatIn(task.folder);
+  if (there && !FLAGS_overwrite) {
     const std::string file = (std::filesystem::path(task.folder) / "calibration.yaml").string();
     TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
         file, *there, calibration, "choose another --output, or replace it with --overwrite"));
   }
-  return Done{std::move(task), std::move(calibration), std::move(poses), {}};
+  return Done{std::move(task), std::move(there), std::move(calibration), std::move(poses), {}};
 }
 
 /// Writes a result, but for the names of its files. `aside`: what must not be replaced.
 Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   const Task& task = done->task;
-  if (StaysBeside(done->calibration, task.folder)) {
+  if (done->StaysBeside()) {
     aside->insert(aside->end(), kResults.begin(), kResults.end());
   }
   if (!task.initial_yaml.empty()) {
@@ -210,10 +207,9 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
     Note(file + ": was exported of an earlier result, and is renamed");
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
-    if (std::ranges::find(aside[i], kResults.front()) != aside[i].end()) {
-      TRUETRIAD_RETURN_IF_ERROR(HoldBackEarlier((*all)[i]));
-    }
-    TRUETRIAD_RETURN_IF_ERROR(MoveAside((*all)[i].task.folder, aside[i]));
+    const Done& done = (*all)[i];
+    if (done.StaysBeside()) TRUETRIAD_RETURN_IF_ERROR(HoldBackEarlier(done));
+    TRUETRIAD_RETURN_IF_ERROR(MoveAside(done.task.folder, aside[i]));
   }
   TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return exports;
@@ -252,32 +248,21 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::stri
   return task;
 }
 
-/// Of the same readings, in whatever order and by whatever names.
-bool IsOfSameRecording(const Calibration& one, const Calibration& other) {
-  const auto readings = [](const Calibration& calibration) {
-    std::set<std::string> hashes;
-    for (const InputFile& input : calibration.inputs) {
-      if (input.samples > 0) hashes.insert(input.sha256);
-    }
-    return hashes;
-  };
-  return readings(one) == readings(other);
-}
-
 /// What people decided about a recording holds however often it is calibrated.
 void TakeOverDecisions(Done* done) {
-  std::optional<Calibration> there;
-  for (const char* name : {"calibration.previous.yaml", "calibration.yaml"}) {
-    std::optional<Calibration> one = ThatIn(done->task.folder, name);
-    if (one && IsOfSameRecording(*one, done->calibration)) there = std::move(one);
-  }
-  if (!there) return;
-  if (there->LimitsVerdict() == Verdict::kFail &&
+  const auto is_same = [&](const std::optional<Calibration>& earlier) {
+    return earlier &&
+           fleet::RecordingOf(earlier->inputs) == fleet::RecordingOf(done->calibration.inputs);
+  };
+  std::optional<Calibration> earlier = done->there;
+  if (!is_same(earlier)) earlier = ThatIn(done->task.folder, "calibration.previous.yaml");
+  if (!is_same(earlier)) return;
+  if (earlier->LimitsVerdict() == Verdict::kFail &&
       done->calibration.LimitsVerdict() == Verdict::kNoLimits) {
     Warn(done->Path("calibration.yaml") +
          ": this recording was FAIL, and is NO LIMITS SET now, since no limits were stated");
   }
-  for (const Decision& decision : there->decisions) {
+  for (const Decision& decision : earlier->decisions) {
     if (!decision.is_automatic) done->calibration.decisions.push_back(decision);
   }
 }
@@ -467,7 +452,7 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   for (Done& done : all) TakeOverDecisions(&done);
   HoldBackTogether(&all);
   using End = FolderGivesWay::End;
-  const bool is_beside = StaysBeside(all.front().calibration, all.front().task.folder);
+  const bool is_beside = all.front().StaysBeside();
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
   // The recording stays with the calibration that was made from it.
   for (FolderGivesWay& replaced : converted)

@@ -51,11 +51,9 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
       const fleet::Agreement agreed,
       fleet::AgreeFolders(*store, added.serial, fleet::UnitsBeside(FLAGS_store)));
   std::vector<std::string> unreached;
-  for (const std::vector<Error>& silent : {agreed.unreached, agreed.absent}) {
-    for (const Error& error : silent) {
-      Warn(error.message + "; `export` does not know of this decision there");
-      unreached.push_back(error.message);
-    }
+  for (const fleet::Unreached& one : agreed.unreached) {
+    Warn(one.error.message + "; `export` does not know of this decision there");
+    unreached.push_back(one.error.message);
   }
   std::string text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n";
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
