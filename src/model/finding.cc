@@ -36,6 +36,8 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
   for (const FindingKind& kind : FindingKinds()) {
     if (kind.name == name) return kind.code;
   }
+  // As calibrations of before have it.
+  if (name == "magnetometer-changed") return FindingCode::kFault;
   return std::nullopt;
 }
 

@@ -29,6 +29,7 @@
 #include "verdict/quality.h"
 #include "verdict/recording_faults.h"
 #include "verdict/result.h"
+#include "verdict/time_blocks.h"
 
 namespace truetriad {
 namespace {
@@ -433,7 +434,7 @@ Status StateMotionVerdict(const PoseSet& poses,
   }
   std::vector<TurnMiss> misses;
   if (graph.layout.Has(Triad::kGyroscope)) misses = chain.TurnMisses(solved);
-  AddFaultsOfRecording(poses, sigma_raw, misses, false, graph, information.covariance(), &left_out);
+  AddFaultsOfRecording(poses, sigma_raw, misses, graph, information.covariance(), &left_out);
   quality.left_out_tests = left_out.tests;
   const BlockScatter blocks =
       ScatterOf(TimeBlocksOf(chain, graph.shared), information.matrix(), graph);

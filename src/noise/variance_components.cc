@@ -404,6 +404,22 @@ OffOptimum FurthestOff(const ExcessEstimate& estimate,
   return FurthestOff(estimate.components, estimate.variance, floor, score, estimate.fisher);
 }
 
+VarianceTraces TracesOf(const std::vector<NoiseComponent>& components,
+                        const PoseGraph& graph,
+                        const ReducedSystem& system) {
+  ComponentRows rows(components, graph);
+  rows.Take(system);
+  VarianceTraces found{Eigen::VectorXd::Zero(std::ssize(components)),
+                       FisherOf(rows, AllProjected(rows, system), system)};
+  for (std::size_t s = 0; s < rows.size(); ++s) {
+    for (const ReducedSystem::VarianceChange& change : rows.changes(s)) {
+      found.traces[static_cast<Eigen::Index>(s)] +=
+          system.ProjectorBlock(change.factor, change.row).cwiseProduct(change.change).sum();
+    }
+  }
+  return found;
+}
+
 void StateCurvatures(const PoseGraph& graph,
                      const ReducedSystem& system,
                      ExcessEstimate* estimate) {

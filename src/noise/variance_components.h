@@ -60,6 +60,15 @@ OffOptimum FurthestOff(const ExcessEstimate& estimate,
                        const PoseGraph& graph,
                        const ReducedSystem& system);
 
+// tr(P Z_s), and the Fisher information, at the graph's variances; `system`: of it.
+struct VarianceTraces {
+  Eigen::VectorXd traces;
+  Eigen::MatrixXd fisher;
+};
+VarianceTraces TracesOf(const std::vector<NoiseComponent>& components,
+                        const PoseGraph& graph,
+                        const ReducedSystem& system);
+
 // Completes an estimate at its variances; `system`: the graph as EstimateExcess left it.
 void StateCurvatures(const PoseGraph& graph, const ReducedSystem& system, ExcessEstimate* estimate);
 

@@ -91,32 +91,4 @@ Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options) {
       .With("p_value", tilts.p_value);
 }
 
-Eigen::MatrixXd TiltCurvature(const PoseGraph& graph, const ReducedSystem& system) {
-  const SharedLayout& layout = graph.layout;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(system.size(), system.size());
-  if (system.size() == 0 || system.rank() < system.size()) return sum;
-  for (std::size_t face = 0; face < layout.face_tilt.size(); ++face) {
-    const int tilt = layout.face_tilt[face];
-    if (tilt < 0) continue;
-    // t^2 / 2 with t ~ N(0, P): mean trace(P) / 2, and as much again about it.
-    const double less =
-        std::sqrt(0.5) * CovarianceOf(layout.basis.middleRows<2>(tilt), system).trace();
-    StackedRows change = StackedRows::Zero(system.residual().size(), 1);
-    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-      const PoseNode& node = graph.nodes[k];
-      if (node.face != static_cast<int>(face)) continue;
-      for (std::size_t i = 0; i < node.observations.size(); ++i) {
-        const Observation& seen = node.observations[i];
-        if (seen.triad != Triad::kAccelerometer || seen.rejected) continue;
-        change.block<3, 1>(system.factors()[k].row + 3 * static_cast<Eigen::Index>(i), 0) =
-            less *
-            (seen.mean_raw - node.ModelOfTriad(layout, graph.shared.data(), seen.triad).bias);
-      }
-    }
-    const Eigen::VectorXd moved = system.covariance() * (system.B().transpose() * change.col(0));
-    sum += moved * moved.transpose();
-  }
-  return sum;
-}
-
 }  // namespace truetriad

@@ -33,8 +33,4 @@ CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options);
 // Says so. `options`: as stated.
 Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options);
 
-// Covariance of the free shared coordinates by what linearisation leaves out: a face that is
-// tilted by t more than thought reads t^2 / 2 less along its axis.
-Eigen::MatrixXd TiltCurvature(const PoseGraph& graph, const ReducedSystem& system);
-
 }  // namespace truetriad

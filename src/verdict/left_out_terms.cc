@@ -10,22 +10,14 @@
 #include <string>
 #include <utility>
 
+#include "math/distributions.h"
 #include "model/mechanisms.h"
 #include "problem/graph_builder.h"
-#include "solve/chain_elimination.h"
-#include "verdict/checks/constancy.h"
 #include "verdict/observability.h"
-#include "verdict/own_residuals.h"
-#include "verdict/settling.h"
 #include "verdict/term_search.h"
 
 namespace truetriad {
 namespace {
-
-// Rows that tell of a low-pass.
-constexpr std::size_t kFewestTurned = 100;
-// Poses in a row that tell of a drift.
-constexpr std::size_t kFewestInARow = 8;
 
 // A term that moves so many σ for each of its own is told from the model by next to nothing: what
 // linearisation leaves is as large.
@@ -34,6 +26,8 @@ constexpr double kUnseenKappa = 20.0;
 double LevelOf(const std::optional<double>& kappa) {
   return kappa && *kappa > 1.0 ? kMovingLevel : kLeftOutLevel;
 }
+
+double ChanceOf(double chi2, int rank) { return rank > 0 ? 1.0 - ChiSquareCdf(chi2, rank) : 1.0; }
 
 // A term and its free coordinates in the larger model.
 struct Candidate {
@@ -50,93 +44,6 @@ constexpr std::array<std::pair<Triad, AxisTerm>, 6> kBends = {
      {Triad::kGyroscope, AxisTerm::kCubic},
      {Triad::kMagnetometer, AxisTerm::kQuadratic},
      {Triad::kMagnetometer, AxisTerm::kCubic}}};
-
-// From -1 to 1 over the run; unset where poses are too few to tell of a drift.
-std::optional<std::vector<double>> TimesOf(const PoseGraph& graph) {
-  if (graph.nodes.size() < kFewestInARow) return std::nullopt;
-  const auto [first, last] = std::minmax_element(
-      graph.nodes.begin(), graph.nodes.end(), [](const PoseNode& a, const PoseNode& b) {
-        return a.time_s < b.time_s;
-      });
-  const double begin_s = first->time_s, duration_s = last->time_s - begin_s;
-  if (!(duration_s > 0.0)) return std::nullopt;
-  std::vector<double> times;
-  for (const PoseNode& node : graph.nodes) {
-    times.push_back(2.0 * (node.time_s - begin_s) / duration_s - 1.0);
-  }
-  return times;
-}
-
-// Of rows of a sensor that is turned about, as its own readings show its rate; unset where nodes
-// are no such rows. A first-order low-pass of time constant t leaves (1 - (t w)^2) of what turns at
-// the rate w.
-std::optional<std::vector<double>> SquaredRatesOf(const PoseGraph& graph) {
-  const std::size_t count = graph.nodes.size();
-  if (count < kFewestTurned) return std::nullopt;
-  std::vector<Eigen::Vector3d> directions;
-  for (const PoseNode& node : graph.nodes) {
-    if (node.kind != PoseKind::kDirection) return std::nullopt;
-    const Observation& seen = node.observations.front();
-    const TriadModel<double> model{graph.sensitivity(seen.triad), graph.bias(seen.triad)};
-    directions.push_back(model.TruthFromRaw(seen.mean_raw).normalized());
-  }
-  std::vector<double> squared;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, count - 1);
-    const double step_s = graph.nodes[after].time_s - graph.nodes[before].time_s;
-    if (!(step_s > 0.0)) return std::nullopt;
-    squared.push_back((directions[after] - directions[before]).squaredNorm() / (step_s * step_s));
-  }
-  return squared;
-}
-
-// With something else in the place of temperature: temperature terms are then those of it.
-PoseGraph WithForTemperature(const std::vector<double>& values, PoseGraph graph) {
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    graph.nodes[k].temperature_degc = values[k];
-    graph.nodes[k].temperature_rate_degcps = 0.0;
-  }
-  for (IncrementEdge& edge : graph.increments) {
-    edge.temperature_degc = 0.5 * (values[edge.from] + values[edge.from + 1]);
-    edge.temperature_rate_degcps = 0.0;
-  }
-  return graph;
-}
-
-// The options with all that may have been left out.
-CalibrateOptions WithEverything(const CalibrateOptions& stated,
-                                const SharedLayout& has,
-                                bool drifts) {
-  CalibrateOptions options = WithLeftOutBends(stated, has);
-  if (has.Has(Triad::kGyroscope) && has.Has(Triad::kAccelerometer)) {
-    options.triads[Triad::kGyroscope].g_sensitivity = Wanted::kYes;
-  }
-  if (options.HasThermal()) {
-    for (const Triad triad : kTriads) {
-      ThermalOptions& thermal = options.triads[triad].thermal;
-      if (!has.Has(triad) || thermal.matrix_order == ThermalOptions::kMaxMatrixOrder) continue;
-      if (thermal.matrix_order++ == 0) thermal.matrix = ThermalMatrix::kFull;
-    }
-  }
-  if (!drifts) return options;
-  options.reference.temperature_degc = 0.0;
-  for (const Triad triad : kTriads) {
-    if (!has.Has(triad)) continue;
-    options.triads[triad].thermal.bias_order = 1;
-    options.triads[triad].thermal.matrix_order = 1;
-    options.triads[triad].thermal.matrix = ThermalMatrix::kDiagonal;
-  }
-  return options;
-}
-
-// Rows of a unit that is turned about, which never rest. From one to the next it turns by so little
-// that the noise of both would pass for a trace of the one before.
-bool AreRows(const PoseSet& poses) {
-  return poses.has_time &&
-         std::all_of(poses.poses.begin(), poses.poses.end(), [](const StaticPose& pose) {
-           return pose.duration_s() <= 0.0;
-         });
-}
 
 // `base`: where the columns of `has` stand among those of `whole`. `drifts`: what stands in the
 // place of temperature is something else.
@@ -257,19 +164,15 @@ void AddDoubtful(const PoseGraph& graph,
                  const Eigen::MatrixXd& covariance,
                  const TermSearch& search,
                  const std::vector<Candidate>& candidates,
-                 const PerTriad<OwnResiduals>& own,
                  LeftOutTerms* result) {
   const Eigen::MatrixXd known = result->covariance;
   const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
   for (const Candidate& candidate : candidates) {
     if (candidate.level < kMovingLevel || candidate.term.p_value > kDoubtLevel) continue;
     if (!Acts(Mechanism::kDoubt)) continue;
-    const ScoreTest test = search.Test(candidate.columns);
-    const double variance = own[candidate.term.triad].VarianceWithout(test.chi2, test.rank);
     TermSearch with = search;
     LeftOutTerm& term = result->doubtful.emplace_back(candidate.term);
-    term.effect_sigmas =
-        LargestInSigmas(graph, covariance, with.TakeIn(candidate.columns, variance));
+    term.effect_sigmas = LargestInSigmas(graph, covariance, with.TakeIn(candidate.columns));
     const Eigen::MatrixXd more = with.Covariance() - known;
     const double most =
         (variances > 0.0).select(VariancesOf(graph.layout, more) / variances, 0.0).maxCoeff();
@@ -284,8 +187,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
                          const SharedLayout& larger,
                          const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& gradient,
-                         PerTriad<OwnResiduals> own,
-                         const std::vector<ProbedTerm>& probed = {}) {
+                         const std::vector<ProbedTerm>& probed) {
   LeftOutTerms result;
   result.covariance = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
   const auto base = CommonColumns(larger, graph.layout);
@@ -326,7 +228,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     std::vector<ScoreTest> tests;
     for (Candidate& candidate : candidates) {
       const ScoreTest& test = tests.emplace_back(search.Test(candidate.columns));
-      candidate.term.p_value = own[candidate.term.triad].ChanceOf(test.chi2, test.rank);
+      candidate.term.p_value = ChanceOf(test.chi2, test.rank);
       result.tests[candidate.number].p_value = candidate.term.p_value;
     }
     // A matrix that was cut short by its `model:` explains before anything else; the most of χ² a
@@ -358,89 +260,15 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
       // From -1 to 1 over the run.
       term.size *= 2.0 / std::cbrt(std::abs(graph.sensitivity(term.triad).determinant()));
     }
-    OwnResiduals& rest = own[term.triad];
-    const double variance = rest.VarianceWithout(tests[clearest].chi2, tests[clearest].rank);
-    rest.dof -= tests[clearest].rank;
-    rest.chi2 = std::max(rest.chi2 - tests[clearest].chi2, 0.0);
     term.effect_sigmas =
-        LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns, variance));
+        LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns));
     result.tests[candidates[clearest].number].is_shown = true;
     result.found.push_back(term);
     candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
   }
   if (!search.is_empty()) result.covariance = search.Covariance();
-  AddDoubtful(graph, covariance, search, candidates, own, &result);
+  AddDoubtful(graph, covariance, search, candidates, &result);
   return result;
-}
-
-// One thing happened to a bias: a step is much like a drift, and the clearer of the two is named.
-void AddStep(const LeftOutTerm& step, std::vector<LeftOutTerm>* found) {
-  const auto drift = std::find_if(found->begin(), found->end(), [&](const LeftOutTerm& term) {
-    return term.kind == LeftOutKind::kDrift && term.triad == step.triad;
-  });
-  if (drift == found->end()) {
-    found->push_back(step);
-  } else if (drift->chi2 < step.chi2) {
-    *drift = step;
-  }
-}
-
-// The same where the larger graph stands.
-LeftOutTerms SearchTermsOf(PoseGraph larger,
-                           const PoseGraph& graph,
-                           const ReducedSystem& system,
-                           const CalibrateOptions& options,
-                           const PerTriad<OwnResiduals>& own) {
-  ChainElimination whole(TakeChain(&larger));
-  whole.LineariseOnce(larger.shared);
-  return SearchTerms(graph,
-                     system.covariance(),
-                     options,
-                     larger.layout,
-                     whole.information(),
-                     whole.gradient(),
-                     own);
-}
-
-PoseGraph LargerGraph(const CalibrateOptions& everything,
-                      const std::optional<std::vector<double>>& times,
-                      const PoseGraph& graph) {
-  PoseGraph larger = times ? WithTermsOf(everything, WithForTemperature(*times, graph))
-                           : WithTermsOf(everything, graph);
-  FreeWholeMatrices(everything, &larger);
-  return larger;
-}
-
-bool HasMatrixOf(Triad triad, const LeftOutTerms& terms) {
-  return std::any_of(terms.found.begin(), terms.found.end(), [&](const LeftOutTerm& term) {
-    return term.kind == LeftOutKind::kMatrix && term.triad == triad;
-  });
-}
-
-void AddLowPass(const PoseGraph& graph,
-                const ReducedSystem& system,
-                CalibrateOptions options,
-                const PerTriad<OwnResiduals>& own,
-                LeftOutTerms* terms) {
-  const auto squared_rates = options.HasThermal() ? std::nullopt : SquaredRatesOf(graph);
-  if (!squared_rates) return;
-  for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
-    options.triads[triad].thermal.matrix_order = 1;
-    options.triads[triad].thermal.matrix = ThermalMatrix::kScale;
-  }
-  options.reference.temperature_degc = 0.0;
-  PoseGraph larger = WithTermsOf(options, WithForTemperature(*squared_rates, graph));
-  const LeftOutTerms found = SearchTermsOf(std::move(larger), graph, system, options, own);
-  terms->covariance += found.covariance;
-  const auto append = [](const std::vector<LeftOutTerm>& more, std::vector<LeftOutTerm>* all) {
-    for (LeftOutTerm term : more) {
-      term.kind = LeftOutKind::kLowPass;
-      all->push_back(term);
-    }
-  };
-  append(found.found, &terms->found);
-  append(found.doubtful, &terms->doubtful);
 }
 
 }  // namespace
@@ -463,14 +291,13 @@ std::string_view NameOf(const LeftOutTerm& term) {
       return "low-pass";
     case LeftOutKind::kLeverArm:
       return "lever arm";
-    case LeftOutKind::kSettling:
-      return "settling";
-    case LeftOutKind::kStep:
     case LeftOutKind::kOneSided:
     case LeftOutKind::kLostRows:
     case LeftOutKind::kRounding:
     case LeftOutKind::kTurnScatter:
       break;
+    case LeftOutKind::kSettling:
+      return "settling";
   }
   return "";
 }
@@ -490,8 +317,6 @@ Mechanism ActsAs(const LeftOutTerm& term) {
     case LeftOutKind::kThermalGain:
     case LeftOutKind::kLowPass:
       return Mechanism::kThermalGain;
-    case LeftOutKind::kStep:
-      return Mechanism::kStep;
     case LeftOutKind::kLeverArm:
       return Mechanism::kLeverArm;
     case LeftOutKind::kOneSided:
@@ -503,9 +328,9 @@ Mechanism ActsAs(const LeftOutTerm& term) {
     case LeftOutKind::kTurnScatter:
       return Mechanism::kTurnScatter;
     case LeftOutKind::kSettling:
-      break;
+      return Mechanism::kSettlingTurns;
   }
-  return term.triad == Triad::kGyroscope ? Mechanism::kSettlingTurns : Mechanism::kSettlingRests;
+  return Mechanism::kBend;
 }
 
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLayout& has) {
@@ -523,70 +348,7 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const std::vector<ProbedTerm>& probed,
                               const Eigen::MatrixXd& information,
                               const Eigen::VectorXd& gradient) {
-  return SearchTerms(graph, covariance, options, larger, information, gradient, {}, probed);
-}
-
-LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
-                              const ReducedSystem& system,
-                              const NoiseState& noise,
-                              const CalibrateOptions& options,
-                              bool is_change_known) {
-  LeftOutTerms result;
-  result.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
-  if (noise.unknown || system.rank() < system.size() || system.size() == 0) return result;
-  const auto times = options.HasThermal() ? std::nullopt : TimesOf(graph);
-  const CalibrateOptions everything = WithEverything(options, graph.layout, times.has_value());
-  PerTriad<OwnResiduals> own;
-  for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
-    own[triad] = OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel);
-  }
-  // It is large, and gone before the next one is made.
-  result = SearchTermsOf(LargerGraph(everything, times, graph), graph, system, options, own);
-  AddLowPass(graph, system, options, own, &result);
-  for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;
-    // What its matrix lacks would pass for a step.
-    if (HasMatrixOf(triad, result)) continue;
-    const auto step = FindBiasStep(graph, system, noise, triad);
-    if (!step || step->p_value > kLeftOutLevel || !Acts(Mechanism::kStep)) continue;
-    result.covariance += step->moved * step->moved.transpose();
-    LeftOutTerm term{triad, LeftOutKind::kStep};
-    term.p_value = step->p_value;
-    term.effect_sigmas = step->effect_sigmas;
-    term.pose = graph.nodes[step->node].number;
-    term.size = step->size;
-    term.chi2 = step->chi2;
-    AddStep(term, &result.found);
-  }
-  return result;
-}
-
-void AddSettling(const PoseSet& poses,
-                 const PoseGraph& graph,
-                 const ReducedSystem& system,
-                 const NoiseState& noise,
-                 LeftOutTerms* terms) {
-  if (noise.unknown || system.rank() < system.size() || system.size() == 0) return;
-  if (AreRows(poses)) return;
-  for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
-    const auto settling =
-        triad == Triad::kGyroscope
-            ? FindUnsettledTurns(poses, graph, system)
-            : FindSettling(
-                  graph, system, OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel), triad);
-    if (!settling) continue;
-    LeftOutTerm term{triad, LeftOutKind::kSettling};
-    term.p_value = settling->p_value;
-    term.effect_sigmas = settling->effect_sigmas;
-    const bool is_shown = term.p_value < LevelOf(settling->kappa) && Acts(ActsAs(term));
-    terms->tests.push_back(
-        {triad, std::string(NameOf(term)), term.p_value, is_shown, settling->kappa});
-    if (!is_shown) continue;
-    terms->covariance += settling->moved * settling->moved.transpose() + settling->covariance;
-    terms->found.push_back(term);
-  }
+  return SearchTerms(graph, covariance, options, larger, information, gradient, probed);
 }
 
 }  // namespace truetriad

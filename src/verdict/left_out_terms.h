@@ -26,14 +26,13 @@ enum class LeftOutKind {
   kDrift,         // the bias goes on with time
   kGainDrift,     // each gain does
   kThermalGain,   // the matrix follows the temperature by a power more than the terms allow
-  kStep,          // the bias is another from a pose on
   kLowPass,       // reads less the faster it is turned
   kLeverArm,      // of the accelerometer: is not where the unit is turned about
   kOneSided,      // single readings are off to one side
   kLostRows,      // of the gyroscope, whose turns are too short by them
   kRounding,      // of the gyroscope: at rest it reads the same step throughout
   kTurnScatter,   // of the gyroscope: turns miss along their axes
-  kSettling,      // rests begin too soon
+  kSettling,      // of the gyroscope: turns go on into the rests
 };
 
 // A term that is not in the model and that the residuals show.
@@ -45,7 +44,6 @@ struct LeftOutTerm {
   double chi2 = 0.0;  // of what it explains
   // By how many σ some parameter is off because the term is not there.
   double effect_sigmas = 0.0;
-  int pose = 0;        // of a step: the first after it
   double share = 0.0;  // of the rows, that are lost
   // Of its unknowns; of a lever arm m, of a low-pass s^2, of a step and of a drift over the run as
   // much of the bias in true units.
@@ -107,22 +105,9 @@ inline constexpr double kMostByDoubt = 1.5;
 // Bends of a sensor whose data sheet states its non-linearity are known beforehand to be zero with
 // a σ: with its L = diag(1 / σ^2) added to I they are counted in d and V whether they show or not,
 // and are tested for what they have beyond it, as u^T I^-1 u of u and I without their expectation.
-// `is_change_known`: of the magnetometer, so that no step of its bias is looked for.
-LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
-                              const ReducedSystem& system,
-                              const NoiseState& noise,
-                              const CalibrateOptions& options,
-                              bool is_change_known);
-
-// Adds rests that begin too soon (settling.h) to those.
-void AddSettling(const PoseSet& poses,
-                 const PoseGraph& graph,
-                 const ReducedSystem& system,
-                 const NoiseState& noise,
-                 LeftOutTerms* terms);
-
-// The same without poses: `options` with all that bends, and the search once somebody linearised
-// the graph that WithTermsOf makes of them, with probes appended. `covariance`: of the solution's
+//
+// `options` with all that bends, and the search once somebody linearised the graph that WithTermsOf
+// makes of them, with probes appended. `covariance`: of the solution's
 // free coordinates; the noise is taken as known.
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& options, const SharedLayout& has);
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,

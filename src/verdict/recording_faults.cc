@@ -19,9 +19,6 @@ namespace {
 // Chance makes steps and turns together show so much: a tenth of kLeftOutLevel, a hand's
 // accelerations being no white noise to the steps.
 constexpr double kTogetherLevel = 1e-5;
-// Where turns scatter by much more than their noise something is wrong with them; this is the most
-// frequent reason.
-constexpr double kScatteringLevel = 0.01;
 // Of a parameter, less than which rounding is not worth a word.
 constexpr double kRoundingSigmas = 0.5;
 
@@ -125,7 +122,6 @@ void AddCommonGain(LeftOutKind kind,
 void AddLostRows(const PoseSet& poses,
                  const PerTriad<Eigen::Vector3d>& sigma_raw,
                  const std::vector<TurnMiss>& misses,
-                 bool turns_scatter,
                  const PoseGraph& graph,
                  const Eigen::MatrixXd& covariance,
                  LeftOutTerms* terms) {
@@ -147,7 +143,7 @@ void AddLostRows(const PoseSet& poses,
   } else if (sure_share == 0.0) {
     const double product = std::min(1.0, std::max(1.0, looked) * steps.chance) * turns.chance;
     const double together = product * (1.0 - std::log(product));
-    if (product > 0.0 && together > (turns_scatter ? kScatteringLevel : kTogetherLevel)) return;
+    if (product > 0.0 && together > kTogetherLevel) return;
     AddCommonGain(
         LeftOutKind::kLostRows, std::max(steps.share, turns.share), graph, covariance, terms);
   }
@@ -158,7 +154,6 @@ void AddLostRows(const PoseSet& poses,
 void AddFaultsOfRecording(const PoseSet& poses,
                           const PerTriad<Eigen::Vector3d>& sigma_raw,
                           const std::vector<TurnMiss>& misses,
-                          bool turns_scatter,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms) {
@@ -178,7 +173,7 @@ void AddFaultsOfRecording(const PoseSet& poses,
              {stream.triad, LeftOutKind::kOneSided},
              terms);
   }
-  AddLostRows(poses, sigma_raw, misses, turns_scatter, graph, covariance, terms);
+  AddLostRows(poses, sigma_raw, misses, graph, covariance, terms);
 }
 
 }  // namespace truetriad

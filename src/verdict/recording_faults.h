@@ -16,11 +16,9 @@ namespace truetriad {
 // What the recording itself shows to be off, which no residual does: one-sided readings
 // (StreamSummary), rows that were lost (lost_rows.h), or make turns scatter along their axes
 // (turn_scatter.h), or either taken together. Is added to `terms`. `sigma_raw`: of one reading.
-// `turns_scatter`: by much more than the noise of their readings, whatever the reason.
 void AddFaultsOfRecording(const PoseSet& poses,
                           const PerTriad<Eigen::Vector3d>& sigma_raw,
                           const std::vector<TurnMiss>& misses,
-                          bool turns_scatter,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms);

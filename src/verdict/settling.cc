@@ -2,75 +2,30 @@
 #include "verdict/settling.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <map>
+#include <optional>
+#include <string>
 
 #include "math/distributions.h"
+#include "model/mechanisms.h"
 #include "truetriad/math/rotation.h"
 #include "verdict/observability.h"
 
 namespace truetriad {
 namespace {
 
-// Poses or turns that tell of it, and more than which are rows of a table or of a motion.
-constexpr int kFewestSettled = 8;
-constexpr std::size_t kMostSettled = 1000;
-// Of what h would be known to if all else were known: less is not seen apart from the rest.
-constexpr double kSettlingSeen = 1e-6;
-
-struct SettlingColumn {
-  StackedRows derivative;  // of all rows by h
-  int count = 0;           // places where it is not zero
-};
-
-SettlingColumn ColumnOfPoses(const PoseGraph& graph, const ReducedSystem& system, Triad triad) {
-  SettlingColumn column{StackedRows::Zero(system.residual().size(), 1)};
-  const Observation* before = nullptr;
-  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-    const std::vector<Observation>& seen = graph.nodes[k].observations;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (seen[i].triad != triad) continue;
-      if (before != nullptr && !seen[i].rejected && graph.nodes[k].role == PoseRole::kRest) {
-        column.derivative.block<3, 1>(system.factors()[k].row + 3 * static_cast<Eigen::Index>(i),
-                                      0) = before->mean_raw - seen[i].mean_raw;
-        ++column.count;
-      }
-      before = &seen[i];
-    }
-  }
-  return column;
-}
+// Turns that tell of it, and more than which are rows of a table or of a motion.
+constexpr double kFewestTurns = 8.0;
+constexpr std::size_t kMostTurns = 1000;
 
 }  // namespace
 
-std::optional<Settling> FindSettling(const PoseGraph& graph,
-                                     const ReducedSystem& system,
-                                     const OwnResiduals& own,
-                                     Triad triad) {
-  if (graph.nodes.size() > kMostSettled) return std::nullopt;
-  const SettlingColumn column = ColumnOfPoses(graph, system, triad);
-  if (column.count < kFewestSettled) return std::nullopt;
-  const Eigen::VectorXd z = column.derivative.col(0);
-  const Eigen::VectorXd shared = system.B().transpose() * z;
-  const Eigen::VectorXd by = system.covariance() * shared;
-  const double full = z.dot(system.Project(column.derivative).col(0));
-  const double information = full - shared.dot(by);
-  if (!(information > kSettlingSeen * full)) return std::nullopt;
-  const double gradient = z.dot(system.projected());
-  Settling settling;
-  settling.p_value = own.ChanceOf(gradient * gradient / information, 1);
-  settling.moved = -gradient / information * by;
-  settling.covariance = by * by.transpose() / information;
-  settling.effect_sigmas = LargestInSigmas(graph, system.covariance(), settling.moved);
-  settling.kappa = LargestInSigmas(graph, system.covariance(), by / std::sqrt(information));
-  return settling;
-}
-
-std::optional<Settling> FindUnsettledTurns(const PoseSet& poses,
-                                           const PoseGraph& graph,
-                                           const ReducedSystem& system) {
-  if (graph.nodes.size() > kMostSettled) return std::nullopt;
+void AddUnsettledTurns(const PoseSet& poses,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system,
+                       LeftOutTerms* terms) {
+  if (graph.nodes.size() > kMostTurns || system.rank() < system.size()) return;
   std::map<int, const TriadPose*> rests;
   for (const StaticPose& pose : poses.poses) {
     const auto& seen = pose.triads[Triad::kGyroscope];
@@ -97,15 +52,19 @@ std::optional<Settling> FindUnsettledTurns(const PoseSet& poses,
                 in_raw.cwiseProduct(after->quarter_sigma_raw_s).squaredNorm();
     by += system.B().middleRows<3>(system.factors()[graph.nodes.size() + i].row).transpose() * axis;
   }
-  if (count < kFewestSettled) return std::nullopt;
+  if (count < kFewestTurns) return;
   const double mean = sum / count;
   const double scatter = std::max(variance, squares - count * mean * mean) / (count * count);
-  Settling settling;
-  settling.p_value = 1.0 - ChiSquareCdf(mean * mean / scatter, 1.0);
-  settling.moved = mean * (system.covariance() * by);
-  settling.covariance = scatter / (mean * mean) * settling.moved * settling.moved.transpose();
-  settling.effect_sigmas = LargestInSigmas(graph, system.covariance(), settling.moved);
-  return settling;
+  LeftOutTerm term{Triad::kGyroscope, LeftOutKind::kSettling};
+  term.p_value = 1.0 - ChiSquareCdf(mean * mean / scatter, 1.0);
+  const bool is_shown = term.p_value < kLeftOutLevel && Acts(ActsAs(term));
+  terms->tests.push_back(
+      {Triad::kGyroscope, std::string(NameOf(term)), term.p_value, is_shown, std::nullopt});
+  if (!is_shown) return;
+  const Eigen::VectorXd moved = system.covariance() * by;
+  term.effect_sigmas = LargestInSigmas(graph, system.covariance(), mean * moved);
+  terms->covariance += (mean * mean + scatter) * moved * moved.transpose();
+  terms->found.push_back(term);
 }
 
 }  // namespace truetriad

@@ -116,8 +116,8 @@ Eigen::VectorXd TermSearch::SetAside(const Eigen::MatrixXd& directions,
   return sizes;
 }
 
-Eigen::VectorXd TermSearch::TakeIn(const std::vector<Eigen::Index>& at, double variance) {
-  const Directions directions = DirectionsOf(SeenOf(at), variance);
+Eigen::VectorXd TermSearch::TakeIn(const std::vector<Eigen::Index>& at) {
+  const Directions directions = DirectionsOf(SeenOf(at));
   const Eigen::MatrixXd& shown = directions.shown;
   const Eigen::VectorXd step = SetAside(shown, Eigen::MatrixXd::Zero(shown.cols(), shown.cols()));
   // Those that do not show are as large as those that do, as far as the readings allow it: axes
@@ -145,15 +145,14 @@ std::vector<Eigen::Index> TermSearch::SeenOf(const std::vector<Eigen::Index>& at
 
 // Of some entries, each scaled by what it would be known to: shown are those that are off by so
 // many σ, the clearest in any case.
-TermSearch::Directions TermSearch::DirectionsOf(const std::vector<Eigen::Index>& at,
-                                                double variance) const {
+TermSearch::Directions TermSearch::DirectionsOf(const std::vector<Eigen::Index>& at) const {
   const Eigen::VectorXd scale = given_.full(at).cwiseSqrt().cwiseInverse();
   const SymmetricEigen spectrum =
       EigenOfSymmetric(scale.asDiagonal() * information_(at, at) * scale.asDiagonal());
   const Eigen::VectorXd along =
       TransposeTimesVector(spectrum.vectors, scale.cwiseProduct(gradient_(at)));
   const Eigen::VectorXd z2 = along.cwiseAbs2().cwiseQuotient(spectrum.values.cwiseMax(1e-300));
-  const double least = std::min(kShownSigmas * kShownSigmas * variance, z2.maxCoeff());
+  const double least = std::min(kShownSigmas * kShownSigmas, z2.maxCoeff());
   Directions directions{Eigen::MatrixXd(information_.rows(), 0),
                         Eigen::MatrixXd(information_.rows(), 0)};
   for (Eigen::Index i = 0; i < z2.size(); ++i) {

@@ -54,9 +54,8 @@ class TermSearch {
   double SizeOf(const std::vector<Eigen::Index>& at) const;
 
   // The others are tested beside it from now on. Of its directions those are taken in that show:
-  // what does not would only add what it is unknown by. `variance`: of the noise without it.
-  // Returns how they move the solution.
-  Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at, double variance);
+  // what does not would only add what it is unknown by. Returns how they move the solution.
+  Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at);
 
   // d d^T + V of all that was allowed for and taken in.
   Eigen::MatrixXd Covariance() const;
@@ -68,7 +67,7 @@ class TermSearch {
   };
 
   std::vector<Eigen::Index> SeenOf(const std::vector<Eigen::Index>& at) const;
-  Directions DirectionsOf(const std::vector<Eigen::Index>& at, double variance) const;
+  Directions DirectionsOf(const std::vector<Eigen::Index>& at) const;
   void Append(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior);
   // What the others are left with beside `directions`, known beforehand to `prior`. Returns the
   // sizes that the readings give them.

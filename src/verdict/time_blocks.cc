@@ -115,14 +115,6 @@ std::vector<TimeBlock> BlocksOf(const ReducedSystem& system,
   return blocks;
 }
 
-std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
-  if (system.factors().size() < kTimeBlocks * kFewestInBlock) return {};
-  std::size_t nodes = 0;
-  for (const auto& factor : system.factors()) nodes = std::max(nodes, factor.node + 1);
-  return BlocksOf(
-      system, kTimeBlocks, [nodes](std::size_t node) { return node * kTimeBlocks / nodes; });
-}
-
 BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
                        const Eigen::MatrixXd& information,
                        const PoseGraph& graph) {
@@ -167,6 +159,25 @@ BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
   const auto count = static_cast<double>(blocks.size());
   scatter.covariance += (count - 1.0) / count * jackknife;
   return scatter;
+}
+
+std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
+  if (system.factors().size() < kTimeBlocks * kFewestInBlock) return {};
+  std::size_t nodes = 0;
+  for (const auto& factor : system.factors()) nodes = std::max(nodes, factor.node + 1);
+  return BlocksOf(
+      system, kTimeBlocks, [nodes](std::size_t node) { return node * kTimeBlocks / nodes; });
+}
+
+Findings FindingsOf(const BlockScatter& blocks) {
+  if (blocks.covariance.isZero(0.0)) return {};
+  return {Finding(FindingCode::kStretchesDiffer,
+                  "stretches of the recording differ by more than noise explains: the field, the "
+                  "surroundings or a sensor changed, or a sensor does what the model leaves out; σ "
+                  "allow for it",
+                  "record again, away from iron and from currents, after the unit has warmed up")
+              .With("variance_ratio", blocks.ratio)
+              .With("p_value", blocks.p_value)};
 }
 
 }  // namespace truetriad

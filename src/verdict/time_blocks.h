@@ -9,6 +9,7 @@
 
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 
@@ -50,5 +51,7 @@ struct BlockScatter {
 BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
                        const Eigen::MatrixXd& information,
                        const PoseGraph& graph);
+// Says so.
+Findings FindingsOf(const BlockScatter& blocks);
 
 }  // namespace truetriad

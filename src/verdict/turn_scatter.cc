@@ -37,20 +37,6 @@ Eigen::Matrix3d SquaredSteps(const GyroReadings& readings, const TriadModel<doub
   return sum;
 }
 
-std::vector<TurnMiss> TurnMissesOf(const PoseGraph& graph, const ReducedSystem& system) {
-  std::vector<TurnMiss> misses;
-  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
-    const IncrementEdge& edge = graph.increments[i];
-    if (edge.rejected || edge.stated_turn >= 0 || edge.move.time_s.size() < 2) continue;
-    const std::size_t at = graph.nodes.size() + i;
-    misses.push_back({edge.Information(),
-                      system.ProjectorBlock(at),
-                      system.projected().segment<3>(system.factors()[at].row),
-                      SquaredSteps({edge.move.time_s, edge.move.reading_raw, {}}, edge.at.triad)});
-  }
-  return misses;
-}
-
 ShareOfRows ShareOfTurnScatter(const std::vector<TurnMiss>& misses) {
   struct Along {
     double projected2, told, steps;

@@ -6,8 +6,6 @@
 #include <Eigen/Core>
 
 #include "model/gyro_increment.h"
-#include "problem/graph.h"
-#include "solve/reduced_system.h"
 #include "verdict/lost_rows.h"
 
 namespace truetriad {
@@ -21,8 +19,6 @@ struct TurnMiss {
 };
 
 Eigen::Matrix3d SquaredSteps(const GyroReadings& readings, const TriadModel<double>& gyroscope);
-
-std::vector<TurnMiss> TurnMissesOf(const PoseGraph& graph, const ReducedSystem& system);
 
 // By which share turns are too long or too short, one more and one less: what misses along their
 // axis beyond what does across it, over what rows lost one by one (or times that are off by as

@@ -6,30 +6,14 @@
 #include <vector>
 
 #include "data/clock_lags.h"
-#include "math/distributions.h"
+#include "faults/scene.h"
 #include "model/mechanisms.h"
 #include "verdict/checks/clock_offsets.h"
-#include "verdict/face_tilts.h"
 #include "verdict/recording_faults.h"
+#include "verdict/settling.h"
 
 namespace truetriad {
 namespace {
-
-// Where the temperature went on to the next, and σ count that the bias drifts between the two.
-bool IsDrift(const PoseGraph& graph,
-             const MagnetometerChange& change,
-             const DriftCovariance& drift) {
-  return !change.last && drift.sigma_raw[Triad::kMagnetometer] > 0.0 &&
-         IsBetweenSettings(graph, change.node);
-}
-
-// A matrix that its `model:` cut short looks like any change of what it reads.
-bool IsByMatrix(const MagnetometerChange& change, const LeftOutTerms& terms) {
-  return std::any_of(terms.found.begin(), terms.found.end(), [&](const LeftOutTerm& term) {
-    return term.kind == LeftOutKind::kMatrix && term.triad == Triad::kMagnetometer &&
-           term.p_value <= change.p_value;
-  });
-}
 
 // Clocks that are off by more than moves can tell.
 std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
@@ -41,69 +25,95 @@ std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
   return lags;
 }
 
-// By this many times the noise of their readings.
-constexpr double kMuchScatter = 5.0;
-
-bool TurnsScatter(const PoseGraph& graph, const NoiseState& noise) {
-  const double excess = noise.excess[NoiseComponent::kTurn];
-  std::vector<double> own;
-  for (const IncrementEdge& edge : graph.increments) {
-    own.push_back(edge.variance.trace() / 3.0 - excess);
+// Bends that the sensor's data sheet lets it have.
+StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGraph& graph) {
+  StatedFault bends{"stated non-linearity", {}, {}};
+  const FaultScene scene(graph);
+  const Eigen::Vector3d gains = graph.sensitivity(triad).rowwise().norm();
+  const double largest = scene.largest(triad);
+  std::vector<Eigen::Vector3d> sigmas;
+  std::vector<FaultColumn> columns;
+  for (const FaultKind& kind : FaultKinds()) {
+    const bool has =
+        std::find(kind.sensors.begin(), kind.sensors.end(), triad) != kind.sensors.end();
+    if (!has || !kind.parameter || !IsBend(kind)) continue;
+    const std::vector<FaultColumn> parts = scene.ColumnsOf(triad, kind.form);
+    if (parts.empty()) continue;
+    FaultColumn& whole = columns.emplace_back();
+    for (const FaultColumn& part : parts) {
+      for (const FaultColumn::Block& block : part.blocks) whole.Add(block.row, block.value);
+    }
+    const AxisTermInfo& info = InfoOf(*InfoOf(*kind.parameter).axis_term);
+    Eigen::Vector3d& sigma = sigmas.emplace_back();
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      sigma[axis] = nonlinearity.SigmaOf(info, gains[axis]) * largest * info.PowerOf(largest);
+    }
   }
-  return !own.empty() && excess > kMuchScatter * kMuchScatter * Median(std::move(own));
+  const auto all = static_cast<Eigen::Index>(3 * columns.size());
+  bends.sigma.resize(all);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    for (const FaultColumn::Block& block : columns[i].blocks) {
+      Eigen::MatrixXd wide = Eigen::MatrixXd::Zero(3, all);
+      wide.middleCols<3>(at) = block.value;
+      bends.column.Add(block.row, wide);
+    }
+    bends.sigma.segment<3>(at) = sigmas[i];
+  }
+  return bends;
 }
 
 }  // namespace
 
 Eigen::MatrixXd Unmodelled::Covariance() const {
-  Eigen::MatrixXd sum = drift.covariance + left_out.covariance + blocks.covariance +
-                        by_clocks.covariance + tilt_curvature;
-  if (change && !change_is_drift) sum += change->covariance;
-  return sum;
+  return faults.beyond + drift.covariance + of_recording.covariance + by_clocks.covariance +
+         blocks.covariance;
 }
 
-Unmodelled FindUnmodelled(const PoseSet& poses,
-                          const PoseGraph& graph,
-                          const ReducedSystem& system,
-                          const NoiseState& noise,
-                          const CalibrateOptions& options,
-                          const std::vector<TemperatureSetting>& settings) {
-  Unmodelled found;
-  found.drift = FindDriftCovariance(graph, system, settings);
-  found.change = FindMagnetometerChange(graph, system, noise);
-  if (found.change && !Acts(Mechanism::kMagnetometerChange)) found.change.reset();
-  found.change_is_drift = found.change && IsDrift(graph, *found.change, found.drift);
-  found.left_out = FindLeftOutTerms(graph, system, noise, options, found.change.has_value());
-  if (found.change && IsByMatrix(*found.change, found.left_out) &&
-      Acts(Mechanism::kMatrixForChange)) {
-    found.change.reset();
+FaultFindings TakeFaultsIn(const CalibrateOptions& options,
+                           const Eigen::MatrixXd& covariance,
+                           std::vector<Triad>* stated_bends,
+                           PoseGraph* graph,
+                           NoiseState* noise) {
+  std::vector<StatedFault> stated;
+  for (const Triad triad : kTriads) {
+    const auto& nonlinearity = options.triads[triad].nonlinearity;
+    if (!graph->layout.Has(triad) || !nonlinearity || !Acts(Mechanism::kStatedBends)) continue;
+    StatedFault bends = BendsOf(triad, *nonlinearity, *graph);
+    if (bends.column.blocks.empty()) continue;
+    stated.push_back(std::move(bends));
+    stated_bends->push_back(triad);
   }
+  for (StatedFault& curvature : FaceCurvatures(*graph, covariance)) {
+    if (Acts(Mechanism::kTiltCurvature)) stated.push_back(std::move(curvature));
+  }
+  return FindFaults(stated, graph, noise);
+}
+
+void FindBeyondFaults(const PoseSet& poses,
+                      const PoseGraph& graph,
+                      const ReducedSystem& system,
+                      const std::vector<TemperatureSetting>& settings,
+                      Unmodelled* found) {
+  found->drift = FindDriftCovariance(graph, system, settings);
   PerTriad<Eigen::Vector3d> sigma_raw{};
   for (const StreamSummary& stream : poses.streams) {
     sigma_raw[stream.triad] = stream.noise_sigma_raw;
   }
-  AddFaultsOfRecording(poses,
-                       sigma_raw,
-                       TurnMissesOf(graph, system),
-                       TurnsScatter(graph, noise),
-                       graph,
-                       system.covariance(),
-                       &found.left_out);
-  found.left_out.has_temperature = poses.temperature_range_degc.has_value();
-  AddSettling(poses, graph, system, noise, &found.left_out);
-  found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
-  found.clocks = FindClockOffsets(poses, graph);
-  found.tilt_curvature = TiltCurvature(graph, system);
-  if (!found.tilt_curvature.isZero(0.0) && !Acts(Mechanism::kTiltCurvature)) {
-    found.tilt_curvature.setZero();
+  found->of_recording.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
+  AddFaultsOfRecording(poses, sigma_raw, {}, graph, system.covariance(), &found->of_recording);
+  AddUnsettledTurns(poses, graph, system, &found->of_recording);
+  found->of_recording.has_temperature = poses.temperature_range_degc.has_value();
+  found->blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
+  found->clocks = FindClockOffsets(poses, graph);
+  found->by_clocks = EffectsOf(found->clocks, graph, system);
+  if (!found->clocks.empty() && !Acts(Mechanism::kClockSigma)) {
+    found->by_clocks.covariance.setZero();
   }
-  found.by_clocks = EffectsOf(found.clocks, graph, system);
-  if (!found.clocks.empty() && !Acts(Mechanism::kClockSigma)) found.by_clocks.covariance.setZero();
   const std::vector<ClockOffset> lags = LagsOf(poses, graph);
   if (!lags.empty() && Acts(Mechanism::kLagSigma)) {
-    found.by_clocks.covariance += EffectsOf(lags, graph, system).covariance;
+    found->by_clocks.covariance += EffectsOf(lags, graph, system).covariance;
   }
-  return found;
 }
 
 }  // namespace truetriad

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "verdict/checks/constancy.h"
+#include "faults/search.h"
 #include "verdict/checks/soak.h"
 #include "verdict/clock_effects.h"
 #include "verdict/left_out_terms.h"
@@ -16,25 +15,30 @@ namespace truetriad {
 
 // What a recording shows that the model does not have: all of it makes the solution less certain.
 struct Unmodelled {
+  FaultFindings faults;
+  std::vector<Triad> stated_bends;  // whose widening the faults begin with
   DriftCovariance drift;
-  LeftOutTerms left_out;
-  BlockScatter blocks;
+  LeftOutTerms of_recording;        // what no residual shows
+  BlockScatter blocks;              // of long runs of rows
   std::vector<ClockOffset> clocks;  // beyond what was taken off
   ClockEffects by_clocks;           // in the order of `clocks`
-  std::optional<MagnetometerChange> change;
-  bool change_is_drift = false;    // which `drift` has counted
-  Eigen::MatrixXd tilt_curvature;  // of the free shared coordinates
 
   // Of the free shared coordinates.
   Eigen::MatrixXd Covariance() const;
 };
 
-// `settings`: of the graph.
-Unmodelled FindUnmodelled(const PoseSet& poses,
-                          const PoseGraph& graph,
-                          const ReducedSystem& system,
-                          const NoiseState& noise,
-                          const CalibrateOptions& options,
-                          const std::vector<TemperatureSetting>& settings);
+// Takes faults in: graph and noise are what they are with them. `covariance`: of the graph.
+FaultFindings TakeFaultsIn(const CalibrateOptions& options,
+                           const Eigen::MatrixXd& covariance,
+                           std::vector<Triad>* stated_bends,
+                           PoseGraph* graph,
+                           NoiseState* noise);
+
+// The rest, of a graph without faults. `settings`: of the graph.
+void FindBeyondFaults(const PoseSet& poses,
+                      const PoseGraph& graph,
+                      const ReducedSystem& system,
+                      const std::vector<TemperatureSetting>& settings,
+                      Unmodelled* found);
 
 }  // namespace truetriad

@@ -29,9 +29,9 @@ namespace {
 // else; along a direction that is not determined the optimiser only creeps.
 constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
-                                              &CheckMagnetometerChange,
                                               &CheckNoiseKnown,
                                               &CheckExplained,
+                                              &CheckFaultsAllow,
                                               &CheckTemperatureModelled,
                                               &CheckOutliers,
                                               &CheckDetermined,
@@ -39,7 +39,7 @@ constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckTurnsTold,
                                               &CheckGains,
                                               &CheckMounting};
-constexpr std::array<Check, 16> kRemarks = {&CheckDegreesOfFreedom,
+constexpr std::array<Check, 15> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckRejectedPoses,
                                             &CheckHeldGyroscope,
                                             &CheckClockOffsets,
@@ -51,8 +51,7 @@ constexpr std::array<Check, 16> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckMagnetometerScale,
                                             &CheckHand,
                                             &CheckDrift,
-                                            &CheckLeftOutTerms,
-                                            &CheckTimeBlocks,
+                                            &CheckFaults,
                                             &CheckCurves,
                                             &CheckSessions};
 
@@ -156,6 +155,13 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
 }
 
+// Faults are looked for where there is a solution, and noise to hold them against.
+bool CanBeTested(const SettledRun& run, const ReducedSystem& system) {
+  return run.converged && !run.noise.unknown && system.size() > 0 &&
+         system.rank() == system.size() && std::isfinite(system.cost()) &&
+         system.covariance().allFinite() && Acts(Mechanism::kFaults);
+}
+
 // The first refusal ends it.
 bool IsUsable(const SettledRun& run, const SolvedRun& solved, Findings* findings) {
   for (const Check check : kUsability) {
@@ -185,19 +191,31 @@ void KeepWhatExplains(const SettledRun& run,
 
 }  // namespace
 
-Status StateVerdict(const SettledRun& run, Calibration* calibration) {
-  const CalibrateOptions& options = run.options;
-  const PoseGraph& graph = run.graph;
+Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
+  const CalibrateOptions& options = settled.options;
+  PoseGraph graph = settled.graph;
+  NoiseState state = settled.noise;
+  ReducedSystem system(graph);
+  const OffOptimum off = FurthestOff(state, graph, system);
+  Unmodelled unmodelled;
+  if (CanBeTested(settled, system)) {
+    unmodelled.faults =
+        TakeFaultsIn(options, system.covariance(), &unmodelled.stated_bends, &graph, &state);
+    system.Linearise(graph);
+  } else {
+    unmodelled.faults.beyond = Eigen::MatrixXd::Zero(system.size(), system.size());
+  }
+  const SettledRun run{settled.poses, options, graph, state, settled.converged};
   Quality& quality = calibration->quality;
-  const ReducedSystem system(graph);
   quality.poses = CountRests(graph);
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.rests.temperature_settings = FindTemperatureSettings(graph);
-  const Unmodelled unmodelled = FindUnmodelled(
-      run.poses, graph, system, run.noise, options, quality.rests.temperature_settings);
+  FindBeyondFaults(run.poses, graph, system, quality.rests.temperature_settings, &unmodelled);
   quality.rests.clock_offsets = unmodelled.clocks;
-  quality.left_out_tests = unmodelled.left_out.tests;
+  quality.left_out_tests = unmodelled.of_recording.tests;
+  const std::vector<LeftOutTest> of_faults = TestsOf(unmodelled.faults);
+  quality.left_out_tests.insert(quality.left_out_tests.end(), of_faults.begin(), of_faults.end());
   quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
   const Eigen::MatrixXd covariance =
@@ -219,7 +237,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   StateChi2(run, system, quality.dof, &quality);
 
-  const SolvedRun solved{system, solution, unmodelled, observability.determined, *calibration};
+  const SolvedRun solved{
+      system, solution, unmodelled, settled.noise, off, observability.determined, *calibration};
   if (!IsUsable(run, solved, &calibration->findings)) {
     KeepWhatExplains(run, solution, calibration->findings, &quality);
     return Conclude(options, run.poses, calibration);

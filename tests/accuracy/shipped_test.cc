@@ -57,7 +57,9 @@ TEST(SixFace, FindsTheErrorMatrixFromTheReadingsAlone) {
   const Calibration calibration = RunShipped("six-face");
   ASSERT_TRUE(calibration.sensors[Triad::kAccelerometer]);
   const TriadCalibration& sensor = *calibration.sensors[Triad::kAccelerometer];
-  EXPECT_LT((sensor.model.bias - Eigen::Vector3d(0.1, 0.2, 0.3)).lpNorm<Eigen::Infinity>(), 5e-4);
+  // The block's tilts are not known, and hide a little of gravity on average: here there were none.
+  EXPECT_LT((sensor.model.bias - Eigen::Vector3d(0.1, 0.2, 0.3)).lpNorm<Eigen::Infinity>(),
+            0.2 * sensor.bias_sigma.minCoeff());
   EXPECT_LT((sensor.Scale() - Eigen::Vector3d(1.0024, 1.25, 1.26)).lpNorm<Eigen::Infinity>(), 3e-4);
 }
 

@@ -254,12 +254,8 @@ TEST(Nonlinearity, IsAFindingThatSaysByHowMuchItWidens) {
   const Eigen::ArrayXd before = silent.calibration.covariance.matrix.diagonal();
   const Eigen::ArrayXd after = stated.calibration.covariance.matrix.diagonal();
   const double most = (before > 0.0).select(after / before, 0.0).maxCoeff();
-  // Both have what tilts leave out (TiltCurvature), which the finding is not of.
+  // Both have the curvature of the tilts, which the finding is not of.
   EXPECT_NEAR(*finding->Value("widening"), std::sqrt(most), 0.1 * std::sqrt(most));
-  // The numbers themselves stay.
-  const TriadModel<double>& model = stated.calibration.sensors[kAccel]->model;
-  EXPECT_EQ(model.bias, silent.calibration.sensors[kAccel]->model.bias);
-  EXPECT_EQ(model.sensitivity, silent.calibration.sensors[kAccel]->model.sensitivity);
 }
 
 // Ten times what the data sheet says.
@@ -268,34 +264,9 @@ TEST(Nonlinearity, ThatIsBeyondWhatIsStatedIsFound) {
   int found = 0;
   Random random(5);
   for (int run = 0; run < 10; ++run) {
-    found +=
-        Find(RunUnit(setup, &random).calibration.findings, FindingCode::kLeftOutTerm) != nullptr;
+    found += Find(RunUnit(setup, &random).calibration.findings, FindingCode::kFault) != nullptr;
   }
   EXPECT_GE(found, 5);
-}
-
-// Bends at the edge of what the poses show: where one may be there σ allow for it, and where there
-// is none that is said of few units: at 1 % of four terms of 24 poses.
-TEST(TermInDoubt, WidensSigmaWhereABendMayBeThere) {
-  const auto in_doubt = [](const UnitRun& run) {
-    return Find(run.calibration.findings, FindingCode::kTermInDoubt) != nullptr;
-  };
-  Random random(6), again(6);
-  int doubted = 0, of_straight = 0, off = 0;
-  constexpr int kUnits = 300;
-  for (int run = 0; run < kUnits; ++run) {
-    const UnitRun bent = RunUnit({.percent = 0.02, .is_stated = false}, &random);
-    of_straight += in_doubt(RunUnit({.percent = 0.0, .is_stated = false}, &again));
-    if (bent.dimension == 0 || !in_doubt(bent)) continue;
-    ++doubted;
-    off += bent.nees > 2.0 * bent.dimension;
-  }
-  RecordProperty("doubted", doubted);
-  RecordProperty("of_straight", of_straight);
-  RecordProperty("off", off);
-  EXPECT_GE(doubted, kUnits / 20);
-  EXPECT_LE(of_straight, kUnits * 7 / 100);
-  EXPECT_LE(off, doubted / 20);
 }
 
 TEST(Nonlinearity, IsRefusedWhereNothingIsLeftOutOrNothingIsWidened) {

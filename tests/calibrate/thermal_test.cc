@@ -111,8 +111,8 @@ TEST(CalibrateSoak, SaysThatTheMatrixFollowsTheTemperatureBeyondTheTerms) {
     const Calibration& calibration = summary->calibration;
     const bool is_said =
         std::any_of(calibration.findings.begin(), calibration.findings.end(), [](const Finding& f) {
-          return f.code == FindingCode::kLeftOutTerm &&
-                 f.text.find("a matrix that follows the temperature") != std::string::npos;
+          return f.code == FindingCode::kFault &&
+                 f.text.find("matrix with temperature") != std::string::npos;
         });
     EXPECT_EQ(is_said, order == 0);
     ASSERT_TRUE(calibration.IsUsable());

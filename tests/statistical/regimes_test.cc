@@ -105,8 +105,7 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
   // What the residuals show of such a term, or the lengths of readings of tilts, is independent of
   // the estimate's error, so that the other runs are as they would be without those.
   const auto has = [&](FindingCode code) { return Find(calibration.findings, code) != nullptr; };
-  if (has(FindingCode::kTermInDoubt) || has(FindingCode::kLeftOutTerm) ||
-      has(FindingCode::kFacesTilted)) {
+  if (has(FindingCode::kFault) || has(FindingCode::kFacesTilted)) {
     ++statistics->widened;
     return;
   }
@@ -164,7 +163,7 @@ bool IsPlausible(const Regime& regime, const Statistics& statistics) {
   const double worst = statistics.squares[statistics.Worst()];
   if (worst < statistics.LowSquare() || worst > statistics.HighSquare()) return false;
   if (!regime.linear) return true;
-  // Wider than need be where a term is in doubt, never narrower.
+  // Wider than need be where a fault is seen that is none, never narrower.
   if (statistics.nees_of_all > statistics.expected_nees + statistics.NeesMargin()) return false;
   return std::abs(statistics.nees_per_dimension - statistics.expected_nees) <=
              statistics.NeesMargin() &&

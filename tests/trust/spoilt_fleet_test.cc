@@ -39,7 +39,7 @@ const std::vector<Spoilt>& SpoiltUnits() {
       {"few poses", {}, "too-few-poses"},
       {"rad/s as deg/s", kGyroscope, "wrong-unit"},
       {"short rests", {}, "no-rest"},
-      {"drift", kAccelerometer, "left-out-term"},
+      {"drift", kAccelerometer, "fault"},
       {"axis flipped", kAccelerometer, "mounting-contradicted"},
       {"axes swapped", kGyroscope, "mounting-contradicted"},
       // A tenth, or ten times: which no field is.
@@ -49,7 +49,7 @@ const std::vector<Spoilt>& SpoiltUnits() {
       {"g as m/s^2", kAccelerometer, "wrong-unit"},
       {"normalised", kMagnetometer, "not-raw"},
       {"kelvins", {}, "wrong-unit"},
-      {"hard iron moved", kMagnetometer, "magnetometer-changed"},
+      {"hard iron moved", kMagnetometer, "fault"},
       {"axes cycled", kAccelerometer, "mounting-contradicted"},
       {"zero rows", kGyroscope, "impossible-rows"},
       {"stuck axis", kMagnetometer, "constant-axis"},

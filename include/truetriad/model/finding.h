@@ -96,7 +96,8 @@ enum class FindingCode : int {
   kTemperatureIgnored,
   kTooManyOutliers,
   kRejectedPoses,
-  kMagnetometerChanged,
+  kFault,
+  kMisfit,
   // Noise and σ.
   kNoiseUnknown,
   kSigmaPartlyStated,

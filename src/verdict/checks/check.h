@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "noise/noise_settling.h"
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
@@ -27,6 +30,8 @@ struct SolvedRun {
   const ReducedSystem& system;
   const PresentedSolution& solution;
   const Unmodelled& unmodelled;
+  const NoiseState& noise_before;  // faults were looked for
+  const OffOptimum& off;           // of that
   bool determined = true;     // every parameter that was asked for, to the σ that counts as such
   const Calibration& stated;  // reference and quality; for remarks also the sensors
 };
@@ -41,11 +46,11 @@ using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
 // Whether the solution can be used, in this order. fit.cc
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
-Findings CheckMagnetometerChange(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
 Findings CheckExplained(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved);
+Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved);  // faults.cc
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
 Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
@@ -66,8 +71,7 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun& solved);
 Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved);
 Findings CheckHand(const SettledRun& run, const SolvedRun& solved);  // mounting.cc
 Findings CheckDrift(const SettledRun& run, const SolvedRun& solved);
-Findings CheckLeftOutTerms(const SettledRun& run, const SolvedRun& solved);
-Findings CheckTimeBlocks(const SettledRun& run, const SolvedRun& solved);
+Findings CheckFaults(const SettledRun& run, const SolvedRun& solved);  // faults.cc
 Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 Findings CheckSessions(const SettledRun& run, const SolvedRun& solved);  // verdict/sessions.cc
 
@@ -93,8 +97,13 @@ Findings CheckStillDetermined(const PoseGraph& graph,
 Findings CheckMagnetometerScale(const ReferenceValues& reference);
 // What the model leaves out.
 Findings FindingsOf(const LeftOutTerms& terms);
-// Stretches of the recording that differ.
-Findings FindingsOf(const BlockScatter& blocks);
+// Of tests of bends, those that these poses tell from the model too badly to protect the
+// parameters, in one sentence; unset where there are none.
+std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
+                                        const std::vector<StatedBend>& stated);
+Finding FindingOf(const StatedBend& bend);
+// What the report lists of the faults that were looked for.
+std::vector<LeftOutTest> TestsOf(const FaultFindings& faults);
 // How the sensors stand to each other and to what is known of the body, against what is stated.
 Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph);
 // A magnetometer whose sign only its hand tells, where that is not stated.

@@ -177,7 +177,7 @@ Findings CheckConverged(const SettledRun& run, const SolvedRun& solved) {
     return {{FindingCode::kDidNotConverge,
              "the optimiser did not converge: the readings do not fit the model from any start"}};
   }
-  const OffOptimum off = FurthestOff(run.noise, run.graph, solved.system);
+  const OffOptimum& off = solved.off;
   if (off.IsSettled()) return {};
   Finding finding(
       FindingCode::kDidNotConverge,

@@ -77,7 +77,7 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
   const auto& gyroscope = solved.stated.sensors[Triad::kGyroscope];
   if (!gyroscope || !IsHeld(run.options.triads[Triad::kGyroscope])) return {};
-  const double excess_rad = gyroscope->noise.turn_excess_sigma_rad;
+  const double excess_rad = std::sqrt(solved.noise_before.excess[NoiseComponent::kTurn]);
   if (!(excess_rad > kOddScatterRad)) return {};
   return {Finding(FindingCode::kHeldGyroscope,
                   Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * excess_rad) +

@@ -19,35 +19,6 @@ constexpr double kToldSigmas = 3.0;
 // What a result may be off by and still be right.
 constexpr double kTrustedSigmas = 5.0;
 
-// Bends that these poses tell from the model too badly to protect the parameters, in one sentence.
-std::optional<Finding> LinearityAssumed(const LeftOutTerms& terms) {
-  std::vector<std::string> bends;
-  double largest = 0.0;
-  for (const LeftOutTest& test : terms.tests) {
-    const bool is_bend =
-        std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const AxisTermInfo& info) {
-          return info.name == test.term;
-        });
-    const bool is_known =
-        test.is_shown ||
-        std::any_of(terms.stated.begin(), terms.stated.end(), [&](const StatedBend& bend) {
-          return bend.triad == test.triad;
-        });
-    if (!is_bend || is_known || !test.kappa) continue;
-    const double shift_sigmas = kToldSigmas * *test.kappa;
-    if (shift_sigmas < kTrustedSigmas) continue;
-    bends.push_back(Format("%.2g σ (", shift_sigmas) + std::string(TriadName(test.triad)) + " " +
-                    test.term + ")");
-    largest = std::max(largest, shift_sigmas);
-  }
-  if (bends.empty()) return std::nullopt;
-  return Finding(FindingCode::kLinearityAssumed,
-                 "σ hold for linear sensors: a bend just too small to show would shift some "
-                 "parameter by " +
-                     Listed(bends))
-      .With("shift", largest);
-}
-
 std::string SizeOf(const LeftOutTerm& term) {
   return Format("%.2g ", term.size) + std::string(TruthUnitName(term.triad));
 }
@@ -72,9 +43,6 @@ std::string WordsOf(const LeftOutTerm& term) {
       return "has a matrix that follows the temperature beyond its terms; what is stated is its "
              "mean "
              "over the poses";
-    case LeftOutKind::kStep:
-      return "has another bias from pose " + std::to_string(term.pose) + " on, by " + SizeOf(term) +
-             "; what is stated is the mean over all poses";
     case LeftOutKind::kLeverArm:
       return Format("sits %.2g m from the point about which the unit is turned", term.size);
     case LeftOutKind::kLowPass:
@@ -89,9 +57,7 @@ std::string WordsOf(const LeftOutTerm& term) {
     case LeftOutKind::kRounding:
       return "reads in steps that are larger than its noise, so its bias is known to a step only";
     case LeftOutKind::kSettling:
-      return term.triad == Triad::kGyroscope
-                 ? "has turns that are all too short by about the same angle"
-                 : "still shows the pose before when a rest begins";
+      return "has turns that are all too short by about the same angle";
     case LeftOutKind::kTurnScatter:
       return Format(
           "has turns that miss along their axes, as if %.2g %% of the rows were lost or "
@@ -121,8 +87,6 @@ std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
     case LeftOutKind::kThermalGain:
       return "state " + SensorLine(sensor, "thermal: { matrix_order: auto }") +
              ", or a higher order";
-    case LeftOutKind::kStep:
-      return "look what happened to the unit then; take the run again, or the poses of one side";
     case LeftOutKind::kLeverArm:
       return "turn the unit about the sensor, or more slowly";
     case LeftOutKind::kLowPass:
@@ -144,8 +108,47 @@ std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
 
 }  // namespace
 
-Findings CheckLeftOutTerms(const SettledRun&, const SolvedRun& solved) {
-  return FindingsOf(solved.unmodelled.left_out);
+std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
+                                        const std::vector<StatedBend>& stated) {
+  std::vector<std::string> bends;
+  double largest = 0.0;
+  for (const LeftOutTest& test : tests) {
+    const bool is_bend =
+        std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const AxisTermInfo& info) {
+          return info.name == test.term;
+        });
+    const bool is_known =
+        test.is_shown || std::any_of(stated.begin(), stated.end(), [&](const StatedBend& bend) {
+          return bend.triad == test.triad;
+        });
+    if (!is_bend || is_known || !test.kappa) continue;
+    const double shift_sigmas = kToldSigmas * *test.kappa;
+    if (shift_sigmas < kTrustedSigmas) continue;
+    bends.push_back(Format("%.2g σ (", shift_sigmas) + std::string(TriadName(test.triad)) + " " +
+                    test.term + ")");
+    largest = std::max(largest, shift_sigmas);
+  }
+  if (bends.empty()) return std::nullopt;
+  return Finding(FindingCode::kLinearityAssumed,
+                 "σ hold for linear sensors: a bend just too small to show would shift some "
+                 "parameter by " +
+                     Listed(bends))
+      .With("shift", largest);
+}
+
+Finding FindingOf(const StatedBend& bend) {
+  const Nonlinearity& stated = bend.nonlinearity;
+  return Finding(
+             FindingCode::kNonlinearityStated,
+             Format(bend.widening < 10.0
+                        ? "σ are up to %.2f times those without the stated non-linearity of the "
+                        : "σ are up to %.0f times those without the stated non-linearity of the ",
+                    bend.widening) +
+                 std::string(TriadName(bend.triad)) +
+                 Format(", %.3g %% of", stated.percent_of_full_scale) +
+                 Format(" ± %.4g ", stated.full_scale) + std::string(TruthUnitName(bend.triad)))
+      .About(bend.triad)
+      .With("widening", bend.widening);
 }
 
 Findings FindingsOf(const LeftOutTerms& terms) {
@@ -182,22 +185,9 @@ Findings FindingsOf(const LeftOutTerms& terms) {
             .About(term.triad)
             .With("p_value", term.p_value));
   }
-  if (const std::optional<Finding> assumed = LinearityAssumed(terms)) findings.push_back(*assumed);
-  for (const StatedBend& bend : terms.stated) {
-    const Nonlinearity& stated = bend.nonlinearity;
-    findings.push_back(
-        Finding(
-            FindingCode::kNonlinearityStated,
-            Format(bend.widening < 10.0
-                       ? "σ are up to %.2f times those without the stated non-linearity of the "
-                       : "σ are up to %.0f times those without the stated non-linearity of the ",
-                   bend.widening) +
-                std::string(TriadName(bend.triad)) +
-                Format(", %.3g %% of", stated.percent_of_full_scale) +
-                Format(" ± %.4g ", stated.full_scale) + std::string(TruthUnitName(bend.triad)))
-            .About(bend.triad)
-            .With("widening", bend.widening));
-  }
+  if (const auto assumed = LinearityAssumed(terms.tests, terms.stated))
+    findings.push_back(*assumed);
+  for (const StatedBend& bend : terms.stated) findings.push_back(FindingOf(bend));
   return findings;
 }
 

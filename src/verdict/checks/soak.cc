@@ -102,16 +102,6 @@ PoseSet PosesAmong(const PoseSet& poses, const std::vector<std::size_t>& places)
   return chosen;
 }
 
-bool IsBetweenSettings(const PoseGraph& graph, std::size_t node) {
-  const auto [low, high] = std::minmax_element(
-      graph.nodes.begin(), graph.nodes.end(), [](const PoseNode& a, const PoseNode& b) {
-        return a.temperature_degc < b.temperature_degc;
-      });
-  const double step =
-      std::abs(graph.nodes[node].temperature_degc - graph.nodes[node - 1].temperature_degc);
-  return step > WidthOf(high->temperature_degc - low->temperature_degc);
-}
-
 std::vector<HeldOutGroup> GroupsOfSettings(const PoseGraph& graph) {
   std::vector<HeldOutGroup> groups;
   std::vector<std::size_t> group_of(graph.nodes.size());

@@ -22,9 +22,6 @@ PoseSet PosesAmong(const PoseSet& poses, const std::vector<std::size_t>& places)
 // The poses of each setting, with the turns that begin there.
 std::vector<HeldOutGroup> GroupsOfSettings(const PoseGraph& graph);
 
-// Whether a pose is at another temperature than the one before it.
-bool IsBetweenSettings(const PoseGraph& graph, std::size_t node);
-
 // What the poses of each setting say by themselves, of every triad with temperature terms.
 // Settings whose poses do not determine a bias are left out.
 std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph);

@@ -1,0 +1,472 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "faults/fault_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "faults/log_tail.h"
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
+#include "noise/variance_components.h"
+
+namespace truetriad {
+namespace {
+
+// Unknowns of a form in one stretch: a matrix has nine.
+constexpr int kMostOfForm = 9;
+// Of a turn's own information, below which the attitudes take over all of a direction.
+constexpr double kSeenOfTurn = 1e-3;
+
+// R of R R^T, for squares that may be singular: turns about one axis.
+Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
+  const SymmetricEigen3 eigen = EigenOfSymmetric3(square);
+  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+// F_cd - 1/2 (x_cd + x_dc - tr E_c E_d), x the traces of X.
+Eigen::MatrixXd Without(Eigen::MatrixXd fisher,
+                        const Eigen::MatrixXd& x,
+                        const std::vector<Eigen::MatrixXd>& E) {
+  for (Eigen::Index c = 0; c < fisher.rows(); ++c) {
+    for (Eigen::Index d = 0; d < fisher.cols(); ++d) {
+      const double both =
+          E[static_cast<std::size_t>(c)].cwiseProduct(E[static_cast<std::size_t>(d)]).sum();
+      fisher(c, d) -= 0.5 * (x(c, d) + x(d, c) - both);
+    }
+  }
+  return fisher;
+}
+
+}  // namespace
+
+void FaultColumn::Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>& value) {
+  unknowns = value.cols();
+  if (!value.isZero(0.0)) blocks.push_back({row, value});
+}
+
+Eigen::MatrixXd FaultColumn::Transposed(const StackedRows& y) const {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unknowns, y.cols());
+  for (const Block& block : blocks) {
+    sum.noalias() += block.value.transpose().lazyProduct(y.middleRows<3>(block.row));
+  }
+  return sum;
+}
+
+Eigen::VectorXd FaultColumn::TransposedVector(const Eigen::VectorXd& y) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(unknowns);
+  for (const Block& block : blocks) {
+    sum.noalias() += block.value.transpose().lazyProduct(y.segment<3>(block.row));
+  }
+  return sum;
+}
+
+void AddedColumns::Append(const FaultColumn& column,
+                          const Eigen::VectorXd& sigma_of,
+                          Eigen::Index rows) {
+  const Eigen::Index before = size(), more = column.unknowns;
+  StackedRows both = StackedRows::Zero(rows, before + more);
+  if (before > 0) both.leftCols(before) = Z;
+  for (const FaultColumn::Block& block : column.blocks) {
+    both.block(block.row, before, 3, more) += block.value;
+  }
+  Z = std::move(both);
+  sigma.conservativeResize(before + more);
+  sigma.tail(more) = sigma_of;
+  for (Eigen::VectorXd* of : {&mean, &at}) {
+    of->conservativeResize(before + more);
+    of->tail(more).setZero();
+  }
+}
+
+FaultSystem::FaultSystem(const PoseGraph& graph,
+                         std::vector<NoiseComponent> components,
+                         Eigen::Index most_dense_rows)
+    : ReducedSystem(graph), components_(std::move(components)), most_dense_rows_(most_dense_rows) {
+  TakeIn(graph, {});
+}
+
+void FaultSystem::Linearise(const PoseGraph& graph, const AddedColumns& columns) {
+  ReducedSystem::Linearise(graph);
+  TakeIn(graph, columns);
+}
+
+void FaultSystem::Eliminate(const PoseGraph& graph, const AddedColumns& columns) {
+  ReducedSystem::Eliminate(graph);
+  TakeIn(graph, columns);
+}
+
+void FaultSystem::TakeIn(const PoseGraph& graph, const AddedColumns& columns) {
+  PlaceParts(graph);
+  SolveFor(columns);
+  if (residual().size() <= most_dense_rows_) {
+    FormDense();
+    StateRemlDense();
+  } else {
+    P_.resize(0, 0);
+    StateRemlByRows(graph);
+  }
+  score_ = -0.5 * traces_;
+  for (const Part& part : parts_) {
+    score_[part.component] += 0.5 * (part.root.transpose() * q_.segment<3>(part.row)).squaredNorm();
+  }
+}
+
+void FaultSystem::PlaceParts(const PoseGraph& graph) {
+  parts_.clear();
+  const auto last = static_cast<Eigen::Index>(components_.size());
+  for (const VariancePart& part : PartsOf(graph)) {
+    if (part.rejected) continue;
+    const Eigen::Index row = factors()[part.factor].row + part.row;
+    const double per_root = 1.0 / std::sqrt(part.weight);
+    const auto at = std::find(components_.begin(), components_.end(), part.component);
+    if (at != components_.end()) {
+      parts_.push_back({row, at - components_.begin(), per_root * CholeskyRoot(part.unit)});
+    }
+    if (part.component != NoiseComponent::kTurn || turn_unit_.empty()) continue;
+    parts_.push_back({row, last, per_root * RootOfSquare(turn_unit_[part.index])});
+  }
+}
+
+// h = -(L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)) beyond the h_0 that the readings are corrected by.
+void FaultSystem::SolveFor(const AddedColumns& columns) {
+  const Eigen::Index count = columns.size();
+  U_.resize(residual().size(), count);
+  V_.resize(size(), count);
+  q_ = projected();
+  h_.resize(count);
+  h_covariance_.resize(count, count);
+  along_.resize(count);
+  log_determinant_ = prior_square_ = 0.0;
+  if (count == 0) return;
+  StackedRows G = Project(columns.Z);
+  Eigen::MatrixXd shared(size(), count);  // M^-1 J^T D Z
+  if (size() > 0) {
+    shared = TransposeTimesRows(BM(), columns.Z);
+    G -= StackedRows(B() * shared);
+  }
+  const Eigen::VectorXd information = columns.sigma.cwiseAbs2().cwiseInverse();
+  Eigen::MatrixXd H = TransposeTimesRows(columns.Z, G);
+  H = (0.5 * (H + H.transpose())).eval();
+  H.diagonal() += information;
+  // Balanced: unknowns of a turn (rad) and of a magnetometer differ by many powers of ten.
+  const Eigen::VectorXd balance = H.diagonal().cwiseSqrt().cwiseInverse();
+  const Cholesky factor(ScaledBothSides(balance, H));
+  const Eigen::MatrixXd upper =
+      factor.SolveLower(Eigen::MatrixXd::Identity(count, count)).transpose();
+  const Eigen::MatrixXd root = ScaledRows(balance, upper);  // L^-T
+  U_ = G * root;
+  V_ = Times(shared, root);
+  const Eigen::VectorXd gradient =
+      columns.Z.transpose() * projected() + information.cwiseProduct(columns.at - columns.mean);
+  along_ = TransposeTimesVector(root, gradient);
+  h_covariance_ = TimesTranspose(root, root);
+  h_ = columns.at - TimesVector(root, along_);
+  q_ -= U_ * along_;
+  log_determinant_ = factor.LogDeterminant() - 2.0 * balance.array().log().sum() +
+                     2.0 * columns.sigma.array().log().sum();
+  prior_square_ = (columns.at - columns.mean).cwiseQuotient(columns.sigma).squaredNorm();
+}
+
+// P = V^-1 - (V^-1 A) N^-1 (V^-1 A)^T - B M^-1 B^T - U U^T.
+void FaultSystem::FormDense() {
+  const Eigen::Index rows = residual().size();
+  StackedRows right = StackedRows::Zero(chain().size(), rows);  // N^-1 A^T V^-1
+  for (const Factor& factor : factors()) {
+    right.block(PoseRow(factor), factor.row, factor.tangents(), factor.rows) =
+        Weighted(factor).transpose();
+  }
+  chain().SolveInPlace(&right);
+  P_.setZero(rows, rows);
+  for (const Factor& factor : factors()) {
+    for (Eigen::Index row = 0; row < factor.rows; row += 3) {
+      const auto information = Information(factor, row);
+      const Eigen::Index at = factor.row + row;
+      P_.block(at, at, information.rows(), information.cols()) = information;
+    }
+    AddProduct(-1.0,
+               Weighted(factor),
+               right.middleRows(PoseRow(factor), factor.tangents()),
+               P_.middleRows(factor.row, factor.rows));
+  }
+  const Eigen::Index wide = size() + U_.cols();
+  if (wide == 0) return;
+  StackedRows left(rows, wide), both(wide, rows);
+  left << BM(), U_;
+  both.topRows(size()) = B().transpose();
+  both.bottomRows(U_.cols()) = U_.transpose();
+  P_ -= ProductOfRows(left, both);
+}
+
+Eigen::MatrixXd FaultSystem::Between(const FaultColumn& a, const FaultColumn& b) const {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(a.unknowns, b.unknowns);
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostOfForm> half(3, b.unknowns);
+  for (const FaultColumn::Block& own : a.blocks) {
+    half.setZero();
+    for (const FaultColumn::Block& other : b.blocks) {
+      half.noalias() += P_.block<3, 3>(own.row, other.row).lazyProduct(other.value);
+    }
+    sum.noalias() += own.value.transpose().lazyProduct(half);
+  }
+  return sum;
+}
+
+Eigen::MatrixXd FaultSystem::InformationOf(const std::vector<FaultColumn>& columns) const {
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  const Eigen::Index wide = columns.front().unknowns;
+  Eigen::MatrixXd all(wide * count, wide * count);
+  if (is_dense()) {
+    for (Eigen::Index h = 0; h < count; ++h) {
+      for (Eigen::Index g = h; g < count; ++g) {
+        auto block = all.block(g * wide, h * wide, wide, wide);
+        block = Between(columns[static_cast<std::size_t>(g)], columns[static_cast<std::size_t>(h)]);
+        if (g > h) all.block(h * wide, g * wide, wide, wide) = block.transpose();
+      }
+    }
+    return all;
+  }
+  Eigen::MatrixXd BZ(wide * count, size()), BMZ(wide * count, size()), UZ(wide * count, U_.cols());
+  for (Eigen::Index h = 0; h < count; ++h) {
+    const FaultColumn& column = columns[static_cast<std::size_t>(h)];
+    BZ.middleRows(h * wide, wide) = column.Transposed(projected_columns()).leftCols(size());
+    BMZ.middleRows(h * wide, wide) = column.Transposed(BM());
+    UZ.middleRows(h * wide, wide) = column.Transposed(U_);
+  }
+  all = -TimesTranspose(BMZ, BZ) - TimesTranspose(UZ, UZ);
+  for (Eigen::Index h = 0; h < count; ++h) {
+    const FaultColumn& column = columns[static_cast<std::size_t>(h)];
+    const StackedRows DZ = ProjectedByFactors(column);
+    if (!sees_pairs()) {
+      all.block(h * wide, h * wide, wide, wide) += column.Transposed(DZ);
+      continue;
+    }
+    for (Eigen::Index g = 0; g < count; ++g) {
+      all.block(g * wide, h * wide, wide, wide) +=
+          columns[static_cast<std::size_t>(g)].Transposed(DZ);
+    }
+  }
+  return all;
+}
+
+// D Z. Where no factor sees two poses, D has a block for each.
+StackedRows FaultSystem::ProjectedByFactors(const FaultColumn& column) const {
+  StackedRows Y = StackedRows::Zero(residual().size(), column.unknowns);
+  if (sees_pairs()) {
+    for (const FaultColumn::Block& block : column.blocks) {
+      Y.middleRows<3>(block.row) += block.value;
+    }
+    return Project(std::move(Y));
+  }
+  for (const FaultColumn::Block& block : column.blocks) {
+    const auto at = static_cast<std::size_t>(&FactorOf(block.row) - factors().data());
+    const Factor& factor = factors()[at];
+    Y.middleRows(factor.row, factor.rows) +=
+        D(at).middleCols(block.row - factor.row, 3).lazyProduct(block.value);
+  }
+  return Y;
+}
+
+StackedRows FaultSystem::Projected(const FaultColumn& column) const {
+  if (!is_dense())
+    return WithoutShared(ProjectedByFactors(column),
+                         column.Transposed(projected_columns()).leftCols(size()).transpose(),
+                         column.Transposed(U_).transpose());
+  StackedRows Y(residual().size(), column.unknowns);
+  Eigen::MatrixXd by_column = Eigen::MatrixXd::Zero(Y.rows(), Y.cols());
+  for (const FaultColumn::Block& block : column.blocks) {
+    for (Eigen::Index j = 0; j < column.unknowns; ++j) {
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        const double factor = block.value(i, j);
+        if (factor != 0.0) by_column.col(j) += factor * P_.row(block.row + i).transpose();
+      }
+    }
+  }
+  Y = by_column;
+  return Y;
+}
+
+StackedRows FaultSystem::Projected(const StackedRows& y) const {
+  return WithoutShared(Project(y), TransposeTimesRows(B(), y), TransposeTimesRows(U_, y));
+}
+
+// P y, from D y, B^T y and U^T y.
+StackedRows FaultSystem::WithoutShared(StackedRows Dy,
+                                       const Eigen::MatrixXd& By,
+                                       const Eigen::MatrixXd& Uy) const {
+  if (size() > 0) Dy -= ProductOfRows(BM(), StackedRows(By));
+  if (U_.cols() > 0) Dy -= StackedRows(U_ * Uy);
+  return Dy;
+}
+
+double FaultSystem::LogPOfAlignment(const TurnVariances& unit) const {
+  double beyond = 0.0, variance = 0.0, squares = 0.0;
+  const std::size_t first = factors().size() - unit.size();
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    const Eigen::Index row = factors()[first + i].row;
+    const SymmetricEigen3 block = EigenOfSymmetric3(P_.block<3, 3>(row, row));
+    const Eigen::Array3d values = block.values;
+    const Eigen::Array3d seen = (values > kSeenOfTurn * values.maxCoeff()).cast<double>();
+    const double k = seen.sum();
+    if (k < 2.0) continue;
+    const Eigen::Vector3d root = (seen * values.max(0.0)).sqrt();
+    const Eigen::Vector3d along = block.vectors.transpose() * q_.segment<3>(row);
+    const double square = (seen * along.array().square() / values.max(1e-300)).sum();
+    const Eigen::Matrix3d Q = root.asDiagonal() *
+                              (block.vectors.transpose() * unit[i] * block.vectors) *
+                              root.asDiagonal();
+    const double trace = Q.trace();
+    beyond +=
+        along.dot(block.vectors.transpose() * unit[i] * block.vectors * along) - square * trace / k;
+    const double own =
+        2.0 * square * square * (k * Q.squaredNorm() - trace * trace) / (k * k * (k + 2.0));
+    variance += own;
+    squares += own * own;
+  }
+  if (!(squares > 0.0) || beyond <= 0.0) return 0.0;
+  // Few of them may have most of the variance.
+  const double dof = variance * variance / squares;
+  return std::log(0.5) + LogFisherUpper(beyond * beyond / variance, 1.0, dof);
+}
+
+Eigen::MatrixXd FaultSystem::BeyondGraph() const {
+  if (V_.cols() == 0) return Eigen::MatrixXd::Zero(size(), size());
+  return TimesTranspose(V_, V_);
+}
+
+double FaultSystem::ChiSquareOf(const PoseGraph& graph) {
+  ReducedSystem::Eliminate(graph);
+  if (size() == 0) return residual().dot(projected());
+  return (residual() + J() * step()).dot(projected());
+}
+
+// -(M^-1 J^T D Z - V U^T Z).
+Eigen::MatrixXd FaultSystem::SharedShift(const FaultColumn& column) const {
+  Eigen::MatrixXd shift = -column.Transposed(BM()).transpose();
+  if (U_.cols() > 0) shift += TimesTranspose(V_, column.Transposed(U_));
+  return shift;
+}
+
+const FaultSystem::Factor& FaultSystem::FactorOf(Eigen::Index row) const {
+  const auto after = std::upper_bound(
+      factors().begin(), factors().end(), row, [](Eigen::Index wanted, const Factor& factor) {
+        return wanted < factor.row;
+      });
+  return *std::prev(after);
+}
+
+double FaultSystem::WhitenedSquare(Eigen::Index row) const {
+  const Factor& factor = FactorOf(row);
+  const Eigen::Vector3d r = residual().segment<3>(row);
+  return r.dot(Information(factor, row - factor.row) * r);
+}
+
+Eigen::VectorXd FaultSystem::Squares(const FaultColumn& column) const {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(column.unknowns);
+  for (const FaultColumn::Block& block : column.blocks) {
+    const Factor& factor = FactorOf(block.row);
+    const Eigen::Matrix3d W = Information(factor, block.row - factor.row);
+    for (Eigen::Index j = 0; j < column.unknowns; ++j) {
+      const Eigen::Vector3d one = block.value.col(j);
+      squares[j] += one.dot(W * one);
+    }
+  }
+  return squares;
+}
+
+// F_cd = 1/2 Σ_{b in c, b' in d} |R_b^T P_bb' R_b'|^2.
+void FaultSystem::StateRemlDense() {
+  traces_ = Eigen::VectorXd::Zero(components());
+  fisher_ = Eigen::MatrixXd::Zero(components(), components());
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& a = parts_[i];
+    const Eigen::Matrix3d a_root = a.root.transpose();
+    traces_[a.component] += (a_root * P_.block<3, 3>(a.row, a.row)).cwiseProduct(a_root).sum();
+    for (std::size_t j = i; j < parts_.size(); ++j) {
+      const Part& b = parts_[j];
+      const Eigen::Matrix3d half = a_root * P_.block<3, 3>(a.row, b.row);
+      const double square = (half * b.root).squaredNorm() * (i == j ? 0.5 : 1.0);
+      fisher_(a.component, b.component) += 0.5 * square;
+      fisher_(b.component, a.component) += 0.5 * square;
+    }
+  }
+}
+
+// The same where P is not formed: of the graph, less what the columns take.
+void FaultSystem::StateRemlByRows(const PoseGraph& graph) {
+  VarianceTraces plain = TracesOf(components_, graph, *this);
+  traces_ = std::move(plain.traces);
+  fisher_ = std::move(plain.fisher);
+  if (U_.cols() == 0) return;
+  const std::vector<Eigen::MatrixXd> E = ComponentSquares(U_);
+  fisher_ = Without(std::move(fisher_), CrossTraces(U_), E);
+  for (Eigen::Index c = 0; c < components(); ++c)
+    traces_[c] -= E[static_cast<std::size_t>(c)].trace();
+}
+
+// -1/2 (log |V| + log |N| + log |M| + log |L L^T| - log |Λ| + r^T P r + |(h_0 - mean) / σ|^2).
+double FaultSystem::LogLikelihood() const {
+  double sum = log_determinant_ + prior_square_ - along_.squaredNorm();
+  for (const Factor& factor : factors()) {
+    for (Eigen::Index row = 0; row + 3 <= factor.rows; row += 3) {
+      sum -= std::log(Eigen::Matrix3d(Information(factor, row)).determinant());
+    }
+  }
+  for (std::size_t k = 0; k < chain().states(); ++k) {
+    sum -= 2.0 * std::log(std::abs(chain().half(k).determinant()));
+  }
+  sum += residual().dot(projected_columns().col(size()));
+  if (size() > 0) {
+    const Eigen::VectorXd balance = information().diagonal().cwiseSqrt().cwiseInverse();
+    sum += Cholesky(ScaledBothSides(balance, information())).LogDeterminant() -
+           2.0 * balance.array().log().sum();
+    sum += gradient().dot(step());
+  }
+  return -0.5 * sum;
+}
+
+std::vector<Eigen::MatrixXd> FaultSystem::ComponentSquares(const StackedRows& Y) const {
+  std::vector<Eigen::MatrixXd> E(static_cast<std::size_t>(components()),
+                                 Eigen::MatrixXd::Zero(Y.cols(), Y.cols()));
+  Eigen::Matrix<double, 3, Eigen::Dynamic> half(3, Y.cols());
+  for (const Part& part : parts_) {
+    half.noalias() = part.root.transpose().lazyProduct(Y.middleRows<3>(part.row));
+    E[static_cast<std::size_t>(part.component)].noalias() += half.transpose().lazyProduct(half);
+  }
+  return E;
+}
+
+// tr X_cd, X_cd = Y^T D_c P D_d Y. Where P is not formed rows are so many that it is nearly V^-1.
+Eigen::MatrixXd FaultSystem::CrossTraces(const StackedRows& Y) const {
+  const Eigen::Index count = components(), wide = Y.cols();
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(count, count);
+  if (!is_dense()) {
+    for (const Part& part : parts_) {
+      const Factor& factor = FactorOf(part.row);
+      const Eigen::Matrix3d W = Information(factor, part.row - factor.row);
+      const StackedRows DY =
+          part.root * part.root.transpose().lazyProduct(Y.middleRows<3>(part.row)).eval();
+      x(part.component, part.component) += DY.cwiseProduct(W.lazyProduct(DY)).sum();
+    }
+    return x;
+  }
+  StackedRows DY = StackedRows::Zero(Y.rows(), count * wide);
+  for (const Part& part : parts_) {
+    DY.block(part.row, part.component * wide, 3, wide) +=
+        part.root * part.root.transpose().lazyProduct(Y.middleRows<3>(part.row)).eval();
+  }
+  const StackedRows PDY = Projected(DY);
+  for (Eigen::Index c = 0; c < count; ++c) {
+    for (Eigen::Index d = 0; d < count; ++d) {
+      x(c, d) = DY.middleCols(c * wide, wide).cwiseProduct(PDY.middleCols(d * wide, wide)).sum();
+    }
+  }
+  return x;
+}
+
+Eigen::MatrixXd FaultSystem::FisherWithout(const StackedRows& Y,
+                                           const std::vector<Eigen::MatrixXd>& E) const {
+  return Without(fisher_, CrossTraces(Y), E);
+}
+
+}  // namespace truetriad

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "noise/components.h"
+#include "solve/reduced_system.h"
+
+namespace truetriad {
+
+// What unknowns h of a fault add to the predictions, Z h, by the rows that they touch: three rows a
+// block, in the units of the readings (turns: rad).
+struct FaultColumn {
+  struct Block {
+    Eigen::Index row = 0;
+    Eigen::MatrixXd value;  // 3 x unknowns
+  };
+  std::vector<Block> blocks;
+  Eigen::Index unknowns = 0;
+
+  // A block without anything is left out.
+  void Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>& value);
+  // Z^T y for all rows y.
+  Eigen::MatrixXd Transposed(const StackedRows& y) const;
+  Eigen::VectorXd TransposedVector(const Eigen::VectorXd& y) const;
+};
+
+// Columns that are in the model beside the graph's own, each with a σ of its unknown.
+struct AddedColumns {
+  StackedRows Z;          // all rows
+  Eigen::VectorXd sigma;  // known beforehand: h is its mean but for this
+  Eigen::VectorXd mean;   // zero unless stated
+  Eigen::VectorXd at;     // h that the graph's readings are corrected by already
+
+  Eigen::Index size() const { return Z.cols(); }
+  void Append(const FaultColumn& column, const Eigen::VectorXd& sigma_of, Eigen::Index rows);
+};
+
+// A variance component of turns beside their excess: of each turn, in the order of the increments.
+using TurnVariances = std::vector<Eigen::Matrix3d>;
+
+// The linearised graph with faults in it. With P_0 of the graph (reduced_system.h) and columns Z
+// whose unknowns have σ (Λ = diag(1 / σ^2)), the projector of all is
+//
+//   P = P_0 - U U^T      U = P_0 Z L^-T,  L L^T = Z^T P_0 Z + Λ
+//
+// so that a fault costs two products, and everything that follows reads as without it. Up to some
+// hundred rows P is formed as a matrix: columns of faults touch few rows each.
+class FaultSystem : public ReducedSystem {
+ public:
+  // A row block whose variance has a component, V = rest + v_c R R^T.
+  struct Part {
+    Eigen::Index row = 0;
+    Eigen::Index component = 0;
+    Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  // R
+  };
+
+  // 64 poses of fifteen rows: P is then 8 MB, and what is linear in the rows takes over.
+  static constexpr Eigen::Index kMostDenseRows = 1024;
+
+  // Components that are not listed have no excess to be estimated.
+  FaultSystem(const PoseGraph& graph,
+              std::vector<NoiseComponent> components,
+              Eigen::Index most_dense_rows = kMostDenseRows);
+
+  // With this one more component, the last, or without (empty), where P is formed. TakeIn follows.
+  void SetTurnVariances(TurnVariances unit) { turn_unit_ = std::move(unit); }
+  // Anew, with these faults and no others.
+  void Linearise(const PoseGraph& graph, const AddedColumns& columns);
+  void Eliminate(const PoseGraph& graph, const AddedColumns& columns);
+  void TakeIn(const PoseGraph& graph, const AddedColumns& columns);
+
+  // P y, for any number of columns.
+  StackedRows Projected(const FaultColumn& column) const;
+  StackedRows Projected(const StackedRows& y) const;
+  // Whether P is formed.
+  bool is_dense() const { return P_.size() > 0; }
+  // Z_g^T P Z_h of columns that have as many unknowns each, side by side.
+  Eigen::MatrixXd InformationOf(const std::vector<FaultColumn>& columns) const;
+  // P r: the residuals where the gradient vanishes, weighted.
+  const Eigen::VectorXd& q() const { return q_; }
+  // h of the columns taken in, and its covariance.
+  const Eigen::VectorXd& h() const { return h_; }
+  const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
+
+  // Of the turns, where P is formed: log p of how much they miss along what such variances point
+  // to, given how much each misses at all,
+  //
+  //   T = Σ q_i^T Q_i q_i     mean |w|^2 tr Q' / k     variance 2 |w|^4 (k tr Q'^2 - tr^2 Q') / k^2
+  //   (k + 2)
+  //
+  // with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's block Π of P.
+  double LogPOfAlignment(const TurnVariances& unit) const;
+
+  // Of the free shared coordinates: their covariance, how much of it is due to the columns taken
+  // in, and what they move by for h = 1 of columns that are not in the model.
+  Eigen::MatrixXd SharedCovariance() const { return covariance() + BeyondGraph(); }
+  Eigen::MatrixXd BeyondGraph() const;
+  // With other variances and without faults. Nothing else is said of the system after that, until
+  // it is made anew.
+  double ChiSquareOf(const PoseGraph& graph);
+  Eigen::MatrixXd SharedShift(const FaultColumn& column) const;
+
+  // r^T V^-1 r of three rows.
+  double WhitenedSquare(Eigen::Index row) const;
+  // Z^T V^-1 Z's diagonal.
+  Eigen::VectorXd Squares(const FaultColumn& column) const;
+
+  // REML: t_c = tr(P D_c), score and Fisher information of the components, log likelihood but for
+  // what all variances share.
+  Eigen::Index components() const {
+    return static_cast<Eigen::Index>(components_.size() + (turn_unit_.empty() ? 0 : 1));
+  }
+  const std::vector<NoiseComponent>& component_names() const { return components_; }
+  const std::vector<Part>& parts() const { return parts_; }
+  const Eigen::VectorXd& traces() const { return traces_; }
+  const Eigen::VectorXd& score() const { return score_; }
+  const Eigen::MatrixXd& fisher() const { return fisher_; }
+  double LogLikelihood() const;
+
+  // With P less Y Y^T, Y = P Z T where T^T Z^T P Z T = I: E_c = Y^T D_c Y, and what the information
+  // becomes, F_cd - 1/2 (tr X_cd + tr X_dc - tr E_c E_d) with X_cd = Y^T D_c P D_d Y.
+  std::vector<Eigen::MatrixXd> ComponentSquares(const StackedRows& Y) const;
+  Eigen::MatrixXd FisherWithout(const StackedRows& Y, const std::vector<Eigen::MatrixXd>& E) const;
+
+ private:
+  void PlaceParts(const PoseGraph& graph);
+  void SolveFor(const AddedColumns& columns);
+  void FormDense();
+  Eigen::MatrixXd Between(const FaultColumn& a, const FaultColumn& b) const;
+  StackedRows ProjectedByFactors(const FaultColumn& column) const;
+  void StateRemlDense();
+  void StateRemlByRows(const PoseGraph& graph);
+  StackedRows WithoutShared(StackedRows Dy,
+                            const Eigen::MatrixXd& By,
+                            const Eigen::MatrixXd& Uy) const;
+  const Factor& FactorOf(Eigen::Index row) const;
+  Eigen::MatrixXd CrossTraces(const StackedRows& Y) const;
+
+  std::vector<NoiseComponent> components_;
+  Eigen::Index most_dense_rows_;
+  TurnVariances turn_unit_;
+  std::vector<Part> parts_;
+  StackedRows U_;      // rows x faults' unknowns
+  Eigen::MatrixXd V_;  // M^-1 J^T D Z L^-T: what they move the shared coordinates by
+  StackedRows P_;      // where rows are few
+  Eigen::VectorXd q_, h_, along_;
+  Eigen::MatrixXd h_covariance_;
+  double log_determinant_ = 0.0;  // of L L^T Λ^-1
+  double prior_square_ = 0.0;
+  Eigen::VectorXd traces_, score_;
+  Eigen::MatrixXd fisher_;
+};
+
+}  // namespace truetriad

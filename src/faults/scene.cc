@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "faults/scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+// Of the largest rate of a turn, or reading of a run: what is less is a hand that comes to rest, or
+// one that did not move.
+constexpr double kMoving = 0.1;
+
+Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
+  const double length = v.norm();
+  return length > 0.0 ? Eigen::Vector3d(v / length) : v;
+}
+
+// K ⊗ v^T, added.
+void AddSpread(const Eigen::Matrix3d& K,
+               const Eigen::Vector3d& v,
+               Eigen::Matrix<double, 3, 9>* sum) {
+  for (Eigen::Index i = 0; i < 3; ++i) sum->middleCols<3>(3 * i) += K.col(i) * v.transpose();
+}
+
+// axes ⊗ v^T: column 3 i + j is v_j along axis i.
+Eigen::MatrixXd Spread(const Eigen::Matrix3d& axes, const Eigen::Vector3d& v) {
+  Eigen::Matrix<double, 3, 9> all = Eigen::Matrix<double, 3, 9>::Zero();
+  AddSpread(axes, v, &all);
+  return all;
+}
+
+constexpr std::size_t Index(FaultForm form) { return static_cast<std::size_t>(form); }
+
+constexpr std::array kDiagonalForms = {FaultForm::kBias,
+                                       FaultForm::kGain,
+                                       FaultForm::kSize,
+                                       FaultForm::kSquare,
+                                       FaultForm::kCube,
+                                       FaultForm::kGainByRate};
+
+// Half of the steps beside a reading; of readings that are means since the one before, that step.
+double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sampling) {
+  const double before = i > 0 ? time_s[i] - time_s[i - 1] : 0.0;
+  const double after = i + 1 < time_s.size() ? time_s[i + 1] - time_s[i] : 0.0;
+  return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
+}
+
+}  // namespace
+
+FaultScene::FaultScene(const PoseGraph& graph) : graph_(&graph) {
+  PlaceNodes();
+  PlaceTurns();
+  PlaceStretches();
+}
+
+void FaultScene::PlaceNodes() {
+  Eigen::Index row = 0;
+  const ReferenceVector reference = graph_->reference();
+  const Eigen::Vector3d up = UnitOf(WorldVector(Triad::kAccelerometer, reference));
+  const Eigen::Vector3d field = UnitOf(WorldVector(Triad::kMagnetometer, reference));
+  for (const PoseNode& pose : graph_->nodes) {
+    Node& node = nodes_.emplace_back();
+    node.has_attitude = pose.kind != PoseKind::kDirection && pose.is_axis_known;
+    if (node.has_attitude) {
+      node.body_from_world = pose.rotation().conjugate().toRotationMatrix();
+      node.up = node.body_from_world * up;
+      node.field = node.body_from_world * field;
+    }
+    for (std::size_t i = 0; i < pose.observations.size(); ++i) {
+      const Triad triad = pose.observations[i].triad;
+      Seen& seen = node.seen[triad];
+      seen.is_there = true;
+      seen.row = row + 3 * static_cast<Eigen::Index>(i);
+      seen.x = pose.FieldInBody(graph_->layout, triad, reference, pose.state.data());
+      seen.S = graph_->ModelAt(triad, pose).sensitivity;
+      seen.u = seen.S * seen.x;
+      largest_[triad] = std::max(largest_[triad], seen.u.cwiseAbs().maxCoeff());
+    }
+    row += pose.row_count();
+  }
+}
+
+void FaultScene::PlaceTurns() {
+  turn_into_.assign(nodes_.size(), -1);
+  Eigen::Index row = 0;
+  for (const PoseNode& pose : graph_->nodes) row += pose.row_count();
+  double& largest = largest_[Triad::kGyroscope];
+  for (const IncrementEdge& edge : graph_->increments) {
+    turn_into_[edge.from + 1] = static_cast<int>(turns_.size());
+    turn_rows_.push_back(row);
+    row += 3;
+    turns_.push_back(SumsOf(edge));
+    largest_rate_ = std::max(largest_rate_, turns_.back().fastest);
+    for (const Eigen::Vector3d& raw : edge.move.reading_raw) {
+      largest = std::max(largest, (raw - edge.at.triad.bias).cwiseAbs().maxCoeff());
+    }
+  }
+  for (std::size_t i = 0; i < turns_.size(); ++i) StateInRows(graph_->increments[i], &turns_[i]);
+}
+
+void FaultScene::PlaceStretches() {
+  const std::size_t count = nodes_.size(), most = std::min(count, kMostStretches);
+  for (std::size_t g = 0; g <= most; ++g) stretch_begin_.push_back(g * count / most);
+  const std::vector<PoseNode>& poses = graph_->nodes;
+  const auto [first, last] =
+      std::minmax_element(poses.begin(), poses.end(), [](const PoseNode& a, const PoseNode& b) {
+        return a.time_s < b.time_s;
+      });
+  const double begin_s = first->time_s, duration_s = std::max(last->time_s - begin_s, 1e-9);
+  tau_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(most));
+  Eigen::VectorXd degc = tau_;
+  for (std::size_t g = 0; g < most; ++g) {
+    for (std::size_t k = stretch_begin_[g]; k < stretch_begin_[g + 1]; ++k) {
+      stretch_of_.push_back(g);
+      const auto at = static_cast<Eigen::Index>(g);
+      tau_[at] += (2.0 * (poses[k].time_s - begin_s) / duration_s - 1.0) / PosesIn(g);
+      degc[at] += poses[k].temperature_degc / PosesIn(g);
+    }
+  }
+  // A thermometer that reads the same throughout tells nothing.
+  if (degc.maxCoeff() > degc.minCoeff()) temperature_ = degc;
+}
+
+// One pass over the readings, in the frame of the begin.
+TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
+  TurnColumns sums;
+  std::array<Eigen::Matrix3d, kDiagonalForms.size()> diagonal;
+  diagonal.fill(Eigen::Matrix3d::Zero());
+  Eigen::Matrix<double, 3, 9> by_force = Eigen::Matrix<double, 3, 9>::Zero(), by_field = by_force,
+                              by_rate = by_force;
+  const TriadModel<double>& model = edge.at.triad;
+  const Eigen::Matrix3d C = model.Correction();
+  const Eigen::Vector3d gains = model.sensitivity.rowwise().norm();
+  const Node& from = nodes_[edge.from];
+  Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d before = Eigen::Vector3d::Zero(), angle = before;
+  for (std::size_t i = 0; i < edge.move.time_s.size(); ++i) {
+    const Eigen::Vector3d raw = edge.move.reading_raw[i] - model.bias;
+    const Eigen::Vector3d u = edge.at.is_bent ? model.Felt(raw) : raw;
+    const Eigen::Vector3d rate = C * u;
+    if (i > 0) {
+      const double step_s = edge.move.time_s[i] - edge.move.time_s[i - 1];
+      const double old = edge.sampling == RateSampling::kMeanRate ? 0.0 : 0.5;
+      turned = turned * RotationExp(step_s * (old * before + (1.0 - old) * rate));
+    }
+    before = rate;
+    const double span_s = SpanOf(edge.move.time_s, i, edge.sampling), speed = rate.norm();
+    const Eigen::Matrix3d R = turned.toRotationMatrix();
+    const Eigen::Matrix3d K = (span_s * R) * C;
+    // As kDiagonalForms.
+    diagonal[0] += K;
+    diagonal[1] += K * u.asDiagonal();
+    diagonal[2] += K * u.cwiseAbs().asDiagonal();
+    diagonal[3] += K * u.cwiseAbs2().asDiagonal();
+    diagonal[4] += K * u.cwiseProduct(u.cwiseAbs2()).asDiagonal();
+    diagonal[5] += K * (speed * u).asDiagonal();
+    const Eigen::Vector3d step = R * (span_s * rate);
+    sums.squared_steps += step * step.transpose();
+    angle += span_s * rate;
+    sums.fastest = std::max(sums.fastest, speed);
+    if (speed >= kMoving * sums.fastest) sums.last_rate = rate;
+    AddSpread(K * gains.asDiagonal(), rate, &by_rate);
+    if (!from.has_attitude) continue;
+    AddSpread(K, R.transpose() * from.up, &by_force);
+    AddSpread(K, R.transpose() * from.field, &by_field);
+  }
+  for (std::size_t i = 0; i < diagonal.size(); ++i) sums.of[Index(kDiagonalForms[i])] = diagonal[i];
+  sums.of[Index(FaultForm::kMatrix)] = by_rate;
+  if (from.has_attitude) {
+    sums.of[Index(FaultForm::kByForce)] = by_force;
+    sums.of[Index(FaultForm::kByField)] = by_field;
+  }
+  sums.of[Index(FaultForm::kShortTurn)] = UnitOf(angle);
+  sums.of[Index(FaultForm::kTurn)] = Eigen::Matrix3d::Identity();
+  return sums;
+}
+
+// In the frame of the end, where the rows are the logarithm e of what is left: J_l^-1(e) from the
+// left.
+void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const {
+  const Eigen::Matrix3d to_end = edge.increment.rotation.conjugate().toRotationMatrix();
+  const Eigen::Vector3d left = edge.Residual(graph_->layout,
+                                             graph_->shared.data(),
+                                             graph_->nodes[edge.from].state.data(),
+                                             graph_->nodes[edge.from + 1].state.data());
+  const Eigen::Matrix3d to_rows = InverseRightJacobian(left).transpose() * to_end;
+  for (std::size_t i = 0; i < kFaultForms; ++i) {
+    const auto form = static_cast<FaultForm>(i);
+    const bool is_in_rows = form == FaultForm::kTurn || form == FaultForm::kShortTurn;
+    if (sums->of[i].size() == 0 || is_in_rows) continue;
+    sums->of[i] = (ScaleOf(Triad::kGyroscope, form) * to_rows * sums->of[i]).eval();
+  }
+  sums->squared_steps = (to_end * sums->squared_steps * to_end.transpose()).eval();
+  if (edge.stated_turn >= 0) sums->squared_steps.setZero();
+}
+
+// One over the largest |u|, as often as the form has u beside the unit of the readings.
+double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
+  const double one = largest_[triad] > 0.0 ? 1.0 / largest_[triad] : 0.0;
+  switch (form) {
+    case FaultForm::kSize:
+      return one;
+    case FaultForm::kSquare:
+      return one * one;
+    case FaultForm::kCube:
+      return one * one * one;
+    case FaultForm::kGainByRate:
+      return largest_rate_ > 0.0 ? one / largest_rate_ : 0.0;
+    default:
+      return 1.0;
+  }
+}
+
+// Signs of how u was changing when the unit came to rest: x turns by x × ω; without gyroscope, of
+// what differs from the pose before. Zero where nothing moved: noise has a sign as well.
+Eigen::Vector3d FaultScene::MotionInto(Triad triad, std::size_t node) const {
+  const Seen& seen = nodes_[node].seen[triad];
+  if (turn_into_[node] >= 0) {
+    const TurnColumns& sums = turns_[static_cast<std::size_t>(turn_into_[node])];
+    return (seen.S * seen.x.cross(sums.last_rate)).array().sign();
+  }
+  if (node == 0 || !nodes_[node - 1].seen[triad].is_there) return Eigen::Vector3d::Zero();
+  const Eigen::Array3d moved = seen.u - nodes_[node - 1].seen[triad].u;
+  return (moved.abs() > kMoving * largest_[triad]).select(moved.sign(), 0.0);
+}
+
+Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) const {
+  const Node& node = nodes_[k];
+  const Seen& seen = node.seen[triad];
+  const bool needs_attitude = form == FaultForm::kWorld || form == FaultForm::kByForce ||
+                              form == FaultForm::kByField || form == FaultForm::kByAttitude;
+  if (!seen.is_there || (needs_attitude && !node.has_attitude)) return {};
+  const Eigen::Array3d u = seen.u.array();
+  const double scale = ScaleOf(triad, form);
+  const auto diagonal = [](const Eigen::Array3d& values) -> Eigen::MatrixXd {
+    return values.matrix().asDiagonal();
+  };
+  switch (form) {
+    case FaultForm::kBias:
+    case FaultForm::kReading:
+      return Eigen::Matrix3d::Identity();
+    case FaultForm::kGain:
+      return diagonal(u);
+    case FaultForm::kMatrix:
+      return Spread(seen.S.rowwise().norm().asDiagonal().toDenseMatrix(), seen.x);
+    case FaultForm::kTurned:
+      return seen.S * Skew(seen.x);
+    case FaultForm::kWorld:
+      return seen.S * node.body_from_world;
+    case FaultForm::kSquare:
+      return diagonal(scale * u.square());
+    case FaultForm::kCube:
+      return diagonal(scale * u.cube());
+    case FaultForm::kSize:
+      return diagonal(scale * u.abs());
+    case FaultForm::kByForce:
+      return Spread(Eigen::Matrix3d::Identity(), node.up);
+    case FaultForm::kByField:
+      return Spread(Eigen::Matrix3d::Identity(), node.field);
+    case FaultForm::kByAttitude:
+      return Spread(seen.S * node.body_from_world, node.up);
+    case FaultForm::kPlay:
+      return diagonal(MotionInto(triad, k).array());
+    case FaultForm::kSettling:
+      if (k == 0 || !nodes_[k - 1].seen[triad].is_there) return {};
+      return nodes_[k - 1].seen[triad].u - seen.u;
+    case FaultForm::kGainByRate:
+    case FaultForm::kTurn:
+    case FaultForm::kShortTurn:
+      break;
+  }
+  return {};
+}
+
+std::vector<FaultColumn> FaultScene::ColumnsOf(Triad triad, FaultForm form) const {
+  std::vector<FaultColumn> columns(stretches());
+  Eigen::Index unknowns = 0;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const Eigen::MatrixXd at_pose = AtPose(triad, form, k);
+    if (at_pose.cols() == 0) continue;
+    columns[stretch_of_[k]].Add(nodes_[k].seen[triad].row, at_pose);
+    unknowns = at_pose.cols();
+  }
+  for (std::size_t i = 0; triad == Triad::kGyroscope && i < turns_.size(); ++i) {
+    const Eigen::MatrixXd& at_turn = turns_[i].of[Index(form)];
+    if (at_turn.cols() == 0) continue;
+    const std::size_t from = graph_->increments[i].from;
+    if (form == FaultForm::kTurn) {
+      columns[stretch_of_[from]].Add(turn_rows_[i], at_turn);
+    } else {
+      columns[stretch_of_[from]].Add(turn_rows_[i], 0.5 * at_turn);
+      columns[stretch_of_[from + 1]].Add(turn_rows_[i], 0.5 * at_turn);
+    }
+    unknowns = at_turn.cols();
+  }
+  const bool is_empty = std::all_of(columns.begin(), columns.end(), [](const FaultColumn& column) {
+    return column.blocks.empty();
+  });
+  if (is_empty) return {};
+  for (FaultColumn& column : columns) column.unknowns = unknowns;
+  return columns;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,820 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "faults/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "faults/fault_test.h"
+#include "faults/log_tail.h"
+#include "faults/scan.h"
+#include "faults/scene.h"
+#include "faults/taken_model.h"
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+// The only significance level: a clean run has a finding in one of a hundred.
+constexpr double kLevelOfRun = 0.01;
+constexpr std::size_t kMostFaults = 8;
+// More of its own σ than the parameter's: its form, not the readings, then decides the correction.
+constexpr double kMovesMuch = 1.0;
+constexpr double kNoteLevel = 0.01;
+// So many of its σ for each of the fault's own: of h that is clear by 5 σ a step of 60 σ would
+// follow, and where that is a little curved it is wrong (a cave instrument's gains, by 28 σ).
+constexpr double kHardlyTold = 12.0;
+// Directions that do not show are as large as those that do: axes are of one make.
+constexpr double kUnseenOverSeen = 1.0;
+// log 1000.
+const double kRivalLogOdds = 3.0 * std::numbers::ln10;
+// A fault that is tested alone: its σ of seen directions, in units of their own.
+constexpr double kFree = 1e4;
+// Of a kind, those that the quick test finds clearest: its order is nearly that of the full one.
+constexpr std::size_t kMostPositions = 3;
+constexpr int kSettlingSteps = 40;
+// Of a parameter's σ, and rounds to get there: Gauss and Newton's square each time.
+constexpr double kSettledSigmas = 1e-3;
+constexpr int kMostRounds = 8;
+// Whom chance could make first by a level to this power is tested in full: the quick test has the
+// variances of the model without the fault.
+constexpr double kLookAgain = 0.6;
+// Turns that scatter less than this share of what their readings do show no lost rows, nor do few.
+constexpr double kScatteredTurns = 0.5;
+constexpr std::size_t kFewestTurns = 8;
+constexpr double kMisfitLogP = -13.8;  // log 1e-6
+constexpr double kMuchExcess = 3.0;
+
+struct Candidate {
+  const FaultKind* kind = nullptr;
+  Triad triad = Triad::kAccelerometer;
+  std::size_t form = 0;
+  std::pair<int, int> position;
+  double positions = 1.0;  // that its fault is looked for at
+  double log_level = 0.0;
+  bool is_active = true;
+  FaultTest test;
+  double kappa = 0.0;
+
+  double Score() const { return test.log_p - log_level; }
+};
+
+// A form of a sensor, by which candidates share columns.
+struct FormKey {
+  Triad triad = Triad::kAccelerometer;
+  FaultForm form = FaultForm::kBias;
+  bool is_whole = true;  // no shape of it varies over the run
+};
+
+// What was taken in: which candidate, its σ of h, and what moved.
+struct Taken {
+  std::size_t candidate = 0;
+  Eigen::VectorXd sigma;
+  Eigen::MatrixXd per_unknown;  // of the free coordinates
+  Eigen::VectorXd by_rival;     // what they differ by if it is the rival that moves them the most
+  TakenFault fault;
+};
+
+// Per entry of the shared vector, the root of the sum of squares of `moves`, in its σ.
+double LargestInSigmas(const SharedLayout& layout,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::MatrixXd& moves) {
+  if (covariance.rows() == 0) return 0.0;
+  const Eigen::MatrixXd basis = layout.basis;
+  const Eigen::ArrayXd variances = Times(basis, covariance).cwiseProduct(basis).rowwise().sum();
+  const Eigen::ArrayXd squares = Times(basis, moves).rowwise().squaredNorm();
+  return std::sqrt((variances > 0.0).select(squares / variances.max(1e-300), 0.0).maxCoeff());
+}
+
+class FaultSearch {
+ public:
+  FaultSearch(const std::vector<StatedFault>& stated, PoseGraph* graph, NoiseState* noise)
+      : stated_(stated), graph_(graph), noise_(noise), model_(graph, noise) {}
+
+  FaultFindings Run();
+  // To where another step changes nothing that anybody would see; false where steps lead nowhere.
+  bool Settle();
+  // After Run: of all readings, those that were left out each with a variance of its own.
+  double log_likelihood() const { return log_likelihood_; }
+
+ private:
+  bool IsOfTemperature(const FaultKind& kind, Triad triad) const;
+  void ListCandidates();
+  void LookAtScene();
+  void MakeForms();
+  void StateColumns();
+  void ShareBudget();
+  void TestAll();
+  void TestInFull(const ScannedForm& form, Candidate* candidate);
+  double KappaOf(const Candidate& candidate) const;
+  Candidate* Clearest();
+  double Confirmed(const Candidate& candidate);
+  void TakeIn(Candidate* candidate);
+  void TryWith(Candidate* candidate);
+  double LikelihoodOfBest(const Eigen::VectorXd& v);
+  bool TakeLostRows(double clearest_score);
+  static Eigen::VectorXd SigmaOf(const Candidate& candidate) {
+    const Eigen::VectorXd& h = candidate.test.h;
+    const auto rank = static_cast<double>(candidate.test.rank);
+    return Eigen::VectorXd::Constant(h.size(), kUnseenOverSeen * h.norm() / std::sqrt(rank));
+  }
+  StretchWeights WeightsOf(const Candidate& candidate) const {
+    return truetriad::WeightsOf(candidate.kind->shape, candidate.position, *scene_);
+  }
+  FaultColumn ColumnOf(const Candidate& candidate) const {
+    return forms_[candidate.form].Column(WeightsOf(candidate));
+  }
+  FaultPlace PlaceOf(const Candidate& candidate) const;
+  Eigen::MatrixXd VariedBy(const FaultKind& kind, Triad triad) const;
+  Eigen::MatrixXd SpreadOf(const Taken& taken, Eigen::Index at) const;
+  void StateTaken();
+  void StateCovariance();
+  bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
+  double BesideWeights() const;
+  void StateNotes();
+  void StateWidening();
+  void StateMisfit();
+  void CountAsSystematic(const Eigen::MatrixXd& covariance);
+  bool IsWhite(Triad triad) const;
+
+  const std::vector<StatedFault>& stated_;
+  PoseGraph* graph_;
+  NoiseState* noise_;
+  TakenModel model_;
+  std::optional<FaultScene> scene_;
+  std::vector<FormKey> keys_;
+  std::vector<ScannedForm> forms_;
+  std::vector<Candidate> candidates_;
+  std::vector<Taken> taken_;
+  double lost_rows_level_ = 0.0;
+  double log_likelihood_ = 0.0;
+  FaultFindings findings_;
+};
+
+// Where the model has temperature terms a sensor's bias and gain are what they are at each setting
+// of the chamber, and what is left of that is counted as drift between them.
+bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
+  const bool varies = kind.varies == Varies::kBias || kind.varies == Varies::kGain;
+  return varies && kind.shape != FaultShape::kTemperature &&
+         graph_->layout.thermal[triad].size() > 0;
+}
+
+void FaultSearch::ListCandidates() {
+  scene_.emplace(*graph_);
+  int faults = 1;  // lost rows
+  for (const FaultKind& kind : FaultKinds()) {
+    for (const Triad triad : kind.sensors) {
+      if (!graph_->layout.Has(triad) || IsOfTemperature(kind, triad)) continue;
+      const auto columns = scene_->ColumnsOf(triad, kind.form);
+      const auto positions = PositionsOf(kind.shape, *scene_, columns);
+      if (columns.empty() || positions.empty()) continue;
+      if (truetriad::WeightsOf(kind.shape, positions.front(), *scene_).size() == 0) continue;
+      const auto key = std::find_if(keys_.begin(), keys_.end(), [&](const FormKey& one) {
+        return one.triad == triad && one.form == kind.form;
+      });
+      const auto form = static_cast<std::size_t>(key - keys_.begin());
+      if (key == keys_.end()) keys_.push_back({triad, kind.form, true});
+      if (kind.shape != FaultShape::kThroughout) keys_[form].is_whole = false;
+      ++faults;
+      for (const auto& position : positions) {
+        Candidate& candidate = candidates_.emplace_back();
+        candidate.kind = &kind;
+        candidate.triad = triad;
+        candidate.form = form;
+        candidate.position = position;
+        candidate.positions = static_cast<double>(positions.size());
+      }
+    }
+  }
+  findings_.looked_for = faults;
+  // Those of one form follow each other.
+  std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
+    return a.form < b.form;
+  });
+  MakeForms();
+}
+
+void FaultSearch::LookAtScene() {
+  scene_.emplace(*graph_);
+  MakeForms();
+}
+
+void FaultSearch::MakeForms() {
+  forms_.clear();
+  for (const FormKey& key : keys_) {
+    forms_.emplace_back(scene_->ColumnsOf(key.triad, key.form), key.is_whole);
+  }
+}
+
+// Of what is stated and was taken in, at the solution as it is.
+void FaultSearch::StateColumns() {
+  AddedColumns added;
+  const Eigen::Index rows = model_.system().residual().size();
+  for (const StatedFault& stated : stated_) {
+    added.Append(stated.column, stated.sigma, rows);
+    if (stated.mean.size() > 0) added.mean.tail(stated.mean.size()) = stated.mean;
+  }
+  for (const Taken& taken : taken_) {
+    added.Append(ColumnOf(candidates_[taken.candidate]), taken.sigma, rows);
+  }
+  const Eigen::VectorXd before = model_.added().at;
+  if (before.size() > 0) added.at.head(before.size()) = before;
+  model_.SetColumns(std::move(added));
+}
+
+// One budget: a fault's share by how many there are that these poses show at all, and a position's
+// by how many it has.
+void FaultSearch::ShareBudget() {
+  std::map<std::pair<const FaultKind*, Triad>, double> weights;
+  double sum = 1.0;
+  for (const Candidate& candidate : candidates_) {
+    const auto middle =
+        std::find_if(candidates_.begin(),
+                     candidates_.end(),
+                     [&](const auto& one) {
+                       return one.kind == candidate.kind && one.triad == candidate.triad;
+                     }) +
+        static_cast<std::ptrdiff_t>(0.5 * candidate.positions);
+    const auto [at, is_new] = weights.insert({{candidate.kind, candidate.triad}, 0.0});
+    if (!is_new) continue;
+    Candidate probe = *middle;
+    probe.test.T = SeenDirections(forms_[probe.form].SumsOf(WeightsOf(probe)));
+    if (probe.test.T.cols() == 0) continue;
+    at->second = 1.0;
+    sum += at->second;
+  }
+  for (Candidate& candidate : candidates_) {
+    const double weight = weights.at({candidate.kind, candidate.triad});
+    candidate.is_active = weight > 0.0;
+    candidate.log_level = std::log(kLevelOfRun * weight / sum / candidate.positions);
+  }
+  lost_rows_level_ = std::log(kLevelOfRun / sum);
+}
+
+void FaultSearch::TestAll() {
+  for (ScannedForm& form : forms_) form.Project(model_.system());
+  if (lost_rows_level_ == 0.0) ShareBudget();
+  FirstLook look(model_.system(), model_.excess());
+  std::size_t at = 0;
+  for (std::size_t form = 0; form < forms_.size(); ++form) {
+    const ScannedForm& scanned = forms_[form];
+    while (at < candidates_.size() && candidates_[at].form == form) {
+      const FaultKind* const kind = candidates_[at].kind;
+      std::vector<std::pair<double, Candidate*>> promising;
+      for (;
+           at < candidates_.size() && candidates_[at].form == form && candidates_[at].kind == kind;
+           ++at) {
+        Candidate& candidate = candidates_[at];
+        candidate.test = {};
+        if (!candidate.is_active) continue;
+        double log_p = kLookAgain * candidate.log_level;
+        if (!IsScan(kind->shape)) log_p = std::max(log_p, std::log(kNoteLevel));
+        const QuickTest quick = QuickTestOf(scanned.SumsOf(WeightsOf(candidate)));
+        if (!look.MayBeBelow(log_p, quick)) continue;
+        promising.emplace_back(look.LeastLogP(quick), &candidate);
+      }
+      const std::size_t most = std::min(promising.size(), kMostPositions);
+      std::partial_sort(promising.begin(),
+                        promising.begin() + static_cast<std::ptrdiff_t>(most),
+                        promising.end());
+      for (std::size_t i = 0; i < most; ++i) TestInFull(scanned, promising[i].second);
+    }
+  }
+}
+
+void FaultSearch::TestInFull(const ScannedForm& form, Candidate* candidate) {
+  const StretchWeights weights = WeightsOf(*candidate);
+  const StackedRows Y = model_.system().Projected(form.Column(weights));
+  candidate->test = TestOf(model_.system(), model_.excess(), Y, form.SumsOf(weights));
+  candidate->kappa = KappaOf(*candidate);
+  if (candidate->kappa > kHardlyTold) candidate->test = {};
+}
+
+double FaultSearch::KappaOf(const Candidate& candidate) const {
+  const Eigen::MatrixXd moves =
+      Times(model_.system().SharedShift(ColumnOf(candidate)), candidate.test.T);
+  return LargestInSigmas(graph_->layout, model_.system().SharedCovariance(), moves);
+}
+
+// The test with the variances at their optimum with the fault in: its seen directions free, the
+// model's v and F¹ there, X without it at those variances.
+double FaultSearch::Confirmed(const Candidate& candidate) {
+  const FaultColumn column = ColumnOf(candidate);
+  FaultColumn seen;
+  for (const FaultColumn::Block& block : column.blocks) {
+    seen.Add(block.row, block.value * candidate.test.T);
+  }
+  const Eigen::VectorXd v = model_.excess().v;
+  const AddedColumns before = model_.added();
+  AddedColumns with = before;
+  with.Append(
+      seen, Eigen::VectorXd::Constant(seen.unknowns, kFree), model_.system().residual().size());
+  model_.SetColumns(with);
+  model_.SettleExcess(kSettlingSteps);
+  const Eigen::MatrixXd fisher = model_.system().fisher();
+  model_.SetColumns(before);
+  const FaultSystem& system = model_.system();
+  const StackedRows Y = system.Projected(seen);
+  const ColumnSums sums{
+      seen.Transposed(Y), seen.TransposedVector(system.q()), system.Squares(seen)};
+  const Eigen::MatrixXd T = SeenDirections(sums);
+  const double X = TransposeTimesVector(T, sums.gradient).squaredNorm();
+  const auto rank = static_cast<double>(T.cols());
+  const std::vector<Eigen::MatrixXd> E = system.ComponentSquares(StackedRows(Y * T));
+  const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(T.cols(), T.cols());
+  const double dof = DegreesOfFreedom(E, M, fisher, model_.excess(), model_.excess().v);
+  model_.SetExcess(v);
+  return rank > 0.0 ? LogFisherUpper(X / rank, rank, dof) : 0.0;
+}
+
+// The clearest of all once it is confirmed; null where chance makes it.
+Candidate* FaultSearch::Clearest() {
+  std::set<Candidate*> confirmed;
+  while (true) {
+    Candidate* best = nullptr;
+    for (Candidate& candidate : candidates_) {
+      if (!candidate.is_active || candidate.test.rank == 0) continue;
+      if (best == nullptr || candidate.Score() < best->Score()) best = &candidate;
+    }
+    if (best == nullptr || best->Score() >= 0.0) return nullptr;
+    if (!confirmed.insert(best).second) return best;
+    best->test.log_p = std::max(best->test.log_p, Confirmed(*best));
+  }
+}
+
+FaultPlace FaultSearch::PlaceOf(const Candidate& candidate) const {
+  FaultPlace place{candidate.kind, candidate.triad, 0, 0};
+  if (!IsScan(candidate.kind->shape)) return place;
+  const auto number = [&](int stretch) {
+    return graph_->nodes[scene_->FirstPose(static_cast<std::size_t>(stretch))].number;
+  };
+  place.first_pose = number(candidate.position.first);
+  if (candidate.kind->shape == FaultShape::kWindow) {
+    place.last_pose =
+        graph_->nodes[scene_->FirstPose(static_cast<std::size_t>(candidate.position.second)) - 1]
+            .number;
+  }
+  return place;
+}
+
+void FaultSearch::TakeIn(Candidate* candidate) {
+  Taken taken;
+  taken.candidate = static_cast<std::size_t>(candidate - candidates_.data());
+  const Eigen::VectorXd& h = candidate->test.h;
+  taken.sigma = SigmaOf(*candidate);
+  taken.per_unknown = model_.system().SharedShift(ColumnOf(*candidate));
+  TakenFault& fault = taken.fault;
+  fault.place = PlaceOf(*candidate);
+  fault.log_p = candidate->test.log_p;
+  fault.log_level = candidate->log_level;
+  fault.dof = candidate->test.dof;
+  fault.rank = candidate->test.rank;
+  fault.kappa = candidate->kappa;
+  fault.shift_sigmas = LargestInSigmas(
+      graph_->layout, model_.system().SharedCovariance(), Times(taken.per_unknown, h));
+  // Of each kind the clearest: a step beside the step is no rival.
+  std::set<std::pair<const FaultKind*, Triad>> named = {{candidate->kind, candidate->triad}};
+  std::vector<const Candidate*> others;
+  for (const Candidate& other : candidates_) {
+    if (other.is_active && other.test.rank > 0) others.push_back(&other);
+  }
+  std::sort(others.begin(), others.end(), [](const Candidate* a, const Candidate* b) {
+    return a->Score() < b->Score();
+  });
+  const Eigen::VectorXd moved = Times(taken.per_unknown, h);
+  const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
+  double furthest = 0.0;
+  for (const Candidate* other : others) {
+    if (other->Score() >= std::min(0.0, candidate->Score() + kRivalLogOdds)) break;
+    if (!named.insert({other->kind, other->triad}).second) continue;
+    fault.rivals.push_back(PlaceOf(*other));
+    const Eigen::VectorXd apart =
+        Times(model_.system().SharedShift(ColumnOf(*other)), other->test.h) - moved;
+    const double sigmas = LargestInSigmas(graph_->layout, covariance, apart);
+    if (sigmas <= furthest) continue;
+    furthest = sigmas;
+    taken.by_rival = apart;
+  }
+  candidate->is_active = false;
+  taken_.push_back(std::move(taken));
+}
+
+// With the fault whose test is the clearest, whether chance makes that or not. Beside what is in
+// the model, from the excess `v` on.
+double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
+  const auto best = std::min_element(
+      candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+        return (a.is_active ? a.test.log_p : 0.0) < (b.is_active ? b.test.log_p : 0.0);
+      });
+  if (best == candidates_.end() || !best->is_active || best->test.rank == 0) {
+    return -std::numeric_limits<double>::infinity();
+  }
+  const TakenModel before = model_;
+  model_.SetTurnVariances({});
+  model_.SetExcess(v);
+  AddedColumns with = model_.added();
+  with.Append(ColumnOf(*best), SigmaOf(*best), model_.system().residual().size());
+  model_.SetColumns(with);
+  model_.SettleExcess(kSettlingSteps);
+  const double likelihood = model_.system().LogLikelihood();
+  model_.SetColumns(before.added());
+  model_ = before;
+  model_.SetExcess(before.excess().v);
+  return likelihood;
+}
+
+// By likelihood ratio, at the edge of what a variance may be: half of χ² with one degree; and by
+// how turns miss along their axes, which few wild ones do not feign. True where it is there and
+// clearer than any column.
+bool FaultSearch::TakeLostRows(double clearest_score) {
+  const auto& names = noise_->estimated;
+  const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
+  if (findings_.lost_rows || turns == std::ssize(names) || !model_.system().is_dense())
+    return false;
+  const Eigen::VectorXd v = model_.excess().v;
+  if (v[turns] <= kScatteredTurns * model_.excess().rest[turns]) return false;
+  TurnVariances unit;
+  std::size_t turned = 0;
+  for (const TurnColumns& sums : scene_->turns()) {
+    unit.push_back(sums.squared_steps);
+    if (!sums.squared_steps.isZero(0.0)) ++turned;
+  }
+  if (turned < kFewestTurns) return false;
+  if (model_.system().LogPOfAlignment(unit) > std::log(kLevelOfRun)) return false;
+  const double without = model_.system().LogLikelihood();
+  model_.SetTurnVariances(std::move(unit));
+  model_.SettleExcess(kSettlingSteps);
+  const double with_rows = model_.system().LogLikelihood();
+  const double ratio = 2.0 * (with_rows - without);
+  const double log_p = std::log(0.5) + LogChiSquareUpper(std::max(ratio, 0.0), 1.0);
+  if (log_p - lost_rows_level_ < std::min(clearest_score, 0.0) && with_rows > LikelihoodOfBest(v)) {
+    findings_.lost_rows = LostRowsFound{0.0, log_p};
+    return true;
+  }
+  model_.SetTurnVariances({});
+  model_.SetExcess(v);
+  return false;
+}
+
+// What one of h changes in the free coordinates while it lasts.
+Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const {
+  const SharedLayout& layout = graph_->layout;
+  const Eigen::Index unknowns = kind.varies == Varies::kMatrix ? 9 : 3;
+  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(layout.size, unknowns);
+  const Eigen::Matrix3d S = graph_->sensitivity(triad);
+  const auto matrix = [&](Triad of, Eigen::Index i) {
+    return Eigen::Map<Eigen::Matrix3d>(changes.col(i).data() + layout.sensitivity[of]);
+  };
+  const Eigen::Vector3d field = WorldVector(Triad::kMagnetometer, graph_->reference());
+  const Eigen::Vector3d by_dip =
+      WorldVectorJacobian(Triad::kMagnetometer, graph_->reference()).col(kDip);
+  for (Eigen::Index i = 0; i < unknowns; ++i) {
+    const Eigen::Matrix3d turned = S * Skew(Eigen::Vector3d::Unit(i % 3));
+    switch (kind.varies) {
+      case Varies::kNothing:
+        break;
+      case Varies::kBias:
+        changes(layout.bias[triad] + i, i) = 1.0;
+        break;
+      case Varies::kGain:
+        matrix(triad, i).row(i) = S.row(i);
+        break;
+      case Varies::kMatrix:
+        matrix(triad, i)(i / 3, i % 3) = S.row(i / 3).norm();
+        break;
+      case Varies::kField:  // the part along the field is a gain, that up or down a dip
+        matrix(triad, i) = field[i] / field.squaredNorm() * S;
+        changes(layout.reference + kDip, i) = by_dip[i] / field.squaredNorm();
+        break;
+      case Varies::kMounting:
+        // The leading triad is the body frame: seen from it the others turn.
+        for (const Triad other : kTriads) {
+          if (!layout.Has(other)) continue;
+          const bool is_leading = triad == Triad::kAccelerometer;
+          if (is_leading ? other == triad : other != triad) continue;
+          matrix(other, i) =
+              is_leading ? graph_->sensitivity(other) * Skew(Eigen::Vector3d::Unit(i)) : turned;
+        }
+        break;
+    }
+  }
+  return TransposeTimes(layout.basis, changes);
+}
+
+// Mean over the poses of (change)(change)^T, with E h h^T = h h^T + V_h.
+Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const {
+  const Candidate& candidate = candidates_[taken.candidate];
+  const Eigen::VectorXd& h = taken.fault.h;
+  const Eigen::MatrixXd square =
+      h * h.transpose() + model_.system().h_covariance().block(at, at, h.size(), h.size());
+  const StretchWeights weights = WeightsOf(candidate);
+  Eigen::VectorXd poses(weights.rows());
+  for (Eigen::Index g = 0; g < poses.size(); ++g) {
+    poses[g] = scene_->PosesIn(static_cast<std::size_t>(g));
+  }
+  const Eigen::MatrixXd of_functions =
+      weights.transpose() * poses.asDiagonal() * weights / poses.sum();
+  const Eigen::Index wide = h.size() / weights.cols();
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(wide, wide);
+  for (Eigen::Index f = 0; f < weights.cols(); ++f) {
+    for (Eigen::Index g = 0; g < weights.cols(); ++g) {
+      mean += of_functions(f, g) * square.block(f * wide, g * wide, wide, wide);
+    }
+  }
+  return Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
+}
+
+void FaultSearch::StateTaken() {
+  Eigen::Index at = 0;
+  for (const StatedFault& stated : stated_) at += stated.column.unknowns;
+  const Eigen::VectorXd sigma = model_.system().h_covariance().diagonal().cwiseSqrt();
+  for (Taken& taken : taken_) {
+    taken.fault.h = model_.system().h().segment(at, taken.sigma.size());
+    taken.fault.sigma = sigma.segment(at, taken.sigma.size());
+    at += taken.sigma.size();
+    findings_.faults.push_back(taken.fault);
+  }
+  if (!findings_.lost_rows) return;
+  // s (1 - s), the smaller of both.
+  const double scatter = model_.excess().v.tail<1>()[0];
+  findings_.lost_rows->share = 0.5 * (1.0 - std::sqrt(std::max(1.0 - 4.0 * scatter, 0.0)));
+}
+
+void FaultSearch::StateCovariance() {
+  Eigen::MatrixXd spread =
+      Eigen::MatrixXd::Zero(graph_->layout.free_size(), graph_->layout.free_size());
+  Eigen::Index at = 0;
+  for (const StatedFault& stated : stated_) at += stated.column.unknowns;
+  for (const Taken& taken : taken_) {
+    const FaultKind& kind = *candidates_[taken.candidate].kind;
+    if (kind.varies != Varies::kNothing) spread += SpreadOf(taken, at);
+    if (taken.fault.kappa > kMovesMuch) {
+      const Eigen::VectorXd d = taken.per_unknown * taken.fault.h;
+      spread += d * d.transpose();
+    }
+    if (taken.by_rival.size() > 0) spread += taken.by_rival * taken.by_rival.transpose();
+    at += taken.fault.h.size();
+  }
+  if (findings_.lost_rows) {
+    const double share = findings_.lost_rows->share;
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(graph_->layout.size);
+    Eigen::Map<Eigen::Matrix3d>(d.data() + graph_->layout.sensitivity[Triad::kGyroscope]) =
+        share / (1.0 - share) * graph_->sensitivity(Triad::kGyroscope);
+    const Eigen::VectorXd of_free = graph_->layout.basis.transpose() * d;
+    spread += of_free * of_free.transpose();
+  }
+  findings_.beyond = model_.system().BeyondGraph() + spread;
+}
+
+void FaultSearch::StateNotes() {
+  for (Candidate& candidate : candidates_) {
+    if (!candidate.is_active || IsScan(candidate.kind->shape)) continue;
+    const bool is_bend = IsBend(*candidate.kind);
+    if (is_bend && candidate.test.rank == 0) {
+      const ColumnSums sums = forms_[candidate.form].SumsOf(WeightsOf(candidate));
+      candidate.test.T = SeenDirections(sums);
+      candidate.kappa = KappaOf(candidate);
+    } else if (candidate.test.rank == 0) {
+      continue;
+    }
+    const bool is_doubtful =
+        candidate.test.log_p < std::log(kNoteLevel) && candidate.kappa > kMovesMuch;
+    if (!is_bend && !is_doubtful) continue;
+    findings_.notes.push_back(
+        {PlaceOf(candidate), candidate.test.log_p, candidate.kappa, is_doubtful});
+  }
+}
+
+// Of one that was stated, beside the others: C + G A^-1 G^T of its shifts G, with A of what
+// readings and its σ say of it.
+void FaultSearch::StateWidening() {
+  const Eigen::Index rows = model_.system().residual().size();
+  for (const StatedFault& stated : stated_) {
+    AddedColumns others;
+    for (const StatedFault& other : stated_) {
+      if (&other != &stated) others.Append(other.column, other.sigma, rows);
+    }
+    model_.SetColumns(std::move(others));
+    const FaultSystem& system = model_.system();
+    const Eigen::MatrixXd G = system.SharedShift(stated.column);
+    Eigen::MatrixXd A = stated.column.Transposed(system.Projected(stated.column));
+    A.diagonal() += stated.sigma.cwiseAbs2().cwiseInverse();
+    const Eigen::MatrixXd root = Cholesky(A).SolveLower(Eigen::MatrixXd(G.transpose())).transpose();
+    const double more = LargestInSigmas(graph_->layout, system.SharedCovariance(), root);
+    findings_.widening.push_back(std::sqrt(1.0 + more * more));
+  }
+}
+
+// The readings are corrected by now, so that the graph alone shows what is left of them.
+void FaultSearch::StateMisfit() {
+  OverallMisfit& misfit = findings_.misfit;
+  const Eigen::MatrixXd covariance = model_.system().covariance();
+  if (misfit.has_more_faults) CountAsSystematic(covariance);
+  for (const NoiseComponent component : noise_->estimated) {
+    if (noise_->IsFromResiduals(component)) return;
+  }
+  for (Eigen::Index c = 0; c < std::ssize(noise_->estimated); ++c) {
+    const double rest = model_.excess().rest[c];
+    if (rest <= 0.0) continue;
+    misfit.excess_ratio = std::max(misfit.excess_ratio, std::sqrt(model_.excess().v[c] / rest));
+  }
+  misfit.dof = ResidualDof(*graph_, model_.system());
+  if (misfit.dof < 1.0) return;
+  const double chi2 = model_.ChiSquareAtRest();
+  misfit.reduced_chi2 = chi2 / misfit.dof;
+  misfit.log_p = LogChiSquareUpper(chi2, misfit.dof);
+  misfit.is_unexplained =
+      misfit.log_p < kMisfitLogP && misfit.excess_ratio > kMuchExcess && !findings_.lost_rows;
+  if (misfit.is_unexplained && !misfit.has_more_faults) CountAsSystematic(covariance);
+}
+
+// Of each component that is much larger than its noise at rest and whose sensor shows something
+// that chance makes in one of a hundred runs: what it makes of the covariance, as if by one pose.
+// In long runs neighbours share what is off in them: there a stretch counts as one.
+void FaultSearch::CountAsSystematic(const Eigen::MatrixXd& covariance) {
+  for (std::size_t c = 0; c < noise_->estimated.size(); ++c) {
+    const auto at = static_cast<Eigen::Index>(c);
+    const double v = model_.excess().v[at], rest = model_.excess().rest[at];
+    const Triad triad = TriadOf(noise_->estimated[c]).value_or(Triad::kGyroscope);
+    if (!(v > kMuchExcess * kMuchExcess * rest) || IsWhite(triad)) continue;
+    findings_.misfit.is_systematic = true;
+    double poses = 0.0;
+    for (const FaultSystem::Part& part : model_.system().parts()) {
+      if (part.component == at) poses += 1.0;
+    }
+    const auto stretches = static_cast<double>(scene_->stretches());
+    const double shared = poses > FaultScene::kMostStretches ? poses / stretches : poses;
+    findings_.beyond +=
+        (shared - 1.0) * v * Congruence(covariance, noise_->estimate.sensitivities[c]);
+  }
+}
+
+bool FaultSearch::IsWhite(Triad triad) const {
+  return std::none_of(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
+    return candidate.triad == triad && !IsScan(candidate.kind->shape) && candidate.test.rank > 0 &&
+           candidate.test.log_p < std::log(kNoteLevel);
+  });
+}
+
+bool FaultSearch::Settle() {
+  for (int round = 0; round < kMostRounds; ++round) {
+    model_.Relinearise();
+    LookAtScene();
+    StateColumns();
+    model_.SettleExcess(kSettlingSteps);
+    const FaultSystem& system = model_.system();
+    if (LargestInSigmas(graph_->layout, system.covariance(), system.step()) < kSettledSigmas) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// A correction that makes the recording less likely is taken back: where it is far from straight.
+void FaultSearch::TryWith(Candidate* candidate) {
+  const PoseGraph graph = *graph_;
+  const NoiseState noise = *noise_;
+  const TakenModel model = model_;
+  const double before = model_.system().LogLikelihood();
+  TakeIn(candidate);
+  StateColumns();
+  model_.SettleExcess(kSettlingSteps);
+  const bool is_settled = Settle();
+  if (is_settled && model_.is_settled() && model_.system().LogLikelihood() > before) return;
+  for (Candidate& other : candidates_) {
+    if (other.kind == candidate->kind && other.triad == candidate->triad) other.is_active = false;
+  }
+  taken_.pop_back();
+  *graph_ = graph;
+  *noise_ = noise;
+  model_ = model;
+  LookAtScene();
+}
+
+// What was left out keeps a weight of next to nothing, which the likelihood takes for a variance.
+// The likeliest one of its own, |r|^2 / 3 in its noise, takes its place. What was fitted so, as the
+// σ of a fault was, costs one each (Akaike 1974).
+double FaultSearch::BesideWeights() const {
+  auto beyond = -static_cast<double>(taken_.size());
+  const FaultSystem& system = model_.system();
+  const auto replace = [&](double weight, Eigen::Index row) {
+    const double square = system.WhitenedSquare(row) / weight;
+    beyond += 0.5 * (-3.0 * std::log(weight) - 3.0 * std::log(std::max(square / 3.0, 1.0)) - 3.0);
+    beyond -= 1.0;
+  };
+  Eigen::Index row = 0;
+  for (const PoseNode& node : graph_->nodes) {
+    for (std::size_t i = 0; i < node.observations.size(); ++i) {
+      const Observation& seen = node.observations[i];
+      if (seen.rejected) replace(seen.weight, row + 3 * static_cast<Eigen::Index>(i));
+    }
+    row += node.row_count();
+  }
+  for (const IncrementEdge& edge : graph_->increments) {
+    if (edge.rejected) replace(edge.weight, row);
+    row += 3;
+  }
+  return beyond;
+}
+
+FaultFindings FaultSearch::Run() {
+  ListCandidates();
+  if (!stated_.empty()) {
+    StateWidening();
+    StateColumns();
+    Settle();
+  }
+  while (!candidates_.empty()) {
+    TestAll();
+    Candidate* const clearest = taken_.size() < kMostFaults ? Clearest() : nullptr;
+    if (TakeLostRows(clearest != nullptr ? clearest->Score() : 0.0)) continue;
+    if (clearest == nullptr) break;
+    TryWith(clearest);
+  }
+  findings_.misfit.has_more_faults = taken_.size() == kMostFaults && Clearest() != nullptr;
+  StateNotes();
+  if (findings_.lost_rows) Settle();
+  StateTaken();
+  StateCovariance();
+  if (HasChanged()) model_.StateEstimate();
+  log_likelihood_ = model_.system().LogLikelihood() + BesideWeights();
+  StateMisfit();
+  return std::move(findings_);
+}
+
+// What was left out counts again, and all counts whole; false where nothing was.
+bool Readmit(PoseGraph* graph) {
+  bool has_rejected = false;
+  const auto readmit = [&](auto* one) {
+    has_rejected = has_rejected || one->rejected;
+    one->rejected = false;
+    one->weight = 1.0;
+  };
+  for (PoseNode& node : graph->nodes) {
+    for (Observation& seen : node.observations) readmit(&seen);
+  }
+  for (IncrementEdge& edge : graph->increments) readmit(&edge);
+  return has_rejected;
+}
+
+}  // namespace
+
+std::vector<StatedFault> FaceCurvatures(const PoseGraph& graph, const Eigen::MatrixXd& covariance) {
+  std::vector<StatedFault> stated;
+  const double gravity = WorldVector(Triad::kAccelerometer, graph.reference()).norm();
+  for (int face = 0; face < kFaceCount; ++face) {
+    const int at = graph.layout.face_tilt[static_cast<std::size_t>(face)];
+    if (at < 0) continue;
+    const Eigen::MatrixXd basis = graph.layout.basis.middleRows<2>(at);
+    const double less = 0.5 * Times(basis, covariance).cwiseProduct(basis).sum();
+    if (!(less > 0.0)) continue;
+    StatedFault fault{"curvature of a face's tilt",
+                      {},
+                      Eigen::VectorXd::Constant(1, less),
+                      Eigen::VectorXd::Constant(1, -less)};
+    Eigen::Index row = 0;
+    for (const PoseNode& node : graph.nodes) {
+      for (std::size_t i = 0; i < node.observations.size(); ++i) {
+        if (node.face != face || node.observations[i].triad != Triad::kAccelerometer) continue;
+        const TriadModel<double> model = graph.ModelAt(Triad::kAccelerometer, node);
+        const Eigen::Vector3d axis = FaceAxes(face).col(0);
+        fault.column.Add(row + 3 * static_cast<Eigen::Index>(i),
+                         model.sensitivity * (gravity * axis));
+      }
+      row += node.row_count();
+    }
+    if (!fault.column.blocks.empty()) stated.push_back(std::move(fault));
+  }
+  return stated;
+}
+
+FaultFindings FindFaults(const std::vector<StatedFault>& stated,
+                         PoseGraph* graph,
+                         NoiseState* noise) {
+  PoseGraph all = *graph;
+  NoiseState noise_of_all = *noise;
+  FaultSearch search(stated, graph, noise);
+  FaultFindings found = search.Run();
+  if (!Readmit(&all)) return found;
+  FaultSearch of_all(stated, &all, &noise_of_all);
+  if (!of_all.Settle()) return found;
+  FaultFindings found_in_all = of_all.Run();
+  // Single poses that are off are what was left out already.
+  const bool is_more = std::any_of(
+      found_in_all.faults.begin(), found_in_all.faults.end(), [](const TakenFault& fault) {
+        return fault.place.kind->shape != FaultShape::kOnce;
+      });
+  if (!is_more || !(of_all.log_likelihood() > search.log_likelihood())) return found;
+  *graph = std::move(all);
+  *noise = std::move(noise_of_all);
+  return found_in_all;
+}
+
+}  // namespace truetriad

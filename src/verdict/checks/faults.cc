@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/messages.h"
+#include "base/sensor_line.h"
+#include "faults/words.h"
+#include "truetriad/base/units.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+namespace {
+
+PerTriad<std::string> UnitsOf(const PoseSet& poses) {
+  PerTriad<std::string> units;
+  for (const StreamSummary& stream : poses.streams) units[stream.triad] = stream.unit.name;
+  return units;
+}
+
+// Entries that the model ties to others have no σ of their own to widen.
+bool IsTied(const TakenFault& fault, const SharedLayout& layout) {
+  return fault.place.kind->parameter == ParameterKind::kSensitivity &&
+         layout.ColumnsOf(layout.sensitivity[fault.place.triad], 9).size() > 3;
+}
+
+// The line that makes it a parameter, where the model can have it.
+std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
+  const FaultKind& kind = *fault.place.kind;
+  if (kind.parameter == ParameterKind::kSensitivity) {
+    return "state " + SensorLine(fault.place.triad, "model: full");
+  }
+  if (!kind.parameter) return otherwise;
+  return "state " +
+         SensorLine(fault.place.triad, std::string(InfoOf(*kind.parameter).name) + ": true");
+}
+
+Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
+  const FaultWords words = WordsOf(fault, UnitsOf(run.poses));
+  const bool is_trusted = fault.kappa <= 1.0;
+  Finding finding(
+      FindingCode::kFault,
+      words.Statement() + (is_trusted ? "; corrected" : "; corrected, and σ allow for all of it"),
+      RemedyOf(fault, words.remedy));
+  finding.About(fault.place.triad)
+      .Shifting(fault.shift_sigmas, is_trusted ? Treatment::kCorrected : Treatment::kWidened)
+      .With("p_value", std::exp(fault.log_p));
+  if (fault.place.first_pose > 0) finding.AtPose(fault.place.first_pose);
+  if (fault.shift_sigmas < 1.0) finding.As(Severity::kNote);
+  if (IsTied(fault, run.graph.layout)) {
+    finding.As(Severity::kRefusal).treatment = Treatment::kNone;
+  }
+  return finding;
+}
+
+Finding FindingOf(const LostRowsFound& lost) {
+  return Finding(FindingCode::kFault,
+                 WordsOf(lost) + "; σ allow for it",
+                 "let the log run without gaps, and record anew")
+      .About(Triad::kGyroscope)
+      .With("share", lost.share)
+      .With("p_value", std::exp(lost.log_p));
+}
+
+std::string TermOf(const FaultKind& kind) {
+  return std::string(kind.parameter ? InfoOf(*kind.parameter).name : kind.name);
+}
+
+// Gains and mountings of two sensors do not change at one moment, but those of a unit and another
+// do. Positions are told to a pose.
+std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
+  const auto is_of_unit = [](const TakenFault& fault) {
+    const FaultKind& kind = *fault.place.kind;
+    return kind.shape == FaultShape::kStep &&
+           (kind.varies == Varies::kGain || kind.varies == Varies::kMounting);
+  };
+  for (const TakenFault& a : faults) {
+    for (const TakenFault& b : faults) {
+      const bool is_pair = is_of_unit(a) && is_of_unit(b) && a.place.triad < b.place.triad;
+      if (!is_pair || std::abs(a.place.first_pose - b.place.first_pose) > 1) continue;
+      const int pose = std::min(a.place.first_pose, b.place.first_pose);
+      Finding finding(FindingCode::kJoinedRecording,
+                      "from pose " + std::to_string(pose) + " on the gains or axes of " +
+                          std::string(TriadName(a.place.triad)) + " and " +
+                          std::string(TriadName(b.place.triad)) +
+                          " are others than before: these are readings of two units",
+                      "calibrate each part by itself");
+      finding.As(Severity::kRefusal).AtPose(pose);
+      return finding;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved) {
+  Findings findings;
+  for (const TakenFault& fault : solved.unmodelled.faults.faults) {
+    Finding finding = FindingOf(fault, run);
+    if (finding.IsRefusal()) findings.push_back(std::move(finding));
+  }
+  if (auto joined = JoinedOf(solved.unmodelled.faults.faults)) {
+    findings.push_back(*std::move(joined));
+  }
+  const std::optional<LostRowsFound>& lost = solved.unmodelled.faults.lost_rows;
+  if (lost && lost->share > LostRowsFound::kMost) {
+    findings.push_back(FindingOf(*lost).As(Severity::kRefusal));
+  }
+  return findings;
+}
+
+Findings CheckFaults(const SettledRun& run, const SolvedRun& solved) {
+  const FaultFindings& faults = solved.unmodelled.faults;
+  Findings findings;
+  for (const TakenFault& fault : faults.faults) {
+    findings.push_back(FindingOf(fault, run));
+  }
+  if (faults.lost_rows) {
+    findings.push_back(FindingOf(*faults.lost_rows));
+  }
+  if (faults.misfit.is_unexplained || faults.misfit.has_more_faults) {
+    findings.push_back(Finding(FindingCode::kMisfit, WordsOf(faults.misfit))
+                           .With("times", faults.misfit.excess_ratio));
+  }
+  for (const FaultNote& note : faults.notes) {
+    if (!note.is_doubtful) continue;
+    findings.push_back(Finding(FindingCode::kTermInDoubt, WordsOf(note))
+                           .As(Severity::kNote)
+                           .About(note.place.triad)
+                           .With("p_value", std::exp(note.log_p)));
+  }
+  std::vector<StatedBend> stated;
+  for (std::size_t i = 0; i < solved.unmodelled.stated_bends.size(); ++i) {
+    const Triad triad = solved.unmodelled.stated_bends[i];
+    stated.push_back({triad, *run.options.triads[triad].nonlinearity, faults.widening[i]});
+  }
+  if (const auto assumed = LinearityAssumed(TestsOf(faults), stated)) findings.push_back(*assumed);
+  for (const StatedBend& bend : stated) findings.push_back(FindingOf(bend));
+  for (const Findings& found :
+       {FindingsOf(solved.unmodelled.of_recording), FindingsOf(solved.unmodelled.blocks)}) {
+    findings.insert(findings.end(), found.begin(), found.end());
+  }
+  return findings;
+}
+
+std::vector<LeftOutTest> TestsOf(const FaultFindings& faults) {
+  std::vector<LeftOutTest> tests;
+  for (const TakenFault& fault : faults.faults) {
+    tests.push_back(
+        {fault.place.triad, TermOf(*fault.place.kind), std::exp(fault.log_p), true, fault.kappa});
+  }
+  for (const FaultNote& note : faults.notes) {
+    tests.push_back(
+        {note.place.triad, TermOf(*note.place.kind), std::exp(note.log_p), false, note.kappa});
+  }
+  return tests;
+}
+
+}  // namespace truetriad

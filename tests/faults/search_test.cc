@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "faults/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "faults/planted.h"
+#include "faults/scan.h"
+#include "faults/words.h"
+#include "math/distributions.h"
+#include "support/nightly.h"
+
+namespace truetriad {
+namespace search_test {
+
+using trials::TrialPlan;
+
+std::string NameOf(const FaultPlace& place) {
+  return std::string(TriadName(place.triad)) + " " + std::string(place.kind->name);
+}
+
+// What was found, for people.
+std::string ListOf(const FaultFindings& found) {
+  std::string list;
+  for (const TakenFault& fault : found.faults) list += WordsOf(fault, {}).Statement() + "\n";
+  return list;
+}
+
+// Named, or one of those that explain it nearly as well.
+bool Has(const FaultFindings& found, std::string_view name, Triad triad) {
+  const auto is_it = [&](const FaultPlace& place) {
+    return place.kind->name == name && place.triad == triad;
+  };
+  return std::any_of(found.faults.begin(), found.faults.end(), [&](const TakenFault& fault) {
+    return is_it(fault.place) || std::any_of(fault.rivals.begin(), fault.rivals.end(), is_it);
+  });
+}
+
+struct Outcome {
+  int runs = 0;
+  int with_findings = 0;
+  double nees = 0.0;
+  int dimensions = 0;
+  double PerDimension() const { return nees / dimensions; }
+};
+
+Outcome RunClean(const TrialPlan& plan, int runs) {
+  Outcome outcome;
+  for (int seed = 0; seed < runs; ++seed) {
+    Random random(20000 + static_cast<std::uint64_t>(seed));
+    const auto trial = trials::MakeFaultTrial(plan, &random);
+    SettledModel settled = trials::Settled(trial);
+    const FaultFindings found =
+        FindFaults(FaceCurvatures(settled.graph, ReducedSystem(settled.graph).covariance()),
+                   &settled.graph,
+                   &settled.noise);
+    EXPECT_FALSE(found.misfit.is_unexplained) << seed;
+    if (!found.faults.empty() || found.lost_rows) ++outcome.with_findings;
+    int dimension = 0;
+    outcome.nees += trials::SensorNees(
+        settled.graph, trial.unit, trials::CovarianceOf(settled, found), &dimension);
+    outcome.dimensions += dimension;
+    ++outcome.runs;
+  }
+  return outcome;
+}
+
+struct CleanRegime {
+  const char* name;
+  TrialPlan plan;
+  int everyday;
+};
+void PrintTo(const CleanRegime& regime, std::ostream* out) { *out << regime.name; }
+
+class FindFaultsOfClean : public testing::TestWithParam<CleanRegime> {};
+
+// A budget of 1 %: of 300 at most 4 (1.5 %) at night, which 3 are the mean of; of fewer as many as
+// chance gives in one of a thousand samples, at 1 % each.
+TEST_P(FindFaultsOfClean, FindsNothingAndKeepsSigmaHonest) {
+  const CleanRegime& regime = GetParam();
+  const int runs = IsNightly() ? 300 : regime.everyday;
+  const Outcome outcome = RunClean(regime.plan, runs);
+  int allowed = 0;
+  for (double chance = std::pow(0.99, runs), all = chance; all < 0.999;) {
+    ++allowed;
+    chance *= (runs - allowed + 1) / 99.0 / allowed;
+    all += chance;
+  }
+  RecordProperty("findings", outcome.with_findings);
+  RecordProperty("nees", std::to_string(outcome.PerDimension()));
+  EXPECT_LE(outcome.with_findings, allowed);
+  // Of a χ² with as many degrees of freedom as all runs have: 4 σ. Below it where variances stand
+  // at zero and are counted as uncertain all the same.
+  EXPECT_LT(outcome.PerDimension(), 1.0 + 4.0 * std::sqrt(2.0 / outcome.dimensions) + 0.03);
+  EXPECT_GT(outcome.PerDimension(), 0.8);
+  std::printf("@fault_findings | %s | %d of %d | %.2f |\n",
+              regime.name,
+              outcome.with_findings,
+              outcome.runs,
+              outcome.PerDimension());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Regimes,
+    FindFaultsOfClean,
+    testing::Values(
+        CleanRegime{"NineAxes", {}, 16},
+        CleanRegime{"NineAxesScatter", {.scatter = 1.0}, 16},
+        CleanRegime{"NineAxesTwelvePoses", {.poses = 12}, 16},
+        CleanRegime{"Two", {.has_gyroscope = false}, 150},
+        CleanRegime{"SixFaces", {.has_gyroscope = false, .has_faces = true}, 80},
+        CleanRegime{"TwoScatter", {.has_gyroscope = false, .scatter = 1.0}, 80},
+        CleanRegime{"TwoWithoutNoise", {.has_gyroscope = false, .states_covariances = false}, 80}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+class FindFaultsPlanted : public testing::TestWithParam<trials::Planted> {};
+}  // namespace search_test
+namespace trials {
+void PrintTo(const Planted& planted, std::ostream* out) { *out << planted.name; }
+}  // namespace trials
+namespace search_test {
+
+// Found by its name, corrected so that σ are honest, and hardly ever a parameter off by 5 of them.
+TEST_P(FindFaultsPlanted, IsFoundAndCorrected) {
+  const trials::Planted& planted = GetParam();
+  const int runs = IsNightly() ? 40 : 3;
+  int right = 0, wrong = 0, dimensions = 0;
+  double nees = 0.0;
+  std::string list;
+  for (int seed = 0; seed < runs; ++seed) {
+    Random random(30000 + static_cast<std::uint64_t>(seed));
+    auto trial = trials::MakeFaultTrial({.has_gyroscope = planted.needs_gyroscope}, &random);
+    planted.plant(&trial);
+    SettledModel settled = trials::Settled(trial);
+    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    right += Has(found, planted.name, planted.triad) ? 1 : 0;
+    const Eigen::VectorXd error = trials::ErrorOf(settled.graph, trial.unit);
+    const Eigen::MatrixXd covariance = trials::CovarianceOf(settled, found);
+    const Eigen::ArrayXd sigma = covariance.diagonal().cwiseSqrt();
+    if ((error.array().abs() / sigma).maxCoeff() > 5.0) {
+      ++wrong;
+      list += "seed " + std::to_string(seed) + ": " + ListOf(found);
+    }
+    int dimension = 0;
+    nees += trials::Nees(error, covariance, &dimension);
+    dimensions += dimension;
+  }
+  EXPECT_GE(right, runs - 1 - runs / 8);
+  // 1.6 % in the trial that the room was written from.
+  EXPECT_LE(wrong, runs / 20) << list;
+  // Four σ of χ² above one, and 10 % for what is linear to second order alone.
+  EXPECT_LT(nees / dimensions, 1.1 + 4.0 * std::sqrt(2.0 / dimensions));
+  std::printf("@fault_power | %s %s | %d of %d | %d | %.2f |\n",
+              std::string(TriadName(planted.triad)).c_str(),
+              std::string(planted.name).c_str(),
+              right,
+              runs,
+              wrong,
+              nees / dimensions);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds,
+                         FindFaultsPlanted,
+                         testing::ValuesIn(trials::kPlanted),
+                         [](const auto& tested) {
+                           std::string name = std::string(TriadName(tested.param.triad)) + " " +
+                                              std::string(tested.param.name);
+                           std::erase_if(name, [](char c) { return c == ' ' || c == '-'; });
+                           return name;
+                         });
+
+// Without noise h is what was planted, and the parameters are the truth: but for what the prior of
+// its size takes, σ / h of a σ, and what two linearisations leave.
+TEST(FindFaults, RecoversWhatWasPlantedWithoutNoise) {
+  for (const bool has_gyroscope : {false, true}) {
+    Random random(3);
+    auto trial =
+        trials::MakeFaultTrial({.has_gyroscope = has_gyroscope, .is_exact = true}, &random);
+    const Eigen::Vector3d step(0.4, -0.5, 0.3);
+    for (std::size_t k = 12; k < 24; ++k) {
+      trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += step;
+    }
+    SettledModel settled = trials::Settled(trial);
+    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    ASSERT_EQ(found.faults.size(), 1U) << ListOf(found);
+    const TakenFault& fault = found.faults[0];
+    EXPECT_EQ(NameOf(fault.place), "magnetometer bias step");
+    EXPECT_EQ(fault.place.first_pose, 13);
+    const double by_prior = fault.sigma.maxCoeff() / (step.norm() / std::sqrt(3.0));
+    const double tolerance = 0.02 + 1.5 * by_prior;
+    EXPECT_LT(((fault.h - step).array() / fault.sigma.array()).abs().maxCoeff(), tolerance);
+    Eigen::VectorXd error = trials::ErrorOf(settled.graph, trial.unit);
+    // The bias that is stated is the mean over the run: half the step on.
+    const Eigen::MatrixXd& basis = settled.graph.layout.basis;
+    Eigen::VectorXd shared = basis * error;
+    shared.segment<3>(settled.graph.layout.bias[Triad::kMagnetometer]) -= 0.5 * step;
+    error = basis.transpose() * shared;
+    EXPECT_LT((error.array().abs() / trials::CovarianceOf(settled, found).diagonal().array().sqrt())
+                  .maxCoeff(),
+              tolerance);
+  }
+}
+
+TEST(FindFaults, TakesTwoAtOnce) {
+  int right = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Random random(seed);
+    auto trial = trials::MakeFaultTrial({}, &random);
+    trials::kPlanted[0].plant(&trial);  // accelerometer bias step
+    trials::kPlanted[2].plant(&trial);  // magnetometer field step
+    SettledModel settled = trials::Settled(trial);
+    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const bool has_both = Has(found, "bias step", Triad::kAccelerometer) &&
+                          Has(found, "field step", Triad::kMagnetometer);
+    if (has_both) ++right;
+  }
+  EXPECT_GE(right, 3);
+}
+
+// Without gyroscope no reading tells which of two chips has slipped against the other.
+TEST(FindFaults, SaysEitherOrWhereNothingTells) {
+  Random random(4);
+  auto trial = trials::MakeFaultTrial({.has_gyroscope = false}, &random);
+  trials::kPlanted[7].plant(&trial);
+  SettledModel settled = trials::Settled(trial);
+  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  ASSERT_EQ(found.faults.size(), 1U) << ListOf(found);
+  const std::string sentence = WordsOf(found.faults[0], {}).Statement();
+  EXPECT_THAT(sentence, testing::StartsWith("either "));
+  EXPECT_THAT(sentence, testing::HasSubstr("accelerometer: slip"));
+  EXPECT_THAT(sentence, testing::HasSubstr("magnetometer: slip"));
+}
+
+// Rows that are gone from turns whose times were made regular afterwards.
+TEST(FindFaults, NamesLostRows) {
+  int told = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Random random(40 + seed);
+    auto trial = trials::MakeFaultTrial({}, &random);
+    for (RecordedMove& move : trial.poses.moves) {
+      for (std::size_t i = move.gyroscope_raw.size(); i-- > 0;) {
+        if (random.Uniform() > 0.04) continue;
+        const auto at = static_cast<std::ptrdiff_t>(i);
+        move.gyroscope_raw.erase(move.gyroscope_raw.begin() + at);
+        move.accelerometer_raw.erase(move.accelerometer_raw.begin() + at);
+        move.time_ns.pop_back();
+      }
+    }
+    SettledModel settled = trials::Settled(trial);
+    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    if (!found.lost_rows) continue;
+    ++told;
+    EXPECT_GT(found.lost_rows->share, 0.02) << ListOf(found);
+    EXPECT_LT(found.lost_rows->share, 0.08) << ListOf(found);
+  }
+  EXPECT_GE(told, 3);
+}
+
+TEST(FindFaults, LeavesACleanGraphAsItIs) {
+  Random random(8);
+  SettledModel settled = trials::Settled(trials::MakeFaultTrial({.has_gyroscope = false}, &random));
+  const Eigen::VectorXd before = settled.graph.shared;
+  const Eigen::Matrix3d variance = settled.graph.nodes[3].observations[0].variance;
+  const ExcessVariance excess = settled.noise.excess;
+  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  EXPECT_TRUE(found.faults.empty()) << ListOf(found);
+  EXPECT_GT(found.looked_for, 25);
+  EXPECT_EQ(settled.graph.shared, before);
+  EXPECT_LT((settled.graph.nodes[3].observations[0].variance - variance).norm(),
+            1e-6 * variance.norm());
+  EXPECT_EQ(settled.noise.excess.items, excess.items);
+  EXPECT_TRUE(found.beyond.isZero(0.0));
+}
+
+// Known beforehand to be zero but for a σ, it widens what it moves and is no finding.
+TEST(FindFaults, CountsWhatIsStatedAndDoesNotFindIt) {
+  Random random(9);
+  auto trial = trials::MakeFaultTrial({.has_gyroscope = false}, &random);
+  trials::kPlanted[8].plant(&trial);  // accelerometer quadratic term of 0.05
+  SettledModel settled = trials::Settled(trial);
+  SettledModel other = settled;
+  const FaultScene scene(settled.graph);
+  const ScannedForm form(scene.ColumnsOf(Triad::kAccelerometer, FaultForm::kSquare), true);
+  const StatedFault stated{"non-linearity",
+                           form.Column(WeightsOf(FaultShape::kThroughout, {0, 24}, scene)),
+                           Eigen::Vector3d::Constant(0.1)};
+  const FaultFindings found = FindFaults({stated}, &settled.graph, &settled.noise);
+  EXPECT_TRUE(found.faults.empty()) << ListOf(found);
+  int dimension = 0;
+  const double nees = trials::Nees(
+      trials::ErrorOf(settled.graph, trial.unit), trials::CovarianceOf(settled, found), &dimension);
+  EXPECT_LT(nees, ChiSquareQuantile(0.999, dimension));
+  const FaultFindings without = FindFaults({}, &other.graph, &other.noise);
+  EXPECT_TRUE(Has(without, "quadratic term", Triad::kAccelerometer)) << ListOf(without);
+}
+
+// Beyond 64 poses a position is some poses in a row, and P is not formed.
+TEST(FindFaults, ScansALongRunByStretches) {
+  Random random(10);
+  auto trial = trials::MakeFaultTrial({.poses = 190, .has_gyroscope = false}, &random);
+  for (std::size_t k = 95; k < 190; ++k) {
+    trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += 0.3 * trials::kSome;
+  }
+  SettledModel settled = trials::Settled(trial);
+  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  ASSERT_FALSE(found.faults.empty());
+  EXPECT_EQ(NameOf(found.faults[0].place), "magnetometer bias step");
+  EXPECT_NEAR(found.faults[0].place.first_pose, 96, 3);
+}
+
+// To a robust fit the short side of a step is two outliers.
+TEST(FindFaults, CountsAgainWhatWasLeftOutWhereAStepExplainsIt) {
+  Random random(11);
+  auto trial = trials::MakeFaultTrial({}, &random);
+  trial.options.robust.enabled = true;
+  for (std::size_t k = 0; k < 2; ++k) {
+    trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += 3.0 * trials::kSome;
+  }
+  SettledModel settled = trials::Settled(trial);
+  const auto left_out = [&] {
+    int count = 0;
+    for (const PoseNode& node : settled.graph.nodes) {
+      for (const Observation& seen : node.observations) count += seen.rejected ? 1 : 0;
+    }
+    return count;
+  };
+  ASSERT_EQ(left_out(), 2);
+  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  ASSERT_EQ(found.faults.size(), 1U) << ListOf(found);
+  EXPECT_EQ(NameOf(found.faults[0].place), "magnetometer bias step");
+  EXPECT_EQ(found.faults[0].place.first_pose, 3);
+  EXPECT_EQ(left_out(), 0);
+}
+
+// Single spikes in some turns scatter them, though not along what they turn by.
+TEST(FindFaults, TakesFewWildTurnsForNoLostRows) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Random random(40 + seed);
+    auto trial = trials::MakeFaultTrial({}, &random);
+    for (const std::size_t k : {2U, 7U, 11U, 12U, 18U}) {
+      std::vector<Eigen::Vector3d>& readings = trial.poses.moves[k].gyroscope_raw;
+      readings[readings.size() / 2] += 2000.0 * random.Normal3();
+    }
+    SettledModel settled = trials::Settled(trial);
+    EXPECT_FALSE(FindFaults({}, &settled.graph, &settled.noise).lost_rows) << seed;
+  }
+}
+
+// Every other pose is taken at another place: no fault of the list.
+TEST(FindFaults, SaysWhatNoneOfThemExplains) {
+  Random random(12);
+  auto trial = trials::MakeFaultTrial({}, &random);
+  for (std::size_t k = 0; k < trial.attitudes.size(); k += 2) {
+    trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += 10.0 * random.Normal3();
+  }
+  SettledModel settled = trials::Settled(trial);
+  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  EXPECT_TRUE(found.misfit.is_unexplained) << ListOf(found);
+  EXPECT_THAT(WordsOf(found.misfit), testing::HasSubstr("times their noise at rest"));
+}
+
+TEST(FaultWords, SayWhatWasSeenWhereAndWhatToDo) {
+  const FaultKind* step = nullptr;
+  for (const FaultKind& kind : FaultKinds()) {
+    if (kind.name == "bias step") step = &kind;
+  }
+  ASSERT_NE(step, nullptr);
+  TakenFault fault;
+  fault.place = {step, Triad::kMagnetometer, 13, 0};
+  fault.h = Eigen::Vector3d(0.41, -0.5, 0.3);
+  fault.sigma = Eigen::Vector3d(0.01, 0.02, 0.01);
+  fault.log_p = -85.0;
+  fault.shift_sigmas = 25.0;
+  PerTriad<std::string> units;
+  units[Triad::kMagnetometer] = "uT";
+  EXPECT_EQ(WordsOf(fault, units).Statement(),
+            "magnetometer: bias step, from pose 13 on: (0.41, -0.5, 0.3) ± (0.01, 0.02, 0.01) uT; "
+            "chance makes as much in one of 10^37 recordings; left in, it would move a parameter "
+            "by 25.0 of its σ");
+  fault.rivals.push_back({step, Triad::kAccelerometer, 12, 0});
+  EXPECT_THAT(WordsOf(fault, units).Statement(),
+              testing::StartsWith("either magnetometer: bias step, from pose 13 on, or "
+                                  "accelerometer: bias step, from pose 12 on: "));
+}
+
+TEST(FaultKinds, HaveARemedyEach) {
+  for (const FaultKind& kind : FaultKinds()) {
+    EXPECT_FALSE(kind.remedy.empty()) << kind.name;
+    EXPECT_GT(kind.sensors.size(), 0U) << kind.name;
+    EXPECT_NE(kind.remedy.back(), '.') << kind.name;
+  }
+}
+
+}  // namespace search_test
+}  // namespace truetriad
