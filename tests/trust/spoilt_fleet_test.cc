@@ -55,7 +55,6 @@ const std::vector<Spoilt>& SpoiltUnits() {
       {"stuck axis", kMagnetometer, "constant-axis"},
       {"ms as s", {}, "wrong-unit"},
       {"clipped", kAccelerometer, "stuck-sensor"},
-      {"repeated stretch", {}, "joined-recording"},
       {"pieces exchanged", {}, "joined-recording"},
   };
   return kSpoilt;
