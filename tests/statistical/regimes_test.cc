@@ -44,7 +44,8 @@ struct Statistics {
   int failures = 0;
   int widened = 0;  // runs whose σ allow for a term that may be there, and say so
   std::vector<std::string> names;
-  Eigen::VectorXd squares;  // of each parameter's error over its bound, mean over the runs
+  Eigen::VectorXd squares_of_all;  // as `squares`, of the runs with a finding, too
+  Eigen::VectorXd squares;         // of each parameter's error over its bound, mean over the runs
   double nees_per_dimension = 0.0;
   double nees_of_all = 0.0;  // those that are widened, too
   double expected_nees = 0.0;
@@ -62,7 +63,7 @@ struct Statistics {
     int count = 0;
     for (Eigen::Index i = 0; i < squares.size(); ++i) {
       if (!Counts(i)) continue;
-      sum += squares[i];
+      sum += squares_of_all[i];
       ++count;
     }
     return std::sqrt(sum / count);
@@ -93,10 +94,13 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
   const Calibration bound = Bound(trial, calibration.reference);
   ASSERT_EQ(bound.covariance.parameters, calibration.covariance.parameters);
   statistics->names = bound.covariance.parameters;
-  if (statistics->squares.size() == 0) statistics->squares.setZero(error.size());
+  if (statistics->squares.size() == 0) {
+    statistics->squares.setZero(error.size());
+    statistics->squares_of_all.setZero(error.size());
+  }
   for (Eigen::Index i = 0; i < error.size(); ++i) {
     const double variance = bound.covariance.matrix(i, i);
-    if (variance > 0.0) statistics->squares[i] += error[i] * error[i] / variance;
+    if (variance > 0.0) statistics->squares_of_all[i] += error[i] * error[i] / variance;
   }
   int dimension = 0;
   const double nees = trials::Nees(error, calibration.covariance.matrix, &dimension);
@@ -108,6 +112,10 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
   if (has(FindingCode::kFault) || has(FindingCode::kFacesTilted)) {
     ++statistics->widened;
     return;
+  }
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    const double variance = bound.covariance.matrix(i, i);
+    if (variance > 0.0) statistics->squares[i] += error[i] * error[i] / variance;
   }
   const double nu = calibration.quality.effective_dof;
   statistics->nees_per_dimension += nees / d;
@@ -134,7 +142,8 @@ Statistics RunTrials(const Regime& regime, int runs, std::uint64_t seed) {
   }
   const double good = runs - statistics.failures;
   const double as_stated = good - statistics.widened;
-  statistics.squares /= good;
+  statistics.squares_of_all /= good;
+  statistics.squares /= as_stated;
   statistics.nees_of_all /= good;
   statistics.nees_per_dimension /= as_stated;
   statistics.expected_nees /= as_stated;
