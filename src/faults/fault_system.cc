@@ -16,7 +16,7 @@ namespace {
 
 // Unknowns of a form in one stretch: a matrix has nine.
 constexpr int kMostOfForm = 9;
-// Of a turn's own information, below which the attitudes take over all of a direction.
+// The attitudes take over all of a direction that has less than this share of a turn's information.
 constexpr double kSeenOfTurn = 1e-3;
 
 // R of R R^T, for squares that may be singular: turns about one axis.

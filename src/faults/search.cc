@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -25,9 +24,8 @@ namespace {
 // The only significance level: a clean run has a finding in one of a hundred.
 constexpr double kLevelOfRun = 0.01;
 constexpr std::size_t kMostFaults = 8;
-// More of its own σ than the parameter's: its form, not the readings, then decides the correction.
-constexpr double kMovesMuch = 1.0;
-constexpr double kNoteLevel = 0.01;
+// Of one fault by itself.
+constexpr double kNoteLevel = kLevelOfRun;
 // So many of its σ for each of the fault's own: of h that is clear by 5 σ a step of 60 σ would
 // follow, and where that is a little curved it is wrong (a cave instrument's gains, by 28 σ).
 constexpr double kHardlyTold = 12.0;
@@ -57,7 +55,6 @@ struct Candidate {
   Triad triad = Triad::kAccelerometer;
   std::size_t form = 0;
   std::pair<int, int> position;
-  double positions = 1.0;  // that its fault is looked for at
   double log_level = 0.0;
   bool is_active = true;
   FaultTest test;
@@ -82,17 +79,6 @@ struct Taken {
   TakenFault fault;
 };
 
-// Per entry of the shared vector, the root of the sum of squares of `moves`, in its σ.
-double LargestInSigmas(const SharedLayout& layout,
-                       const Eigen::MatrixXd& covariance,
-                       const Eigen::MatrixXd& moves) {
-  if (covariance.rows() == 0) return 0.0;
-  const Eigen::MatrixXd basis = layout.basis;
-  const Eigen::ArrayXd variances = Times(basis, covariance).cwiseProduct(basis).rowwise().sum();
-  const Eigen::ArrayXd squares = Times(basis, moves).rowwise().squaredNorm();
-  return std::sqrt((variances > 0.0).select(squares / variances.max(1e-300), 0.0).maxCoeff());
-}
-
 class FaultSearch {
  public:
   FaultSearch(const std::vector<StatedFault>& stated, PoseGraph* graph, NoiseState* noise)
@@ -110,10 +96,11 @@ class FaultSearch {
   void LookAtScene();
   void MakeForms();
   void StateColumns();
+  std::size_t EndOfFault(std::size_t begin) const;
   void ShareBudget();
   void TestAll();
-  void TestInFull(const ScannedForm& form, Candidate* candidate);
-  double KappaOf(const Candidate& candidate) const;
+  void TestInFull(Candidate* candidate);
+  double KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T) const;
   Candidate* Clearest();
   double Confirmed(const Candidate& candidate);
   void TakeIn(Candidate* candidate);
@@ -189,7 +176,6 @@ void FaultSearch::ListCandidates() {
         candidate.triad = triad;
         candidate.form = form;
         candidate.position = position;
-        candidate.positions = static_cast<double>(positions.size());
       }
     }
   }
@@ -229,78 +215,72 @@ void FaultSearch::StateColumns() {
   model_.SetColumns(std::move(added));
 }
 
-// One budget: a fault's share by how many there are that these poses show at all, and a position's
-// by how many it has.
+// The candidates of one fault, of all its positions, follow each other.
+std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
+  std::size_t end = begin;
+  while (end < candidates_.size() && candidates_[end].form == candidates_[begin].form &&
+         candidates_[end].kind == candidates_[begin].kind) {
+    ++end;
+  }
+  return end;
+}
+
+// One budget: a fault's share by how many there are that these poses show at all, in the middle of
+// its positions, and a position's by how many it has.
 void FaultSearch::ShareBudget() {
-  std::map<std::pair<const FaultKind*, Triad>, double> weights;
-  double sum = 1.0;
-  for (const Candidate& candidate : candidates_) {
-    const auto middle =
-        std::find_if(candidates_.begin(),
-                     candidates_.end(),
-                     [&](const auto& one) {
-                       return one.kind == candidate.kind && one.triad == candidate.triad;
-                     }) +
-        static_cast<std::ptrdiff_t>(0.5 * candidate.positions);
-    const auto [at, is_new] = weights.insert({{candidate.kind, candidate.triad}, 0.0});
-    if (!is_new) continue;
-    Candidate probe = *middle;
-    probe.test.T = SeenDirections(forms_[probe.form].SumsOf(WeightsOf(probe)));
-    if (probe.test.T.cols() == 0) continue;
-    at->second = 1.0;
-    sum += at->second;
+  double faults = 1.0;  // lost rows
+  for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
+    end = EndOfFault(begin);
+    const Candidate& middle = candidates_[begin + (end - begin) / 2];
+    const bool is_seen = SeenDirections(forms_[middle.form].SumsOf(WeightsOf(middle))).cols() > 0;
+    if (is_seen) faults += 1.0;
+    const double log_positions = std::log(static_cast<double>(end - begin));
+    for (std::size_t i = begin; i < end; ++i) {
+      candidates_[i].is_active = is_seen;
+      candidates_[i].log_level = std::log(kLevelOfRun) - log_positions;
+    }
   }
-  for (Candidate& candidate : candidates_) {
-    const double weight = weights.at({candidate.kind, candidate.triad});
-    candidate.is_active = weight > 0.0;
-    candidate.log_level = std::log(kLevelOfRun * weight / sum / candidate.positions);
-  }
-  lost_rows_level_ = std::log(kLevelOfRun / sum);
+  for (Candidate& candidate : candidates_) candidate.log_level -= std::log(faults);
+  lost_rows_level_ = std::log(kLevelOfRun / faults);
 }
 
 void FaultSearch::TestAll() {
   for (ScannedForm& form : forms_) form.Project(model_.system());
   if (lost_rows_level_ == 0.0) ShareBudget();
   FirstLook look(model_.system(), model_.excess());
-  std::size_t at = 0;
-  for (std::size_t form = 0; form < forms_.size(); ++form) {
-    const ScannedForm& scanned = forms_[form];
-    while (at < candidates_.size() && candidates_[at].form == form) {
-      const FaultKind* const kind = candidates_[at].kind;
-      std::vector<std::pair<double, Candidate*>> promising;
-      for (;
-           at < candidates_.size() && candidates_[at].form == form && candidates_[at].kind == kind;
-           ++at) {
-        Candidate& candidate = candidates_[at];
-        candidate.test = {};
-        if (!candidate.is_active) continue;
-        double log_p = kLookAgain * candidate.log_level;
-        if (!IsScan(kind->shape)) log_p = std::max(log_p, std::log(kNoteLevel));
-        const QuickTest quick = QuickTestOf(scanned.SumsOf(WeightsOf(candidate)));
-        if (!look.MayBeBelow(log_p, quick)) continue;
-        promising.emplace_back(look.LeastLogP(quick), &candidate);
-      }
-      const std::size_t most = std::min(promising.size(), kMostPositions);
-      std::partial_sort(promising.begin(),
-                        promising.begin() + static_cast<std::ptrdiff_t>(most),
-                        promising.end());
-      for (std::size_t i = 0; i < most; ++i) TestInFull(scanned, promising[i].second);
+  for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
+    end = EndOfFault(begin);
+    std::vector<std::pair<double, Candidate*>> promising;
+    for (std::size_t i = begin; i < end; ++i) {
+      Candidate& candidate = candidates_[i];
+      candidate.test = {};
+      if (!candidate.is_active) continue;
+      double log_p = kLookAgain * candidate.log_level;
+      if (!IsScan(candidate.kind->shape)) log_p = std::max(log_p, std::log(kNoteLevel));
+      const QuickTest quick = QuickTestOf(forms_[candidate.form].SumsOf(WeightsOf(candidate)));
+      if (!look.MayBeBelow(log_p, quick)) continue;
+      promising.emplace_back(look.LeastLogP(quick), &candidate);
     }
+    const std::size_t most = std::min(promising.size(), kMostPositions);
+    std::partial_sort(
+        promising.begin(), promising.begin() + static_cast<std::ptrdiff_t>(most), promising.end());
+    for (std::size_t i = 0; i < most; ++i) TestInFull(promising[i].second);
   }
 }
 
-void FaultSearch::TestInFull(const ScannedForm& form, Candidate* candidate) {
-  const StretchWeights weights = WeightsOf(*candidate);
-  const StackedRows Y = model_.system().Projected(form.Column(weights));
-  candidate->test = TestOf(model_.system(), model_.excess(), Y, form.SumsOf(weights));
-  candidate->kappa = KappaOf(*candidate);
+void FaultSearch::TestInFull(Candidate* candidate) {
+  const FaultColumn column = ColumnOf(*candidate);
+  const StackedRows Y = model_.system().Projected(column);
+  const ColumnSums sums = forms_[candidate->form].SumsOf(WeightsOf(*candidate));
+  candidate->test = TestOf(model_.system(), model_.excess(), Y, sums);
+  candidate->kappa = KappaOf(column, candidate->test.T);
   if (candidate->kappa > kHardlyTold) candidate->test = {};
 }
 
-double FaultSearch::KappaOf(const Candidate& candidate) const {
-  const Eigen::MatrixXd moves =
-      Times(model_.system().SharedShift(ColumnOf(candidate)), candidate.test.T);
-  return LargestInSigmas(graph_->layout, model_.system().SharedCovariance(), moves);
+double FaultSearch::KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T) const {
+  return LargestInSigmas(graph_->layout,
+                         model_.system().SharedCovariance(),
+                         Times(model_.system().SharedShift(column), T));
 }
 
 // The test with the variances at their optimum with the fault in: its seen directions free, the
@@ -377,8 +357,9 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   fault.dof = candidate->test.dof;
   fault.rank = candidate->test.rank;
   fault.kappa = candidate->kappa;
-  fault.shift_sigmas = LargestInSigmas(
-      graph_->layout, model_.system().SharedCovariance(), Times(taken.per_unknown, h));
+  const Eigen::VectorXd moved = Times(taken.per_unknown, h);
+  const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
+  fault.shift_sigmas = LargestInSigmas(graph_->layout, covariance, moved);
   // Of each kind the clearest: a step beside the step is no rival.
   std::set<std::pair<const FaultKind*, Triad>> named = {{candidate->kind, candidate->triad}};
   std::vector<const Candidate*> others;
@@ -388,8 +369,6 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   std::sort(others.begin(), others.end(), [](const Candidate* a, const Candidate* b) {
     return a->Score() < b->Score();
   });
-  const Eigen::VectorXd moved = Times(taken.per_unknown, h);
-  const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
   double furthest = 0.0;
   for (const Candidate* other : others) {
     if (other->Score() >= std::min(0.0, candidate->Score() + kRivalLogOdds)) break;
@@ -424,7 +403,6 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   model_.SetColumns(with);
   model_.SettleExcess(kSettlingSteps);
   const double likelihood = model_.system().LogLikelihood();
-  model_.SetColumns(before.added());
   model_ = before;
   model_.SetExcess(before.excess().v);
   return likelihood;
@@ -555,7 +533,7 @@ void FaultSearch::StateCovariance() {
   for (const Taken& taken : taken_) {
     const FaultKind& kind = *candidates_[taken.candidate].kind;
     if (kind.varies != Varies::kNothing) spread += SpreadOf(taken, at);
-    if (taken.fault.kappa > kMovesMuch) {
+    if (!taken.fault.is_trusted()) {
       const Eigen::VectorXd d = taken.per_unknown * taken.fault.h;
       spread += d * d.transpose();
     }
@@ -573,22 +551,23 @@ void FaultSearch::StateCovariance() {
   findings_.beyond = model_.system().BeyondGraph() + spread;
 }
 
+// Bends are told with p and κ even where a quick look has passed them over.
 void FaultSearch::StateNotes() {
-  for (Candidate& candidate : candidates_) {
+  for (const Candidate& candidate : candidates_) {
     if (!candidate.is_active || IsScan(candidate.kind->shape)) continue;
-    const bool is_bend = IsBend(*candidate.kind);
-    if (is_bend && candidate.test.rank == 0) {
-      const ColumnSums sums = forms_[candidate.form].SumsOf(WeightsOf(candidate));
-      candidate.test.T = SeenDirections(sums);
-      candidate.kappa = KappaOf(candidate);
-    } else if (candidate.test.rank == 0) {
-      continue;
+    FaultNote note{PlaceOf(candidate), candidate.test.log_p, candidate.kappa};
+    if (candidate.test.rank > 0) {
+      note.is_doubtful = note.log_p < std::log(kNoteLevel) && note.kappa > TakenFault::kTrusted;
+    } else if (IsBend(*candidate.kind)) {
+      const FaultColumn column = ColumnOf(candidate);
+      const FaultTest test = TestOf(model_.system(),
+                                    model_.excess(),
+                                    model_.system().Projected(column),
+                                    forms_[candidate.form].SumsOf(WeightsOf(candidate)));
+      note.log_p = test.log_p;
+      note.kappa = KappaOf(column, test.T);
     }
-    const bool is_doubtful =
-        candidate.test.log_p < std::log(kNoteLevel) && candidate.kappa > kMovesMuch;
-    if (!is_bend && !is_doubtful) continue;
-    findings_.notes.push_back(
-        {PlaceOf(candidate), candidate.test.log_p, candidate.kappa, is_doubtful});
+    if (IsBend(*candidate.kind) || note.is_doubtful) findings_.notes.push_back(note);
   }
 }
 
@@ -709,17 +688,16 @@ double FaultSearch::BesideWeights() const {
     beyond += 0.5 * (-3.0 * std::log(weight) - 3.0 * std::log(std::max(square / 3.0, 1.0)) - 3.0);
     beyond -= 1.0;
   };
-  Eigen::Index row = 0;
-  for (const PoseNode& node : graph_->nodes) {
-    for (std::size_t i = 0; i < node.observations.size(); ++i) {
-      const Observation& seen = node.observations[i];
-      if (seen.rejected) replace(seen.weight, row + 3 * static_cast<Eigen::Index>(i));
+  for (std::size_t k = 0; k < graph_->nodes.size(); ++k) {
+    Eigen::Index row = system.factors()[k].row;
+    for (const Observation& seen : graph_->nodes[k].observations) {
+      if (seen.rejected) replace(seen.weight, row);
+      row += 3;
     }
-    row += node.row_count();
   }
-  for (const IncrementEdge& edge : graph_->increments) {
-    if (edge.rejected) replace(edge.weight, row);
-    row += 3;
+  for (std::size_t i = 0; i < graph_->increments.size(); ++i) {
+    const IncrementEdge& edge = graph_->increments[i];
+    if (edge.rejected) replace(edge.weight, system.factors()[graph_->nodes.size() + i].row);
   }
   return beyond;
 }
@@ -749,11 +727,17 @@ FaultFindings FaultSearch::Run() {
   return std::move(findings_);
 }
 
-// What was left out counts again, and all counts whole; false where nothing was.
-bool Readmit(PoseGraph* graph) {
-  bool has_rejected = false;
-  const auto readmit = [&](auto* one) {
-    has_rejected = has_rejected || one->rejected;
+bool HasRejected(const PoseGraph& graph) {
+  const auto is_rejected = [](const auto& one) { return one.rejected; };
+  return std::any_of(graph.increments.begin(), graph.increments.end(), is_rejected) ||
+         std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const PoseNode& node) {
+           return std::any_of(node.observations.begin(), node.observations.end(), is_rejected);
+         });
+}
+
+// What was left out counts again, and all counts whole.
+void Readmit(PoseGraph* graph) {
+  const auto readmit = [](auto* one) {
     one->rejected = false;
     one->weight = 1.0;
   };
@@ -761,7 +745,6 @@ bool Readmit(PoseGraph* graph) {
     for (Observation& seen : node.observations) readmit(&seen);
   }
   for (IncrementEdge& edge : graph->increments) readmit(&edge);
-  return has_rejected;
 }
 
 }  // namespace
@@ -798,11 +781,12 @@ std::vector<StatedFault> FaceCurvatures(const PoseGraph& graph, const Eigen::Mat
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
                          NoiseState* noise) {
+  if (!HasRejected(*graph)) return FaultSearch(stated, graph, noise).Run();
   PoseGraph all = *graph;
   NoiseState noise_of_all = *noise;
   FaultSearch search(stated, graph, noise);
   FaultFindings found = search.Run();
-  if (!Readmit(&all)) return found;
+  Readmit(&all);
   FaultSearch of_all(stated, &all, &noise_of_all);
   if (!of_all.Settle()) return found;
   FaultFindings found_in_all = of_all.Run();

@@ -38,6 +38,11 @@ struct FaultPlace {
 
 // One that chance does not make, and that is in the model now.
 struct TakenFault {
+  // Above it a parameter moves by more of its σ than h by its own: the form, and not the readings,
+  // then decides the correction.
+  static constexpr double kTrusted = 1.0;
+  bool is_trusted() const { return kappa <= kTrusted; }
+
   FaultPlace place;
   double log_p = 0.0;
   double log_level = 0.0;  // that it had to be below

@@ -91,7 +91,7 @@ std::string WordsOf(const LostRowsFound& lost) {
 
 std::string WordsOf(const OverallMisfit& misfit) {
   if (misfit.has_more_faults) {
-    return "more faults show than can be told apart; σ count what is left of the readings as "
+    return "more faults show than can be distinguished; σ count what is left of the readings as "
            "shared "
            "by neighbours";
   }

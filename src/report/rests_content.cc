@@ -95,14 +95,12 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
 Section LeftOutSection(const Quality& quality) {
   Section section{SectionKind::kLeftOut, "What the model leaves out", {}};
   if (quality.left_out_tests.empty()) return section;
-  section.blocks.emplace_back(
-      std::string("Each term was looked for in the residuals; what shows widens σ. κ is how far a "
-                  "term that does "
-                  "not show may shift some parameter: one that is there at 3 σ, too little to be "
-                  "told, shifts it "
-                  "by 3 κ of its σ. Against terms of large κ these poses do not protect: more, and "
-                  "more varied, "
-                  "poses do."));
+  section.blocks.emplace_back(std::string(
+      "Each was looked for in the residuals: what shows is corrected, or widens σ, as the "
+      "findings say. κ is how far one that does not show may shift some parameter: "
+      "one that is there at 3 σ, too little to be told, shifts it by 3 κ of its σ. "
+      "Against terms of large κ these poses do not protect: more, and more varied, poses "
+      "do."));
   Table table{{"sensor", "term", "p", "", "κ"}, "llrlr", {}};
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.rows.push_back({TriadTitle(test.triad),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/shared_information.h"
 
+#include <cmath>
 #include <utility>
 
 #include "math/dense/eigenvalues.h"
@@ -62,6 +63,19 @@ SharedInformation::SharedInformation(const SharedLayout& layout,
 SymmetricEigen SharedInformation::FindSpectrum() const {
   if (size() == 0) return {};
   return EigenOfSymmetric(ScaledBothSides(scale_, matrix_));
+}
+
+Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance) {
+  return Times(layout.basis, covariance).cwiseProduct(layout.basis).rowwise().sum();
+}
+
+double LargestInSigmas(const SharedLayout& layout,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::MatrixXd& moves) {
+  if (covariance.rows() == 0) return 0.0;
+  const Eigen::ArrayXd variances = VariancesOf(layout, covariance);
+  const Eigen::ArrayXd squares = Times(layout.basis, moves).rowwise().squaredNorm();
+  return std::sqrt((variances > 0.0).select(squares / variances.max(1e-300), 0.0).maxCoeff());
 }
 
 }  // namespace truetriad

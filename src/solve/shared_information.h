@@ -51,4 +51,14 @@ class SharedInformation {
   bool is_regular_ = false;
 };
 
+// Variances of all shared entries, by the covariance of the free coordinates.
+Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
+
+// By how many of its σ some shared entry moves at most, where the free coordinates move by all
+// columns of `moves` at once: the root of the sum of its squares. Entries without a variance do not
+// count.
+double LargestInSigmas(const SharedLayout& layout,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::MatrixXd& moves);
+
 }  // namespace truetriad

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "data/readings_at.h"
-#include "verdict/observability.h"
+#include "solve/shared_information.h"
 
 namespace truetriad {
 namespace {
@@ -72,7 +72,7 @@ ClockEffects EffectsOf(const std::vector<ClockOffset>& offsets,
     const Eigen::VectorXd rows = ChangeOfRows(offset.triad, most_s, graph, system);
     const Eigen::VectorXd moved = system.covariance() * (system.B().transpose() * rows);
     effects.covariance += moved * moved.transpose();
-    effects.sigmas[k] = LargestInSigmas(graph, system.covariance(), moved);
+    effects.sigmas[k] = LargestInSigmas(graph.layout, system.covariance(), moved);
   }
   return effects;
 }

@@ -13,7 +13,7 @@
 #include "math/distributions.h"
 #include "model/mechanisms.h"
 #include "problem/graph_builder.h"
-#include "verdict/observability.h"
+#include "solve/shared_information.h"
 #include "verdict/term_search.h"
 
 namespace truetriad {
@@ -172,7 +172,7 @@ void AddDoubtful(const PoseGraph& graph,
     if (!Acts(Mechanism::kDoubt)) continue;
     TermSearch with = search;
     LeftOutTerm& term = result->doubtful.emplace_back(candidate.term);
-    term.effect_sigmas = LargestInSigmas(graph, covariance, with.TakeIn(candidate.columns));
+    term.effect_sigmas = LargestInSigmas(graph.layout, covariance, with.TakeIn(candidate.columns));
     const Eigen::MatrixXd more = with.Covariance() - known;
     const double most =
         (variances > 0.0).select(VariancesOf(graph.layout, more) / variances, 0.0).maxCoeff();
@@ -261,7 +261,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
       term.size *= 2.0 / std::cbrt(std::abs(graph.sensitivity(term.triad).determinant()));
     }
     term.effect_sigmas =
-        LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns));
+        LargestInSigmas(graph.layout, covariance, search.TakeIn(candidates[clearest].columns));
     result.tests[candidates[clearest].number].is_shown = true;
     result.found.push_back(term);
     candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));

@@ -360,16 +360,4 @@ LeastKnown LeastKnownOf(const PoseGraph& graph, const Eigen::MatrixXd& covarianc
   return {SpokenName(ParameterNames(layout)[static_cast<std::size_t>(most)]), share};
 }
 
-Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance) {
-  return (layout.basis * covariance).cwiseProduct(layout.basis).rowwise().sum();
-}
-
-double LargestInSigmas(const PoseGraph& graph,
-                       const Eigen::MatrixXd& covariance,
-                       const Eigen::VectorXd& moved) {
-  const Eigen::ArrayXd sigma = VariancesOf(graph.layout, covariance).max(0.0).sqrt();
-  const Eigen::ArrayXd off = (graph.layout.basis * moved).array().abs();
-  return (sigma > 0.0).select(off / sigma, 0.0).maxCoeff();
-}
-
 }  // namespace truetriad

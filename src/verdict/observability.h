@@ -37,13 +37,4 @@ struct LeastKnown {
 };
 LeastKnown LeastKnownOf(const PoseGraph& graph, const Eigen::MatrixXd& covariance);
 
-// Of all shared entries, by the covariance of the free coordinates.
-Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
-
-// By how many σ some parameter is off at most that moves by `moved` of the free coordinates, whose
-// covariance is given.
-double LargestInSigmas(const PoseGraph& graph,
-                       const Eigen::MatrixXd& covariance,
-                       const Eigen::VectorXd& moved);
-
 }  // namespace truetriad

@@ -10,8 +10,8 @@
 #include "data/pose_statistics.h"
 #include "model/mechanisms.h"
 #include "problem/graph_rows.h"
+#include "solve/shared_information.h"
 #include "verdict/lost_rows.h"
-#include "verdict/observability.h"
 
 namespace truetriad {
 namespace {
@@ -75,7 +75,7 @@ void AddShift(const PoseGraph& graph,
   if (!Acts(ActsAs(term))) return;
   const Eigen::VectorXd moved = graph.layout.basis.middleRows(at, shift.size()).transpose() * shift;
   terms->covariance += moved * moved.transpose();
-  term.effect_sigmas = LargestInSigmas(graph, covariance, moved);
+  term.effect_sigmas = LargestInSigmas(graph.layout, covariance, moved);
   term.p_value = 0.0;
   terms->found.push_back(term);
 }
@@ -95,7 +95,7 @@ void AddRounding(const PoseSet& poses,
   }
   const int at = graph.layout.bias[Triad::kGyroscope];
   const Eigen::VectorXd moved = graph.layout.basis.middleRows<3>(at).transpose() * shift;
-  if (LargestInSigmas(graph, covariance, moved) < kRoundingSigmas) return;
+  if (LargestInSigmas(graph.layout, covariance, moved) < kRoundingSigmas) return;
   AddShift(graph, covariance, at, shift, {Triad::kGyroscope, LeftOutKind::kRounding}, terms);
 }
 

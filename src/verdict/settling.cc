@@ -9,8 +9,8 @@
 
 #include "math/distributions.h"
 #include "model/mechanisms.h"
+#include "solve/shared_information.h"
 #include "truetriad/math/rotation.h"
-#include "verdict/observability.h"
 
 namespace truetriad {
 namespace {
@@ -62,7 +62,7 @@ void AddUnsettledTurns(const PoseSet& poses,
       {Triad::kGyroscope, std::string(NameOf(term)), term.p_value, is_shown, std::nullopt});
   if (!is_shown) return;
   const Eigen::VectorXd moved = system.covariance() * by;
-  term.effect_sigmas = LargestInSigmas(graph, system.covariance(), mean * moved);
+  term.effect_sigmas = LargestInSigmas(graph.layout, system.covariance(), mean * moved);
   terms->covariance += (mean * mean + scatter) * moved * moved.transpose();
   terms->found.push_back(term);
 }

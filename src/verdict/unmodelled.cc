@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "data/clock_lags.h"
+#include "faults/scan.h"
 #include "faults/scene.h"
 #include "model/mechanisms.h"
 #include "verdict/checks/clock_offsets.h"
@@ -37,12 +38,9 @@ StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGra
     const bool has =
         std::find(kind.sensors.begin(), kind.sensors.end(), triad) != kind.sensors.end();
     if (!has || !kind.parameter || !IsBend(kind)) continue;
-    const std::vector<FaultColumn> parts = scene.ColumnsOf(triad, kind.form);
-    if (parts.empty()) continue;
-    FaultColumn& whole = columns.emplace_back();
-    for (const FaultColumn& part : parts) {
-      for (const FaultColumn::Block& block : part.blocks) whole.Add(block.row, block.value);
-    }
+    std::vector<FaultColumn> stretches = scene.ColumnsOf(triad, kind.form);
+    if (stretches.empty()) continue;
+    columns.push_back(ScannedForm(std::move(stretches), /*is_whole=*/true).Column({}));
     const AxisTermInfo& info = InfoOf(*InfoOf(*kind.parameter).axis_term);
     Eigen::Vector3d& sigma = sigmas.emplace_back();
     for (Eigen::Index axis = 0; axis < 3; ++axis) {

@@ -40,13 +40,14 @@ std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
 
 Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const FaultWords words = WordsOf(fault, UnitsOf(run.poses));
-  const bool is_trusted = fault.kappa <= 1.0;
   Finding finding(
       FindingCode::kFault,
-      words.Statement() + (is_trusted ? "; corrected" : "; corrected, and σ allow for all of it"),
+      words.Statement() +
+          (fault.is_trusted() ? "; corrected" : "; corrected, and σ allow for all of it"),
       RemedyOf(fault, words.remedy));
   finding.About(fault.place.triad)
-      .Shifting(fault.shift_sigmas, is_trusted ? Treatment::kCorrected : Treatment::kWidened)
+      .Shifting(fault.shift_sigmas,
+                fault.is_trusted() ? Treatment::kCorrected : Treatment::kWidened)
       .With("p_value", std::exp(fault.log_p));
   if (fault.place.first_pose > 0) finding.AtPose(fault.place.first_pose);
   if (fault.shift_sigmas < 1.0) finding.As(Severity::kNote);
