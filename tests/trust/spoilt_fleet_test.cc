@@ -111,13 +111,13 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
                                      {"count=" + std::to_string(units), "seed=1818"});
   ASSERT_TRUE(scenario) << scenario.error().message;
   const auto name = [](int unit) { return "unit" + std::to_string(10'000 + unit); };
+  const auto spoilt_as = [&](int unit) -> const Spoilt* {
+    const auto at = static_cast<std::size_t>(unit / stride);
+    return unit % stride == 1 && at < spoilt.size() ? &spoilt[at] : nullptr;
+  };
   for (int unit = 0; unit < units; ++unit) {
-    const bool is_spoilt = unit % stride == 1;
     const Status written =
-        WriteUnit(*scenario,
-                  unit,
-                  is_spoilt ? &spoilt[static_cast<std::size_t>(unit / stride)] : nullptr,
-                  folder_.Path("line/" + name(unit)));
+        WriteUnit(*scenario, unit, spoilt_as(unit), folder_.Path("line/" + name(unit)));
     ASSERT_TRUE(written) << written.error().message;
   }
   // Three more that end their worker.
@@ -139,17 +139,16 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
     SCOPED_TRACE(name(unit));
     if (const auto found = ended.find(unit); found != ended.end()) {
       EXPECT_EQ(verdicts[name(unit)], found->second);
-    } else if (unit % stride != 1) {
+    } else if (const Spoilt* one = spoilt_as(unit); one == nullptr) {
       EXPECT_EQ(verdicts[name(unit)], "NO_LIMITS");
     } else {
-      const Spoilt& one = spoilt[static_cast<std::size_t>(unit / stride)];
       const std::string of_unit = "serial = '" + name(unit) + "'";
       const std::vector<std::string> codes =
           Ask("SELECT code FROM latest WHERE " + of_unit +
               " UNION SELECT finding.code FROM finding JOIN latest USING (run) WHERE " + of_unit +
               " AND severity <> 'note'");
-      EXPECT_THAT(codes, testing::Contains(testing::AnyOf(one.code, one.or_code)))
-          << one.fault << ": " << verdicts[name(unit)];
+      EXPECT_THAT(codes, testing::Contains(testing::AnyOf(one->code, one->or_code)))
+          << one->fault << ": " << verdicts[name(unit)];
     }
   }
 }
