@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
 #define main Ros2Db3ConverterMain  // The program's own, whose functions are wanted.
-#include "tools/convert/ros2_db3/main.cc"
+#include "tools/convert/ros/ros2_db3.cc"
 #undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_ros2_db3) {
