@@ -7,8 +7,7 @@
 // messages in a row agree with.
 
 const fs = require('fs');
-const { BadInput, printable } = require('./arguments.js');
-const { breathe } = require('./recording.js');
+const { Refusal, printable } = require('./frames.js');
 
 const kMagic = Buffer.from([0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35]);
 const kSync = Buffer.from([0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12]);
@@ -224,8 +223,8 @@ class Ulog {
       case 'B': {
         const incompatible = message.subarray(8, 16);
         if (incompatible.some((bits, i) => (i === 0 ? bits & ~1 : bits) !== 0)) {
-          throw new BadInput(
-            `${this.file}: byte ${offset}: uses ULog features that this converter does not support`);
+          throw new Refusal(
+            `${this.file}: byte ${offset}: uses ULog features that this converter does not support`, 'wrong-format');
         }
         if (incompatible[0] & 1) {
           for (let i = 16; i < 40; i += 8) {
@@ -241,22 +240,22 @@ class Ulog {
   }
 
   /** Reads the file; `onRow(subscription, message)`: the fields of a row begin at byte 2. */
-  async read(onRow) {
+  read(onRow) {
     const descriptor = fs.openSync(this.file, 'r');
     try {
       this.size = fs.fstatSync(descriptor).size;
-      await this.readFrom(descriptor, onRow);
+      this.readFrom(descriptor, onRow);
     } finally {
       fs.closeSync(descriptor);
     }
   }
 
-  async readFrom(descriptor, onRow) {
+  readFrom(descriptor, onRow) {
     let window = Buffer.alloc(kWindow);
     let start = 0; // Of the window in the file.
     let filled = 0;
     let at = 0; // Next byte, in the window.
-    const fill = async () => {
+    const fill = () => {
       window.copyWithin(0, at, filled);
       start += at;
       filled -= at;
@@ -266,7 +265,6 @@ class Ulog {
         if (got === 0) return;
         filled += got;
       }
-      await breathe();
     };
     /** The message at `i` of the window, if there is a believable one that ends before `limit`. */
     const messageAt = (i, limit) => {
@@ -278,17 +276,17 @@ class Ulog {
       return this.believable(type, message) ? { type, message, end } : null;
     };
 
-    await fill();
+    fill();
     if (filled < kHeaderSize || !window.subarray(0, kMagic.length).equals(kMagic)) {
-      throw new BadInput(`${this.file}: does not start like a ULog file; it is another format, or its start is missing`);
+      throw new Refusal(`${this.file}: does not start like a ULog file; it is another format, or its start is missing`, 'wrong-format');
     }
     if (window[7] > 1) {
-      throw new BadInput(`${this.file}: is ULog version ${window[7]}; supported are versions 0 and 1`);
+      throw new Refusal(`${this.file}: is ULog version ${window[7]}; supported are versions 0 and 1`, 'wrong-format');
     }
     at = kHeaderSize;
     let inDamage = false;
     for (;;) {
-      if (filled - at < 2 * kLongestMessage && start + filled < this.size) await fill();
+      if (filled - at < 2 * kLongestMessage && start + filled < this.size) fill();
       if (at >= filled) break;
       while (this.barriers.length > 0 && this.barriers[0] <= start + at) this.barriers.shift();
       const limit = this.barriers.length > 0 ? Math.min(filled, this.barriers[0] - start) : filled;
