@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "tools/convert/common/isolation.h"
+#include "tools/convert/common/converter.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad::convert {

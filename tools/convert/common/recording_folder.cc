@@ -225,6 +225,15 @@ void RecordingFolder::BeginRecording(int instance) {
   recordings_[current_].manifest = manifest;
 }
 
+void RecordingFolder::SetOrigin(const std::string& format, const std::vector<std::string>& paths) {
+  std::string names;
+  for (const std::string& path : paths)
+    names += (names.empty() ? "" : ", ") + fs::path(path).filename().string();
+  SetSource("format", format);
+  if (!paths.empty()) SetSource("file", names);
+  SetSource("converter", ProgramName() + " " TRUETRIAD_VERSION);
+}
+
 void RecordingFolder::SetSource(const std::string& key, const std::string& value) {
   recordings_[current_].source.emplace_back(key, value);
 }

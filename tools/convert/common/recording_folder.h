@@ -119,6 +119,8 @@ class RecordingFolder {
 
   /// What the manifest says about the origin: `source: {key: value, …}`, `frame:`, and
   /// `device: {ids: …}` of the sensors that have rows.
+  /// The first of them: what the log is called, its files where they are told, and the converter.
+  void SetOrigin(const std::string& format, const std::vector<std::string>& paths = {});
   void SetSource(const std::string& key, const std::string& value);
   void SetFrame(const std::string& frame) { recordings_[current_].frame = frame; }
   void SetSerial(const std::string& serial) { recordings_[current_].serial = serial; }

@@ -4,13 +4,12 @@
 // docs/converting.md.
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
 #include "tools/convert/node/node_log.h"
@@ -21,8 +20,7 @@ namespace {
 /// What the frames of a script say, made a recording.
 class ScriptedRecording {
  public:
-  ScriptedRecording(const Arguments& arguments, std::string format)
-      : arguments_(arguments), format_(std::move(format)) {}
+  explicit ScriptedRecording(const Arguments& arguments) : arguments_(arguments) {}
 
   Status Take(const NodeLog::Frame& frame) {
     if (frame.kind == 'W') {
@@ -66,9 +64,7 @@ class ScriptedRecording {
   /// "siPerCount": {"0": 0.25}}: the last by the numbers of tables.
   Status Describe(const Json& said) {
     folder_->BeginRecording(said.at("recording"));
-    folder_->SetSource("format", said.at("format"));
-    folder_->SetSource("file", std::filesystem::path(arguments_.input).filename().string());
-    folder_->SetSource("converter", "truetriad-convert-" + format_ + " " TRUETRIAD_VERSION);
+    folder_->SetOrigin(said.at("format"), {arguments_.input});
     for (const auto& [key, value] : said.at("source").items()) folder_->SetSource(key, value);
     folder_->SetFrame(said.value("frame", ""));
     folder_->SetSerial(said.value("serial", ""));
@@ -81,7 +77,6 @@ class ScriptedRecording {
   }
 
   const Arguments& arguments_;
-  std::string format_;
   std::unique_ptr<RecordingFolder> folder_;
   std::vector<Table*> tables_;
 };
@@ -94,7 +89,7 @@ Status Run(const Arguments& arguments) {
                   {"others", arguments.others}};
   if (arguments.instance) request["instance"] = *arguments.instance;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<NodeLog> log, NodeLog::Start(request));
-  ScriptedRecording recording(arguments, TRUETRIAD_FORMAT);
+  ScriptedRecording recording(arguments);
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(const NodeLog::Frame frame, log->Next());
     if (frame.kind == '\0') return recording.Commit();

@@ -16,7 +16,7 @@
 #include <unistd.h>
 
 #include "base/companion.h"
-#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
 #include "tools/convert/common/converter.h"
 #include "tools/truetriad/interruption.h"
 

@@ -5,10 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "io/yaml_reader.h"
@@ -144,24 +142,8 @@ struct Reference {
   }
 };
 
-/// Reference by role. Error (usage): no such role, or one twice.
-Result<std::map<std::string, std::string>> ParseColumns(const std::string& columns) {
-  std::map<std::string, std::string> roles;
-  std::istringstream stream(columns);
-  for (std::string item; std::getline(stream, item, ',');) {
-    const std::size_t equals = std::min(item.find('='), item.size());
-    const std::string role = item.substr(0, equals);
-    if (equals == item.size() || (!TriadFromName(role) && role != "temperature")) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--columns: `" + Printable(item) +
-                       "` is not one of accelerometer=, gyroscope=, magnetometer=, temperature=, "
-                       "as in accelerometer=/topic:fields");
-    }
-    if (!roles.emplace(role, item.substr(equals + 1)).second)
-      return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
-  }
-  return roles;
-}
+constexpr std::array<std::string_view, 4> kRoles = {
+    "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
 /// Nanoseconds; unset where they are beyond what a time can be.
 std::optional<std::int64_t> TimeNs(const MessageNumbers::Number& number, double ns_per_unit) {
@@ -219,7 +201,7 @@ class BagRecording {
   Status OpenLaidOut(const Arguments& arguments, const std::string& columns);
   Status AddRole(const std::string& role,
                  const std::string& reference,
-                 const std::map<std::string, std::string>& units,
+                 const ByRole& units,
                  bool has_temperature);
   TakenTopic& Taken(std::size_t topic);
   Result<std::size_t> FindTopic(const std::string& name) const;
@@ -247,10 +229,7 @@ Status BagRecording::Open(const Arguments& arguments) {
 
 Status BagRecording::CreateFolder(const Arguments& arguments) {
   TRUETRIAD_ASSIGN_OR_RETURN(folder_, RecordingFolder::Create(arguments.output));
-  SetSource("format", std::string(format_.source));
-  SetSource("file", std::filesystem::path(arguments.input).filename().string());
-  SetSource("converter",
-            "truetriad-convert-" + std::string(format_.converter) + " " TRUETRIAD_VERSION);
+  folder_->SetOrigin(std::string(format_.source), {arguments.input});
   return {};
 }
 
@@ -365,14 +344,15 @@ Status BagRecording::OpenLaidOut(const Arguments& arguments, const std::string& 
         ErrorCode::kConflictingArguments,
         "--topic, --instance and --columns exclude each other; --columns names its topics");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto roles, ParseColumns(columns));
+  TRUETRIAD_ASSIGN_OR_RETURN(const ByRole roles,
+                             ParseColumns(columns, kRoles, ", as in accelerometer=/topic:fields"));
   std::vector<std::size_t> topics;
   for (const auto& [role, text] : roles) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t topic, FindTopic(Reference::Of(text).topic));
     topics.push_back(topic);
   }
   TRUETRIAD_RETURN_IF_ERROR(ReadLayouts(arguments, topics));
-  std::map<std::string, std::string> with_units;
+  ByRole with_units;
   for (const auto& [role, text] : roles) {
     const Reference reference = Reference::Of(text);
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t topic, FindTopic(reference.topic));
@@ -390,7 +370,7 @@ Status BagRecording::OpenLaidOut(const Arguments& arguments, const std::string& 
 
 Status BagRecording::AddRole(const std::string& role,
                              const std::string& text,
-                             const std::map<std::string, std::string>& units,
+                             const ByRole& units,
                              bool has_temperature) {
   const Reference reference = Reference::Of(text);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t index, FindTopic(reference.topic));

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
 #include "tools/convert/node/node_log.h"
 #include "tools/convert/ros/bag_recording.h"
 

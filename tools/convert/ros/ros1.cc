@@ -14,7 +14,6 @@
 #include <bzlib.h>
 #include <lz4frame.h>
 
-#include "tools/convert/common/byte_cursor.h"
 #include "tools/convert/common/byte_stream.h"
 #include "tools/convert/ros/bag_recording.h"
 #include "tools/truetriad/progress.h"

@@ -147,8 +147,7 @@ Status Run(const Arguments& arguments) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
                              RecordingFolder::Create(arguments.output));
-  folder->SetSource("format", "six-face");
-  folder->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
+  folder->SetOrigin("six-face");
   Rest first;
   Table* table = nullptr;
   std::vector<PoseRange> poses;

@@ -148,8 +148,7 @@ Status Run(const Arguments& arguments) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording,
                              RecordingFolder::Create(arguments.output));
-  recording->SetSource("format", "gnss-ins-sim");
-  recording->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
+  recording->SetOrigin("gnss-ins-sim");
   recording->SetSource("run", run);
   Table* const table = recording->AddTable("recording.csv", triads, {});
   TRUETRIAD_RETURN_IF_ERROR(CopyRows(time.get(), &sensors, table));
