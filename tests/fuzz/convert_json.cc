@@ -5,5 +5,5 @@
 #undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_json) {
-  return truetriad::fuzz::TryNamedReadings(&truetriad::convert::Run, "log.json", input);
+  return truetriad::fuzz::TryNamedReadings(truetriad::convert::kFormat, "log.json", input);
 }

@@ -15,5 +15,5 @@ extern "C" const char* __asan_default_options() {  // NOLINT: the sanitizer's na
 #endif
 
 TRUETRIAD_FUZZ_TARGET(convert_mat) {
-  return truetriad::fuzz::TryNamedReadings(&truetriad::convert::Run, "log.mat", input);
+  return truetriad::fuzz::TryNamedReadings(truetriad::convert::kFormat, "log.mat", input);
 }

@@ -11,6 +11,10 @@ TRUETRIAD_FUZZ_TARGET(convert_ros2_db3) {
       truetriad::fuzz::WriteInput("log.db3", truetriad::fuzz::TextOf(input.subspan(1)));
   arguments.list = (input[0] & 1U) != 0;
   if ((input[0] & 2U) != 0) arguments.topics = {"/imu", "/mag", "/temperature"};
-  truetriad::fuzz::TryConversion(&truetriad::convert::Run, arguments);
+  truetriad::fuzz::TryConversion(
+      [](const truetriad::convert::Arguments& all) {
+        return truetriad::convert::ConvertBags(truetriad::convert::kFormat, all);
+      },
+      arguments);
   return 0;
 }

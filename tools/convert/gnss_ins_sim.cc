@@ -163,9 +163,7 @@ int main(int argc, char** argv) {
       .format = "gnss-ins-sim",
       .input = "a folder written by gnss-ins-sim (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
       .details = "\n--instance=N converts run N: accel-N.csv and so on (default: run 0).\n",
-      .takes_topics = false,
       .takes_instance = true,
-      .others = {},
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

@@ -248,19 +248,14 @@ Result<std::unique_ptr<VariableFile>> JsonFile::Open(const std::string& path) {
 
 Result<Matrix> JsonFile::Read(const Variable& variable) { return matrices_.at(variable.name); }
 
-Status Run(const Arguments& arguments) {
-  return ConvertNamedReadings(arguments, "json", JsonFile::Open);
-}
+constexpr NamedFormat kFormat = {
+    .name = "json",
+    .input = "JSON files with arrays of readings, or with one object a line",
+    .open = JsonFile::Open};
 
 }  // namespace
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  namespace convert = truetriad::convert;
-  return convert::RunNamedReadingsConverter(
-      "json",
-      "JSON files with arrays of readings, or with one object a line",
-      convert::Run,
-      argc,
-      argv);
+  return truetriad::convert::RunNamedReadingsConverter(truetriad::convert::kFormat, argc, argv);
 }

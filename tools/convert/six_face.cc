@@ -195,9 +195,6 @@ int main(int argc, char** argv) {
           "\nEach file is named after the body axis that points up: +x.csv, or x_up.csv and "
           "x_down.csv.\nIt is a self-describing CSV or a manifest. The rests are joined one second "
           "apart, and\nposes.yaml states which rows belong to which face.\n",
-      .takes_topics = false,
-      .takes_instance = false,
-      .others = {},
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

@@ -35,9 +35,9 @@ struct Converter {
   bool takes_several = false;  ///< Inputs, in one or separated by commas.
   bool takes_topics = false;
   bool takes_instance = false;
-  std::vector<std::string_view> others;  ///< Names of its own flags.
+  std::vector<std::string_view> others = {};  ///< Names of its own flags.
   /// Converts or lists. Error: usage, or bad input; then nothing has been written.
-  Status (*run)(const Arguments& arguments) = nullptr;
+  std::function<Status(const Arguments& arguments)> run = {};
 };
 
 /// The `main` of a converter. Exit code: 0 good, 1 usage, 2 bad input.

@@ -623,10 +623,7 @@ Status ConvertFiles(const Files& files,
 
 }  // namespace
 
-Status ConvertNamedReadings(
-    const Arguments& arguments,
-    const std::string& format,
-    const std::function<Result<std::unique_ptr<VariableFile>>(const std::string& path)>& open) {
+Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments) {
   std::unique_ptr<RecordingFolder> folder;
   if (!arguments.list) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created,
@@ -638,25 +635,22 @@ Status ConvertNamedReadings(
   const auto work = [&]() -> Status {
     Files files;
     for (const std::string& path : paths) {
-      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, open(path));
+      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, format.open(path));
       if (!file->damage().empty()) Note(path + ": " + file->damage());
       files.Add(path, std::move(file));
     }
-    if (!arguments.list) return ConvertFiles(files, arguments, format, folder.get());
+    if (!arguments.list)
+      return ConvertFiles(files, arguments, std::string(format.name), folder.get());
     List(files);
     return {};
   };
   return Isolated(paths, work);
 }
 
-int RunNamedReadingsConverter(std::string_view format,
-                              std::string_view input,
-                              Status (*run)(const Arguments& arguments),
-                              int argc,
-                              char** argv) {
+int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv) {
   return RunConverter(
-      {.format = format,
-       .input = input,
+      {.format = format.name,
+       .input = format.input,
        .details =
            "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps "
            "the\nsensors to a variable, a field, three of either, or a range of columns (from 1); "
@@ -669,7 +663,7 @@ int RunNamedReadingsConverter(std::string_view format,
            "states the units, which the\nfile does not contain. Readings are assumed to be raw.\n",
        .takes_several = true,
        .others = {"columns", "units"},
-       .run = run},
+       .run = [&](const Arguments& arguments) { return ConvertNamedReadings(format, arguments); }},
       argc,
       argv);
 }

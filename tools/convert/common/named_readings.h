@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -67,19 +66,19 @@ Result<ByRole> ParseColumns(const std::string& columns,
 /// Error (usage): unknown, given twice, or missing.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 
-/// Converts, or lists, files of named matrices whose meaning the user states (--columns, --units)
-/// or their names make clear. `open` reads one. Runs in a process of its own: a damaged file can
-/// bring a library down.
-Status ConvertNamedReadings(
-    const Arguments& arguments,
-    const std::string& format,
-    const std::function<Result<std::unique_ptr<VariableFile>>(const std::string& path)>& open);
+/// Files of one format. Reading is in a process of its own: a damaged file can bring a library
+/// down.
+struct NamedFormat {
+  std::string_view name;   ///< "json": the program is truetriad-convert-json.
+  std::string_view input;  ///< "JSON files with arrays of readings"
+  Result<std::unique_ptr<VariableFile>> (*open)(const std::string& path) = nullptr;
+};
 
-/// The `main` of a converter of such files. `input`: "JSON files with arrays of readings".
-int RunNamedReadingsConverter(std::string_view format,
-                              std::string_view input,
-                              Status (*run)(const Arguments& arguments),
-                              int argc,
-                              char** argv);
+/// Converts, or lists, files of named matrices whose meaning the user states (--columns, --units)
+/// or their names make clear.
+Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments);
+
+/// The `main` of a converter of such files.
+int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv);
 
 }  // namespace truetriad::convert

@@ -524,7 +524,6 @@ int main(int argc, char** argv) {
           "recording is read.\n",
       .takes_topics = true,
       .takes_instance = true,
-      .others = {},
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

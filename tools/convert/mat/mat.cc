@@ -263,15 +263,12 @@ Result<Matrix> MatFile::Read(const Variable& wanted) {
   return matrix;
 }
 
-Status Run(const Arguments& arguments) {
-  return ConvertNamedReadings(arguments, "mat", MatFile::Open);
-}
+constexpr NamedFormat kFormat = {
+    .name = "mat", .input = "MATLAB files (.mat of version 5, 7 or 7.3)", .open = MatFile::Open};
 
 }  // namespace
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  namespace convert = truetriad::convert;
-  return convert::RunNamedReadingsConverter(
-      "mat", "MATLAB files (.mat of version 5, 7 or 7.3)", convert::Run, argc, argv);
+  return truetriad::convert::RunNamedReadingsConverter(truetriad::convert::kFormat, argc, argv);
 }

@@ -114,7 +114,6 @@ int main(int argc, char** argv) {
           "corrected; the recording\nsays how.\n",
       .takes_topics = true,
       .takes_instance = true,
-      .others = {},
       .run = truetriad::convert::Run};
   const Converter parquet = {
       .format = "parquet",

@@ -539,14 +539,10 @@ Status ConvertBags(const BagFormat& format, const Arguments& arguments) {
   return recording.Commit();
 }
 
-int RunBagConverter(const BagFormat& format,
-                    std::string_view input,
-                    Status (*run)(const Arguments& arguments),
-                    int argc,
-                    char** argv) {
+int RunBagConverter(const BagFormat& format, int argc, char** argv) {
   return RunConverter(
       {.format = format.converter,
-       .input = input,
+       .input = format.input,
        .details =
            "\nReads topics of type Imu, MagneticField and Temperature of sensor_msgs. By default "
            "the "
@@ -564,7 +560,7 @@ int RunBagConverter(const BagFormat& format,
        .takes_topics = true,
        .takes_instance = true,
        .others = {"columns", "units", "layout"},
-       .run = run},
+       .run = [&](const Arguments& arguments) { return ConvertBags(format, arguments); }},
       argc,
       argv);
 }

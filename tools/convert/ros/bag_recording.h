@@ -48,6 +48,7 @@ class Bag {
 /// A container of ROS messages.
 struct BagFormat {
   std::string_view converter;  ///< "ros1": the program is truetriad-convert-ros1.
+  std::string_view input;      ///< "a ROS 1 bag (.bag, version 2.0)"
   std::string_view source;     ///< What the manifest calls it: "ros1-bag".
   std::string_view ending;     ///< Of its files' names: ".bag".
   Encoding encoding = Encoding::kRos1;
@@ -58,11 +59,7 @@ struct BagFormat {
 /// --columns says of others. Error: usage, and bad input where there is nothing.
 Status ConvertBags(const BagFormat& format, const Arguments& arguments);
 
-/// The `main` of the converter of a container. `input`: "a ROS 1 bag (.bag, version 2.0)".
-int RunBagConverter(const BagFormat& format,
-                    std::string_view input,
-                    Status (*run)(const Arguments& arguments),
-                    int argc,
-                    char** argv);
+/// The `main` of the converter of a container.
+int RunBagConverter(const BagFormat& format, int argc, char** argv);
 
 }  // namespace truetriad::convert

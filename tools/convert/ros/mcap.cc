@@ -69,18 +69,15 @@ class McapBag : public Bag {
 };
 
 constexpr BagFormat kFormat = {.converter = "mcap",
+                               .input = "a ROS 2 bag (.mcap)",
                                .source = "mcap",
                                .ending = ".mcap",
                                .encoding = Encoding::kCdr,
                                .open = McapBag::Open};
 
-Status Run(const Arguments& arguments) { return ConvertBags(kFormat, arguments); }
-
 }  // namespace
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  namespace convert = truetriad::convert;
-  return convert::RunBagConverter(
-      convert::kFormat, "a ROS 2 bag (.mcap)", convert::Run, argc, argv);
+  return truetriad::convert::RunBagConverter(truetriad::convert::kFormat, argc, argv);
 }

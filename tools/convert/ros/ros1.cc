@@ -357,18 +357,15 @@ void Rosbag::TakeMessage(const Record& record) {
 }
 
 constexpr BagFormat kFormat = {.converter = "ros1",
+                               .input = "a ROS 1 bag (.bag, version 2.0)",
                                .source = "ros1-bag",
                                .ending = ".bag",
                                .encoding = Encoding::kRos1,
                                .open = Rosbag::Open};
 
-Status Run(const Arguments& arguments) { return ConvertBags(kFormat, arguments); }
-
 }  // namespace
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  namespace convert = truetriad::convert;
-  return convert::RunBagConverter(
-      convert::kFormat, "a ROS 1 bag (.bag, version 2.0)", convert::Run, argc, argv);
+  return truetriad::convert::RunBagConverter(truetriad::convert::kFormat, argc, argv);
 }

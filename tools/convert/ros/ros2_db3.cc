@@ -263,18 +263,15 @@ class Db3 : public Bag {
 };
 
 constexpr BagFormat kFormat = {.converter = "ros2-db3",
+                               .input = "a ROS 2 bag in SQLite (.db3)",
                                .source = "ros2-db3",
                                .ending = ".db3",
                                .encoding = Encoding::kCdr,
                                .open = Db3::Open};
 
-Status Run(const Arguments& arguments) { return ConvertBags(kFormat, arguments); }
-
 }  // namespace
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  namespace convert = truetriad::convert;
-  return convert::RunBagConverter(
-      convert::kFormat, "a ROS 2 bag in SQLite (.db3)", convert::Run, argc, argv);
+  return truetriad::convert::RunBagConverter(truetriad::convert::kFormat, argc, argv);
 }
