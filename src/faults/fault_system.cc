@@ -28,6 +28,20 @@ Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
+// How many times larger the variance of a sum of values in a row is than if they had nothing to do
+// with each other, by how groups of them scatter; at least 1.
+double TogetherOf(const std::vector<double>& values) {
+  if (values.size() <= kMostTurnGroups) return 1.0;
+  const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
+  const Eigen::VectorXd off = all.array() - all.mean();
+  Eigen::VectorXd of_group = Eigen::VectorXd::Zero(kMostTurnGroups);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    of_group[static_cast<Eigen::Index>(i * kMostTurnGroups / values.size())] +=
+        off[static_cast<Eigen::Index>(i)];
+  }
+  return std::max(1.0, of_group.squaredNorm() / off.squaredNorm());
+}
+
 // F_cd - 1/2 (x_cd + x_dc - tr E_c E_d), x the traces of X.
 Eigen::MatrixXd Without(Eigen::MatrixXd fisher,
                         const Eigen::MatrixXd& x,
@@ -358,8 +372,7 @@ Eigen::Matrix3d FaultSystem::BlockOfP(Eigen::Index row) const {
 FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const {
   double beyond = 0.0, variance = 0.0, squares = 0.0, per_component = 0.0;
   const std::size_t first = factors().size() - unit.size();
-  const std::size_t groups = std::min(unit.size(), kMostTurnGroups);
-  Eigen::VectorXd of_group = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(groups));
+  std::vector<double> scaled;  // by its own variance
   for (std::size_t i = 0; i < unit.size(); ++i) {
     const Eigen::Index row = factors()[first + i].row;
     const SymmetricEigen3 block = EigenOfSymmetric3(BlockOfP(row));
@@ -373,21 +386,18 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     const Eigen::Matrix3d turned = block.vectors.transpose() * unit[i] * block.vectors;
     const Eigen::Matrix3d Q = root.asDiagonal() * turned * root.asDiagonal();
     const double trace = Q.trace(), apart = k * Q.squaredNorm() - trace * trace;
-    of_group[static_cast<Eigen::Index>(i * groups / unit.size())] +=
-        along.dot(turned * along) - square * trace / k;
+    const double along_steps = along.dot(turned * along) - square * trace / k;
+    beyond += along_steps;
     const double own = 2.0 * square * square * apart / (k * k * (k + 2.0));
     variance += own;
     squares += own * own;
     per_component += apart / k;
+    scaled.push_back(along_steps / std::sqrt(std::max(own, 1e-300)));
   }
-  beyond = of_group.sum();
   if (!(squares > 0.0) || beyond <= 0.0) return {};
   // Few of them may have most of the variance.
-  double dof = variance * variance / squares;
-  if (groups < unit.size()) {
-    dof = static_cast<double>(groups) - 1.0;
-    variance = (of_group.array() - of_group.mean()).square().sum() * (dof + 1.0) / dof;
-  }
+  const double dof = variance * variance / squares;
+  variance *= TogetherOf(scaled);
   return {std::log(0.5) + LogFisherUpper(beyond * beyond / variance, 1.0, dof),
           beyond / std::max(per_component, 1e-300)};
 }

@@ -93,7 +93,7 @@ class FaultSystem : public ReducedSystem {
   //
   // with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's block Π of P; and
   // the variance component that makes so much beyond the mean, (T - mean) / Σ (tr Q'^2 - tr^2 Q' /
-  // k). Of more than 64 turns the variance is that of 64 groups of them.
+  // k). Of more than 64 turns neighbours miss together, which the variance follows.
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;

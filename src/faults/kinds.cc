@@ -83,7 +83,7 @@ constexpr std::array kKinds = {
     FaultKind{"field for a while", kOnlyM, kWorld, kQuiet, "uT", kWindow, Varies::kField},
     FaultKind{"play", kVector, kPlay, kFastened},
     FaultKind{"settling", kVector, kSettling, kLonger, "1"},
-    FaultKind{"low-pass", kAll, kLowPass, kSlower, "s^2"},
+    FaultKind{"low-pass", kAll, kLowPass, kSlower, "s^2", kThroughout, Varies::kNothing, true},
     FaultKind{"lever arm", kOnlyA, kLeverArm, kAbout, "m"},
     FaultKind{"turns too short", kOnlyG, kShortTurn, kTurns, "rad"},
     FaultKind{"single pose", kAll, kReading, kRepeat, {}, kOnce},

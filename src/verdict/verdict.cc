@@ -167,8 +167,13 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
 }
 
-// Faults are looked for where there is a solution, and noise to hold them against.
+// Faults are looked for where there is a solution, and noise to hold them against. Of a motion with
+// its thousands of moments not where it is refused in any case.
 bool CanBeTested(const SettledRun& run, const ReducedSystem& system) {
+  if (run.of_motion != nullptr &&
+      !AnalyseObservability(run.graph, system.shared(), run.options.observable_sigma).determined) {
+    return false;
+  }
   return run.converged && !run.noise.unknown && system.size() > 0 &&
          system.rank() == system.size() && std::isfinite(system.cost()) &&
          system.covariance().allFinite() && Acts(Mechanism::kFaults);
