@@ -370,9 +370,9 @@ Eigen::Matrix3d FaultSystem::BlockOfP(Eigen::Index row) const {
 }
 
 FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const {
-  double beyond = 0.0, variance = 0.0, squares = 0.0, per_component = 0.0;
+  double sum = 0.0, squares = 0.0, fourths = 0.0, beyond = 0.0, per_component = 0.0;
+  std::vector<double> directions;
   const std::size_t first = factors().size() - unit.size();
-  std::vector<double> scaled;  // by its own variance
   for (std::size_t i = 0; i < unit.size(); ++i) {
     const Eigen::Index row = factors()[first + i].row;
     const SymmetricEigen3 block = EigenOfSymmetric3(BlockOfP(row));
@@ -385,21 +385,22 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     const double square = (seen * along.array().square() / values.max(1e-300)).sum();
     const Eigen::Matrix3d turned = block.vectors.transpose() * unit[i] * block.vectors;
     const Eigen::Matrix3d Q = root.asDiagonal() * turned * root.asDiagonal();
-    const double trace = Q.trace(), apart = k * Q.squaredNorm() - trace * trace;
-    const double along_steps = along.dot(turned * along) - square * trace / k;
-    beyond += along_steps;
-    const double own = 2.0 * square * square * apart / (k * k * (k + 2.0));
-    variance += own;
-    squares += own * own;
-    per_component += apart / k;
-    scaled.push_back(along_steps / std::sqrt(std::max(own, 1e-300)));
+    const double trace = Q.trace(), apart = Q.squaredNorm() - trace * trace / k;
+    if (!(apart > 0.0) || !(square > 0.0)) continue;
+    const double more = along.dot(turned * along) - square * trace / k;
+    // Of a direction that is as likely as any other: variance 1.
+    directions.push_back(more / square * std::sqrt(0.5 * k * (k + 2.0) / apart));
+    sum += std::sqrt(apart) * directions.back();
+    squares += apart;
+    fourths += apart * apart;
+    beyond += more;
+    per_component += apart;
   }
-  if (!(squares > 0.0) || beyond <= 0.0) return {};
+  if (!(squares > 0.0) || sum <= 0.0) return {};
   // Few of them may have most of the variance.
-  const double dof = variance * variance / squares;
-  variance *= TogetherOf(scaled);
-  return {std::log(0.5) + LogFisherUpper(beyond * beyond / variance, 1.0, dof),
-          beyond / std::max(per_component, 1e-300)};
+  const double dof = squares * squares / fourths;
+  const double ratio = sum * sum / (squares * TogetherOf(directions));
+  return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond, 0.0) / per_component};
 }
 
 Eigen::MatrixXd FaultSystem::BeyondGraph() const {

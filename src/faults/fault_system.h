@@ -85,15 +85,15 @@ class FaultSystem : public ReducedSystem {
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Of the turns: how much they miss along what such variances point to, given how much each misses
-  // at all,
+  // Of the turns: how much they miss along what such variances point to, by the directions of their
+  // misses alone,
   //
-  //   T = Σ q_i^T Q_i q_i     mean |w|^2 tr Q' / k     variance 2 |w|^4 (k tr Q'^2 - tr^2 Q') / k^2
-  //   (k + 2)
+  //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)     s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 -
+  //   tr^2 Q' / k
   //
-  // with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's block Π of P; and
-  // the variance component that makes so much beyond the mean, (T - mean) / Σ (tr Q'^2 - tr^2 Q' /
-  // k). Of more than 64 turns neighbours miss together, which the variance follows.
+  // of variance 1 with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
+  // block Π of P: Σ a d over its own σ. And the variance component that makes so much. Of more than
+  // 64 turns neighbours miss together, which the variance follows.
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;
