@@ -65,10 +65,6 @@ Interval FitWhite(const std::vector<AllanFactor>& factors,
 /// longest such part; begin == end when there is none.
 FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances);
 
-inline Interval Scaled(const Interval& interval, double factor) {
-  return {factor * interval.value, factor * interval.low, factor * interval.high};
-}
-
 /// 95 % interval of a mean of squares of normal numbers with `degrees_of_freedom`.
 Interval ChiSquareInterval(double value, double degrees_of_freedom);
 

@@ -1,12 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "truetriad/allan/allan.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {
+
+/// What text, page and plot say of a coefficient, whatever its value.
+struct AllanCoefficientKind {
+  char symbol = 'N';
+  std::string_view name;        ///< "noise density".
+  std::string_view per;         ///< What follows the unit of the readings: "/√Hz".
+  double slope = 0.0;           ///< Of its line in the plot.
+  double read_at_s = 0.0;       ///< The tau at which its line is read; unused for B.
+  std::string_view line;        ///< "slope -1/2, read at 1 s".
+  std::string_view why_hidden;  ///< A note about an axis that does not show it.
+};
+extern const std::array<AllanCoefficientKind, 4> kAllanCoefficientKinds;  ///< N, B, K, Q.
+
+/// The unit that people are shown: the recording's, or for counts of known scale a common one.
+struct AllanScale {
+  double shown_per_raw = 1.0;
+  std::string unit;  ///< "deg/s", "m/s²", "µT", "counts".
+};
+AllanScale ShownScale(const AllanTriad& triad);
+
+/// A coefficient of one axis in shown units.
+struct AllanCoefficient : AllanCoefficientKind {
+  Interval value;
+  std::string unit;          ///< "deg/s/√Hz".
+  bool upper_bound = false;  ///< Then "≤ " stands before its value.
+  double mark_tau_s = 1.0;   ///< Where its line is marked.
+  double mark = 0.0;         ///< Deviation of the line there.
+};
+/// Those that the data show, in the order N, B, K, Q.
+std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanScale& scale);
+
+/// Four significant digits.
+std::string ValueText(const AllanCoefficient& coefficient);
+std::string IntervalText(const AllanCoefficient& coefficient);
 
 /// What `allan` prints: first which triads were not at rest, and thus have no coefficients; for
 /// each other triad a table of the coefficients with 95 % intervals and units, then what may spoil
@@ -20,8 +58,8 @@ std::string AllanHtml(const AllanResult& result);
 Drawing AllanDrawing(const AllanResult& result);
 
 /// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the
-/// slope line of each coefficient (of a triad that was not at rest the marked curve alone), drawn
-/// from and labelled with the numbers that AllanText prints. Same input, same bytes.
+/// line of each coefficient (of a triad that was not at rest the marked curve alone), drawn from
+/// and labelled with the numbers that AllanText prints. Same input, same bytes.
 std::string AllanSvg(const AllanResult& result);
 
 }  // namespace truetriad

@@ -10,8 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "allan/allan_display.h"
-
 namespace truetriad {
 namespace allan_report_test {
 

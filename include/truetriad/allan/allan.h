@@ -23,6 +23,9 @@ struct Interval {
   double low = 0.0;
   double high = 0.0;
 };
+inline Interval Scaled(const Interval& interval, double factor) {
+  return {factor * interval.value, factor * interval.low, factor * interval.high};
+}
 
 /// One point of an Allan deviation.
 struct AllanPoint {
