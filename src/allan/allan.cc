@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 #include "allan/allan_curve.h"
 #include "allan/allan_fit.h"
-#include "allan/allan_hold.h"
-#include "allan/allan_rest.h"
-#include "allan/allan_spacing.h"
 #include "allan/allan_theory.h"
+#include "allan/allan_watch.h"
 #include "base/rounded_text.h"
 #include "data/stream_checks.h"
 #include "truetriad/base/triad.h"
@@ -20,21 +17,8 @@
 namespace truetriad {
 namespace {
 
-/// In the longest stretch.
+/// In the longest stretch: the fit of five strengths has ten points there, a quarter of it long.
 constexpr std::int64_t kFewestSamples = 100;
-// Chosen: a heated room stays within it.
-constexpr double kWidestTemperatureDegc = 5.0;
-/// Share of the samples that may be filled in before it shows in the curve.
-constexpr double kMostFilledShare = 0.01;
-// Share of the readings: normal noise cut at 2.6 sigma puts as many on the limit.
-constexpr double kMostAtLimit = 0.005;
-/// Noise that is rounded reads its furthest value a few times in any log.
-constexpr std::int64_t kFewestAtLimit = 5;
-/// Share of the windows that may be disturbed in a log at rest: a step in the house, not a move.
-constexpr double kMostDisturbed = 0.005;
-/// A fit that starts later says little about white noise; so late it can be neither filter nor
-/// rounding.
-constexpr std::int64_t kLatestFit = 100;
 
 std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
 
@@ -78,13 +62,11 @@ class StreamAnalysis {
                  const AllanOptions& options)
       : info_(info),
         options_(options),
-        has_time_(recording.has_time),
+        // Without time the stamps are rows.
+        ns_per_stamp_(recording.has_time ? 1.0 : 1e9 / options.rate_hz),
         monitor_(info, recording.has_time),
-        stream_([this](const SpacedStream::Readings& readings,
-                       std::int64_t start_ns) { Take(readings, start_ns); },
-                [this] { EndStretch(); }) {
-    for (int axis = 0; axis < 3; ++axis) curves_.emplace_back(options.points_per_decade);
-  }
+        even_([this](const EvenReadings& readings) { Take(readings); }, [this] { EndStretch(); }),
+        curves_(3, AllanCurve(options.points_per_decade)) {}
   StreamAnalysis(const StreamAnalysis&) = delete;
   StreamAnalysis& operator=(const StreamAnalysis&) = delete;
 
@@ -92,73 +74,74 @@ class StreamAnalysis {
 
   Status Add(const SampleBlock& block) {
     TRUETRIAD_RETURN_IF_ERROR(monitor_.Add(block));
-    stream_.Add(block);
+    even_.Add(block);
     return {};
   }
 
   Result<AllanTriad> Finish(const StreamCounts& counts);
 
  private:
-  double SpacingSeconds() const {
-    return has_time_ ? stream_.spacing_ns() * 1e-9 : 1.0 / options_.rate_hz;
+  double SpacingSeconds() const { return even_.spacing_ns() * ns_per_stamp_ * 1e-9; }
+  /// A time of the stream since its first sample.
+  std::string Seconds(std::int64_t stamp) const {
+    return Number(static_cast<double>(stamp - monitor_.first_ns()) * ns_per_stamp_ * 1e-9, 6) +
+           " s";
   }
-  void Take(const SpacedStream::Readings& readings, std::int64_t start_ns);
+  void Take(const EvenReadings& readings);
   void EndStretch() {
     for (AllanCurve& curve : curves_) curve.EndStretch();
-    for (RestWatch& watch : rests_) watch.Break();
-    for (FreezeWatch& watch : freezes_) watch.Break();
+    for (AxisWatch& watch : watches_) watch.Break();
     hold_.Break();
   }
   Status CheckCurves() const;
-  Result<AllanAxis> Analyse(const Eigen::VectorXd& variances,
-                            const std::vector<AllanFactor>& factors,
-                            const AllanCovariance& covariance,
-                            int axis,
-                            std::vector<std::string>* warnings);
-  Status FitDensity(const Eigen::VectorXd& variances,
-                    const std::vector<AllanFactor>& factors,
-                    const AllanCovariance& covariance,
-                    const AllanFit& fit,
-                    AllanAxis* result) const;
-  std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
-  void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
+  Result<AllanAxis> Analyse(const AllanEstimates& estimates, std::size_t axis);
+  Result<WhiteNoise> WhiteOverTheRangeGiven(const AllanEstimates& estimates) const;
+  std::string Disturbance(const AllanTriad& result);
+  void WarnOfStream(const AllanTriad& result);
+  void WarnOfAxis(std::size_t axis);
+  void DoubtFit(const AllanFit& fit, const AllanAxis& result, std::size_t axis);
+
+  void Warn(const std::string& what) { warnings_.push_back(Name() + ": " + what); }
+  void WarnOf(std::size_t axis, const std::string& what) {
+    warnings_.push_back(Name(axis) + ": " + what);
+  }
+  void Doubt(std::size_t axis, const std::string& what) {
+    doubts_.push_back(Name(axis) + ": " + what);
+  }
   std::string Name() const { return std::string(TriadName(info_.triad)); }
-  std::string Name(int axis) const { return Name() + " " + AxisLetter(axis) + " axis"; }
+  std::string Name(std::size_t axis) const { return Name() + " " + AxisLetter(axis) + " axis"; }
+  std::string Reading(double value, int digits = 4) const {
+    return Number(value, digits) + " " + info_.unit.name;
+  }
 
   StreamInfo info_;
   AllanOptions options_;
-  bool has_time_;
+  double ns_per_stamp_;
   StreamMonitor monitor_;
-  SpacedStream stream_;
+  EvenStream even_;
   std::vector<AllanCurve> curves_;
-  std::vector<RestWatch> rests_;  // One an axis once the rate is known.
-  std::array<FreezeWatch, 3> freezes_;
+  std::vector<AxisWatch> watches_;  ///< One an axis once the rate is known.
   HoldWatch hold_;
-  std::array<LimitWatch, 3> limits_;
-  std::array<bool, 3> described_{};  // By the four noises.
+  std::array<bool, 3> is_described_{};  ///< By the four noises.
+  std::vector<std::string> warnings_;
+  std::vector<std::string> doubts_;  ///< About coefficients.
 };
 
-void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t start_ns) {
-  const double to_ns = has_time_ ? 1.0 : 1e9 / options_.rate_hz;  // Without time they are rows.
-  const double spacing_ns = stream_.typical_ns() * to_ns;
-  if (rests_.empty()) {
+void StreamAnalysis::Take(const EvenReadings& readings) {
+  if (watches_.empty()) {
     // A second shows a knock as well as a slow turn; fewer samples do not tell noise from noise.
+    const double spacing_ns = even_.typical_ns() * ns_per_stamp_;
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
-    rests_.assign(3, RestWatch(std::llround(a_second)));
+    watches_.assign(3, AxisWatch(std::llround(a_second)));
   }
-  const std::int64_t at_ns =
-      std::llround(static_cast<double>(start_ns - monitor_.first_ns()) * to_ns);
   hold_.Add(readings);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    curves_[axis].Add(readings[axis]);
-    rests_[axis].Add(readings[axis], at_ns, spacing_ns);
-    freezes_[axis].Add(readings[axis], at_ns, spacing_ns);
-    limits_[axis].Add(readings[axis]);
+    curves_[axis].Add(readings.axes[axis]);
+    watches_[axis].Add(readings.axes[axis], readings.end_ns);
   }
 }
 
 Status StreamAnalysis::CheckCurves() const {
-  const std::vector<AllanFactor> factors = curves_[0].factors();
   if (curves_[0].longest_stretch() < kFewestSamples) {
     return Error(ErrorCode::kNotEnoughData,
                  {info_.file},
@@ -172,18 +155,17 @@ Status StreamAnalysis::CheckCurves() const {
                  {info_.file},
                  "all samples of the " + Name() + " have the same time; expected increasing times");
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!curves_[static_cast<std::size_t>(axis)].variances().allFinite()) {
-      return Error(ErrorCode::kValueOutOfRange,
-                   {info_.file},
-                   "the " + Name(axis) + " has readings too large to compute with; check its unit");
-    }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (curves_[axis].variances().allFinite()) continue;
+    return Error(ErrorCode::kValueOutOfRange,
+                 {info_.file},
+                 "the " + Name(axis) + " has readings too large to compute with; check its unit");
   }
   return {};
 }
 
 Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
-  stream_.Finish();
+  even_.Finish();
   TRUETRIAD_ASSIGN_OR_RETURN(const StreamSummary summary, monitor_.Summary(counts));
   TRUETRIAD_RETURN_IF_ERROR(CheckCurves());
 
@@ -193,54 +175,24 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   result.si_per_count = info_.si_per_count;
   result.rate_hz = 1.0 / SpacingSeconds();
   result.samples = monitor_.samples();
-  result.duration_s = has_time_
+  result.duration_s = ns_per_stamp_ == 1.0
                           ? static_cast<double>(monitor_.last_ns() - monitor_.first_ns()) * 1e-9
                           : static_cast<double>(result.samples) * SpacingSeconds();
-  result.filled_samples = stream_.filled();
-  result.breaks = stream_.breaks();
-  for (const Finding& finding : monitor_.Check(summary))
-    result.warnings.push_back(finding.Message());
-  if (const std::optional<double> held = hold_.SamplesHeld()) {
-    result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
-                              " samples on average: the sensor updates at " +
-                              Number(result.rate_hz / *held) +
-                              " Hz, slower than the log; N is fitted at longer tau, and the noise "
-                              "of one sample is N times the square root of the log's rate");
-  }
-  if (stream_.irregular()) {
-    result.warnings.push_back(Name() +
-                              ": the time stamps are irregular; samples are assumed to be equally "
-                              "spaced, and missing ones are not filled");
-  }
-  if (static_cast<double>(result.filled_samples) >
-      kMostFilledShare * static_cast<double>(result.samples)) {
-    result.warnings.push_back(
-        Name() + ": " + std::to_string(result.filled_samples) +
-        " missing samples are interpolated, which lowers the noise at the shortest tau");
-  }
-  if (monitor_.has_temperature()) {
-    const Eigen::Vector2d range = monitor_.temperature_range_degc();
-    if (range[1] - range[0] > kWidestTemperatureDegc) {
-      result.warnings.push_back(
-          Name() + ": the temperature went from " + Number(range[0]) + " to " + Number(range[1]) +
-          " degC; the bias follows it, which looks like random walk at long tau: hold the "
-          "temperature constant, or wait until the unit is warm");
-    }
-  }
+  result.filled_samples = even_.filled();
+  result.breaks = even_.breaks();
+  for (const Finding& finding : monitor_.Check(summary)) warnings_.push_back(finding.Message());
+  WarnOfStream(result);
 
   const std::vector<AllanFactor> factors = curves_[0].factors();
   const AllanCovariance covariance(factors);
-  std::vector<std::string> doubts;  // About coefficients.
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::size_t>(axis);
-    TRUETRIAD_ASSIGN_OR_RETURN(AllanAxis analysed,
-                               Analyse(curves_[i].variances(), factors, covariance, axis, &doubts));
-    result.axes[i] = std::move(analysed);
-    WarnOfAxis(axis, result.axes[i], &result.warnings);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    TRUETRIAD_ASSIGN_OR_RETURN(result.axes[axis],
+                               Analyse({factors, covariance, curves_[axis].variances()}, axis));
+    if (!result.axes[axis].points.empty()) WarnOfAxis(axis);
   }
-  result.disturbance = Disturbance(result, &result.warnings);
+  result.disturbance = Disturbance(result);
   if (result.at_rest()) {
-    result.warnings.insert(result.warnings.end(), doubts.begin(), doubts.end());
+    warnings_.insert(warnings_.end(), doubts_.begin(), doubts_.end());
   } else {
     for (AllanAxis& axis : result.axes) {
       AllanAxis curve;
@@ -248,199 +200,184 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
       axis = std::move(curve);
     }
   }
+  result.warnings = std::move(warnings_);
   return result;
 }
 
-bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
-  return factors[static_cast<std::size_t>(fit.range.begin)].m > kLatestFit;
+void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
+  if (const std::optional<double> held = hold_.SamplesHeld()) {
+    Warn("each reading is held for " + Number(*held, 3) +
+         " samples on average: the sensor updates at " + Number(result.rate_hz / *held) +
+         " Hz, slower than the log; N is fitted at longer tau, and the noise of one sample is N "
+         "times the square root of the log's rate");
+  }
+  if (even_.irregular()) {
+    Warn(
+        "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
+        "ones are not filled");
+  }
+  // Of white noise, a filled sample takes half of its share: one in a hundred is 0.5 %.
+  if (static_cast<double>(result.filled_samples) > 0.01 * static_cast<double>(result.samples)) {
+    Warn(std::to_string(result.filled_samples) +
+         " missing samples are interpolated, which lowers the noise at the shortest tau");
+  }
+  // A heated room stays within five degrees.
+  const Eigen::Vector2d range = monitor_.temperature_range_degc();
+  if (monitor_.has_temperature() && range[1] - range[0] > 5.0) {
+    Warn("the temperature went from " + Number(range[0]) + " to " + Number(range[1]) +
+         " degC; the bias follows it, which looks like random walk at long tau: hold the "
+         "temperature constant, or wait until the unit is warm");
+  }
 }
 
-Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
-                                          const std::vector<AllanFactor>& factors,
-                                          const AllanCovariance& covariance,
-                                          int axis,
-                                          std::vector<std::string>* warnings) {
+Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::size_t axis) {
   AllanAxis result;
-  const AllanFit fit = FitNoises(factors, variances, covariance);
+  const AllanFit fit = FitNoises(estimates);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
   // A filter's share is not that of the factors before the fit.
   const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
-  for (std::size_t i = 0; i < factors.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const auto m = static_cast<double>(factors[i].m);
-    const double expected = strengths.dot(UnitAllanVariance(m));
-    AllanPoint point;
-    point.tau_s = m * spacing_s;
-    point.terms = factors[i].terms;
-    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, strengths);
-    point.deviation = Root(ChiSquareInterval(variances[row], point.degrees_of_freedom), 1.0);
-    result.points.push_back(point);
+  for (Eigen::Index i = 0; i < estimates.variances.size(); ++i) {
+    const double expected = strengths.dot(UnitAllanVariance(estimates.m(i)));
+    const double freedoms = 2.0 * expected * expected / estimates.covariance.Variance(i, strengths);
+    result.points.push_back(
+        {.tau_s = estimates.m(i) * spacing_s,
+         .deviation = Root(ChiSquareInterval(estimates.variances[i], freedoms), 1.0),
+         .degrees_of_freedom = freedoms,
+         .terms = estimates.factors[static_cast<std::size_t>(i)].terms});
   }
 
-  const auto& [quantisation, white, flicker, walk, ramp] = fit.shown;
-  TRUETRIAD_RETURN_IF_ERROR(FitDensity(variances, factors, covariance, fit, &result));
+  WhiteNoise white;
+  if (options_.white_range_s) {
+    TRUETRIAD_ASSIGN_OR_RETURN(white, WhiteOverTheRangeGiven(estimates));
+    result.white_range_s = options_.white_range_s;
+  } else {
+    white = FindWhite(estimates, fit);
+    if (!white.range.is_empty()) {
+      result.white_range_s = {estimates.m(white.range.begin) * spacing_s,
+                              estimates.m(white.range.end - 1) * spacing_s};
+    }
+  }
+  if (white.strength) result.white_density = Root(*white.strength, std::sqrt(spacing_s));
+  const std::optional<Interval>&quantisation = fit.shown[kQuantisation], &walk = fit.shown[kWalk];
   if (quantisation) result.quantisation = Root(*quantisation, spacing_s);
   if (walk) result.random_walk = Root(*walk, 1.0 / std::sqrt(spacing_s));
-  result.instability = Instability(result.points, !flicker && !walk);
-  described_[static_cast<std::size_t>(axis)] = fit.follows;
-  if (fit.follows && ramp) {
-    const double drift = std::sqrt(ramp->value) / spacing_s;
-    warnings->push_back(
-        Name(axis) + ": drifts steadily by about " + Number(drift, 3) + " " + info_.unit.name +
-        " per second (a rate ramp, slope +1), " +
-        Number(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) + " " +
-        info_.unit.name +
-        " over the log; it is excluded from the coefficients, but limits how low B can be");
-  }
-  if (RisesFar(result)) {
-    warnings->push_back(Name(axis) +
-                        ": the deviation rises far above that of single samples, which is unusual "
-                        "for noise at rest; check that the unit was still");
-  }
-  if (!fit.follows) {
-    warnings->push_back(Name(axis) +
-                        ": N, B, K and Q together do not fit the curve; the coefficients are "
-                        "rough, check the plot");
-  } else if (LateFit(factors, fit)) {
-    warnings->push_back(Name(axis) + ": N, B, K and Q fit the curve only from tau = " +
-                        Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
-                        " s; at shorter tau there is a filter, a vibration or another cycle; check "
-                        "the plot before using N");
-  } else if (fit.misfit > 1.0 && walk) {
-    warnings->push_back(Name(axis) +
-                        ": the fit of N, B, K and Q is worse than chance, typical of a slow cycle; "
-                        "K is rough, check the plot");
-  }
+  result.instability = Instability(result.points, !fit.shown[kFlicker] && !walk);
+  is_described_[axis] = fit.follows();
+  DoubtFit(fit, result, axis);
   return result;
 }
 
-Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
-                                  const std::vector<AllanFactor>& factors,
-                                  const AllanCovariance& covariance,
-                                  const AllanFit& fit,
-                                  AllanAxis* result) const {
+Result<WhiteNoise> StreamAnalysis::WhiteOverTheRangeGiven(const AllanEstimates& estimates) const {
+  const auto [low_s, high_s] = *options_.white_range_s;
   const double spacing_s = SpacingSeconds();
-  std::optional<Interval> strength = fit.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
-  if (options_.white_range_s) {
-    // Limits that are meant as a point of the curve do not miss it by rounding.
-    const double low = options_.white_range_s->front() / spacing_s * (1.0 - 1e-6);
-    const double high = options_.white_range_s->back() / spacing_s * (1.0 + 1e-6);
-    const auto index = [&](double m) {
-      return std::count_if(factors.begin(), factors.end(), [&](const AllanFactor& factor) {
-        return static_cast<double>(factor.m) < m;
-      });
-    };
-    const Eigen::Index begin = index(low);
-    const Eigen::Index end = index(high);
-    if (begin == end) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "white noise over tau from " + Number(options_.white_range_s->front()) +
-                       " s to " + Number(options_.white_range_s->back()) + " s: the curve of the " +
-                       Name() + " has no points there; it covers " +
-                       Number(result->points.front().tau_s) + " s to " +
-                       Number(result->points.back().tau_s) + " s");
-    }
-    strength = FitWhite(factors, variances, covariance, {begin, end});
-    result->white_range_s = options_.white_range_s;
-  } else {
-    const auto set_range = [&](const FactorRange& range) {
-      if (range.begin == range.end) return;
-      result->white_range_s = {result->points[static_cast<std::size_t>(range.begin)].tau_s,
-                               result->points[static_cast<std::size_t>(range.end - 1)].tau_s};
-    };
-    AllanFit used = fit;
-    if (!fit.by_chance || LateFit(factors, fit)) {
-      used = FitWidestWhite(factors, variances, covariance, fit);
-    }
-    strength = used.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
-    const bool is_white_known = used.by_chance || (used.follows && !LateFit(factors, used));
-    if (!strength || !is_white_known) {
-      const FactorRange part = WhitePart(factors, variances);
-      if (part.begin < part.end) {
-        strength = FitWhite(factors, variances, covariance, part);
-        set_range(part);
-      }
-    } else {
-      set_range(WhiteRange(factors, used));
-    }
-  }
-  if (strength) {
-    result->white_density = Root(*strength, std::sqrt(spacing_s));
-    result->white_sigma_sample = result->white_density->value / std::sqrt(spacing_s);
-  }
-  return {};
+  // Limits that are meant as a point of the curve do not miss it by rounding.
+  const auto index = [&](double m) {
+    return std::count_if(
+        estimates.factors.begin(), estimates.factors.end(), [&](const AllanFactor& factor) {
+          return static_cast<double>(factor.m) < m;
+        });
+  };
+  const FactorRange range{index(low_s / spacing_s * (1.0 - 1e-6)),
+                          index(high_s / spacing_s * (1.0 + 1e-6))};
+  if (!range.is_empty()) return WhiteNoise{FitWhite(estimates, range), range};
+  return Error(ErrorCode::kInvalidArgument,
+               "white noise over tau from " + Number(low_s) + " s to " + Number(high_s) +
+                   " s: the curve of the " + Name() + " has no points there; it covers " +
+                   Number(estimates.m(0) * spacing_s) + " s to " +
+                   Number(estimates.m(estimates.variances.size() - 1) * spacing_s) + " s");
 }
 
-std::string StreamAnalysis::Disturbance(const AllanTriad& result,
-                                        std::vector<std::string>* warnings) const {
+void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std::size_t axis) {
+  const double spacing_s = SpacingSeconds();
+  if (fit.follows() && fit.shown[kRamp]) {
+    const double drift = std::sqrt(fit.shown[kRamp]->value) / spacing_s;
+    Doubt(axis,
+          "drifts steadily by about " + Reading(drift, 3) +
+              " per second (a rate ramp, slope +1), " +
+              Reading(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
+              " over the log; it is excluded from the coefficients, but limits how low B can be");
+  }
+  if (RisesFar(result)) {
+    Doubt(axis,
+          "the deviation rises far above that of single samples, which is unusual for noise at "
+          "rest; check that the unit was still");
+  }
+  if (!fit.follows()) {
+    Doubt(axis,
+          "N, B, K and Q together do not fit the curve; the coefficients are rough, check the "
+          "plot");
+  } else if (fit.is_late) {
+    Doubt(axis,
+          "N, B, K and Q fit the curve only from tau = " +
+              Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
+              " s; at shorter tau there is a filter, a vibration or another cycle; check the plot "
+              "before using N");
+  } else if (fit.misfit > 1.0 && result.random_walk) {
+    Doubt(axis,
+          "the fit of N, B, K and Q is worse than chance, typical of a slow cycle; K is rough, "
+          "check the plot");
+  }
+}
+
+std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
   std::string jumping_axes, swaying_axes;
-  RestWatch::Verdict worst;
+  AxisWatch::Verdict worst;
   bool shows = false;  // In the curve.
-  const auto add = [](std::size_t axis, std::string* axes) {
-    *axes += (axes->empty() ? "" : ", ") + std::string(1, AxisLetter(axis));
-  };
   for (std::size_t i = 0; i < 3; ++i) {
     if (result.axes[i].points.empty()) continue;
-    const RestWatch::Verdict rest = rests_[i].Judge();
+    const bool rises = RisesFar(result.axes[i]);
+    const auto add = [&](std::string* axes) {
+      *axes += (axes->empty() ? "" : ", ") + std::string(1, AxisLetter(i));
+    };
+    const AxisWatch::Verdict rest = watches_[i].Judge();
     if (rest.disturbed > 0) {
-      add(i, &jumping_axes);
-      shows =
-          shows || RisesFar(result.axes[i]) ||
-          static_cast<double>(rest.disturbed) > kMostDisturbed * static_cast<double>(rest.windows);
+      add(&jumping_axes);
+      // One window in 200 of a log at rest is a step in the house, not a move.
+      shows = shows || rises || 200 * rest.disturbed > rest.windows;
       if (rest.disturbed > worst.disturbed) worst = rest;
     }
     // A unit that is never still has windows that are all alike; a random walk rises as well, but
     // is described.
-    if (RisesFar(result.axes[i]) && !described_[i]) add(i, &swaying_axes);
+    if (rises && !is_described_[i]) add(&swaying_axes);
   }
   if (!jumping_axes.empty()) {
     const std::string what = "the unit moved or was knocked, or its readings jumped (axes " +
                              jumping_axes + "): " + std::to_string(worst.disturbed) + " of " +
                              std::to_string(worst.windows) +
-                             " windows are outliers, the worst at " +
-                             Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
-                             " s; cut these parts out, or record again";
+                             " windows are outliers, the worst at " + Seconds(worst.worst_ns) +
+                             "; cut these parts out, or record again";
     if (shows) return what;
-    warnings->push_back(Name() + ": " + what);
+    Warn(what);
   }
   if (swaying_axes.empty()) return "";
   return "the deviation rises far above that of single samples, unlike noise (axes " +
          swaying_axes + "): the unit moved, or something drifts; record again at rest";
 }
 
-void StreamAnalysis::WarnOfAxis(int axis,
-                                const AllanAxis& result,
-                                std::vector<std::string>* warnings) const {
-  if (result.points.empty()) return;
-  const auto i = static_cast<std::size_t>(axis);
-  const double sigma = rests_[i].Judge().sigma;
-  const double step = monitor_.resolution_raw()[axis];
-  if (step > 0.0 && sigma < 0.5 * step) {
-    warnings->push_back(Name(axis) + ": the noise of " + Number(sigma) + " " + info_.unit.name +
-                        " is below the resolution of " + Number(step) + " " + info_.unit.name +
-                        "; short tau shows rounding rather than noise");
+void StreamAnalysis::WarnOfAxis(std::size_t axis) {
+  const AxisWatch::Verdict seen = watches_[axis].Judge();
+  const double step = monitor_.resolution_raw()[static_cast<Eigen::Index>(axis)];
+  if (step > 0.0 && seen.sigma < 0.5 * step) {
+    WarnOf(axis,
+           "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
+               "; short tau shows rounding rather than noise");
   }
-  const FreezeWatch::Verdict freeze = freezes_[i].Judge();
-  // Rounding to coarse steps freezes readings as well.
-  if (freeze.frozen > 0 && freeze.typical > step) {
-    const std::string first =
-        freeze.first_zero_ns < 0
-            ? ""
-            : ", first at " + Number(static_cast<double>(freeze.first_zero_ns) * 1e-9, 6) + " s";
-    warnings->push_back(Name(axis) + ": " + std::to_string(freeze.frozen) + " of " +
-                        std::to_string(freeze.windows) + " windows of " +
-                        std::to_string(FreezeWatch::kWindow) +
-                        " samples are constant or nearly so" + first +
-                        ": the sensor froze, or lost samples were repeated; N is too low and K is "
-                        "wrong: cut these parts out");
+  // A reading of noise as large as the step repeats 32 times, the shortest window, once in 10^13.
+  if (seen.constant > 0 && seen.sigma > step) {
+    WarnOf(axis,
+           std::to_string(seen.constant) + " of " + std::to_string(seen.windows) +
+               " windows are constant, the first at " + Seconds(seen.constant_ns) +
+               ": the sensor froze, or lost samples were repeated; N is too low and K is wrong: "
+               "cut these parts out");
   }
-  if (sigma > 2.0 * step && limits_[i].most() >= kFewestAtLimit &&
-      static_cast<double>(limits_[i].most()) >
-          kMostAtLimit * static_cast<double>(monitor_.samples())) {
-    warnings->push_back(Name(axis) + ": " + std::to_string(limits_[i].most()) + " readings are " +
-                        Number(limits_[i].limit(), 9) + " " + info_.unit.name +
-                        ", the extreme value; check for clipping");
+  // Normal noise cut at 2.6 sigma puts 0.5 % of the readings on the limit; noise that is rounded
+  // reads its furthest value a few times in any log.
+  if (seen.sigma > 2.0 * step && seen.at_extreme >= 5 &&
+      200 * seen.at_extreme > monitor_.samples()) {
+    WarnOf(axis,
+           std::to_string(seen.at_extreme) + " readings are " + Reading(seen.extreme, 9) +
+               ", the extreme value; check for clipping");
   }
 }
 

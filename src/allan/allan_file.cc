@@ -28,6 +28,9 @@ YamlText& operator<<(YamlText& out, const Interval& interval) {
 void WriteAxis(YamlText& out, const AllanAxis& axis, const std::string& unit, double rate_hz) {
   constexpr std::string_view kIndent = "        ";
   const auto quoted = [&](std::string_view per) { return unit + std::string(per); };
+  const auto sample = [&](std::string_view key, double value) {
+    out << kIndent << key << ": { value: " << value << ", unit: " << Quoted{unit} << " }\n";
+  };
   if (axis.white_density) {
     out << kIndent << "noise_density: { " << *axis.white_density
         << ", unit: " << Quoted{quoted("/sqrt(Hz)")};
@@ -36,10 +39,7 @@ void WriteAxis(YamlText& out, const AllanAxis& axis, const std::string& unit, do
           << "]";
     }
     out << " }\n";
-  }
-  if (axis.white_sigma_sample) {
-    out << kIndent << "noise_sigma_sample: { value: " << *axis.white_sigma_sample
-        << ", unit: " << Quoted{unit} << " }\n";
+    sample("noise_sigma_sample", axis.white_density->value * std::sqrt(rate_hz));
   }
   if (axis.instability) {
     const BiasInstability& instability = *axis.instability;
@@ -49,16 +49,13 @@ void WriteAxis(YamlText& out, const AllanAxis& axis, const std::string& unit, do
   }
   if (axis.random_walk) {
     out << kIndent << "random_walk: { " << *axis.random_walk
-        << ", unit: " << Quoted{quoted("/s/sqrt(Hz)")} << " }\n"
-        << kIndent
-        << "random_walk_sample: { value: " << axis.random_walk->value / std::sqrt(rate_hz)
-        << ", unit: " << Quoted{unit} << " }\n";
+        << ", unit: " << Quoted{quoted("/s/sqrt(Hz)")} << " }\n";
+    sample("random_walk_sample", axis.random_walk->value / std::sqrt(rate_hz));
   }
   if (axis.quantisation) {
     out << kIndent << "quantisation: { " << *axis.quantisation << ", unit: " << Quoted{quoted("*s")}
-        << " }\n"
-        << kIndent << "quantisation_sample: { value: " << axis.quantisation->value * rate_hz
-        << ", unit: " << Quoted{unit} << " }\n";
+        << " }\n";
+    sample("quantisation_sample", axis.quantisation->value * rate_hz);
   }
   out << kIndent << "points:" << (axis.points.empty() ? " []\n" : "\n");
   for (const AllanPoint& point : axis.points) {
@@ -97,61 +94,44 @@ void ReadInterval(YamlReader& reader, Interval* interval) {
   }
 }
 
-/// A coefficient that may be absent; false then. Keys of `reader` that were asked for before stay
-/// known.
-bool ReadCoefficient(YamlReader reader, const std::string& unit, Interval* interval) {
-  if (!reader) return false;
-  ReadInterval(reader, interval);
+/// A coefficient that may be absent. Keys of `reader` that were asked for before stay known.
+void ReadCoefficient(YamlReader reader,
+                     const std::string& unit,
+                     std::optional<Interval>* interval) {
+  if (!reader) return;
+  ReadInterval(reader, &interval->emplace());
   std::string stated;
   if (reader.Require("unit", &stated) && stated != unit) {
     reader.Child("unit").Fail("is `" + stated + "`; expected `" + unit +
                               "`, as this sensor's unit is used");
   }
   reader.RejectUnknown();
-  return true;
 }
 
-bool ReadRange(YamlReader reader, std::array<double, 2>* range) {
-  std::vector<double> values;
-  if (!reader.Read(&values)) return false;
-  if (values.size() != 2 || !(values[0] <= values[1])) {
-    reader.Fail("expected two numbers, the smaller first");
-    return false;
-  }
-  *range = {values[0], values[1]};
-  return true;
-}
-
-AllanPoint ReadPoint(YamlReader reader) {
-  AllanPoint point;
+void ReadPoint(YamlReader reader, AllanPoint* point) {
   std::vector<YamlReader> items = reader.Items();
   if (items.size() != 6) {
     reader.Fail("expected six numbers: tau, deviation, low, high, degrees of freedom, terms");
-    return point;
+    return;
   }
-  items[0].Read(&point.tau_s);
-  items[1].Read(&point.deviation.value);
-  items[2].Read(&point.deviation.low);
-  items[3].Read(&point.deviation.high);
-  items[4].Read(&point.degrees_of_freedom);
-  items[5].Read(&point.terms);
-  return point;
+  items[0].Read(&point->tau_s);
+  items[1].Read(&point->deviation.value);
+  items[2].Read(&point->deviation.low);
+  items[3].Read(&point->deviation.high);
+  items[4].Read(&point->degrees_of_freedom);
+  items[5].Read(&point->terms);
 }
 
 void ReadAxis(YamlReader reader, const std::string& unit, AllanAxis* axis) {
-  Interval interval;
   YamlReader density = reader.Child("noise_density");
-  if (density) {
-    std::array<double, 2> range{};
-    if (ReadRange(density.Child("range_s"), &range)) axis->white_range_s = range;
-    if (ReadCoefficient(density, unit + "/sqrt(Hz)", &interval)) axis->white_density = interval;
+  if (std::vector<double> range; density && density.Optional("range_s", &range)) {
+    if (range.size() == 2 && range[0] <= range[1]) {
+      axis->white_range_s = {range[0], range[1]};
+    } else {
+      density.Child("range_s").Fail("expected two numbers, the smaller first");
+    }
   }
-  if (YamlReader sample = reader.Child("noise_sigma_sample")) {
-    double sigma = 0.0;
-    if (sample.Require("value", &sigma)) axis->white_sigma_sample = sigma;
-    sample.Child("unit");
-    sample.RejectUnknown();
-  }
+  ReadCoefficient(density, unit + "/sqrt(Hz)", &axis->white_density);
   if (YamlReader instability = reader.Child("bias_instability")) {
     BiasInstability& read = axis->instability.emplace();
     if (YamlReader minimum = instability.RequireChild("minimum")) {
@@ -160,19 +140,18 @@ void ReadAxis(YamlReader reader, const std::string& unit, AllanAxis* axis) {
     }
     instability.Require("tau_s", &read.tau_s);
     instability.Require("at_end", &read.at_end);
-    ReadCoefficient(instability, unit, &read.coefficient);
+    std::optional<Interval> coefficient;
+    ReadCoefficient(instability, unit, &coefficient);
+    read.coefficient = *coefficient;
   }
-  if (ReadCoefficient(reader.Child("random_walk"), unit + "/s/sqrt(Hz)", &interval)) {
-    axis->random_walk = interval;
-  }
-  if (ReadCoefficient(reader.Child("quantisation"), unit + "*s", &interval)) {
-    axis->quantisation = interval;
-  }
-  for (const char* const derived : {"random_walk_sample", "quantisation_sample"}) {
+  ReadCoefficient(reader.Child("random_walk"), unit + "/s/sqrt(Hz)", &axis->random_walk);
+  ReadCoefficient(reader.Child("quantisation"), unit + "*s", &axis->quantisation);
+  for (const char* const derived :
+       {"noise_sigma_sample", "random_walk_sample", "quantisation_sample"}) {
     reader.Child(derived);
   }
   for (const YamlReader& point : reader.RequireChild("points").Items()) {
-    axis->points.push_back(ReadPoint(point));
+    ReadPoint(point, &axis->points.emplace_back());
   }
   reader.RejectUnknown();
 }
@@ -180,8 +159,7 @@ void ReadAxis(YamlReader reader, const std::string& unit, AllanAxis* axis) {
 void ReadTriad(YamlReader reader, AllanTriad* triad) {
   std::string unit;
   if (reader.Require("unit", &unit)) {
-    const Result<Unit> parsed = ParseTriadUnit(triad->triad, unit);
-    if (parsed) {
+    if (const Result<Unit> parsed = ParseTriadUnit(triad->triad, unit)) {
       triad->unit = *parsed;
     } else {
       reader.Child("unit").Fail(parsed.error().message);
@@ -217,8 +195,8 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
     axes.RejectUnknown();
   }
   for (const AllanAxis& axis : triad->axes) {
-    if (triad->at_rest() || !(axis.white_density || axis.white_sigma_sample || axis.instability ||
-                              axis.random_walk || axis.quantisation)) {
+    if (triad->at_rest() ||
+        !(axis.white_density || axis.instability || axis.random_walk || axis.quantisation)) {
       continue;
     }
     reader.Child("axes").Fail("has coefficients for a sensor that was not at rest; expected none");
@@ -247,8 +225,7 @@ std::string AllanToYaml(const AllanResult& result) {
 }
 
 Result<AllanResult> ReadAllanFile(const std::string& path) {
-  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromFile(path));
-  YamlReader& reader = file;
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader reader, YamlReader::FromFile(path));
   AllanResult result;
   std::string format;
   reader.Require("format", &format);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -13,22 +12,39 @@
 
 namespace truetriad {
 
+/// The estimated Allan variances of one axis, samples one unit of time apart.
+struct AllanEstimates {
+  const std::vector<AllanFactor>& factors;
+  const AllanCovariance& covariance;
+  Eigen::VectorXd variances;
+
+  double m(Eigen::Index i) const {
+    return static_cast<double>(factors[static_cast<std::size_t>(i)].m);
+  }
+};
+
 /// Factors [begin, end).
 struct FactorRange {
   Eigen::Index begin = 0, end = 0;
+  bool is_empty() const { return begin == end; }
 };
 
-/// The four noises and a ramp fitted to one curve, samples one unit of time apart.
+/// The four noises and a ramp fitted to one curve.
 struct AllanFit {
   /// Strengths of the terms that the data show; zero for the others. That of quantisation is
   /// negative when a filter takes noise from the short factors.
   NoiseStrengths strengths = NoiseStrengths::Zero();
   /// 95 % interval of each strength that is shown.
   std::array<std::optional<Interval>, kNoiseTerms> shown;
-  FactorRange range;      ///< Factors outside do not follow the terms and are left out.
+  FactorRange range;       ///< Factors outside do not follow the terms and are left out.
+  bool is_late = false;    ///< It starts where neither a filter nor rounding reaches.
+  bool in_filter = false;  ///< It starts within a filter's memory: white noise is not to be told.
   double misfit = 1.0;    ///< Scatter about the fit over that expected; the intervals allow for it.
-  bool follows = true;    ///< The curve follows the terms within `range`.
-  bool by_chance = true;  ///< And is no further from them than chance explains.
+  double worst = 0.0;     ///< Furthest point, in units of what is tolerated.
+  bool by_chance = true;  ///< The curve is no further from the terms than chance explains.
+
+  /// The curve follows the terms within `range`.
+  bool follows() const { return worst <= 1.0; }
 };
 
 /// Fits sigma^2(m) = sum_j strengths_j h_j(m), strengths >= 0, with weights by the degrees of
@@ -39,43 +55,32 @@ struct AllanFit {
 /// quantisation may be negative, so that the white noise is that below the filter's corner. Within
 /// its memory no sum describes the curve: the fit starts at the first factor from which on it
 /// describes all others. Quantisation is looked for only when the fit holds the shortest factors.
-AllanFit FitNoises(const std::vector<AllanFactor>& factors,
-                   const Eigen::VectorXd& variances,
-                   const AllanCovariance& covariance);
+AllanFit FitNoises(const AllanEstimates& estimates);
 
-/// The same over a range of a decade or more, no further from the curve than chance explains, that
-/// is more white than all else for longest: what is known of white noise when the curve ends
-/// otherwise than in noise, as a slow cycle makes it. `whole`, the fit of all, when that follows
-/// the curve over more than twice as many decades of white noise, or there is no such range.
-AllanFit FitWidestWhite(const std::vector<AllanFactor>& factors,
-                        const Eigen::VectorXd& variances,
-                        const AllanCovariance& covariance,
-                        const AllanFit& whole);
-
-/// Factors, first to last, at which white noise is most of what `fit` says; may be empty.
-FactorRange WhiteRange(const std::vector<AllanFactor>& factors, const AllanFit& fit);
+struct WhiteNoise {
+  std::optional<Interval> strength;
+  FactorRange range;  ///< Where it is most of the variance; may be empty.
+};
+/// White noise as `whole`, the fit of all, has it; where chance does not explain all of that, as a
+/// slow cycle makes it, that of a decade or more which chance explains and in which white noise
+/// prevails for longest, unless `whole` follows the curve over more than twice as many decades of
+/// it; else that of the longest part whose slope is -1/2.
+WhiteNoise FindWhite(const AllanEstimates& estimates, const AllanFit& whole);
 
 /// White noise alone over the factors of `range`.
-Interval FitWhite(const std::vector<AllanFactor>& factors,
-                  const Eigen::VectorXd& variances,
-                  const AllanCovariance& covariance,
-                  const FactorRange& range);
-
-/// Factors over which the curve has the slope -1/2 to within 0.1, half a decade at a time: the
-/// longest such part; begin == end when there is none.
-FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances);
+Interval FitWhite(const AllanEstimates& estimates, const FactorRange& range);
 
 /// 95 % interval of a mean of squares of normal numbers with `degrees_of_freedom`.
 Interval ChiSquareInterval(double value, double degrees_of_freedom);
 
-// Of a variance that of the deviation.
+/// Of a variance that of the deviation, times `factor`.
 Interval Root(const Interval& squared, double factor);
 
-// From the minimum of the curve; unset without a point that can be relied on.
+/// From the minimum of the curve; unset without a point that can be relied on.
 std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
                                            bool can_only_fall);
 
-// As motion makes it, and noise at rest rarely does.
+/// As motion makes it, and noise at rest rarely does.
 bool RisesFar(const AllanAxis& axis);
 
 }  // namespace truetriad

@@ -1,34 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "allan/allan_curve.h"
+
 namespace truetriad {
 
 /// The power-law noises of a rate, and its steady drift. IEEE Std 952-1997, annex C.
-enum class NoiseTerm { kQuantisation = 0, kWhite = 1, kFlicker = 2, kWalk = 3, kRamp = 4 };
+enum NoiseTerm : int { kQuantisation, kWhite, kFlicker, kWalk, kRamp, kNoiseTerms };
 
-inline constexpr int kNoiseTerms = 5;
-/// Strength of each term, indexed by NoiseTerm, as variances: Q^2, N^2, B^2, K^2, R^2 for samples
-/// one unit of time apart.
+/// Strength of each term as variances: Q^2, N^2, B^2, K^2, R^2 for samples one unit of time apart.
 using NoiseStrengths = Eigen::Matrix<double, kNoiseTerms, 1>;
+/// What is quadratic in the strengths.
+using NoiseForm = Eigen::Matrix<double, kNoiseTerms, kNoiseTerms>;
 
 /// Allan variance at averaging factor `m` of each term of strength one, samples one unit of time
 /// apart: 3/m^2, 1/m, 2 ln 2/pi, m/3 + 1/(6 m) and m^2/2. The walk is one that is sampled, as
 /// sensors and simulators do; the textbook's m/3 is that of a walk averaged over each sample.
 NoiseStrengths UnitAllanVariance(double m);
-
-/// How one averaging factor was evaluated.
-struct AllanFactor {
-  std::int64_t m = 1;          ///< Averaging factor, in samples; a multiple of `stride`.
-  std::int64_t stride = 1;     ///< Samples from one second difference to the next.
-  std::int64_t terms = 0;      ///< Second differences, of all stretches together.
-  std::int64_t stretches = 0;  ///< Stretches that hold at least one.
-};
 
 /// The covariance of the estimated Allan variances of one log, at all factors, for any mixture of
 /// the four noises and a ramp.
@@ -50,22 +42,17 @@ class AllanCovariance {
   explicit AllanCovariance(const std::vector<AllanFactor>& factors);
 
   /// Variance of the estimate at factor i.
-  double Variance(Eigen::Index i, const NoiseStrengths& strengths) const;
+  double Variance(Eigen::Index i, const NoiseStrengths& strengths) const {
+    return strengths.dot(forms_[static_cast<std::size_t>(i)].front() * strengths);
+  }
   /// Covariance of the estimates at factors [begin, end).
   Eigen::MatrixXd Matrix(Eigen::Index begin,
                          Eigen::Index end,
                          const NoiseStrengths& strengths) const;
 
  private:
-  /// The covariance is quadratic in the strengths: strengths^T * form * strengths.
-  using Form = Eigen::Matrix<double, kNoiseTerms, kNoiseTerms>;
-  struct Pair {
-    Eigen::Index i = 0, j = 0;
-    Form form = Form::Zero();
-  };
-
-  std::vector<Form> diagonal_;
-  std::vector<Pair> pairs_;  ///< i < j; pairs far apart are left out as uncorrelated.
+  /// Of factor i with itself and those that follow; ones far apart are left out as uncorrelated.
+  std::vector<std::vector<NoiseForm>> forms_;
 };
 
 }  // namespace truetriad

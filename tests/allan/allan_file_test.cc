@@ -33,7 +33,6 @@ AllanResult Sample() {
   x.points = {{0.1, {1.0 / 3.0, 0.3, 0.4}, 123.456, 999}, {0.2, {0.25, 0.2, 0.3}, 60.1, 997}};
   x.white_density = Interval{0.1 / 3.0, 0.03, 0.04};
   x.white_range_s = {0.3, 3.0};
-  x.white_sigma_sample = 0.2 / 3.0;
   x.instability = BiasInstability{{0.0117, 0.01, 0.02}, {0.0077, 0.007, 0.009}, 120.0, true};
   x.random_walk = Interval{1e-4 / 3.0, 1e-5, 2e-4};
   x.quantisation = Interval{1e-7 / 3.0, 1e-8, 2e-7};
@@ -66,7 +65,6 @@ TEST(AllanFile, ReadsBackToTheSameBits) {
   ExpectEqual(a.axes[0].points[0].deviation, b.axes[0].points[0].deviation);
   ExpectEqual(*a.axes[0].white_density, *b.axes[0].white_density);
   EXPECT_EQ(a.axes[0].white_range_s, b.axes[0].white_range_s);
-  EXPECT_EQ(a.axes[0].white_sigma_sample, b.axes[0].white_sigma_sample);
   ExpectEqual(a.axes[0].instability->coefficient, b.axes[0].instability->coefficient);
   ExpectEqual(a.axes[0].instability->minimum, b.axes[0].instability->minimum);
   EXPECT_EQ(a.axes[0].instability->tau_s, b.axes[0].instability->tau_s);
@@ -81,8 +79,7 @@ TEST(AllanFile, LeavesOutWhatTheDataDoNotShow) {
   const auto read = ReadAllanFile(folder.Write("allan.yaml", AllanToYaml(Sample())));
   ASSERT_TRUE(read);
   const AllanAxis& y = read->triads[0].axes[1];
-  EXPECT_FALSE(y.white_density || y.white_sigma_sample || y.instability || y.random_walk ||
-               y.quantisation);
+  EXPECT_FALSE(y.white_density || y.instability || y.random_walk || y.quantisation);
   EXPECT_TRUE(read->triads[0].axes[2].points.empty());
 }
 

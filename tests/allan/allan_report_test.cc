@@ -41,7 +41,6 @@ AllanResult Sample() {
     }
     axis.white_density = Around(0.8);
     axis.white_range_s = {0.01, 20.0};
-    axis.white_sigma_sample = 8.0;
     axis.instability = BiasInstability{Around(0.2), Around(0.2 * kMinimumOverB), 300.0, false};
     axis.random_walk = Around(0.02);
     axis.quantisation = Around(0.004);

@@ -55,7 +55,6 @@ struct AllanAxis {
   /// Range of tau that N was fitted over: the one given, else that in which white noise is more
   /// than half of the fitted variance.
   std::optional<std::array<double, 2>> white_range_s;
-  std::optional<double> white_sigma_sample;  ///< N * sqrt(rate): one sample's noise, raw unit.
   std::optional<BiasInstability> instability;
   std::optional<Interval>
       random_walk;  ///< K, raw unit / s / sqrt(Hz): value at tau = 3 s of slope +1/2.

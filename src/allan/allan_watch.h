@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "data/held_samples.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// Readings that follow each other at equal spacings.
+struct EvenReadings {
+  std::vector<std::int64_t> end_ns;  ///< When each ends: a spacing after its time.
+  std::array<std::vector<double>, 3> axes;
+};
+
+/// Makes equally spaced readings of a stream: jitter of the time stamps is passed over, a few
+/// missing samples are filled by straight lines, longer gaps end the stretch.
+///
+/// The spacing is that of the first thousand samples. With time stamps so irregular that missing
+/// samples cannot be told from late ones, nothing is filled and only long gaps count.
+class EvenStream {
+ public:
+  /// `add` takes readings that follow those before, `end` is called where a stretch ends.
+  EvenStream(std::function<void(const EvenReadings&)> add, std::function<void()> end)
+      : add_(std::move(add)), end_(std::move(end)) {}
+
+  void Add(const SampleBlock& block);
+  void Finish();  ///< No more samples come.
+
+  /// That of the first samples, ns: known once readings are handed over.
+  double typical_ns() const { return typical_ns_; }
+  /// Mean over the stretches, ns; 0 with fewer than two samples in all of them or no time passing.
+  double spacing_ns() const {
+    return intervals_ > 0 ? static_cast<double>(span_ns_) / static_cast<double>(intervals_) : 0.0;
+  }
+  std::int64_t filled() const { return filled_; }
+  std::int64_t breaks() const { return breaks_; }
+  bool irregular() const { return irregular_; }
+
+ private:
+  void Settle();
+  void Process();
+  /// Samples missing before that held sample; negative: the stretch ends there.
+  std::int64_t MissingBefore(std::size_t i) const;
+  void Push(double time_ns, const Eigen::Vector3d& reading);
+  void HandOver();
+
+  std::function<void(const EvenReadings&)> add_;
+  std::function<void()> end_;
+  HeldSamples held_;  ///< The last block; the first samples, until the spacing is known.
+  EvenReadings even_;
+  bool settled_ = false, started_ = false, irregular_ = false;
+  double typical_ns_ = 0.0, break_ns_ = 0.0;
+  std::int64_t last_ns_ = 0;
+  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();
+  std::int64_t filled_ = 0, breaks_ = 0, intervals_ = 0, span_ns_ = 0;
+};
+
+/// Counts of sizes, eight bins an octave, so that the median of any number of them is known to 5 %
+/// in memory that does not grow.
+class SizeHistogram {
+ public:
+  void Add(double size) { ++bins_[Bin(size)], ++count_; }
+  double Median() const;  ///< 0 when there are none.
+  std::int64_t CountAbove(double size) const;
+  std::int64_t count() const { return count_; }
+
+ private:
+  static int Bin(double size);
+  std::map<int, std::int64_t> bins_;
+  std::int64_t count_ = 0;
+};
+
+/// Watches whether one axis rests: the noise within short windows and the steps of their means must
+/// be alike throughout. Counts windows of one constant reading, and the extremes.
+class AxisWatch {
+ public:
+  /// `window`: samples a window, at least two.
+  explicit AxisWatch(std::int64_t window) : window_(window) {}
+
+  void Add(std::span<const double> readings, std::span<const std::int64_t> end_ns);
+  /// The next readings do not follow.
+  void Break() { filled_ = 0, last_mean_.reset(); }
+
+  struct Verdict {
+    std::int64_t windows = 0;
+    std::int64_t disturbed = 0;    ///< Windows with noise or a step far beyond the median.
+    std::int64_t worst_ns = 0;     ///< End of the furthest of them.
+    double sigma = 0.0;            ///< Typical within a window, raw unit.
+    std::int64_t constant = 0;     ///< Windows in which the readings do not change.
+    std::int64_t constant_ns = 0;  ///< End of the first of them.
+    double extreme = 0.0;          ///< The largest or smallest reading, whichever is more frequent.
+    std::int64_t at_extreme = 0;   ///< Readings there.
+  };
+  Verdict Judge() const;
+
+ private:
+  /// Sizes of one kind, and when the largest was.
+  struct Sizes {
+    SizeHistogram all;
+    double largest = 0.0;
+    std::int64_t largest_ns = 0;
+    void Add(double size, std::int64_t at_ns);
+  };
+  struct Extreme {
+    double value = 0.0;
+    std::int64_t count = 0;
+    void Add(double reading, bool is_beyond) {
+      if (count == 0 || is_beyond) value = reading, count = 0;
+      count += reading == value ? 1 : 0;
+    }
+  };
+  void FinishWindow(std::int64_t at_ns);
+
+  std::int64_t window_, filled_ = 0;
+  double origin_ = 0.0, sum_ = 0.0, sum_of_squares_ = 0.0;
+  std::optional<double> last_mean_;
+  Sizes variances_, steps_;
+  std::int64_t constant_ = 0, constant_ns_ = 0;
+  Extreme top_, bottom_;
+};
+
+/// Watches whether the readings of a triad are each held for several samples: then all axes change
+/// together, and repeat together.
+class HoldWatch {
+ public:
+  void Add(const EvenReadings& readings);
+  /// The next readings do not follow.
+  void Break() { last_.reset(), is_held_ = false; }
+  /// Mean number of samples that a held reading lasts; nullopt: readings are not held.
+  std::optional<double> SamplesHeld() const;
+
+ private:
+  std::optional<Eigen::Array3d> last_;
+  bool is_held_ = false;
+  std::int64_t samples_ = 0, any_changes_ = 0, all_changes_ = 0, holds_ = 0;
+};
+
+}  // namespace truetriad
