@@ -27,11 +27,6 @@ Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
     return Error(ErrorCode::kInvalidArgument,
                  "a rate of " + Number(options.rate_hz) + " Hz; expected one above zero");
   }
-  if (options.points_per_decade < 1 || options.points_per_decade > 100) {
-    return Error(
-        ErrorCode::kInvalidArgument,
-        std::to_string(options.points_per_decade) + " points per decade; expected 1 to 100");
-  }
   if (options.white_range_s) {
     const auto [low, high] = *options.white_range_s;
     if (!(low > 0.0 && low < high) || !std::isfinite(high)) {
@@ -66,7 +61,7 @@ class StreamAnalysis {
         ns_per_stamp_(recording.has_time ? 1.0 : 1e9 / options.rate_hz),
         monitor_(info, recording.has_time),
         even_([this](const EvenReadings& readings) { Take(readings); }, [this] { EndStretch(); }),
-        curves_(3, AllanCurve(options.points_per_decade)) {}
+        curves_(3) {}
   StreamAnalysis(const StreamAnalysis&) = delete;
   StreamAnalysis& operator=(const StreamAnalysis&) = delete;
 
@@ -101,9 +96,8 @@ class StreamAnalysis {
   void WarnOfAxis(std::size_t axis);
   void DoubtFit(const AllanFit& fit, const AllanAxis& result, std::size_t axis);
 
-  void Warn(const std::string& what) { warnings_.push_back(Name() + ": " + what); }
-  void WarnOf(std::size_t axis, const std::string& what) {
-    warnings_.push_back(Name(axis) + ": " + what);
+  void Warn(const std::string& who, const std::string& what) {
+    warnings_.push_back(who + ": " + what);
   }
   void Doubt(std::size_t axis, const std::string& what) {
     doubts_.push_back(Name(axis) + ": " + what);
@@ -132,7 +126,7 @@ void StreamAnalysis::Take(const EvenReadings& readings) {
     // A second shows a knock as well as a slow turn; fewer samples do not tell noise from noise.
     const double spacing_ns = even_.typical_ns() * ns_per_stamp_;
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
-    watches_.assign(3, AxisWatch(std::llround(a_second)));
+    watches_.assign(3, AxisWatch(static_cast<std::size_t>(std::llround(a_second))));
   }
   hold_.Add(readings);
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -206,27 +200,31 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
 
 void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
   if (const std::optional<double> held = hold_.SamplesHeld()) {
-    Warn("each reading is held for " + Number(*held, 3) +
-         " samples on average: the sensor updates at " + Number(result.rate_hz / *held) +
-         " Hz, slower than the log; N is fitted at longer tau, and the noise of one sample is N "
-         "times the square root of the log's rate");
+    Warn(
+        Name(),
+        "each reading is held for " + Number(*held, 3) +
+            " samples on average: the sensor updates at " + Number(result.rate_hz / *held) +
+            " Hz, slower than the log; N is fitted at longer tau, and the noise of one sample is N "
+            "times the square root of the log's rate");
   }
   if (even_.irregular()) {
-    Warn(
-        "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
-        "ones are not filled");
+    Warn(Name(),
+         "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
+         "ones are not filled");
   }
   // Of white noise, a filled sample takes half of its share: one in a hundred is 0.5 %.
   if (static_cast<double>(result.filled_samples) > 0.01 * static_cast<double>(result.samples)) {
-    Warn(std::to_string(result.filled_samples) +
-         " missing samples are interpolated, which lowers the noise at the shortest tau");
+    Warn(Name(),
+         std::to_string(result.filled_samples) +
+             " missing samples are interpolated, which lowers the noise at the shortest tau");
   }
   // A heated room stays within five degrees.
   const Eigen::Vector2d range = monitor_.temperature_range_degc();
   if (monitor_.has_temperature() && range[1] - range[0] > 5.0) {
-    Warn("the temperature went from " + Number(range[0]) + " to " + Number(range[1]) +
-         " degC; the bias follows it, which looks like random walk at long tau: hold the "
-         "temperature constant, or wait until the unit is warm");
+    Warn(Name(),
+         "the temperature went from " + Number(range[0]) + " to " + Number(range[1]) +
+             " degC; the bias follows it, which looks like random walk at long tau: hold the "
+             "temperature constant, or wait until the unit is warm");
   }
 }
 
@@ -348,7 +346,7 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
                              " windows are outliers, the worst at " + Seconds(worst.worst_ns) +
                              "; cut these parts out, or record again";
     if (shows) return what;
-    Warn(what);
+    Warn(Name(), what);
   }
   if (swaying_axes.empty()) return "";
   return "the deviation rises far above that of single samples, unlike noise (axes " +
@@ -359,25 +357,25 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
   const AxisWatch::Verdict seen = watches_[axis].Judge();
   const double step = monitor_.resolution_raw()[static_cast<Eigen::Index>(axis)];
   if (step > 0.0 && seen.sigma < 0.5 * step) {
-    WarnOf(axis,
-           "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
-               "; short tau shows rounding rather than noise");
+    Warn(Name(axis),
+         "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
+             "; short tau shows rounding rather than noise");
   }
   // A reading of noise as large as the step repeats 32 times, the shortest window, once in 10^13.
   if (seen.constant > 0 && seen.sigma > step) {
-    WarnOf(axis,
-           std::to_string(seen.constant) + " of " + std::to_string(seen.windows) +
-               " windows are constant, the first at " + Seconds(seen.constant_ns) +
-               ": the sensor froze, or lost samples were repeated; N is too low and K is wrong: "
-               "cut these parts out");
+    Warn(Name(axis),
+         std::to_string(seen.constant) + " of " + std::to_string(seen.windows) +
+             " windows are constant, the first at " + Seconds(seen.constant_ns) +
+             ": the sensor froze, or lost samples were repeated; N is too low and K is wrong: "
+             "cut these parts out");
   }
   // Normal noise cut at 2.6 sigma puts 0.5 % of the readings on the limit; noise that is rounded
   // reads its furthest value a few times in any log.
   if (seen.sigma > 2.0 * step && seen.at_extreme >= 5 &&
       200 * seen.at_extreme > monitor_.samples()) {
-    WarnOf(axis,
-           std::to_string(seen.at_extreme) + " readings are " + Reading(seen.extreme, 9) +
-               ", the extreme value; check for clipping");
+    Warn(Name(axis),
+         std::to_string(seen.at_extreme) + " readings are " + Reading(seen.extreme, 9) +
+             ", the extreme value; check for clipping");
   }
 }
 

@@ -23,6 +23,29 @@ std::int64_t StrideOf(std::int64_t m) {
 
 }  // namespace
 
+AllanCurve::Level::Level(std::int64_t stride, int per_decade) : sums(kHistory + kBatch) {
+  for (int k = 0;; ++k) {
+    std::int64_t m = std::llround(std::pow(10.0, static_cast<double>(k) / per_decade));
+    const std::int64_t rounding = StrideOf(m);
+    m = (m + rounding / 2) / rounding * rounding;
+    if (StrideOf(m) > stride) return;
+    if (StrideOf(m) < stride || (!factors.empty() && factors.back().m == m)) continue;
+    factors.push_back({{.m = m, .stride = stride}});
+  }
+}
+
+void AllanCurve::Push(std::size_t index, std::span<const double> sums, std::size_t step) {
+  if (index == levels_.size()) levels_.emplace_back(std::int64_t{1} << index, per_decade_);
+  Level& level = levels_[index];
+  for (std::size_t i = 0; i < sums.size();) {
+    const std::size_t end = std::min(sums.size(), i + step * (level.sums.size() - level.filled));
+    double* to = level.sums.data() + level.filled;
+    for (; i < end; i += step) *to++ = sums[i];
+    level.filled = static_cast<std::size_t>(to - level.sums.data());
+    if (level.filled == level.sums.size()) Evaluate(index);
+  }
+}
+
 void AllanCurve::Add(std::span<const double> readings) {
   if (readings.empty()) return;
   if (!offset_) {
@@ -33,28 +56,16 @@ void AllanCurve::Add(std::span<const double> readings) {
     std::nth_element(first.begin(), middle, first.end());
     offset_ = *middle;
   }
-  if (stretch_ == 0) Push(0, sum_ = 0.0);
-  for (const double reading : readings) Push(0, sum_ += reading - *offset_);
+  double sum = stretch_ == 0 ? 0.0 : sum_;
+  if (stretch_ == 0) Push(0, {&sum, 1}, 1);
+  std::vector<double> sums(readings.size());
+  std::transform(
+      readings.begin(), readings.end(), sums.begin(), [&sum, offset = *offset_](double reading) {
+        return sum += reading - offset;
+      });
+  sum_ = sum;
+  Push(0, sums, 1);
   stretch_ += static_cast<std::int64_t>(readings.size());
-}
-
-void AllanCurve::Push(std::size_t index, double sum) {
-  if (index == levels_.size()) {
-    Level& added = levels_.emplace_back();
-    added.sums.reserve(kHistory + kBatch);
-    const std::int64_t stride = std::int64_t{1} << index;
-    for (int k = 0;; ++k) {
-      std::int64_t m = std::llround(std::pow(10.0, static_cast<double>(k) / per_decade_));
-      const std::int64_t rounding = StrideOf(m);
-      m = (m + rounding / 2) / rounding * rounding;
-      if (StrideOf(m) > stride) break;
-      if (StrideOf(m) < stride || (!added.factors.empty() && added.factors.back().m == m)) continue;
-      added.factors.push_back({{.m = m, .stride = stride}});
-    }
-  }
-  Level& level = levels_[index];
-  level.sums.push_back(sum);
-  if (level.sums.size() == kHistory + kBatch) Evaluate(index);
 }
 
 void AllanCurve::Evaluate(std::size_t index) {
@@ -63,8 +74,8 @@ void AllanCurve::Evaluate(std::size_t index) {
   for (Factor& factor : level.factors) {
     const auto k = static_cast<std::size_t>(factor.m / factor.stride);
     const std::size_t begin = std::max(level.evaluated, 2 * k);
-    if (begin >= level.sums.size()) continue;
-    const auto count = static_cast<Eigen::Index>(level.sums.size() - begin);
+    if (begin >= level.filled) continue;
+    const auto count = static_cast<Eigen::Index>(level.filled - begin);
     const double* const last = level.sums.data() + begin;
     factor.sum_of_squares +=
         (Sums(last, count) - 2.0 * Sums(last - k, count) + Sums(last - 2 * k, count))
@@ -74,21 +85,22 @@ void AllanCurve::Evaluate(std::size_t index) {
     factor.stretches += factor.in_stretch ? 0 : 1;
     factor.in_stretch = true;
   }
-  for (std::size_t i = level.evaluated; i < level.sums.size(); ++i) {
-    if (level.next_goes_up) Push(index + 1, level.sums[i]);
-    level.next_goes_up = !level.next_goes_up;
-  }
-  level.evaluated = std::min(level.sums.size(), kHistory);
-  level.sums.erase(level.sums.begin(),
-                   level.sums.end() - static_cast<std::ptrdiff_t>(level.evaluated));
+  const std::span<const double> added(level.sums.data() + level.evaluated,
+                                      level.filled - level.evaluated);
+  const std::size_t skipped = level.next_goes_up ? 0 : 1;
+  if (added.size() > skipped) Push(index + 1, added.subspan(skipped), 2);
+  if (added.size() % 2 == 1) level.next_goes_up = !level.next_goes_up;
+  const std::size_t history = std::min(level.filled, kHistory);
+  const auto end = level.sums.begin() + static_cast<std::ptrdiff_t>(level.filled);
+  std::copy(end - static_cast<std::ptrdiff_t>(history), end, level.sums.begin());
+  level.filled = level.evaluated = history;
 }
 
 void AllanCurve::EndStretch() {
   for (std::size_t index = 0; index < levels_.size(); ++index) {
     Evaluate(index);
     Level& level = levels_[index];
-    level.sums.clear();
-    level.evaluated = 0;
+    level.filled = level.evaluated = 0;
     level.next_goes_up = false;
     for (Factor& factor : level.factors) factor.in_stretch = false;
   }

@@ -31,7 +31,7 @@ struct AllanFactor {
 /// same again, so that those left out cost less than 0.1 % of the degrees of freedom.
 class AllanCurve {
  public:
-  explicit AllanCurve(int per_decade) : per_decade_(per_decade) {}
+  explicit AllanCurve(int per_decade = 10) : per_decade_(per_decade) {}
 
   /// Adds readings, equally spaced and following the last ones.
   void Add(std::span<const double> readings);
@@ -51,13 +51,16 @@ class AllanCurve {
     bool in_stretch = false;  ///< The current stretch has added terms.
   };
   struct Level {
+    Level(std::int64_t stride, int per_decade);
     std::vector<double> sums;
+    std::size_t filled = 0;     ///< Sums in the buffer.
     std::size_t evaluated = 0;  ///< Of these, those that are history.
     bool next_goes_up = false;  ///< Every second sum, not the first, goes up to the next level.
     std::vector<Factor> factors;
   };
 
-  void Push(std::size_t level, double sum);
+  /// Adds every `step`-th of the sums.
+  void Push(std::size_t level, std::span<const double> sums, std::size_t step);
   void Evaluate(std::size_t level);
   std::vector<Factor> UsedFactors() const;
 

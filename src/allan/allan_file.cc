@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/calibration_values.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/triad.h"
@@ -213,12 +214,8 @@ std::string AllanToYaml(const AllanResult& result) {
          "not_at_rest. `..._sample`: the same noise in one\n# sample. Points: tau [s], deviation, "
          "low, high, degrees of freedom, terms averaged.\n"
       << "format: " << kFormat << "\nsource: " << Quoted{result.source}
-      << "\nserial: " << Quoted{result.serial}
-      << "\ninputs:" << (result.inputs.empty() ? " []\n" : "\n");
-  for (const InputFile& input : result.inputs) {
-    out << "  - { file: " << Quoted{input.file} << ", sha256: " << Quoted{input.sha256}
-        << ", samples: " << input.samples << " }\n";
-  }
+      << "\nserial: " << Quoted{result.serial} << "\n";
+  WriteInputs(out, result.inputs);
   out << "sensors:" << (result.triads.empty() ? " {}\n" : "\n");
   for (const AllanTriad& triad : result.triads) WriteTriad(out, triad);
   return out.str();
@@ -237,13 +234,7 @@ Result<AllanResult> ReadAllanFile(const std::string& path) {
   }
   reader.Require("source", &result.source);
   reader.Require("serial", &result.serial);
-  for (YamlReader& item : reader.RequireChild("inputs").Items()) {
-    InputFile& input = result.inputs.emplace_back();
-    item.Require("file", &input.file);
-    item.Require("sha256", &input.sha256);
-    item.Require("samples", &input.samples);
-    item.RejectUnknown();
-  }
+  ReadInputs(reader.RequireChild("inputs"), &result.inputs);
   if (YamlReader sensors = reader.RequireChild("sensors")) {
     for (const Triad triad : kTriads) {
       if (YamlReader sensor = sensors.Child(TriadName(triad))) {

@@ -138,14 +138,23 @@ void AxisWatch::Sizes::Add(double size, std::int64_t at_ns) {
 }
 
 void AxisWatch::Add(std::span<const double> readings, std::span<const std::int64_t> end_ns) {
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    top_.Add(readings[i], readings[i] > top_.value);
-    bottom_.Add(readings[i], readings[i] < bottom_.value);
+  const Eigen::Map<const Eigen::ArrayXd> values(readings.data(),
+                                                static_cast<Eigen::Index>(readings.size()));
+  bottom_.Add(values, values.minCoeff(), -1.0);
+  top_.Add(values, values.maxCoeff(), 1.0);
+  for (std::size_t i = 0; i < readings.size();) {
     if (filled_ == 0) origin_ = readings[i], sum_ = sum_of_squares_ = 0.0;
-    const double value = readings[i] - origin_;
-    sum_ += value;
-    sum_of_squares_ += value * value;
-    if (++filled_ == window_) FinishWindow(end_ns[i]);
+    const std::size_t count = std::min(readings.size() - i, window_ - filled_);
+    double sum = sum_, sum_of_squares = sum_of_squares_;
+    for (const double reading : readings.subspan(i, count)) {
+      const double value = reading - origin_;
+      sum += value;
+      sum_of_squares += value * value;
+    }
+    sum_ = sum, sum_of_squares_ = sum_of_squares;
+    i += count;
+    filled_ += count;
+    if (filled_ == window_) FinishWindow(end_ns[i - 1]);
   }
 }
 

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "data/held_samples.h"
 #include "truetriad/data/sample_source.h"
 
@@ -85,7 +87,7 @@ class SizeHistogram {
 class AxisWatch {
  public:
   /// `window`: samples a window, at least two.
-  explicit AxisWatch(std::int64_t window) : window_(window) {}
+  explicit AxisWatch(std::size_t window) : window_(window) {}
 
   void Add(std::span<const double> readings, std::span<const std::int64_t> end_ns);
   /// The next readings do not follow.
@@ -114,14 +116,14 @@ class AxisWatch {
   struct Extreme {
     double value = 0.0;
     std::int64_t count = 0;
-    void Add(double reading, bool is_beyond) {
-      if (count == 0 || is_beyond) value = reading, count = 0;
-      count += reading == value ? 1 : 0;
+    void Add(const Eigen::Ref<const Eigen::ArrayXd>& readings, double furthest, double sign) {
+      if (count == 0 || sign * furthest > sign * value) value = furthest, count = 0;
+      if (furthest == value) count += (readings == value).count();
     }
   };
   void FinishWindow(std::int64_t at_ns);
 
-  std::int64_t window_, filled_ = 0;
+  std::size_t window_, filled_ = 0;
   double origin_ = 0.0, sum_ = 0.0, sum_of_squares_ = 0.0;
   std::optional<double> last_mean_;
   Sizes variances_, steps_;

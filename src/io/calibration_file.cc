@@ -226,12 +226,8 @@ std::string CalibrationToYaml(const Calibration& calibration) {
     out << "run: { " << run << " }\n";
   }
   out << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
-      << "created: " << calibration.created << "\n"
-      << (calibration.inputs.empty() ? "inputs: []\n" : "inputs:\n");
-  for (const InputFile& input : calibration.inputs) {
-    out << "  - { file: " << Quoted{input.file} << ", sha256: " << Quoted{input.sha256}
-        << ", samples: " << input.samples << " }\n";
-  }
+      << "created: " << calibration.created << "\n";
+  WriteInputs(out, calibration.inputs);
   out << "mode: " << ModeName(calibration.mode)
       << "\nstatus:\n  outcome: " << OutcomeName(calibration.outcome) << "\n  within_limits: ";
   if (calibration.within_limits) {
@@ -301,13 +297,7 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   if (YamlReader created = reader.RequireChild("created"); !IsNull(created)) {
     created.Read(&calibration.created);
   }
-  for (YamlReader& item : reader.RequireChild("inputs").Items()) {
-    InputFile& input = calibration.inputs.emplace_back();
-    item.Require("file", &input.file);
-    item.Require("sha256", &input.sha256);
-    item.Require("samples", &input.samples);
-    item.RejectUnknown();
-  }
+  ReadInputs(reader.RequireChild("inputs"), &calibration.inputs);
   ReadStatus(reader.RequireChild("status"), &calibration);
   if (YamlReader decisions = reader.Child("decisions")) {
     ReadDecisions(std::move(decisions), &calibration.decisions);

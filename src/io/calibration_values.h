@@ -13,12 +13,31 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/input_file.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 
-// Values as calibration.yaml has them: how several parts of it write and read theirs.
+// Values as calibration.yaml and allan.yaml have them: how several parts write and read theirs.
+
+inline void WriteInputs(YamlText& out, const std::vector<InputFile>& inputs) {
+  out << "inputs:" << (inputs.empty() ? " []\n" : "\n");
+  for (const InputFile& input : inputs) {
+    out << "  - { file: " << Quoted{input.file} << ", sha256: " << Quoted{input.sha256}
+        << ", samples: " << input.samples << " }\n";
+  }
+}
+
+inline void ReadInputs(YamlReader reader, std::vector<InputFile>* inputs) {
+  for (YamlReader& item : reader.Items()) {
+    InputFile& input = inputs->emplace_back();
+    item.Require("file", &input.file);
+    item.Require("sha256", &input.sha256);
+    item.Require("samples", &input.samples);
+    item.RejectUnknown();
+  }
+}
 
 inline void WriteItem(YamlText& out, std::string_view key, bool empty) {
   out << "  " << key << (empty ? ": []\n" : ":\n");

@@ -101,7 +101,6 @@ struct AllanResult {
 struct AllanOptions {
   /// Rate of a recording without time, Hz. 0: the recording has time. Range: >= 0.
   double rate_hz = 0.0;
-  int points_per_decade = 10;
   /// Range of tau over which N is fitted, seconds; unset: where the slope is -1/2.
   std::optional<std::array<double, 2>> white_range_s;
 };
