@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-/// In the longest stretch: the fit of five strengths has ten points there, a quarter of it long.
+/// In the longest stretch: up to a quarter of it there are twelve points for five strengths.
 constexpr std::int64_t kFewestSamples = 100;
 
 std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
@@ -212,7 +212,7 @@ void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
          "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
          "ones are not filled");
   }
-  // Of white noise, a filled sample takes half of its share: one in a hundred is 0.5 %.
+  // Fewer than one in a hundred do not show in the curve.
   if (static_cast<double>(result.filled_samples) > 0.01 * static_cast<double>(result.samples)) {
     Warn(Name(),
          std::to_string(result.filled_samples) +
