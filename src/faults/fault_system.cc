@@ -400,7 +400,7 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
   // Few of them may have most of the variance.
   const double dof = squares * squares / fourths;
   const double ratio = sum * sum / (squares * TogetherOf(directions));
-  return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond, 0.0) / per_component};
+  return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond / per_component, 0.0)};
 }
 
 Eigen::MatrixXd FaultSystem::BeyondGraph() const {

@@ -52,6 +52,18 @@ double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sam
   return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
 }
 
+// What the readings of a turn add up to along the body's axes, uncorrected: a column that followed
+// its own correction would amplify noise with it.
+Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
+  const TriadModel<double>& model = edge.at.triad;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < edge.move.time_s.size(); ++i) {
+    const Eigen::Vector3d raw = edge.move.reading_raw[i] - model.bias;
+    sum += SpanOf(edge.move.time_s, i, edge.sampling) * (edge.at.is_bent ? model.Felt(raw) : raw);
+  }
+  return model.Correction() * sum;
+}
+
 }  // namespace
 
 FaultScene::FaultScene(const PoseGraph& graph) : graph_(&graph) {
@@ -97,9 +109,8 @@ void FaultScene::PlaceTurnings() {
   path_.resize(nodes_.size());
   for (const IncrementEdge& turn : turns) {
     const Path& from = path_[turn.from];
-    path_[turn.from + 1] = {from.angle + RotationLog(turn.increment.rotation),
-                            from.time_s + turn.increment.duration_s,
-                            from.turns + 1};
+    path_[turn.from + 1] = {
+        from.angle + AngleOf(turn), from.time_s + turn.increment.duration_s, from.turns + 1};
   }
   double duration_s = 0.0;
   for (const IncrementEdge& turn : turns) duration_s += turn.increment.duration_s;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -103,6 +104,7 @@ class FaultSearch {
   void StateColumns();
   std::size_t EndOfFault(std::size_t begin) const;
   void ShareBudget();
+  void ProjectForms();
   void TestAll();
   void TestInFull(Candidate* candidate);
   double KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T) const;
@@ -145,6 +147,7 @@ class FaultSearch {
   std::vector<std::optional<ScannedForm>> forms_;  // as they are asked for
   std::vector<Candidate> candidates_;
   std::vector<Taken> taken_;
+  std::vector<Taken> left_in_;  // shown, but no correction of them leads anywhere
   double lost_rows_level_ = 0.0;
   double log_likelihood_ = 0.0;
   FaultFindings findings_;
@@ -160,13 +163,14 @@ bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
 
 void FaultSearch::ListCandidates() {
   scene_.emplace(*graph_);
-  int faults = 1;  // lost rows
+  std::map<std::pair<Triad, FaultForm>, std::vector<FaultColumn>> columns_of;
   for (const FaultKind& kind : FaultKinds()) {
     for (const Triad triad : kind.sensors) {
       if (!graph_->layout.Has(triad) || IsOfTemperature(kind, triad)) continue;
-      const auto columns = scene_->ColumnsOf(triad, kind.form);
-      const auto positions = PositionsOf(kind.shape, *scene_, columns);
-      if (columns.empty() || positions.empty()) continue;
+      const auto [at, is_new] = columns_of.try_emplace({triad, kind.form});
+      if (is_new) at->second = scene_->ColumnsOf(triad, kind.form);
+      const auto positions = PositionsOf(kind.shape, *scene_, at->second);
+      if (at->second.empty() || positions.empty()) continue;
       if (truetriad::WeightsOf(kind.shape, positions.front(), *scene_).size() == 0) continue;
       const auto key = std::find_if(keys_.begin(), keys_.end(), [&](const FormKey& one) {
         return one.triad == triad && one.form == kind.form;
@@ -174,7 +178,6 @@ void FaultSearch::ListCandidates() {
       const auto form = static_cast<std::size_t>(key - keys_.begin());
       if (key == keys_.end()) keys_.push_back({triad, kind.form, true});
       if (kind.shape != FaultShape::kThroughout) keys_[form].is_whole = false;
-      ++faults;
       for (const auto& position : positions) {
         Candidate& candidate = candidates_.emplace_back();
         candidate.kind = &kind;
@@ -184,12 +187,14 @@ void FaultSearch::ListCandidates() {
       }
     }
   }
-  findings_.looked_for = faults;
   // Those of one form follow each other.
   std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
     return a.form < b.form;
   });
-  forms_.assign(keys_.size(), std::nullopt);
+  for (const FormKey& key : keys_) {
+    forms_.emplace_back(
+        std::in_place, std::move(columns_of.at({key.triad, key.form})), key.is_whole);
+  }
 }
 
 void FaultSearch::LookAtScene() {
@@ -251,10 +256,12 @@ void FaultSearch::ShareBudget() {
   lost_rows_level_ = std::log(kLevelOfRun / faults);
 }
 
-void FaultSearch::TestAll() {
+void FaultSearch::ProjectForms() {
   for (const Candidate& candidate : candidates_) FormOf(candidate);
   for (std::optional<ScannedForm>& form : forms_) form->Project(model_.system());
-  if (lost_rows_level_ == 0.0) ShareBudget();
+}
+
+void FaultSearch::TestAll() {
   FirstLook look(model_.system(), model_.excess());
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
     end = EndOfFault(begin);
@@ -361,9 +368,6 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   TakenFault& fault = taken.fault;
   fault.place = PlaceOf(*candidate);
   fault.log_p = candidate->test.log_p;
-  fault.log_level = candidate->log_level;
-  fault.dof = candidate->test.dof;
-  fault.rank = candidate->test.rank;
   fault.kappa = candidate->kappa;
   const Eigen::VectorXd moved = Times(taken.per_unknown, h);
   const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
@@ -534,6 +538,7 @@ void FaultSearch::StateTaken() {
     at += taken.sigma.size();
     findings_.faults.push_back(taken.fault);
   }
+  for (const Taken& taken : left_in_) findings_.faults.push_back(taken.fault);
   const bool is_in_model = model_.excess().v.size() > std::ssize(noise_->estimated);
   if (is_in_model) findings_.lost_rows->share = ShareOf(model_.excess().v.tail<1>()[0]);
 }
@@ -552,6 +557,10 @@ void FaultSearch::StateCovariance() {
     }
     if (taken.by_rival.size() > 0) spread += taken.by_rival * taken.by_rival.transpose();
     at += taken.fault.h.size();
+  }
+  for (const Taken& taken : left_in_) {
+    const Eigen::VectorXd d = taken.per_unknown * taken.fault.h;
+    spread += d * d.transpose();
   }
   if (findings_.lost_rows) {
     const double share = findings_.lost_rows->share;
@@ -617,13 +626,11 @@ void FaultSearch::StateMisfit() {
     if (rest <= 0.0) continue;
     misfit.excess_ratio = std::max(misfit.excess_ratio, std::sqrt(model_.excess().v[c] / rest));
   }
-  misfit.dof = ResidualDof(*graph_, model_.system());
-  if (misfit.dof < 1.0) return;
-  const double chi2 = model_.ChiSquareAtRest();
-  misfit.reduced_chi2 = chi2 / misfit.dof;
-  misfit.log_p = LogChiSquareUpper(chi2, misfit.dof);
+  const double dof = ResidualDof(*graph_, model_.system());
+  if (dof < 1.0) return;
+  const double log_p = LogChiSquareUpper(model_.ChiSquareAtRest(), dof);
   misfit.is_unexplained =
-      misfit.log_p < kMisfitLogP && misfit.excess_ratio > kMuchExcess && !findings_.lost_rows;
+      log_p < kMisfitLogP && misfit.excess_ratio > kMuchExcess && !findings_.lost_rows;
   if (misfit.is_unexplained && !misfit.has_more_faults) CountAsSystematic(covariance);
 }
 
@@ -669,7 +676,8 @@ bool FaultSearch::Settle() {
   return false;
 }
 
-// A correction that makes the recording less likely is taken back: where it is far from straight.
+// A correction that makes the recording less likely is taken back, where it is far from straight:
+// σ are widened by it instead.
 void FaultSearch::TryWith(Candidate* candidate) {
   const PoseGraph graph = *graph_;
   const NoiseState noise = *noise_;
@@ -683,6 +691,11 @@ void FaultSearch::TryWith(Candidate* candidate) {
   for (Candidate& other : candidates_) {
     if (other.kind == candidate->kind && other.triad == candidate->triad) other.is_active = false;
   }
+  Taken& taken = taken_.back();
+  taken.fault.is_corrected = false;
+  taken.fault.h = candidate->test.h;
+  taken.fault.sigma = candidate->test.T.rowwise().norm();
+  left_in_.push_back(std::move(taken));
   taken_.pop_back();
   *graph_ = graph;
   *noise_ = noise;
@@ -722,12 +735,16 @@ FaultFindings FaultSearch::Run() {
     StateColumns();
     Settle();
   }
+  ProjectForms();
+  ShareBudget();
   while (!candidates_.empty()) {
     TestAll();
     Candidate* const clearest = taken_.size() < kMostFaults ? Clearest() : nullptr;
-    if (TakeLostRows(clearest != nullptr ? clearest->Score() : 0.0)) continue;
-    if (clearest == nullptr) break;
-    TryWith(clearest);
+    if (!TakeLostRows(clearest != nullptr ? clearest->Score() : 0.0)) {
+      if (clearest == nullptr) break;
+      TryWith(clearest);
+    }
+    ProjectForms();
   }
   findings_.misfit.has_more_faults = taken_.size() == kMostFaults && Clearest() != nullptr;
   StateNotes();

@@ -36,19 +36,17 @@ struct FaultPlace {
   int last_pose = 0;
 };
 
-// One that chance does not make, and that is in the model now.
+// One that chance does not make, and that is in the model now if a correction leads anywhere.
 struct TakenFault {
   // Above it a parameter moves by more of its σ than h by its own: the form, and not the readings,
   // then decides the correction.
   static constexpr double kTrusted = 1.0;
-  bool is_trusted() const { return kappa <= kTrusted && !place.kind->is_truncated; }
+  bool is_trusted() const { return is_corrected && kappa <= kTrusted && !place.kind->is_truncated; }
 
   FaultPlace place;
+  bool is_corrected = true;  // else σ alone allow for it
   double log_p = 0.0;
-  double log_level = 0.0;  // that it had to be below
-  double dof = 0.0;        // of the noise that it was held against
-  int rank = 0;            // directions that the poses show
-  Eigen::VectorXd h;       // all unknowns; FaultForm says of what
+  Eigen::VectorXd h;  // all unknowns; FaultForm says of what
   Eigen::VectorXd sigma;
   double shift_sigmas = 0.0;  // of the parameter that it moved the furthest
   double kappa = 0.0;         // the same for h of one of its own σ
@@ -68,18 +66,12 @@ struct FaultNote {
 // Rows that the log lost while the unit was turned scatter the turns along what they turn by: a
 // share s of all makes a variance component s (1 - s) Σ (ω dt)(ω dt)^T.
 struct LostRowsFound {
-  // More than so many leave no gain to speak of.
-  static constexpr double kMost = 0.1;
-
   double share = 0.0;
   double log_p = 0.0;
 };
 
-// χ² against the noise at rest alone, said always.
+// What χ² against the noise at rest alone says when all is done.
 struct OverallMisfit {
-  double reduced_chi2 = 1.0;
-  double dof = 0.0;
-  double log_p = 0.0;
   double excess_ratio = 0.0;  // largest σ of an excess over that at rest
   // p < 1e-6, an excess above three times the noise at rest, and no fault that explains it.
   bool is_unexplained = false;
@@ -100,7 +92,6 @@ struct FaultFindings {
   Eigen::MatrixXd beyond;
   // Of each that was stated: how many times larger it makes the σ that it makes the largest.
   std::vector<double> widening;
-  int looked_for = 0;  // faults, each at all of its positions
 };
 
 // Looks for all declared faults in a solved graph, takes in those that are there, and leaves the

@@ -36,7 +36,7 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
   for (const FindingKind& kind : FindingKinds()) {
     if (kind.name == name) return kind.code;
   }
-  // As calibrations of before have it.
+  // Names that older calibrations have for it.
   if (name == "magnetometer-changed" || name == "left-out-term") return FindingCode::kFault;
   return std::nullopt;
 }

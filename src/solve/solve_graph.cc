@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/solve_graph.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -12,15 +13,15 @@
 namespace truetriad {
 namespace {
 
+// Of all integrations together: what needs more is not determined, or far from its start.
 constexpr int kMaxIterations = 200;
-constexpr int kMaxIntegrations = 10;
 // Of the tolerance: an increment that is linear to this needs no integration.
 constexpr double kStillLinear = 1e-2;
 
-SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance) {
+SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance, int max_iterations) {
   ChainProblem problem = ChainOf(*graph);
   const SolveOutcome outcome =
-      SolveChain(graph->solver, tolerance, kMaxIterations, &problem, &graph->shared);
+      SolveChain(graph->solver, tolerance, max_iterations, &problem, &graph->shared);
   for (std::size_t k = 0; k < graph->nodes.size(); ++k) {
     graph->nodes[k].state = problem.states[k].values;
   }
@@ -55,12 +56,14 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
   // An increment is linear in the gyroscope's parameters only near the point where it was
   // integrated: integrated again, until the optimum stays.
   SolveOutcome whole;
-  for (int round = 0; round < kMaxIntegrations; ++round) {
+  while (whole.iterations < kMaxIterations) {
     if (graph->integrated_at.size() == 0) graph->integrated_at = graph->shared;
-    const SolveOutcome outcome = SolveAsIntegrated(graph, tolerance);
-    if (round == 0) whole.initial_cost = outcome.initial_cost;
+    const bool is_first = whole.iterations == 0;
+    const SolveOutcome outcome =
+        SolveAsIntegrated(graph, tolerance, kMaxIterations - whole.iterations);
+    if (is_first) whole.initial_cost = outcome.initial_cost;
     whole.converged = outcome.converged;
-    whole.iterations += outcome.iterations;
+    whole.iterations += std::max(outcome.iterations, 1);
     whole.final_cost = outcome.final_cost;
     if (graph->increments.empty()) break;
     const double moved = ((graph->shared - graph->integrated_at).array() /

@@ -40,11 +40,10 @@ std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
 
 Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const FaultWords words = WordsOf(fault, UnitsOf(run.poses));
-  Finding finding(
-      FindingCode::kFault,
-      words.Statement() +
-          (fault.is_trusted() ? "; corrected" : "; corrected, and σ allow for all of it"),
-      RemedyOf(fault, words.remedy));
+  const std::string treated = fault.is_trusted()   ? "; corrected"
+                              : fault.is_corrected ? "; corrected, and σ allow for all of it"
+                                                   : "; not corrected, but σ allow for all of it";
+  Finding finding(FindingCode::kFault, words.Statement() + treated, RemedyOf(fault, words.remedy));
   finding.About(fault.place.triad)
       .Shifting(fault.shift_sigmas,
                 fault.is_trusted() ? Treatment::kCorrected : Treatment::kWidened)
@@ -166,10 +165,6 @@ Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved) {
   }
   if (auto joined = JoinedOf(solved.unmodelled.faults.faults)) {
     findings.push_back(*std::move(joined));
-  }
-  const std::optional<LostRowsFound>& lost = solved.unmodelled.faults.lost_rows;
-  if (lost && lost->share > LostRowsFound::kMost) {
-    findings.push_back(FindingOf(*lost).As(Severity::kRefusal));
   }
   return findings;
 }
