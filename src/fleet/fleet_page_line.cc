@@ -8,7 +8,6 @@
 
 #include "fleet/line_summary.h"
 #include "line/control_chart.h"
-#include "line/effects.h"
 #include "report/format.h"
 
 namespace truetriad::fleet {
@@ -16,8 +15,6 @@ namespace {
 
 /// Points of a chart, the last ones: what a screen can show.
 constexpr int kPointsOfChart = 400;
-/// Effects that are shown: with one in a hundred none is there by chance.
-constexpr double kEffectLevel = 0.01;
 
 const line::UnitRecord& UnitOf(const line::LineData& data, int unit) {
   return data.units[static_cast<std::size_t>(unit)];
@@ -73,27 +70,6 @@ Json ChartJson(const line::LineData& data, const line::Chart& chart) {
   return json;
 }
 
-/// What of a factor moves a parameter, and how far each level of it.
-Json EffectsJson(const line::LineData& data, const line::EffectReport& report) {
-  Json effects = Json::array();
-  for (const line::ParameterEffect& effect : report.effects) {
-    if (!(effect.p_adjusted < kEffectLevel)) continue;
-    Json levels = Json::array();
-    for (const line::LevelEffect& level : effect.levels) {
-      levels.push_back({{"level", level.level},
-                        {"units", level.units},
-                        {"effect", level.effect},
-                        {"sigma", level.sigma}});
-    }
-    effects.push_back({{"factor", report.factors[static_cast<std::size_t>(effect.factor)].name},
-                       {"parameter", ParameterOf(data, effect.parameter)},
-                       {"p", effect.p_adjusted},
-                       {"between", effect.sigma_between},
-                       {"levels", levels}});
-  }
-  return effects;
-}
-
 }  // namespace
 
 Result<PageLine> LineOfPage(Store& store, const std::string& where) {
@@ -109,8 +85,7 @@ Result<PageLine> LineOfPage(Store& store, const std::string& where) {
   PageLine page{.summary = {{"yield", json.at("yield")},
                             {"limits", json.at("limits")},
                             {"golden", json.at("golden")},
-                            {"stations", Json::array()},
-                            {"effects", EffectsJson(summary.measured, summary.effects)}}};
+                            {"stations", Json::array()}}};
   for (const line::StationCharts& station : charts.stations) {
     page.summary["stations"].push_back(StationJson(summary.measured, station));
     Json& list = page.charts.emplace_back(Json::array());

@@ -16,7 +16,7 @@
 #include "fleet/fleet_page_script.h"
 #include "fleet/line_selection.h"
 #include "fleet/unit_folders.h"
-#include "line/moment.h"
+#include "line/line_data.h"
 #include "truetriad/model/limits.h"
 #include "truetriad/model/tags.h"
 

@@ -6,7 +6,7 @@
 #include <ctime>
 
 #include "line/golden_history.h"
-#include "line/moment.h"
+#include "line/line_data.h"
 #include "truetriad/config/experiment.h"
 
 namespace truetriad::fleet {

@@ -33,56 +33,6 @@ class ProcessJsonWriter {
     return stations;
   }
 
-  Json Effects() const {
-    const line::EffectReport& report = summary_.effects;
-    Json factors = Json::array(), effects = Json::array(), joint = Json::array(),
-         spreads = Json::array();
-    for (const line::FactorLevels& factor : report.factors) {
-      factors.push_back({{"name", factor.name}, {"levels", factor.levels}});
-    }
-    for (const line::ParameterEffect& effect : report.effects) effects.push_back(OfEffect(effect));
-    for (const line::JointEffect& effect : report.joint) {
-      joint.push_back({{"factor", Factor(effect.factor)},
-                       {"parameters", effect.parameters},
-                       {"wilks", effect.wilks},
-                       {"f", effect.f},
-                       {"dof", effect.dof},
-                       {"error_dof", effect.error_dof},
-                       {"p", effect.p},
-                       {"p_adjusted", effect.p_adjusted}});
-    }
-    for (const line::ResidualSpread& spread : report.spreads) {
-      spreads.push_back({{"parameter", Name(spread.parameter)},
-                         {"units", spread.units},
-                         {"outliers", spread.outliers},
-                         {"without_sigma", spread.without_sigma},
-                         {"sigma", spread.sigma},
-                         {"calibration_sigma", spread.calibration_sigma},
-                         {"process_sigma", spread.process_sigma}});
-    }
-    return {{"factors", factors},
-            {"effects", effects},
-            {"joint", joint},
-            {"spreads", spreads},
-            {"notes", report.notes}};
-  }
-
-  Json Trends() const {
-    const line::TrendReport& report = summary_.trends;
-    Json trends = Json::array();
-    for (const line::Trend& trend : report.trends) {
-      trends.push_back({{"parameter", Name(trend.parameter)},
-                        {"units", trend.units},
-                        {"change", trend.change},
-                        {"sigma", trend.sigma},
-                        {"p", trend.p},
-                        {"p_adjusted", trend.p_adjusted},
-                        {"inflation", trend.inflation}});
-    }
-    return {
-        {"first", report.first}, {"last", report.last}, {"note", report.note}, {"trends", trends}};
-  }
-
  private:
   /// Null: of all parameters together.
   Json Name(int parameter) const {
@@ -97,10 +47,6 @@ class ProcessJsonWriter {
   const line::UnitRecord& Measured(int unit) const {
     return summary_.measured.units[static_cast<std::size_t>(unit)];
   }
-  Json Factor(int factor) const {
-    return summary_.effects.factors[static_cast<std::size_t>(factor)].name;
-  }
-
   Json OfChart(const line::Chart& chart) const {
     Json points = Json::array();
     for (const line::ChartPoint& point : chart.points) {
@@ -130,33 +76,13 @@ class ProcessJsonWriter {
             {"most", Name(alarm.most)}};
   }
 
-  Json OfEffect(const line::ParameterEffect& effect) const {
-    Json levels = Json::array();
-    for (const line::LevelEffect& level : effect.levels) {
-      levels.push_back({{"level", level.level},
-                        {"units", level.units},
-                        {"effect", level.effect},
-                        {"sigma", level.sigma}});
-    }
-    return {{"factor", Factor(effect.factor)},
-            {"parameter", Name(effect.parameter)},
-            {"f", effect.f},
-            {"dof", effect.dof},
-            {"error_dof", effect.error_dof},
-            {"p", effect.p},
-            {"p_adjusted", effect.p_adjusted},
-            {"sigma_between", effect.sigma_between},
-            {"levels", levels}};
-  }
-
   const LineSummary& summary_;
 };
 
 }  // namespace
 
 Json ProcessJson(const LineSummary& summary) {
-  const ProcessJsonWriter writer(summary);
-  return {{"charts", writer.Charts()}, {"effects", writer.Effects()}, {"trends", writer.Trends()}};
+  return {{"charts", ProcessJsonWriter(summary).Charts()}};
 }
 
 }  // namespace truetriad::fleet

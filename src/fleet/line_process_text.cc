@@ -55,73 +55,12 @@ class ProcessTextWriter {
                                                 : '\n' + heading + '\n' + quiet;
   }
 
-  std::string Effects() const {
-    truetriad::Table table{{"of", "upon", "largest at", "effect", "p"}, "lllrr", {}};
-    for (const line::ParameterEffect& effect : summary_.effects.effects) {
-      if (!(effect.p_adjusted < kDoubt)) continue;
-      const auto largest =
-          std::max_element(effect.levels.begin(),
-                           effect.levels.end(),
-                           [](const line::LevelEffect& one, const line::LevelEffect& other) {
-                             return !(std::abs(one.effect) >= std::abs(other.effect));
-                           });
-      if (largest == effect.levels.end()) continue;
-      table.rows.push_back({Factor(effect.factor),
-                            Name(effect.parameter),
-                            largest->level,
-                            WithSigma(largest->effect, largest->sigma),
-                            Probability(effect.p_adjusted)});
-    }
-    const std::vector<std::string>& notes = summary_.effects.notes;
-    std::string text =
-        Section("Effects of " + Factors() + " (in the log's units)", std::move(table));
-    if (text.empty()) {
-      text = Sentence(summary_.effects.effects.empty()
-                          ? "Effects: none looked for; it takes a tag (station, slot, fixture, "
-                            "operator, lot) with two values at least, and more units than these"
-                          : "Effects of " + Factors() + ": none seen (p < 0.01)");
-    }
-    for (const std::string& note : notes) text += Wrapped(note);
-    return text;
-  }
-
-  /// A change from the first unit to the last: what an hour showed says nothing of a day.
-  std::string Trends() const {
-    const line::TrendReport& report = summary_.trends;
-    const std::string note = report.note.empty() ? "" : Wrapped(report.note);
-    if (report.trends.empty()) {
-      return Sentence("Trends: none looked for; it takes more units with a time") + note;
-    }
-    truetriad::Table table{{"parameter", "change", "p"}, "lrr", {}};
-    for (const line::Trend& trend : report.trends) {
-      if (!(trend.p_adjusted < kDoubt)) continue;
-      table.rows.push_back({Name(trend.parameter),
-                            WithSigma(trend.change, trend.sigma),
-                            Probability(trend.p_adjusted)});
-    }
-    const std::string when = report.first + " to " + report.last;
-    return (table.rows.empty() ? Sentence("Trends, " + when + ": none seen (p < 0.01)")
-                               : Section("Trends, " + when, std::move(table))) +
-           note;
-  }
-
  private:
   std::string Name(int parameter) const {
     return summary_.measured.parameters[static_cast<std::size_t>(parameter)];
   }
   std::string Serial(int unit) const {
     return summary_.measured.units[static_cast<std::size_t>(unit)].serial;
-  }
-  std::string Factor(int factor) const {
-    return summary_.effects.factors[static_cast<std::size_t>(factor)].name;
-  }
-  /// "station, lot".
-  std::string Factors() const {
-    std::string names;
-    for (const line::FactorLevels& factor : summary_.effects.factors) {
-      names += (names.empty() ? "" : ", ") + factor.name;
-    }
-    return names;
   }
   /// "a, b, c, d and 3 more (--json)".
   static std::string ListOf(const std::vector<std::string>& items) {
@@ -136,20 +75,7 @@ class ProcessTextWriter {
   /// What a station's charts do not show, and what they are held against.
   std::string AboutCharts(const std::string& name, const line::StationCharts& station) const {
     std::string text;
-    std::vector<std::string> shifts, sparse;
-    for (const line::ChartAlarm& alarm : station.alarms) {
-      if (alarm.kind != line::ChartKind::kBaseline) continue;
-      shifts.push_back((alarm.parameter < 0 ? "all together" : Name(alarm.parameter)) + " by " +
-                       Significant(alarm.value, 2) + " σ at unit " + Serial(alarm.unit));
-    }
-    if (!shifts.empty()) {
-      text += Wrapped(name + ": the first " + std::to_string(station.baseline_units) +
-                      " units, which should say what is normal, are not in control themselves (" +
-                      ListOf(shifts) +
-                      "), so the units judge each other there; begin after the shift (--since), or "
-                      "end the baseline before it (--baseline). This takes units as independent: "
-                      "lots that differ, or units like their neighbours, show as a shift, too");
-    }
+    std::vector<std::string> sparse;
     if (station.charts.empty()) return text;
     for (const int parameter : station.sparse) sparse.push_back(Name(parameter));
     if (!sparse.empty()) {
@@ -158,17 +84,12 @@ class ProcessTextWriter {
     }
     return station.note.empty() ? text : text + Wrapped(name + ": " + station.note);
   }
-  /// In place of a table.
-  static std::string Sentence(const std::string& text) { return '\n' + text + '\n'; }
 
   const LineSummary& summary_;
 };
 
 }  // namespace
 
-std::string ProcessText(const LineSummary& summary) {
-  const ProcessTextWriter writer(summary);
-  return writer.Charts() + writer.Effects() + writer.Trends();
-}
+std::string ProcessText(const LineSummary& summary) { return ProcessTextWriter(summary).Charts(); }
 
 }  // namespace truetriad::fleet

@@ -3,15 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <string_view>
 #include <utility>
 
 #include "fleet/line_selection.h"
 #include "fleet/line_study.h"
 #include "fleet/rows.h"
-#include "line/moment.h"
-#include "line/share.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -149,16 +145,6 @@ QuantitySummary SummaryOfParameter(Eigen::Index parameter,
   return summary;
 }
 
-/// Each unit by its first calibration: the same unit twice is not two that agree.
-line::LineData OncePerUnit(const line::LineData& measured) {
-  line::LineData once{.parameters = measured.parameters};
-  std::set<std::string_view> seen;
-  for (const line::UnitRecord& unit : measured.units) {
-    if (seen.insert(unit.serial).second) once.units.push_back(unit);
-  }
-  return once;
-}
-
 Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::string& station) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
@@ -210,9 +196,6 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   chart_options.most_points = options.chart_points;
   chart_options.baseline_units = options.baseline_units;
   summary.charts = line::ControlCharts(line.measured, chart_options);
-  const line::LineData once = OncePerUnit(line.measured);
-  summary.effects = line::Effects(once);
-  summary.trends = line::Trends(once);
   summary.measured = std::move(line.measured);
   return summary;
 }

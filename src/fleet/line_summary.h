@@ -12,11 +12,8 @@
 #include "json/json.h"
 #include "line/capability.h"
 #include "line/control_chart.h"
-#include "line/effects.h"
 #include "line/gauge_study.h"
 #include "line/golden_history.h"
-#include "line/trend.h"
-#include "line/type1_study.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
@@ -98,11 +95,9 @@ struct LineSummary {
   std::vector<QuantitySummary> limits;      ///< By name.
   std::vector<QuantitySummary> parameters;  ///< In the order of the data.
   line::ChartReport charts;
-  line::EffectReport effects;
-  line::TrendReport trends;
   std::vector<line::GoldenHistory> golden;
   std::optional<StudySummary> study;
-  line::LineData measured;  ///< What the indices of charts, effects and trends are of.
+  line::LineData measured;  ///< What the indices of charts are of.
 };
 
 /// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not

@@ -11,7 +11,7 @@ namespace truetriad::fleet {
 
 // Parts of the summary that stand in files of their own.
 
-/// Charts, effects and trends: members "charts", "effects", "trends".
+/// Control charts: member "charts".
 Json ProcessJson(const LineSummary& summary);
 /// The same for people.
 std::string ProcessText(const LineSummary& summary);

@@ -19,7 +19,7 @@
 #include "base/utf8.h"
 #include "fleet/log_files.h"
 #include "io/text_file.h"
-#include "line/moment.h"
+#include "line/line_data.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/model/tags.h"
 

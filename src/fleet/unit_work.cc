@@ -22,7 +22,7 @@
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "json/plain_yaml.h"
-#include "line/moment.h"
+#include "line/line_data.h"
 #include "truetriad/base/version.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"

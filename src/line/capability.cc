@@ -3,13 +3,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
 
-#include "line/normality.h"
-#include "line/spread.h"
 #include "math/distributions.h"
 
 namespace truetriad::line {
 namespace {
+
+// Beyond, p is below 1e-30; the fits that give it are meant for less.
+constexpr double kLargestStatistic = 13.0;
+
+/// p of the statistic after its correction for the number of values.
+double ProbabilityBeyond(double statistic) {
+  const double a = std::min(statistic, kLargestStatistic);
+  if (a >= 0.6) return std::exp(1.2937 - 5.709 * a + 0.0186 * a * a);
+  if (a > 0.34) return std::exp(0.9177 - 4.279 * a - 1.38 * a * a);
+  if (a > 0.2) return 1.0 - std::exp(-8.318 + 42.796 * a - 59.938 * a * a);
+  return 1.0 - std::exp(-13.436 + 101.14 * a - 223.73 * a * a);
+}
 
 /// Where the mean lies in the limits, and how well that is known.
 struct Location {
@@ -67,6 +80,80 @@ Spread WithinSpread(const CapabilityInput& input) {
 }
 
 }  // namespace
+
+double Spread::ProcessSigma() const {
+  return std::isnan(variance) ? kNotKnown : std::sqrt(std::max(0.0, variance - known));
+}
+
+Interval Spread::ProcessSigmaInterval(double confidence) const {
+  if (std::isnan(variance) || !(dof > 0.0)) return {};
+  const double tail = 0.5 * (1.0 - confidence);
+  const auto bound = [this](double probability) {
+    const double observed = variance * dof / ChiSquareQuantile(probability, dof);
+    return std::sqrt(std::max(0.0, observed - known));
+  };
+  return {bound(1.0 - tail), bound(tail)};
+}
+
+Spread OverallSpread(const Eigen::VectorXd& values) {
+  if (values.size() < 2) return {};
+  const double dof = static_cast<double>(values.size() - 1);
+  return {(values.array() - values.mean()).square().sum() / dof, dof};
+}
+
+Spread MovingRangeSpread(const Eigen::VectorXd& values) {
+  if (values.size() < 2) return {};
+  const Eigen::Index count = values.size() - 1;
+  const double m = static_cast<double>(count);
+  const double d2 = 2.0 * std::numbers::inv_sqrtpi;
+  // Of |D1| and |D2|, differences of one value with those on its sides, which correlate by -1/2:
+  // 4/pi (sqrt(3)/2 + pi/12) - 4/pi.
+  const double covariance =
+      4.0 / std::numbers::pi * (0.5 * std::numbers::sqrt3 + std::numbers::pi / 12.0 - 1.0);
+  const double relative = ((2.0 - d2 * d2) * m + 2.0 * covariance * (m - 1.0)) / (m * m * d2 * d2);
+  const double sigma = (values.tail(count) - values.head(count)).cwiseAbs().mean() / d2;
+  return {sigma * sigma, 0.5 / relative};
+}
+
+Spread SubgroupSpread(const Eigen::VectorXd& values, const std::vector<std::string>& groups) {
+  struct Group {
+    double count = 0.0, mean = 0.0, squares = 0.0;
+  };
+  std::map<std::string, Group> by_name;
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    Group& group = by_name[groups[static_cast<std::size_t>(i)]];
+    const double from_mean = values[i] - group.mean;
+    group.mean += from_mean / ++group.count;
+    group.squares += from_mean * (values[i] - group.mean);
+  }
+  double squares = 0.0, dof = 0.0;
+  for (const auto& [name, group] : by_name) {
+    squares += group.squares;
+    dof += group.count - 1.0;
+  }
+  return dof > 0.0 ? Spread{squares / dof, dof} : Spread{};
+}
+
+double AndersonDarlingP(const Eigen::VectorXd& values) {
+  constexpr Eigen::Index kFewest = 8;
+  if (values.size() < kFewest) return kNotKnown;
+  const double sigma = OverallSpread(values).ProcessSigma();
+  if (!(sigma > 0.0)) return kNotKnown;
+  Eigen::VectorXd sorted = (values.array() - values.mean()) / sigma;
+  std::sort(sorted.begin(), sorted.end());
+  const Eigen::Index last = sorted.size() - 1;
+  const double n = static_cast<double>(sorted.size());
+  const auto log_of = [](double probability) {
+    return std::log(std::max(probability, std::numeric_limits<double>::min()));
+  };
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i <= last; ++i) {
+    sum += static_cast<double>(2 * i + 1) *
+           (log_of(NormalCdf(sorted[i])) + log_of(NormalCdf(-sorted[last - i])));
+  }
+  const double statistic = -n - sum / n;
+  return ProbabilityBeyond(statistic * (1.0 + 0.75 / n + 2.25 / (n * n)));
+}
 
 Capability FindCapability(const CapabilityInput& input, double confidence) {
   Capability found;

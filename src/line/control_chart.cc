@@ -6,17 +6,160 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
-#include "line/baseline.h"
-#include "line/baseline_shift.h"
 #include "line/chart_plan.h"
+#include "math/distributions.h"
 
 namespace truetriad::line {
 namespace {
 
+constexpr double kFirstReach = 5.0;
+constexpr double kReach = 4.0;
+constexpr int kMostRounds = 10;
+// Of a value's size: what differs by less is rounding of the same.
+constexpr double kSame = 1e-12;
+
+// An alarm of the EWMA ends below this share of its limit: it is a level, not a unit.
+constexpr double kQuiet = 0.5;
+// σ from differences of neighbours has 2/3 of the degrees of freedom of that about the mean.
+constexpr double kDofOfDifferences = 2.0 / 3.0;
+// In σ: of normal values one in 16,000 is left out of the baseline though it belongs there.
+constexpr double kFarAway = 4.0;
+
+class Ewma {
+ public:
+  Ewma(const ParameterValues& values, const ChartPlan& plan)
+      : values_(values),
+        plan_(plan),
+        first_(values.own ? 0 : values.baseline),
+        usable_(values.values.size(), true),
+        weights_(plan.options.ewma_lambda),
+        writer_(ChartKind::kEwma,
+                values.parameter,
+                values.values.size() - first_,
+                plan.options.most_points) {
+    for (std::size_t k = 0; k < values.baseline; ++k) {
+      if (values.good[k]) moments_.Add(values.values[k]);
+    }
+    SetLimits();
+  }
+
+  void DrawTo(StationCharts* station) {
+    for (std::size_t k = first_; k < values_.values.size(); ++k) {
+      if (!values_.own) Follow(k);
+      const bool is_far = std::abs(values_.values[k] - centre_) > kFarAway * sigma_;
+      const bool is_shifted = Add(k);
+      usable_[k] = !is_far && !is_shifted;
+    }
+    writer_.chart.run_length = 1.0 / plan_.RateOf(ChartKind::kEwma);
+    writer_.chart.centre = centre_;
+    writer_.chart.sigma = sigma_ / C4(dof_ + 1.0);
+    writer_.MoveTo(station);
+  }
+
+ private:
+  void SetLimits() {
+    centre_ = moments_.mean;
+    count_ = moments_.count;
+    dof_ = count_ - 1.0;
+    sigma_ = std::sqrt(moments_.Variance());
+    // A shift amid units that judge each other widens their σ about the mean, but not that of
+    // neighbours.
+    if (values_.own) SetSigmaOfNeighbours();
+    limit_ = PredictiveWidth(plan_.ewma_width, dof_);
+  }
+
+  void SetSigmaOfNeighbours() {
+    double squares = 0.0;
+    double pairs = 0.0;
+    for (std::size_t k = 1; k < values_.values.size(); ++k) {
+      if (!values_.good[k] || !values_.good[k - 1]) continue;
+      squares += std::pow(values_.values[k] - values_.values[k - 1], 2);
+      pairs += 1.0;
+    }
+    if (pairs < 2.0 || !(squares > 0.0)) return;
+    sigma_ = std::sqrt(0.5 * squares / pairs);
+    dof_ = kDofOfDifferences * pairs;
+  }
+
+  void Follow(std::size_t k) {
+    if (k < first_ + kBaselineLag) return;
+    const std::size_t joining = k - kBaselineLag;
+    if (!usable_[joining]) return;
+    moments_.Add(values_.values[joining]);
+    if (moments_.count >= kBaselineGrowth * count_) SetLimits();
+  }
+
+  // Whether the level is out of control.
+  bool Add(std::size_t k) {
+    average_ += plan_.options.ewma_lambda * (values_.values[k] - centre_ - average_);
+    weights_.Add(values_.own && values_.good[k]);
+    const double value = average_ / sigma_;
+    const double limit = limit_ * std::sqrt(weights_.Variance(count_));
+    const bool before = writer_.in_alarm();
+    const bool alarm = std::abs(value) > (before ? kQuiet * limit : limit);
+    writer_.Add({values_.units[k], value, -limit, limit}, alarm);
+    if (alarm && !before) {
+      for (std::size_t at = k - std::min(k, kBaselineLag); at < k; ++at) usable_[at] = false;
+    }
+    if (before && !alarm) {  // as after a repair: the chart begins anew
+      average_ = 0.0;
+      weights_.Restart();
+    }
+    return alarm;
+  }
+
+  const ParameterValues& values_;
+  const ChartPlan& plan_;
+  std::size_t first_;
+  std::vector<bool> usable_;  // for the baseline
+  RunningMoments moments_;
+  // What is normal, as of the last SetLimits; count and dof: units in the mean, and of σ.
+  double centre_ = 0.0, sigma_ = 0.0, count_ = 0.0, dof_ = 0.0;
+  double limit_ = 0.0;    // over the EWMA's own σ
+  double average_ = 0.0;  // EWMA of deviations, in the parameter's unit
+  MovingWeights weights_;
+  ChartWriter writer_;
+};
+
+// Which values belong to what most of them come from: first those within 5 robust σ of the median,
+// then those within 4 σ of the mean of what is left, until this stays. Of normal values one in
+// 16,000 is left out; up to a third may be anything.
+std::vector<bool> WithoutOutliers(const std::vector<double>& values) {
+  std::vector<bool> good(values.size(), true);
+  if (values.empty()) return good;
+  double centre = Median(values);
+  std::vector<double> deviations(values.size());
+  std::transform(values.begin(), values.end(), deviations.begin(), [&](double value) {
+    return value - centre;
+  });
+  double reach = kFirstReach * MadSigma(std::move(deviations));
+  if (reach == 0.0) return good;
+  for (int round = 0; round < kMostRounds; ++round) {
+    RunningMoments moments;
+    bool same = true;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const bool within = std::abs(values[k] - centre) <= reach;
+      same = same && within == good[k];
+      good[k] = within;
+      if (within) moments.Add(values[k]);
+    }
+    if (round > 0 && same) break;
+    centre = moments.mean;
+    reach = kReach * std::sqrt(moments.Variance());
+  }
+  return good;
+}
+
+// Whether values that should vary do: not all of them equal but for rounding.
+bool Varies(const std::vector<double>& values) {
+  if (values.empty()) return false;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return *most - *least > kSame * std::max(std::abs(*least), std::abs(*most));
+}
+
 constexpr std::size_t kLeastUnits{kLeastBaselineUnits};
-// Probability that a baseline in control is said to shift within itself.
-constexpr double kShiftLevel = 0.01;
 constexpr double kSharedBy = 0.9;
 
 std::vector<int> WatchedOf(const LineData& data, const ChartOptions& options) {
@@ -59,36 +202,19 @@ void SetBaseline(int units, ParameterValues* values) {
   values->good = WithoutOutliers({values->values.begin(), end});
 }
 
-// Those that nine of ten units have: of fewer the other units would be lost for charts of all.
+// Those that nine of ten units have: of fewer the other units would be lost for the chart of all.
+// Where one of them has no baseline, none has: the units judge each other.
 std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watched, int units) {
   std::vector<ParameterValues> shared;
+  bool judge_each_other = false;
   for (const ParameterValues& values : watched) {
-    if (static_cast<double>(values.values.size()) >= kSharedBy * units) shared.push_back(values);
+    if (static_cast<double>(values.values.size()) < kSharedBy * units) continue;
+    shared.push_back(values);
+    judge_each_other = judge_each_other || values.own;
   }
+  if (!judge_each_other) return shared;
+  for (ParameterValues& values : shared) SetBaseline(0, &values);
   return shared;
-}
-
-// What shifts within its baseline has none: its units judge each other, as before it was full. All
-// together do where one of them does.
-void DropShiftedBaselines(const LineData& data,
-                          std::vector<ParameterValues>* watched,
-                          std::vector<ParameterValues>* shared,
-                          StationCharts* station) {
-  station->alarms = BaselineShifts(data, *watched, 0.5 * kShiftLevel);
-  if (station->alarms.empty()) {
-    const auto shift = JointBaselineShift(data, *shared, 0.5 * kShiftLevel);
-    if (shift) station->alarms.push_back(*shift);
-  }
-  for (ChartAlarm& alarm : station->alarms) {
-    for (ParameterValues& values : *watched) {
-      if (alarm.parameter == values.parameter) SetBaseline(0, &values);
-      alarm.last_unit = std::max(alarm.last_unit, values.units.back());
-    }
-  }
-  const auto judge_each_other = [](const ParameterValues& values) { return values.own; };
-  if (!station->alarms.empty() || std::any_of(shared->begin(), shared->end(), judge_each_other)) {
-    for (ParameterValues& values : *shared) SetBaseline(0, &values);
-  }
 }
 
 bool VariesInBaseline(const ParameterValues& values) {
@@ -135,8 +261,6 @@ StationCharts ChartsOf(const LineData& data,
     station.constant.push_back(values.parameter);
     return true;
   });
-  std::vector<ParameterValues> shared = SharedOf(watched, station.units);
-  DropShiftedBaselines(data, &watched, &shared, &station);
   for (const ParameterValues& values : watched) {
     AddBaselineOutliers(values, &station.baseline_outliers);
   }
@@ -148,9 +272,11 @@ StationCharts ChartsOf(const LineData& data,
   }
   const ChartPlan& plan = plans->try_emplace(watched.size(), options, watched.size()).first->second;
   if (plan.Has(ChartKind::kEwma)) {
-    for (const ParameterValues& values : watched) DrawEwma(values, plan, &station);
+    for (const ParameterValues& values : watched) Ewma(values, plan).DrawTo(&station);
   }
-  if (plan.Has(ChartKind::kHotelling)) DrawHotelling(data, shared, plan, &station);
+  if (plan.Has(ChartKind::kHotelling)) {
+    DrawHotelling(data, SharedOf(watched, station.units), plan, &station);
+  }
   std::stable_sort(station.charts.begin(),
                    station.charts.end(),
                    [](const Chart& a, const Chart& b) { return a.kind < b.kind; });
@@ -163,7 +289,7 @@ StationCharts ChartsOf(const LineData& data,
 }  // namespace
 
 const char* NameOf(ChartKind kind) {
-  static constexpr std::array<const char*, kChartKindCount + 1> kNames = {"ewma", "t2", "baseline"};
+  static constexpr std::array<const char*, kChartKindCount> kNames = {"ewma", "t2"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -16,12 +16,11 @@ namespace truetriad::line {
 enum class ChartKind {
   kEwma,       // exponentially weighted moving average of single units, a chart a parameter
   kHotelling,  // T^2 of single units over all parameters, one chart
-  kBaseline,   // no chart, but an alarm: the baseline is not in control itself
 };
 inline constexpr std::array kChartKinds = {ChartKind::kEwma, ChartKind::kHotelling};
 inline constexpr std::size_t kChartKindCount = kChartKinds.size();
 
-/// As files and pages call it: "ewma", "t2", "baseline".
+/// As files and pages call it: "ewma", "t2".
 const char* NameOf(ChartKind kind);
 
 /// Parts of the permitted false alarms, by kind; a kind with 0 is not drawn. The sum is at most 1.
@@ -41,8 +40,7 @@ struct ChartOptions {
   /// Units between two false alarms, on average, over all charts of a station together.
   double run_length_units = 370.0;
   /// The units that say what is normal: the first so many of a station, followed by each later one
-  /// that is in control (phase II). 0: all units judge each other (phase I), as do those of a
-  /// parameter that shifts within its baseline.
+  /// that is in control (phase II). 0: all units judge each other (phase I).
   int baseline_units = 200;
   double ewma_lambda = 0.08;
   ChartShares shares = kDefaultShares;
@@ -92,7 +90,7 @@ struct StationCharts {
   std::vector<int> sparse;             // parameters with too few values for charts
   std::vector<int> dependent;          // that others determine: not in T^2
   std::vector<Chart> charts;           // by kind, then by parameter
-  std::vector<ChartAlarm> alarms;      // in the order of units; kBaseline: see baseline_shift.h
+  std::vector<ChartAlarm> alarms;      // in the order of units
   std::string note;                    // why there are fewer charts than asked for; empty: none
 };
 

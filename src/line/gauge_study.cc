@@ -3,15 +3,74 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
 
-#include "line/variance_bounds.h"
+#include "line/capability.h"
 #include "math/distributions.h"
 
 namespace truetriad::line {
 namespace {
+
+/// A mean square times a factor, of either sign.
+struct MeanSquareTerm {
+  double factor = 0.0, mean_square = 0.0, dof = 0.0;
+};
+
+constexpr double kManyDof = std::numeric_limits<double>::infinity();
+
+double Squared(double value) { return value * value; }
+
+/// How far a bound lies from the sum, squared: V_L of the papers where `probability` is 1 - tail,
+/// for the lower bound; V_U where it is tail, for the upper one.
+double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probability) {
+  const bool is_lower = probability > 0.5;
+  const auto own = [&](const MeanSquareTerm& term) {
+    const bool is_over = (term.factor > 0.0) == is_lower;
+    const double p = is_lower ? probability : 1.0 - probability;
+    return is_over ? 1.0 - 1.0 / FisherQuantile(p, term.dof, kManyDof)
+                   : 1.0 / FisherQuantile(1.0 - p, term.dof, kManyDof) - 1.0;
+  };
+  double sum = 0.0;
+  int positive = 0;
+  for (const MeanSquareTerm& term : terms) {
+    sum += Squared(own(term) * term.factor * term.mean_square);
+    if (term.factor > 0.0) ++positive;
+  }
+  const bool is_difference = positive < static_cast<int>(terms.size());
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    for (std::size_t j = 0; j < terms.size(); ++j) {
+      const MeanSquareTerm &one = terms[i], &other = terms[j];
+      const double product =
+          one.factor * one.mean_square * std::abs(other.factor) * other.mean_square;
+      if (one.factor > 0.0 && other.factor < 0.0) {
+        const double f = FisherQuantile(probability, one.dof, other.dof);
+        sum += product / f * (Squared(f - 1.0) - Squared(own(one) * f) - Squared(own(other)));
+      } else if (is_difference && is_lower && i < j && one.factor > 0.0 && other.factor > 0.0) {
+        const double both = one.dof + other.dof;
+        const double together = 1.0 - 1.0 / FisherQuantile(probability, both, kManyDof);
+        sum +=
+            product / (positive - 1) *
+            (Squared(together * both) / (one.dof * other.dof) -
+             Squared(own(one)) * one.dof / other.dof - Squared(own(other)) * other.dof / one.dof);
+      }
+    }
+  }
+  return std::max(0.0, sum);
+}
+
+/// Interval of a variance component sum(factor * expected mean square), at most one factor of which
+/// is negative, by the modified large-sample method: Graybill & Wang (1980) for sums, Ting,
+/// Burdick, Graybill, Jeyaratnam & Lu (1990), eq. 2 to 5, for differences. Never below zero.
+Interval VarianceInterval(const std::vector<MeanSquareTerm>& terms, double confidence) {
+  const double tail = 0.5 * (1.0 - confidence);
+  double value = 0.0;
+  for (const MeanSquareTerm& term : terms) value += term.factor * term.mean_square;
+  return {std::max(0.0, value - std::sqrt(SquaredDistance(terms, 1.0 - tail))),
+          std::max(0.0, value + std::sqrt(SquaredDistance(terms, tail)))};
+}
 
 /// Readings by appraiser, then by part.
 using Cells = std::map<std::string, std::map<std::string, std::vector<double>>>;
@@ -256,6 +315,34 @@ Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
   Pool(options.pool_above_p, &study);
   FillComponents(options.confidence, &study);
   FillShares(options.tolerance, &study);
+  return study;
+}
+
+Type1Study FindType1Study(const Eigen::VectorXd& values,
+                          double reference,
+                          double tolerance,
+                          double confidence) {
+  Type1Study study;
+  study.runs = values.size();
+  study.reference = reference;
+  if (study.runs == 0) return study;
+  study.mean = values.mean();
+  if (study.runs < 2) return study;
+  const Spread spread = OverallSpread(values);
+  const double sigma = spread.ProcessSigma();
+  study.sigma = {sigma, spread.ProcessSigmaInterval(confidence)};
+  study.cg = 0.2 * tolerance / (6.0 * sigma);
+  study.repeatability_share = 6.0 * sigma / tolerance;
+  const double bias = study.mean - reference;
+  if (std::isnan(bias)) return study;
+  const double bias_sigma = sigma / std::sqrt(static_cast<double>(study.runs));
+  const double doubt = StudentQuantile(0.5 * (1.0 + confidence), spread.dof) * bias_sigma;
+  study.bias = {bias, {bias - doubt, bias + doubt}};
+  study.bias_t = bias / bias_sigma;
+  if (!std::isnan(study.bias_t)) {
+    study.bias_p = FisherUpper(study.bias_t * study.bias_t, 1.0, spread.dof);
+  }
+  study.cgk = (0.1 * tolerance - std::abs(bias)) / (3.0 * sigma);
   return study;
 }
 

@@ -9,7 +9,6 @@
 
 #include <Eigen/Core>
 
-#include "line/moment.h"
 #include "math/distributions.h"
 
 namespace truetriad::line {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "line/interval.h"
+#include "line/line_data.h"
 
 namespace truetriad::line {
 

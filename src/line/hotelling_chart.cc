@@ -6,8 +6,6 @@
 #include <limits>
 #include <set>
 
-#include "line/baseline.h"
-#include "line/chart_limits.h"
 #include "line/chart_plan.h"
 #include "math/dense/cholesky.h"
 
@@ -25,6 +23,9 @@ constexpr std::size_t kLeastUnitsOfParameter = 2;
 // One of so many normal units is left out of the baseline though it belongs there.
 constexpr double kFarAwayProbability = 1e-4;
 constexpr int kMostScreens = 5;
+// Of a column's variance: what is left below it is rounding. Tied entries leave 1e-16; a sensor's
+// parameters that are correlated by 0.999,999 leave 2e-6.
+constexpr double kLeastOwnVariance = 1e-8;
 
 // Units with values of all parameters, as columns scaled by their spread in the baseline.
 struct TogetherUnits {
@@ -38,6 +39,50 @@ struct TogetherUnits {
     return count >= static_cast<double>(kLeastUnitsOfParameter * parameters.size());
   }
 };
+
+// Mean and covariance of vectors that come one by one.
+struct RunningScatter {
+  explicit RunningScatter(Eigen::Index dimension)
+      : mean(Eigen::VectorXd::Zero(dimension)),
+        squares(Eigen::MatrixXd::Zero(dimension, dimension)) {}
+
+  double count = 0.0;
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd squares;
+
+  void Add(const Eigen::VectorXd& value) {
+    count += 1.0;
+    const Eigen::VectorXd step = value - mean;
+    mean += step / count;
+    squares.noalias() += (1.0 - 1.0 / count) * step * step.transpose();
+  }
+  Eigen::MatrixXd Covariance() const { return squares / (count - 1.0); }
+};
+
+// Columns that are not determined by those before them: share of each one's variance that is left
+// is above 1e-8. Of a covariance; columns without variance are none of them.
+std::vector<Index> IndependentColumns(const Eigen::MatrixXd& covariance) {
+  std::vector<Index> kept;
+  // Cholesky's factor of the correlations, row by row.
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
+  for (Index col = 0; col < covariance.rows(); ++col) {
+    if (!(covariance(col, col) > 0.0)) continue;
+    const Index place = static_cast<Index>(kept.size());
+    Eigen::VectorXd row(place);
+    for (Index k = 0; k < place; ++k) {
+      const Index other = kept[static_cast<std::size_t>(k)];
+      const double correlation =
+          covariance(col, other) / std::sqrt(covariance(col, col) * covariance(other, other));
+      row[k] = (correlation - row.head(k).dot(root.row(k).head(k))) / root(k, k);
+    }
+    const double left = 1.0 - row.squaredNorm();
+    if (left < kLeastOwnVariance) continue;
+    root.row(place).head(place) = row.transpose();
+    root(place, place) = std::sqrt(left);
+    kept.push_back(col);
+  }
+  return kept;
+}
 
 class Hotelling {
  public:

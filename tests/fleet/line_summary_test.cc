@@ -295,30 +295,6 @@ TEST_F(LineOfUnits, TakesNoSelectionThatIsNone) {
   EXPECT_THAT(message({.study = "TRUE", .study_by = "operater"}), HasSubstr("--by=operater"));
 }
 
-TEST_F(LineOfUnits, SaysThatNothingWasFound) {
-  for (int i = 0; i < 12; ++i) Add(RunOf("u" + std::to_string(i), 0.01 * (i % 5)));
-  const std::string text = SummaryText(Summary());
-  EXPECT_THAT(text, HasSubstr("Effects: none looked for"));
-  EXPECT_THAT(text, HasSubstr("Trends, 2026-11-24T00:00:00Z to 2026-11-24T00:11:00Z: none seen"));
-}
-
-// The 150th of the first 200 units begins a new level, which the units after them have, too.
-TEST_F(LineOfUnits, SaysThatABaselineIsNotInControl) {
-  std::mt19937_64 random(2);
-  std::normal_distribution<double> process(0.0, 0.05);
-  for (int i = 0; i < 210; ++i)
-    Add(RunOf("u" + std::to_string(i), process(random) + (i < 150 ? 0.0 : 0.1)));
-  SummaryOptions options{.now = "2026-11-24T12:00:00Z"};
-  const std::string text = SummaryText(Summary(options));
-  EXPECT_THAT(text, HasSubstr("the first 200 units, which should say what is normal, are not"));
-  const Json alarms = ToJson(Summary(options))["charts"][0]["alarms"];
-  EXPECT_TRUE(std::any_of(alarms.begin(), alarms.end(), [](const Json& alarm) {
-    return alarm["kind"] == "baseline" && alarm["last_serial"] == "u209";
-  }));
-  options.baseline_units = 140;
-  EXPECT_THAT(SummaryText(Summary(options)), Not(HasSubstr("are not in control")));
-}
-
 // 300 units of a process of 0.06 σ in limits of -+ 0.3, measured with 0.03 σ: Pp 1.67 of the
 // process, 1.49 as observed; 4 σ of either are 16 %.
 TEST_F(LineOfUnits, HoldsTheProcessAgainstItsLimits) {

@@ -8,10 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "line/normality.h"
-#include "line/share.h"
-#include "line/spread.h"
-
 namespace truetriad::line {
 namespace capability_test {
 

@@ -10,8 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "line/type1_study.h"
-
 namespace truetriad::line {
 namespace gauge_study_test {
 

@@ -5,15 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include "line/moment.h"
-
 namespace truetriad::line {
 namespace line_data_test {
 
-TEST(LineData, FindsParametersAndTagsByName) {
-  const LineData data{.parameters = {"accelerometer.bias.x", "gyroscope.bias.z"}};
-  EXPECT_EQ(PlaceOf(data, "gyroscope.bias.z"), 1);
-  EXPECT_EQ(PlaceOf(data, "gyroscope.bias.x"), std::nullopt);
+TEST(LineData, FindsTagsByName) {
   const UnitRecord unit{.tags = {{"lot", "L17"}}};
   EXPECT_EQ(TagOf(unit, "lot"), "L17");
   EXPECT_EQ(TagOf(unit, "station"), "");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the line's statistics say: how values lie within their limits, control charts of each station
-// with their alarms, effects of fixtures and the like, golden units.
+// with their alarms, golden units.
 'use strict';
 (() => {
   const { units, text, element, charts, overview } = window.fleet;
@@ -11,7 +11,6 @@
   const kinds = {
     ewma: 'EWMA of units',
     t2: 'all parameters together (Hotelling T²)',
-    baseline: 'shift within the baseline',
   };
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
   const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);
@@ -122,15 +121,6 @@
       element('figure', {}, place, caption), alarms)];
   };
 
-  const effectsOf = () => {
-    if (!line.effects?.length) return [];
-    const rows = line.effects.map((effect) => {
-      const levels = [...effect.levels].filter((level) => known(level.effect)).sort((a, b) => Math.abs(b.effect) - Math.abs(a.effect)).slice(0, 3);
-      return row(effect.factor, cell(effect.parameter), cell(levels.map((level) => `${level.level || 'none'} ${text.number(level.effect, 3)} ± ${text.number(level.sigma, 2)}`).join(', '), 'words'), cell(effect.p < 1e-6 ? '< 1e-6' : text.number(effect.p, 2), 'r'));
-    });
-    return [section('Effects', scroll('Effects', tableOf([heading('of'), heading('upon'), heading('largest, against their mean'), heading('p', 'r')], rows)))];
-  };
-
   const age = (hours) => {
     if (!known(hours)) return '–';
     if (hours < 0) return 'after it';
@@ -148,7 +138,7 @@
       // Of the whole line, on its own page alone.
       if (!line || document.body.dataset.lot) return;
       document.getElementById('line').hidden = false;
-      document.getElementById('line-content').replaceChildren(yieldOf(), ...limitsOf(), ...chartsOf(), ...effectsOf(), ...goldenOf());
+      document.getElementById('line-content').replaceChildren(yieldOf(), ...limitsOf(), ...chartsOf(), ...goldenOf());
     },
   };
 })();

@@ -113,7 +113,7 @@ Result<VerbResult> RunFleetSummary(const std::vector<std::string>&) {
 Command FleetSummaryCommand() {
   return {
       .name = "fleet summary",
-      .summary = "How does the line do? Yield, reasons, limits, charts, stations, gauge studies.",
+      .summary = "How does the line do? Yield, reasons, limits, charts, golden units, gauge studies.",
       .examples =
           "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
           "build/truetriad fleet run out/line -o out/day --set=limits.accelerometer.bias=0.5\n"
