@@ -2,7 +2,6 @@
 #include "fleet/collect.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -14,14 +13,11 @@
 #include <utility>
 
 #include "fleet/json_lines.h"
-#include "fleet/json_lines_store.h"
 #include "fleet/rows.h"
 #include "fleet/run_check.h"
-#include "fleet/run_reader.h"
-#include "fleet/shard.h"
+#include "fleet/sql_store.h"
 #include "fleet/store.h"
-#include "fleet/store_url.h"
-#include "fleet/unit_decisions.h"
+#include "fleet/unit_folders.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -50,8 +46,8 @@ struct Survey {
   std::unordered_map<std::size_t, std::size_t> contents;
 };
 
-/// All of a run but its findings, of which older stores keep less, and its message, of which
-/// PostgreSQL may (what is no UTF-8).
+/// All of a run but its findings and its message, of which PostgreSQL may keep less (what is no
+/// UTF-8).
 std::string ContentOf(UnitRun run) {
   run.findings.clear();
   run.message.clear();
@@ -259,10 +255,7 @@ Status AddFrom(const std::string& source, Store& target) {
 
 Result<std::size_t> CountRuns(Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query("SELECT count(*) FROM run"));
-  const std::string text = table.rows.at(0).at(0).value_or("0");
-  std::size_t count = 0;
-  std::from_chars(text.data(), text.data() + text.size(), count);
-  return count;
+  return NumberOf(table.rows.at(0).at(0), std::size_t{0});
 }
 
 /// Of `count`, those that are not in `present`, nor the store has runs of.

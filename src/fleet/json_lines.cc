@@ -2,22 +2,21 @@
 #include "fleet/json_lines.h"
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <unordered_set>
 #include <utility>
 
+#include "fleet/fields.h"
 #include "fleet/run_check.h"
-#include "fleet/shard.h"
+#include "fleet/store.h"
 #include "json/json.h"
 
 namespace truetriad::fleet {
 namespace {
 
-constexpr std::string_view kFormat = "truetriad/runs/";
+constexpr std::string_view kFormat = "truetriad/runs/3";
 constexpr std::size_t kLongestHeader = 4096;  // Bytes; that of today has some 50.
 
 Error NoHeader(const std::string& path) {
@@ -26,7 +25,7 @@ Error NoHeader(const std::string& path) {
       {path, 1},
       "is no file of runs: expected the header that `fleet run --store=NAME.jsonl` writes, "
       "{\"format\":\"" +
-          std::string(kFormat) + std::to_string(kJsonLinesVersion) + "\",…}");
+          std::string(kFormat) + "\",…}");
 }
 
 Error Unreadable(const std::string& path) {
@@ -44,19 +43,6 @@ Result<std::ifstream> Opened(const std::string& path) {
   return file;
 }
 
-/// The number behind kFormat.
-std::optional<int> VersionOf(const Json& header) {
-  if (!header.is_object() || !header.contains("format") || !header["format"].is_string()) {
-    return std::nullopt;
-  }
-  const std::string format = header["format"];
-  int version = 0;
-  if (!format.starts_with(kFormat)) return std::nullopt;
-  const char* const end = format.data() + format.size();
-  const auto [stop, failure] = std::from_chars(format.data() + kFormat.size(), end, version);
-  return failure == std::errc() && stop == end ? std::optional(version) : std::nullopt;
-}
-
 Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
   const std::optional<Shard> shard =
       run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
@@ -70,33 +56,16 @@ Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
 }
 
 Disposition DispositionFrom(const Json& json) {
-  const std::string name = json.at("verdict");
-  return {.id = json.at("disposition"),
-          .serial = json.at("serial"),
-          .created = json.at("created"),
-          .who = json.at("who"),
-          .why = json.at("why"),
-          // Of another, CheckStored says that people do not decide it.
-          .verdict = VerdictFromName(name).value_or(Verdict::kNoResult),
-          .run = json.at("run")};
+  Disposition disposition;
+  TakeTree(json, &disposition);
+  disposition.serial = json.at("serial");
+  return disposition;
 }
 
 StationCheck StationCheckFrom(const Json& json) {
-  const auto number = [&](const char* name) {
-    const Json& value = json.at(name);
-    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-  };
-  return {.id = json.at("station_check"),
-          .station = json.at("station"),
-          .serial = json.at("serial"),
-          .created = json.at("created"),
-          .agrees = json.at("agrees"),
-          .p = number("p"),
-          .largest = number("largest"),
-          .parameter = json.at("parameter"),
-          .log = json.at("log"),
-          .recording = json.at("recording"),
-          .repeatability = json.at("repeatability")};
+  StationCheck check;
+  TakeTree(json, &check);
+  return check;
 }
 
 LineCounts CountsFrom(const Json& json) {
@@ -179,8 +148,7 @@ class LinesReader {
 }  // namespace
 
 std::string HeaderLine(const LinesHeader& header) {
-  Json json = {{"format", std::string(kFormat) + std::to_string(kJsonLinesVersion)},
-               {"shards", header.shards.count}};
+  Json json = {{"format", kFormat}, {"shards", header.shards.count}};
   if (header.shards.only) json["shard"] = *header.shards.only;
   if (!header.store.empty()) json["store"] = header.store;
   if (header.policy) json["retest_counts"] = RetestCountsName(header.policy->counts);
@@ -189,29 +157,13 @@ std::string HeaderLine(const LinesHeader& header) {
 }
 
 std::string LineOf(const Disposition& disposition) {
-  return TextOfLine({{"disposition",
-                      {{"disposition", disposition.id},
-                       {"run", disposition.run},
-                       {"serial", disposition.serial},
-                       {"created", disposition.created},
-                       {"who", disposition.who},
-                       {"verdict", VerdictName(disposition.verdict)},
-                       {"why", disposition.why}}}});
+  Json json = TreeOf(disposition);
+  json["serial"] = disposition.serial;
+  return TextOfLine({{"disposition", json}});
 }
 
 std::string LineOf(const StationCheck& check) {
-  return TextOfLine({{"station_check",
-                      {{"station_check", check.id},
-                       {"station", check.station},
-                       {"serial", check.serial},
-                       {"created", check.created},
-                       {"agrees", check.agrees},
-                       {"p", check.p},
-                       {"largest", check.largest},
-                       {"parameter", check.parameter},
-                       {"log", check.log},
-                       {"recording", check.recording},
-                       {"repeatability", check.repeatability}}}});
+  return TextOfLine({{"station_check", TreeOf(check)}});
 }
 
 std::string EndLine(const LineCounts& above) {
@@ -223,15 +175,7 @@ std::string EndLine(const LineCounts& above) {
 
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-  const std::optional<int> version = VersionOf(header);
-  if (!version || *version < 1) return NoHeader(path);
-  if (*version > kJsonLinesVersion) {
-    return Error(ErrorCode::kWrongFormat,
-                 {path, 1},
-                 "has version " + std::to_string(*version) +
-                     " of such files, and this program knows " + std::to_string(kJsonLinesVersion) +
-                     "; use the newer truetriad that wrote it");
-  }
+  if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
   LinesHeader stated;
   const auto number = [&](const char* name) {
     const Json value = header.value(name, Json());
@@ -263,7 +207,7 @@ Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view lin
 }
 
 bool IsCutHeader(std::string_view text) {
-  const std::string start = "{\"format\":\"" + std::string(kFormat);
+  const std::string start = "{\"format\":\"" + std::string(kFormat) + '"';
   return text.starts_with(start) || start.starts_with(text);
 }
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/json_lines_store.h"
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -19,7 +17,7 @@
 
 #include "fleet/json_lines.h"
 #include "fleet/rows.h"
-#include "fleet/shard.h"
+#include "fleet/store.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -281,7 +279,7 @@ class JsonLinesStore : public Store {
 
   Status ForEachRun(const RunSelection& which,
                     const std::function<Status(UnitRun)>& take) override {
-    if (which.only_standing || !which.where.empty()) return NoQuestions();
+    if (which.only_standing || which.with_standing || !which.where.empty()) return NoQuestions();
     LinesRead read;
     TRUETRIAD_RETURN_IF_ERROR(ForEachLine(path_, take, &read));
     read_ = std::move(read);

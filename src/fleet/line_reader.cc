@@ -2,7 +2,8 @@
 #include "fleet/line_reader.h"
 
 #include <algorithm>
-#include <charconv>
+#include <chrono>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <optional>
@@ -12,21 +13,132 @@
 #include <utility>
 
 #include "truetriad/model/limits.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
 
-/// Runs that are asked for at once: their rows are some megabytes.
-constexpr std::size_t kRunsAtOnce = 500;
-constexpr std::string_view kReference = "reference.";
+/// Names of values that a message lists.
+constexpr std::size_t kMostListed = 8;
 
-using Field = std::optional<std::string>;
-
-double NumberOf(const Field& field, double otherwise) {
-  double number = otherwise;
-  if (field) std::from_chars(field->data(), field->data() + field->size(), number);
-  return number;
+template <typename Take>
+void ForEachTag(Take take) {
+  for (const TagKey& tag : kDeviceTags) take(std::string(tag.key));
+  for (const TagKey& tag : kRunTags) take(std::string(tag.key));
 }
+
+/// Whether `moment` has the form of `pattern`, in which a 0 is any digit.
+bool HasForm(std::string_view moment, std::string_view pattern) {
+  return moment.size() == pattern.size() &&
+         std::equal(moment.begin(), moment.end(), pattern.begin(), [](char c, char wanted) {
+           return wanted == '0' ? c >= '0' && c <= '9' : c == wanted;
+         });
+}
+
+/// "2026-11-24T06:00" of that, with a blank for the T, or a Z behind it: what is stored begins so.
+Result<std::string> MomentOf(const std::string& flag, const std::string& stated) {
+  constexpr std::string_view kWhole = "0000-00-00T00:00:00";
+  std::string moment = stated;
+  if (moment.size() > 10 && moment[10] == ' ') moment[10] = 'T';
+  if (moment.size() > 10 && moment.back() == 'Z') moment.pop_back();
+  bool is_moment = false;
+  for (const std::size_t length : {4, 7, 10, 13, 16, 19}) {
+    is_moment = is_moment || HasForm(moment, kWhole.substr(0, length));
+  }
+  if (is_moment) {
+    const std::string whole = moment + std::string("0001-01-01T00:00:00").substr(moment.size());
+    int year = 0;
+    unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
+    std::sscanf(
+        whole.c_str(), "%4d-%2u-%2uT%2u:%2u:%2u", &year, &month, &day, &hour, &minute, &second);
+    const std::chrono::year_month_day date{
+        std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
+    is_moment = date.ok() && hour < 24 && minute < 60 && second < 60;
+  }
+  if (is_moment) return moment;
+  return Error(ErrorCode::kInvalidArgument,
+               "--" + flag + "=" + stated +
+                   " is no moment; expected one in UTC, or how it begins, as in 2026-11-24 or "
+                   "2026-11-24T06:00");
+}
+
+Status CheckIsThere(Store& store, const std::string& tag, const std::string& value) {
+  if (value.empty()) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             store.Query("SELECT DISTINCT value FROM tag WHERE name = " +
+                                         SqlText(tag) + " ORDER BY value"));
+  std::string there;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const std::string name = table.rows[i][0].value_or("");
+    if (name == value) return {};
+    if (i < kMostListed) there += (i > 0 ? ", " : "") + name;
+  }
+  if (table.rows.size() > kMostListed) there += ", …";
+  return Error(ErrorCode::kUnknownName,
+               "--" + tag + "=" + value + ": no run in the store has this " + tag +
+                   (there.empty() ? ", or any" : "; there are " + there));
+}
+
+}  // namespace
+
+Result<LineSelection> CheckedSelection(Store& store, LineSelection selection) {
+  if (!selection.since.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(selection.since, MomentOf("since", selection.since));
+  }
+  if (!selection.until.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(selection.until, MomentOf("until", selection.until));
+  }
+  if (!selection.since.empty() && !selection.until.empty() && selection.since >= selection.until) {
+    return Error(ErrorCode::kConflictingArguments,
+                 "--since=" + selection.since + " is not before --until=" + selection.until);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "lot", selection.lot));
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "station", selection.station));
+  return selection;
+}
+
+Status CheckIsTag(std::string_view flag, const std::string& tag) {
+  std::string tags;
+  bool is_there = false;
+  ForEachTag([&](const std::string& key) {
+    is_there = is_there || key == tag;
+    tags += (tags.empty() ? "" : ", ") + key;
+  });
+  if (is_there) return {};
+  return Error(ErrorCode::kInvalidArgument,
+               "--" + std::string(flag) + "=" + tag + " is no tag; there are " + tags);
+}
+
+std::string OrderOfTime(const std::string& of) {
+  return of + ".recorded, CASE WHEN " + of + ".recorded <> '' THEN " + of + ".log END, " + of +
+         ".run";
+}
+
+std::string SqlText(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + '\'';
+}
+
+std::string FromWhere(std::string_view source, const LineSelection& selection) {
+  std::string from = " FROM (SELECT source.*";
+  ForEachTag([&from](const std::string& key) {
+    from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + key +
+            "') AS \"" + key + '"';
+  });
+  from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE TRUE");
+  if (!selection.since.empty()) from += " AND recorded >= " + SqlText(selection.since);
+  if (!selection.until.empty()) from += " AND recorded < " + SqlText(selection.until);
+  if (!selection.lot.empty()) from += " AND lot = " + SqlText(selection.lot);
+  if (!selection.station.empty()) from += " AND station = " + SqlText(selection.station);
+  // On a line of its own, so that a comment ends with it.
+  if (!selection.where.empty()) from += " AND (" + selection.where + "\n)";
+  return from;
+}
+
+namespace {
+
+constexpr std::string_view kReference = "reference.";
 
 /// Puts together what the tables say of the selected runs.
 class LineReader {
@@ -47,8 +159,8 @@ class LineReader {
       return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
              std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
     });
-    for (std::size_t begin = 0; begin < records_.size(); begin += kRunsAtOnce) {
-      const std::size_t end = std::min(begin + kRunsAtOnce, records_.size());
+    for (std::size_t begin = 0; begin < records_.size(); begin += kRunsAQuestion) {
+      const std::size_t end = std::min(begin + kRunsAQuestion, records_.size());
       TRUETRIAD_RETURN_IF_ERROR(ReadPiece(begin, end));
     }
     return Finish();
@@ -75,7 +187,7 @@ class LineReader {
     places_.clear();
     for (std::size_t i = 0; i < records_.size(); ++i) places_[records_[i].unit.run] = i;
     records_.reserve(records_.size() + table.rows.size());
-    for (const std::vector<Field>& row : table.rows) {
+    for (const std::vector<Cell>& row : table.rows) {
       if (const auto known = places_.find(row[0].value_or("")); known != places_.end()) {
         records_[known->second].*property = true;
         continue;
@@ -86,7 +198,7 @@ class LineReader {
       record.unit.verdict = text(3), record.unit.code = text(4);
       record.course = {.first_verdict = text(5),
                        .final_verdict = text(6),
-                       .attempts = static_cast<int>(NumberOf(row[7], 1.0)),
+                       .attempts = NumberOf(row[7], 1),
                        .wall_s = NumberOf(row[8], 0.0),
                        .cpu_s = NumberOf(row[9], 0.0)};
       record.log = text(10), record.course.recorded_by = text(11);
@@ -104,7 +216,7 @@ class LineReader {
                      "serial ORDER BY " +
                      OrderOfTime("run") + ") AS nth FROM run) AS placed WHERE nth = 1)"));
     std::unordered_map<std::string_view, std::string> stations;
-    for (const std::vector<Field>& row : table.rows) stations[*row[0]] = row[1].value_or("");
+    for (const std::vector<Cell>& row : table.rows) stations[*row[0]] = row[1].value_or("");
     for (Record& record : records_) {
       record.course.first_station = stations[record.unit.serial];
     }
@@ -117,7 +229,7 @@ class LineReader {
     const std::string of_these = Of(begin, end);
     TRUETRIAD_ASSIGN_OR_RETURN(const Table tags,
                                store_.Query("SELECT run, name, value FROM tag" + of_these));
-    for (const std::vector<Field>& row : tags.rows) {
+    for (const std::vector<Cell>& row : tags.rows) {
       records_[places_[*row[0]]].unit.tags[*row[1]] = row[2].value_or("");
     }
     TRUETRIAD_RETURN_IF_ERROR(ReadParameters(of_these));
@@ -137,7 +249,7 @@ class LineReader {
     TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
                                store_.Query("SELECT run, name, value, sigma FROM parameter" +
                                             of_these + " ORDER BY place, name, run"));
-    for (const std::vector<Field>& row : table.rows) {
+    for (const std::vector<Cell>& row : table.rows) {
       if (row[1]->starts_with(kReference)) continue;
       const int parameter = PlaceOfParameter(*row[1]);
       Record& record = records_[places_[*row[0]]];
@@ -153,7 +265,7 @@ class LineReader {
         store_.Query("SELECT run, name, component, lower, upper, target, value, sigma, pass "
                      "FROM judgement" +
                      of_these));
-    for (const std::vector<Field>& row : table.rows) {
+    for (const std::vector<Cell>& row : table.rows) {
       const std::string name = *row[1] + (row[2]->empty() ? "" : "." + *row[2]);
       if (!records_[places_[*row[0]]].counts) continue;
       judged_[name].push_back({static_cast<int>(places_[*row[0]]),

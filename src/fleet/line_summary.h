@@ -104,6 +104,11 @@ struct LineSummary {
 /// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
 
+/// The gauge study of the runs that `options.study` selects: parts are the serial numbers,
+/// appraisers what the tag `options.study_by` says. Error (not enough): no quantity makes a study,
+/// and what the first lacks; usage: a reference is of no quantity.
+Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options);
+
 /// As in output.json, "fleet-summary"; without `measured`.
 Json ToJson(const LineSummary& summary);
 /// For people, in a terminal.

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/run_table.h"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
+#include "fleet/fields.h"
 #include "fleet/json_lines.h"
 #include "fleet/rows.h"
 #include "json/json.h"
@@ -20,67 +23,41 @@ namespace {
 /// A field; nothing, text, or a number.
 using TableCell = std::variant<std::monostate, std::string, std::int64_t, double>;
 
-/// What every run has, in the order of the columns.
-struct FixedColumn {
-  std::string_view name, type;
-  TableCell (*cell)(const UnitRun& run);
-};
-template <std::string UnitRun::*kField>
-TableCell TextCell(const UnitRun& run) {
-  return run.*kField;
-}
-/// What the unit amounts to, of the run that counts.
-template <Verdict Standing::*kField>
-TableCell StandingVerdict(const UnitRun& run) {
-  if (!run.standing) return {};
-  return std::string(VerdictName((*run.standing).*kField));
-}
-constexpr FixedColumn kFixedColumns[] = {
-    {"run", "STRING", TextCell<&UnitRun::id>},
-    {"serial", "STRING", TextCell<&UnitRun::serial>},
-    {"created", "TIMESTAMP", TextCell<&UnitRun::created>},
-    {"verdict",
-     "STRING",
-     [](const UnitRun& run) -> TableCell { return std::string(VerdictName(run.verdict)); }},
-    {"final_verdict", "STRING", StandingVerdict<&Standing::final_verdict>},
-    {"first_verdict", "STRING", StandingVerdict<&Standing::first_verdict>},
-    {"attempts",
-     "INT64",
-     [](const UnitRun& run) -> TableCell {
-       return run.standing ? TableCell(run.standing->attempts) : TableCell();
-     }},
-    {"disposed_by",
-     "STRING",
-     [](const UnitRun& run) -> TableCell {
-       return run.standing ? TableCell(run.standing->disposed_by) : TableCell();
-     }},
-    {"code", "STRING", TextCell<&UnitRun::code>},
-    {"message", "STRING", TextCell<&UnitRun::message>},
-    {"mode", "STRING", TextCell<&UnitRun::mode>},
-    {"log", "STRING", TextCell<&UnitRun::log>},
-    {"log_bytes", "INT64", [](const UnitRun& run) -> TableCell { return run.log_bytes; }},
-    {"log_modified_ns",
-     "INT64",
-     [](const UnitRun& run) -> TableCell { return run.log_modified_ns; }},
-    {"software", "STRING", TextCell<&UnitRun::software_version>},
-    {"config_sha256", "STRING", TextCell<&UnitRun::config_sha256>},
-    {"shard", "STRING", TextCell<&UnitRun::shard>},
-    {"folder", "STRING", TextCell<&UnitRun::folder>},
-    {"wall_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.wall_s; }},
-    {"cpu_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.cpu_s; }},
-    {"effective_dof", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.effective_dof; }},
-    {"temperature_degc",
-     "DOUBLE",
-     [](const UnitRun& run) -> TableCell {
-       if (std::isnan(run.temperature_degc)) return {};
-       return run.temperature_degc;
-     }},
-    {"recorded",
-     "TIMESTAMP",
-     [](const UnitRun& run) -> TableCell {
-       return run.recorded.empty() ? TableCell() : TableCell(run.recorded);
-     }},
-    {"recorded_by", "STRING", TextCell<&UnitRun::recorded_by>},
+/// What every run has, and of the run that counts what its unit amounts to, in their order.
+constexpr std::array<std::string_view, 24> kFixedColumns = {
+    "run",           "serial",           "created",  "verdict",
+    "final_verdict", "first_verdict",    "attempts", "disposed_by",
+    "code",          "message",          "mode",     "log",
+    "log_bytes",     "log_modified_ns",  "software", "config_sha256",
+    "shard",         "folder",           "wall_s",   "cpu_s",
+    "effective_dof", "temperature_degc", "recorded", "recorded_by"};
+
+bool IsTime(std::string_view column) { return column == "created" || column == "recorded"; }
+
+/// The fields of a thing as cells of those columns, and what type they are of.
+struct FixedCells {
+  std::map<std::string_view, TableCell> cells = {};
+  std::map<std::string_view, std::string_view> types = {};
+
+  template <typename Field>
+  void operator()(std::string_view name, const Field& field) {
+    if constexpr (std::is_same_v<Field, std::int64_t>) {
+      Put(name, "INT64", field);
+    } else if constexpr (std::is_same_v<Field, double>) {
+      Put(name, "DOUBLE", std::isfinite(field) ? TableCell(field) : TableCell());
+    } else if constexpr (std::is_same_v<Field, Verdict>) {
+      Put(name, "STRING", std::string(VerdictName(field)));
+    } else if constexpr (std::is_same_v<Field, std::string>) {
+      const bool is_time = IsTime(name);
+      Put(name,
+          is_time ? "TIMESTAMP" : "STRING",
+          is_time && field.empty() ? TableCell() : TableCell(field));
+    }
+  }
+  void Put(std::string_view name, std::string_view type, TableCell cell) {
+    cells[name] = std::move(cell);
+    types[name] = type;
+  }
 };
 
 /// The table of a store's runs: all have the same columns.
@@ -94,8 +71,13 @@ class RunTable {
   /// Looks which parameters and judgements there are.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
-    for (const FixedColumn& column : kFixedColumns) {
-      table.columns_.push_back({std::string(column.name), column.type});
+    FixedCells fixed;
+    const UnitRun run;
+    const Standing standing;
+    Fields(fixed, run);
+    Fields(fixed, standing);
+    for (const std::string_view name : kFixedColumns) {
+      table.columns_.push_back({std::string(name), fixed.types.at(name)});
     }
     for (const TagKey* tag : TagKeys()) table.columns_.push_back({std::string(tag->key), "STRING"});
     TRUETRIAD_ASSIGN_OR_RETURN(
@@ -123,7 +105,10 @@ class RunTable {
   std::vector<TableCell> RowOf(const UnitRun& run) const {
     std::vector<TableCell> row;
     row.reserve(columns_.size());
-    for (const FixedColumn& column : kFixedColumns) row.push_back(column.cell(run));
+    FixedCells fixed;
+    Fields(fixed, run);
+    if (run.standing) Fields(fixed, *run.standing);
+    for (const std::string_view name : kFixedColumns) row.push_back(fixed.cells[name]);
     for (const TagKey* tag : TagKeys()) row.emplace_back(run.tags.*tag->value);
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/sqlite_store.h"
-
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -15,8 +13,6 @@
 #include <sys/vfs.h>
 
 #include "base/spelling.h"
-#include "fleet/rows.h"
-#include "fleet/schema.h"
 #include "fleet/sql_store.h"
 #include "truetriad/model/tags.h"
 
@@ -92,8 +88,8 @@ class SqliteDatabase : public Database {
   SqliteDatabase(const SqliteDatabase&) = delete;
   SqliteDatabase& operator=(const SqliteDatabase&) = delete;
 
-  /// Whether the tables are those of this program's version; to write: they are, then.
-  Result<bool> Open(Access access) {
+  /// To write: the tables are there, then.
+  Status Open(Access access) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
     // SQLite gives names like :memory: a meaning; a whole path has none.
@@ -114,11 +110,9 @@ class SqliteDatabase : public Database {
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA synchronous = FULL"));
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA foreign_keys = ON"));
       // Whoever comes first does it; the others wait, and see what is done.
-      TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return Migrate(); }));
+      TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return MakeTables(); }));
     }
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
-    TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(path_, version));
-    return version == kSchemaVersion;
+    return {};
   }
 
   const std::string& name() const override { return path_; }
@@ -217,7 +211,7 @@ class SqliteDatabase : public Database {
     table.are_bytes.assign(table.columns.size(), true);
     int code = SQLITE_ROW;
     while ((code = sqlite3_step(statement)) == SQLITE_ROW) {
-      std::vector<std::optional<std::string>> row;
+      std::vector<Cell> row;
       for (int i = 0; i < columns; ++i) row.push_back(TextOf(statement, i, &table));
       table.rows.push_back(std::move(row));
     }
@@ -249,15 +243,15 @@ class SqliteDatabase : public Database {
     return statement.Integer(0);
   }
 
-  Status Migrate() {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
-    if (version >= kSchemaVersion) return {};
+  Status MakeTables() {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t tables,
+                               Number("SELECT count(*) FROM sqlite_master"));
+    if (tables > 0) return {};
     TRUETRIAD_RETURN_IF_ERROR(
-        Execute(MigrationsFrom(version, {.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
+        Execute(TablesSql({.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
     const Value store[] = {kStoreFact, NewRunId()};
     TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
-    TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA application_id = " + std::to_string(kApplicationId)));
-    return Execute("PRAGMA user_version = " + std::to_string(kSchemaVersion));
+    return Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
   }
 
   /// With its values.
@@ -340,11 +334,7 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
     }
   }
   auto database = std::make_unique<SqliteDatabase>(path);
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_current, database->Open(access));
-  if (!is_current) {
-    // Of before: its tables become those of today.
-    TRUETRIAD_RETURN_IF_ERROR(OpenSqlite(path, Access::kWrite));
-  }
+  TRUETRIAD_RETURN_IF_ERROR(database->Open(access));
   return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -12,11 +13,22 @@
 #include <string_view>
 #include <vector>
 
-#include "fleet/shard.h"
 #include "fleet/unit_run.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
+
+/// One part of several of a fleet's units, each calibrated by a run of its own.
+struct Shard {
+  int index = 0;  ///< From 0.
+  int count = 1;  ///< At most kMostShards.
+};
+inline constexpr int kMostShards = 1'000'000;
+
+/// "2/8"; unset: it is no such text, or the index is not below the count.
+std::optional<Shard> ShardFromText(std::string_view text);
+/// The same the other way; empty: it is the only one.
+std::string ShardText(const Shard& shard);
 
 /// The last run that was made of a log, by which another is known to be the same.
 struct KnownRun {
@@ -41,13 +53,24 @@ struct RunFolder {
   Verdict verdict = Verdict::kNoResult;  ///< Of that run.
 };
 
-/// Rows of a question, as text; NULL is an unset value.
+/// A field of a row, as text; unset: NULL.
+using Cell = std::optional<std::string>;
+/// The number of a field; `otherwise` of NULL, or of what is none.
+template <typename Number>
+Number NumberOf(const Cell& cell, Number otherwise) {
+  if (cell) std::from_chars(cell->data(), cell->data() + cell->size(), otherwise);
+  return otherwise;
+}
+
+/// Rows of a question.
 struct Table {
   std::vector<std::string> columns;
   std::vector<bool> are_numbers;  ///< By column: every value is one.
   std::vector<bool> are_bytes;    ///< By column: every value is the digits of some.
-  std::vector<std::vector<std::optional<std::string>>> rows;
+  std::vector<std::vector<Cell>> rows;
 };
+
+enum class Access { kRead, kWrite };
 
 /// Of how many shards the runs of a store are part.
 struct StatedShards {
@@ -196,7 +219,8 @@ class Store {
   /// `take`s whole runs, one after the other, in the order of their serials and then names;
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
-  virtual Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
+  virtual Status ForEachRun(const RunSelection& which,
+                            const std::function<Status(UnitRun)>& take) = 0;
 };
 
 /// `url` for people and files: without password.
@@ -218,5 +242,18 @@ Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
 
 /// The file of a store that is one; unset: it is kept by a server.
 std::optional<std::string> FileOfStore(const std::string& url);
+
+/// What libpq takes of a store's URL: postgresql://…, postgres://…, or the name=value of
+/// postgresql:name=value …. Unset: it is none of PostgreSQL.
+std::optional<std::string> PostgresOptions(const std::string& url);
+
+/// Error (usage): `url` names no file, what SQLite would take for something else than a file, or
+/// looks like a connection to a server that was written otherwise; that is not shown, since it may
+/// hold a password.
+Status CheckStoreUrl(const std::string& url);
+
+/// A URL of PostgreSQL for messages: server, port, database and user, and nothing else that it may
+/// hold. Where it is not clear what is which, as in a password with a bare @ or ?, less of it.
+std::string ShownPostgres(const std::string& url);
 
 }  // namespace truetriad::fleet

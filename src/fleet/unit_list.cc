@@ -29,12 +29,12 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A line of CSV.
-struct Fields {
+struct CsvLine {
   std::vector<std::string> texts;  ///< Quotes taken off.
   bool ends_in_quotes = false;     ///< One is left open.
 };
 
-Fields FieldsOf(std::string_view line) {
+CsvLine FieldsOf(std::string_view line) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -175,7 +175,7 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
     if (!IsUtf8(line)) {
       return Error(ErrorCode::kWrongFormat, place, "is no UTF-8; save the list as UTF-8");
     }
-    Fields fields = FieldsOf(line);
+    CsvLine fields = FieldsOf(line);
     if (fields.ends_in_quotes) {
       return Error(ErrorCode::kWrongFormat,
                    place,

@@ -292,7 +292,6 @@ TEST_F(Fleet, WritesAPageOfItsUnits) {
   const Finished page = RunShell(report + "-o day/page", folder_.Path(""));
   EXPECT_EQ(page.exit_code, 0) << page.err;
   EXPECT_THAT(page.out, AllOf(StartsWith("day/page/index.html\n"), HasSubstr("3 of 3 runs")));
-  EXPECT_TRUE(fs::exists(folder_.Path("day/page/lots/L17.html")));
   EXPECT_EQ(RunShell(report + "-o day/page --where=\"lot = 'L17'\"", folder_.Path("")).exit_code,
             0);
   const Finished refused = RunShell(report + "-o day", folder_.Path(""));

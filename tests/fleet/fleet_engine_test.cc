@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "fleet/done_logs.h"
 #include "fleet/fleet_run.h"
-#include "fleet/golden_hold.h"
+#include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
 #include "fleet/worker.h"
 #include "io/temporary_folder.h"
@@ -70,6 +70,10 @@ class FailingStore : public Store {
   }
   Status AddDecisions(const Decisions& /*decisions*/) override { return {}; }
   Result<Table> Query(const std::string& /*sql*/) override { return Table(); }
+  Status ForEachRun(const RunSelection& /*which*/,
+                    const std::function<Status(UnitRun)>& /*take*/) override {
+    return {};
+  }
 
   int failures = 0;
   std::string latest;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/json_lines_store.h"
-
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -9,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/json_lines.h"
 #include "fleet/run_samples.h"
 #include "io/temporary_folder.h"
 
@@ -167,13 +166,13 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
   struct Case {
     std::string text, message;
   };
-  for (const Case& one : {Case{header, "use the newer truetriad"},
+  for (const Case& one : {Case{header, "is no file of runs"},
                           Case{"a log\n1,2\n", "is no file of runs"},
                           Case{"one line without an end", "is no file of runs"},
                           Case{"{}\n", "is no file of runs"},
-                          Case{"{\"format\":\"truetriad/runs/1\"}\n", "is no file of runs"},
-                          Case{"{\"format\":\"truetriad/runs/1\",\"shards\":0}\n", "is no file"},
-                          Case{"{\"format\":\"truetriad/runs/1\",\"shards\":2,\"shard\":2}\n",
+                          Case{"{\"format\":\"truetriad/runs/3\"}\n", "is no file of runs"},
+                          Case{"{\"format\":\"truetriad/runs/3\",\"shards\":0}\n", "is no file"},
+                          Case{"{\"format\":\"truetriad/runs/3\",\"shards\":2,\"shard\":2}\n",
                                "is no file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
     for (const auto& open : {OpenStore, OpenStoreToRead}) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/postgres_store.h"
-
 #include <map>
 #include <string>
 #include <thread>
@@ -10,7 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fleet/schema.h"
+#include "fleet/postgres_module.h"
+#include "fleet/sql_store.h"
 #include "fleet/store_samples.h"
 #include "support/private_postgres.h"
 
@@ -174,34 +173,7 @@ TEST_F(PostgreSQLStore, IsMadeOnceByManyAtOnce) {
   }
   for (std::thread& writer : writers) writer.join();
   for (const std::string& failure : failures) EXPECT_EQ(failure, "");
-  EXPECT_EQ(server()->Psql(url_, "SELECT value FROM fact WHERE name = 'schema_version'"), "5");
   EXPECT_EQ(server()->Psql(url_, "SELECT count(*) FROM fact WHERE name = 'store'"), "1");
-}
-
-// A store of today is taken back to the second version, and opened.
-TEST_F(PostgreSQLStore, BringsAnOlderStoreUpToDate) {
-  ASSERT_TRUE((*OpenStore(url_))->Add(RunOf("1", Verdict::kPass)));
-  EXPECT_EQ(server()->Psql(url_,
-                           "DROP VIEW standing; DROP VIEW latest; DROP VIEW measured;"
-                           "DROP INDEX input_of_content;"
-                           "ALTER TABLE finding DROP COLUMN treatment;"
-                           "ALTER TABLE run DROP COLUMN temperature_degc;"
-                           "ALTER TABLE run DROP COLUMN recorded;"
-                           "ALTER TABLE run DROP COLUMN recorded_by;"
-                           "ALTER TABLE station_check DROP COLUMN recording;"
-                           "ALTER TABLE station_check DROP COLUMN repeatability;"
-                           "DELETE FROM fact WHERE name = 'store';"
-                           "UPDATE fact SET value = 2 WHERE name = 'schema_version';"
-                           "INSERT INTO disposition VALUES "
-                           "('d', '1', 'c', 'R. Roe', 'FAIL', 'bent');"
-                           "CREATE VIEW latest AS SELECT * FROM run;"
-                           "CREATE VIEW standing AS SELECT * FROM run;"),
-            "");
-  const auto store = OpenStoreToRead(url_);
-  ASSERT_TRUE(store) << store.error().message;
-  EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
-              ElementsAre(ElementsAre("FAIL", "R. Roe", "bent")));
-  EXPECT_NE(*(*store)->Identity(), "");
 }
 
 TEST_F(PostgreSQLStore, IsNotTakenForWhatItIsNot) {
@@ -218,13 +190,6 @@ TEST_F(PostgreSQLStore, IsNotTakenForWhatItIsNot) {
   EXPECT_THAT(taken.error().message, HasSubstr("but not from `fleet run`"));
   server()->Psql(url_, "DROP TABLE unit");
   ASSERT_TRUE(OpenStore(url_));
-  server()->Psql(url_, "UPDATE fact SET value = 99 WHERE name = 'schema_version'");
-  for (const auto& open : {OpenStore, OpenStoreToRead}) {
-    const auto newer = open(url_);
-    ASSERT_FALSE(newer);
-    EXPECT_EQ(newer.error().code, ErrorCode::kStoreFailure);
-    EXPECT_THAT(newer.error().message, HasSubstr("version 99 of the tables"));
-  }
 }
 
 TEST_F(PostgreSQLStore, SaysNoPassword) {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "fleet/golden_hold.h"
+#include "fleet/fleet_run.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/format_flags.h"

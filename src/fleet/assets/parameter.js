@@ -9,7 +9,6 @@
   const caption = document.getElementById('parameter-caption');
   const ends = document.getElementById('parameter-ends');
   let shown = units.all;
-  let asked = 0;
 
   const group = (label, isMember) => {
     const options = units.columns
@@ -46,17 +45,9 @@
 
   const linkTo = (i) => element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}` }, text.flat(units.serials[i]));
 
-  const draw = async () => {
-    const mine = ++asked;
+  const draw = () => {
     const column = units.columns[Number(select.value)];
-    let all;
-    try {
-      all = await units.loadColumn(Number(select.value));
-    } catch (failure) {
-      caption.textContent = failure.message;
-      return;
-    }
-    if (mine !== asked) return;
+    const all = units.column(Number(select.value));
     const isTime = over.value === 'time';
     const time = (i) => units.recorded[i] || 0; // Units whose time is not known come first.
     const order = Uint32Array.from(shown).filter((i) => Number.isFinite(all[i]) && (!isTime || time(i) > 0))

@@ -5,20 +5,32 @@
 window.fleet = {};
 (() => {
   const data = window.truetriadFleet;
-  const count = data.serials.length;
-  const root = document.body.dataset.root;
+  const count = data.units.length;
+  // Serial number, verdict, that of the first run, reason, when it was measured, and the runs.
+  const all = data.units.map(([about, runs]) => [...about, runs]);
 
-  const words = (of) => ({ name: of.name, words: of.words, of: Uint32Array.from(of.of) });
-  const recorded = Float64Array.from(data.recorded.of, (s) => (s < 0 ? NaN : data.recorded.base + s));
+  // Words as numbers into a sorted list.
+  const words = (name, each) => {
+    const list = [...new Set(each)].sort();
+    const place = new Map(list.map((word, k) => [word, k]));
+    return { name, words: list, of: Uint32Array.from(each, (word) => place.get(word)) };
+  };
+  const counting = all.map(([, , , , , runs]) => runs.find((run) => run.counts) ?? runs[runs.length - 1]);
+  const tagNames = new Set(counting.flatMap((run) => Object.keys(run.tags)));
+  tagNames.delete('note');
   const units = {
     count,
-    serials: data.serials,
-    recorded, // when it was measured, s since 1970, UTC; NaN: not known
-    verdict: words(data.verdict),
-    first: words(data.first),
-    code: words(data.code),
-    tags: data.tags.map(words),
-    runs: Uint32Array.from(data.runs),
+    serials: all.map(([serial]) => serial),
+    verdict: words('verdict', all.map(([, verdict]) => verdict)),
+    first: words('first', all.map(([, , first]) => first)),
+    code: words('code', all.map(([, , , code]) => code)),
+    // When it was measured, s since 1970, UTC; NaN: not known.
+    recorded: Float64Array.from(all, ([, , , , recorded]) => recorded ?? NaN),
+    tags: [...tagNames].map((name) => words(name, counting.map((run) => run.tags[name] ?? ''))),
+    runs: Uint32Array.from(all, ([, , , , , runs]) => runs.length),
+    // The runs of a unit, the oldest first, and the one that counts.
+    runsOf: (i) => all[i][5],
+    counting,
     columns: data.columns,
     line: data.line,
   };
@@ -32,13 +44,7 @@ window.fleet = {};
 
   // --- what is shown
 
-  const lot = document.body.dataset.lot;
-  const lots = units.tags.find((tag) => tag.name === 'lot');
-  const all = []; // All that this page is about.
-  for (let i = 0; i < count; ++i) {
-    if (!lot || (lots && lots.words[lots.of[i]] === lot)) all.push(i);
-  }
-  units.all = Uint32Array.from(all);
+  units.all = Uint32Array.from(units.serials.keys());
 
   let order = units.all;
   let lowercase = null;
@@ -59,7 +65,7 @@ window.fleet = {};
   const textTest = (text) => {
     const terms = text.toLowerCase().split(/\s+/).filter(Boolean);
     if (terms.length === 0) return null;
-    lowercase ??= data.serials.map((serial) => serial.toLowerCase());
+    lowercase ??= units.serials.map((serial) => serial.toLowerCase());
     const fields = [units.verdict, units.code, ...units.tags];
     const tests = terms.map((term) => {
       const found = fields.map((of) => matching(of, term));
@@ -90,40 +96,17 @@ window.fleet = {};
     return tests.length === 0 ? order : order.filter((i) => tests.every((test) => test(i)));
   };
 
-  // --- what is loaded when it is wanted
-
-  const waiting = new Map();
-  const loaded = new Map();
-  const arrive = (name, content) => {
-    loaded.set(name, content);
-    for (const take of waiting.get(name) ?? []) take(content);
-    waiting.delete(name);
+  // The numbers of a column, by unit: what was judged, or the value of a parameter.
+  const columns = new Map();
+  const numberOf = (run, k) => {
+    if (units.columns[k].judged) return run.judged.find(([column]) => column === k)?.[4] ?? NaN;
+    for (let at = 0; at < run.parameters.length; at += 3) if (run.parameters[at] === k) return run.parameters[at + 1] ?? NaN;
+    return NaN;
   };
-  window.truetriadPart = (part, content) => arrive(`part-${part}`, content);
-  window.truetriadColumn = (column, content) =>
-    arrive(`column-${column}`, Float64Array.from(content, (value) => value ?? NaN));
-  window.truetriadStation = (station, content) => arrive(`station-${station}`, content);
-  const load = (name) =>
-    new Promise((take, fail) => {
-      if (loaded.has(name)) return take(loaded.get(name));
-      if (waiting.has(name)) return waiting.get(name).push(take);
-      waiting.set(name, [take]);
-      const script = document.createElement('script');
-      script.src = `${root}data/${name}.js`;
-      script.onerror = () => {
-        waiting.delete(name);
-        fail(new Error(`data/${name}.js is missing`));
-      };
-      document.head.append(script);
-    });
-
-  // Its control charts.
-  units.loadStation = (station) => load(`station-${station}`);
-  units.loadColumn = (column) => load(`column-${column}`);
-  // The runs of a unit, the oldest first.
-  units.loadRuns = async (i) =>
-    (await load(`part-${Math.floor(i / data.part)}`))[i % data.part];
-  units.root = root;
+  units.column = (k) => {
+    if (!columns.has(k)) columns.set(k, Float64Array.from(counting, (run) => numberOf(run, k)));
+    return columns.get(k);
+  };
 
   window.fleet.units = units;
 
