@@ -58,31 +58,6 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
-// The field on the side where it is; false where it was there. Without a known dip that is the same
-// solution, else another one, and the likelier.
-bool SettleField(const CalibrateOptions& options, const NoiseState& noise, PoseGraph* graph) {
-  if (auto other = OtherSideOfField(options, *graph)) {
-    const bool is_told = other->IsTold(NoiseDof(noise.estimate, *graph));
-    if (is_told ? other->worse > 0.0 : !IsOfOtherHand(options, *graph)) return false;
-    if (!Acts(Mechanism::kFieldSide)) return false;
-    *graph = std::move(other->graph);
-    return true;
-  }
-  const SharedLayout& layout = graph->layout;
-  const int dip_at = layout.reference + kDip;
-  double dip_sigma_rad = 0.0;
-  if (MayReverse(options, layout)) {
-    const ChainElimination linearised = Linearised(*graph);
-    const SharedInformation known(
-        layout, graph->shared, linearised.information(), linearised.gradient());
-    const Eigen::RowVectorXd dip = layout.basis.row(dip_at);
-    dip_sigma_rad = std::sqrt(dip * known.covariance() * dip.transpose());
-  }
-  const double dip_rad = graph->shared[dip_at];
-  SettleHemisphereOfField(options, dip_sigma_rad, graph);
-  return graph->shared[dip_at] != dip_rad;
-}
-
 // Rests that are none for a sensor, or too few.
 std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Finding& finding : poses.findings) {
@@ -333,11 +308,11 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
   }
-  SettleField(options, noise, &*graph);
+  SettleField(options, NoiseDof(noise.estimate, *graph), &*graph);
   summary.rounds =
       is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
               : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
-  if (SettleField(options, noise, &*graph)) {
+  if (SettleField(options, NoiseDof(noise.estimate, *graph), &*graph)) {
     // What is known of the noise is in terms of the parameters as they were.
     Findings known;
     summary.rounds += SettleNoise(options.robust, &noise, &*graph, &log, &known);

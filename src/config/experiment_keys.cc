@@ -79,6 +79,18 @@ void ReadEarthRate(YamlReader reader, std::optional<StatedEarthRate>* earth_rate
   *earth_rate = stated;
 }
 
+// `true`: one σ.
+void ReadStrict(YamlReader reader, std::optional<double>* shift_sigmas) {
+  if (!reader) return;
+  if (IsWord(reader, "false")) {
+    shift_sigmas->reset();
+    return;
+  }
+  double most = 1.0;
+  if (!IsWord(reader, "true")) ReadNumber(std::move(reader), kNotNegative, &most);
+  *shift_sigmas = most;
+}
+
 void ReadReference(YamlReader reader, Draft* draft) {
   if (!reader) return;
   ReferenceOptions& reference = draft->experiment.options.reference;
@@ -417,6 +429,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
   ReadInitialise(root.Child("initialise"), draft);
   ReadLimits(root.Child("limits"), &options.limits);
   ReadCrossValidation(root.Child("cross_validation"), &options.cross_validation_folds);
+  ReadStrict(root.Child("strict"), &options.strict_shift_sigmas);
   ReadNumber(root.Child("observable_sigma"),
              {std::numeric_limits<double>::denorm_min(),
               std::nextafter(1.0, 0.0),

@@ -365,6 +365,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
   out.Open("cross_validation");
   out.Line("folds", options.cross_validation_folds);
   out.Close();
+  if (options.strict_shift_sigmas) out.Line("strict", *options.strict_shift_sigmas);
   out.Line("observable_sigma", options.observable_sigma);
   return out.str();
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "faults/log_tail.h"
@@ -16,6 +17,8 @@ namespace {
 
 // Unknowns of a form in one stretch: a matrix has nine.
 constexpr int kMostOfForm = 9;
+// More turns than these miss together with their neighbours: how groups of them scatter tells.
+constexpr std::size_t kMostTurnGroups = 64;
 // The attitudes take over all of a direction that has less than this share of a turn's information.
 constexpr double kSeenOfTurn = 1e-3;
 
@@ -23,6 +26,20 @@ constexpr double kSeenOfTurn = 1e-3;
 Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
   const SymmetricEigen3 eigen = EigenOfSymmetric3(square);
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+// How many times larger the variance of a sum of values in a row is than if they had nothing to do
+// with each other, by how groups of them scatter; at least 1.
+double TogetherOf(const std::vector<double>& values) {
+  if (values.size() <= kMostTurnGroups) return 1.0;
+  const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
+  const Eigen::VectorXd off = all.array() - all.mean();
+  Eigen::VectorXd of_group = Eigen::VectorXd::Zero(kMostTurnGroups);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    of_group[static_cast<Eigen::Index>(i * kMostTurnGroups / values.size())] +=
+        off[static_cast<Eigen::Index>(i)];
+  }
+  return std::max(1.0, of_group.squaredNorm() / off.squaredNorm());
 }
 
 // F_cd - 1/2 (x_cd + x_dc - tr E_c E_d), x the traces of X.
@@ -233,17 +250,61 @@ Eigen::MatrixXd FaultSystem::InformationOf(const std::vector<FaultColumn>& colum
     BMZ.middleRows(h * wide, wide) = column.Transposed(BM());
     UZ.middleRows(h * wide, wide) = column.Transposed(U_);
   }
-  all = -TimesTranspose(BMZ, BZ) - TimesTranspose(UZ, UZ);
-  for (Eigen::Index h = 0; h < count; ++h) {
+  return InformationByFactors(columns) - TimesTranspose(BMZ, BZ) - TimesTranspose(UZ, UZ);
+}
+
+// Z_g^T D Z_h = Z_g^T W Z_h - Y_g^T Y_h with Y = L^-1 A^T W Z, N = L L^T: columns of a stretch
+// begin there, and poses soon forget what was before them.
+Eigen::MatrixXd FaultSystem::InformationByFactors(const std::vector<FaultColumn>& columns) const {
+  const Eigen::Index wide = columns.front().unknowns;
+  const Eigen::Index count = wide * std::ssize(columns);
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(count, count);
+  std::map<Eigen::Index, std::vector<std::pair<Eigen::Index, const FaultColumn::Block*>>> of_row;
+  std::vector<ChainFactor::Panel> panels;
+  for (Eigen::Index h = 0; h < std::ssize(columns); ++h) {
     const FaultColumn& column = columns[static_cast<std::size_t>(h)];
-    const StackedRows DZ = ProjectedByFactors(column);
-    if (!sees_pairs()) {
-      all.block(h * wide, h * wide, wide, wide) += column.Transposed(DZ);
-      continue;
+    ChainFactor::Panel& panel = panels.emplace_back();
+    if (column.blocks.empty()) continue;
+    std::size_t first = chain().states(), end = 0;
+    for (const FaultColumn::Block& block : column.blocks) {
+      const Factor& factor = FactorOf(block.row);
+      first = std::min(first, factor.node);
+      end = std::max(end, factor.node + (factor.sees_next ? 2 : 1));
+      of_row[block.row].emplace_back(h, &block);
     }
-    for (Eigen::Index g = 0; g < count; ++g) {
-      all.block(g * wide, h * wide, wide, wide) +=
-          columns[static_cast<std::size_t>(g)].Transposed(DZ);
+    panel.first = first;
+    panel.rows = StackedRows::Zero(3 * static_cast<Eigen::Index>(end - first), wide);
+    for (const FaultColumn::Block& block : column.blocks) {
+      const Factor& factor = FactorOf(block.row);
+      panel.rows.middleRows(PoseRow(factor) - 3 * static_cast<Eigen::Index>(first),
+                            factor.tangents()) += Weighted(factor)
+                                                      .middleRows<3>(block.row - factor.row)
+                                                      .transpose()
+                                                      .lazyProduct(block.value);
+    }
+    chain().HalfSolveInPlace(&panel);
+  }
+  for (const auto& [row, blocks] : of_row) {
+    const Factor& factor = FactorOf(row);
+    const Eigen::Matrix3d W = Information(factor, row - factor.row);
+    for (const auto& [h, other] : blocks) {
+      const Eigen::MatrixXd half = W * other->value;
+      for (const auto& [g, own] : blocks) {
+        all.block(g * wide, h * wide, wide, wide) += own->value.transpose() * half;
+      }
+    }
+  }
+  for (Eigen::Index h = 0; h < std::ssize(columns); ++h) {
+    const ChainFactor::Panel& b = panels[static_cast<std::size_t>(h)];
+    for (Eigen::Index g = h; g < std::ssize(columns); ++g) {
+      const ChainFactor::Panel& a = panels[static_cast<std::size_t>(g)];
+      const Eigen::Index first = 3 * static_cast<Eigen::Index>(std::max(a.first, b.first));
+      const Eigen::Index rows = std::min(a.end(), b.end()) - first;
+      if (rows <= 0) continue;
+      const Eigen::MatrixXd product = a.rows.middleRows(first - a.begin(), rows).transpose() *
+                                      b.rows.middleRows(first - b.begin(), rows);
+      all.block(g * wide, h * wide, wide, wide) -= product;
+      if (g > h) all.block(h * wide, g * wide, wide, wide) -= product.transpose();
     }
   }
   return all;
@@ -299,12 +360,22 @@ StackedRows FaultSystem::WithoutShared(StackedRows Dy,
   return Dy;
 }
 
-double FaultSystem::LogPOfAlignment(const TurnVariances& unit) const {
-  double beyond = 0.0, variance = 0.0, squares = 0.0;
+Eigen::Matrix3d FaultSystem::BlockOfP(Eigen::Index row) const {
+  if (is_dense()) return P_.block<3, 3>(row, row);
+  const Factor& factor = FactorOf(row);
+  const auto at = static_cast<std::size_t>(&factor - factors().data());
+  Eigen::Matrix3d block = ProjectorBlock(at, row - factor.row);
+  if (U_.cols() > 0) block -= U_.middleRows<3>(row) * U_.middleRows<3>(row).transpose();
+  return block;
+}
+
+FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const {
+  double sum = 0.0, squares = 0.0, fourths = 0.0, beyond = 0.0, per_component = 0.0;
+  std::vector<double> directions;
   const std::size_t first = factors().size() - unit.size();
   for (std::size_t i = 0; i < unit.size(); ++i) {
     const Eigen::Index row = factors()[first + i].row;
-    const SymmetricEigen3 block = EigenOfSymmetric3(P_.block<3, 3>(row, row));
+    const SymmetricEigen3 block = EigenOfSymmetric3(BlockOfP(row));
     const Eigen::Array3d values = block.values;
     const Eigen::Array3d seen = (values > kSeenOfTurn * values.maxCoeff()).cast<double>();
     const double k = seen.sum();
@@ -312,21 +383,24 @@ double FaultSystem::LogPOfAlignment(const TurnVariances& unit) const {
     const Eigen::Vector3d root = (seen * values.max(0.0)).sqrt();
     const Eigen::Vector3d along = block.vectors.transpose() * q_.segment<3>(row);
     const double square = (seen * along.array().square() / values.max(1e-300)).sum();
-    const Eigen::Matrix3d Q = root.asDiagonal() *
-                              (block.vectors.transpose() * unit[i] * block.vectors) *
-                              root.asDiagonal();
-    const double trace = Q.trace();
-    beyond +=
-        along.dot(block.vectors.transpose() * unit[i] * block.vectors * along) - square * trace / k;
-    const double own =
-        2.0 * square * square * (k * Q.squaredNorm() - trace * trace) / (k * k * (k + 2.0));
-    variance += own;
-    squares += own * own;
+    const Eigen::Matrix3d turned = block.vectors.transpose() * unit[i] * block.vectors;
+    const Eigen::Matrix3d Q = root.asDiagonal() * turned * root.asDiagonal();
+    const double trace = Q.trace(), apart = Q.squaredNorm() - trace * trace / k;
+    if (!(apart > 0.0) || !(square > 0.0)) continue;
+    const double more = along.dot(turned * along) - square * trace / k;
+    // Of a direction that is as likely as any other: variance 1.
+    directions.push_back(more / square * std::sqrt(0.5 * k * (k + 2.0) / apart));
+    sum += std::sqrt(apart) * directions.back();
+    squares += apart;
+    fourths += apart * apart;
+    beyond += more;
+    per_component += apart;
   }
-  if (!(squares > 0.0) || beyond <= 0.0) return 0.0;
+  if (!(squares > 0.0) || sum <= 0.0) return {};
   // Few of them may have most of the variance.
-  const double dof = variance * variance / squares;
-  return std::log(0.5) + LogFisherUpper(beyond * beyond / variance, 1.0, dof);
+  const double dof = squares * squares / fourths;
+  const double ratio = sum * sum / (squares * TogetherOf(directions));
+  return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond, 0.0) / per_component};
 }
 
 Eigen::MatrixXd FaultSystem::BeyondGraph() const {

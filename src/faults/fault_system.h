@@ -85,14 +85,20 @@ class FaultSystem : public ReducedSystem {
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Of the turns, where P is formed: log p of how much they miss along what such variances point
-  // to, given how much each misses at all,
+  // Of the turns: how much they miss along what such variances point to, by the directions of their
+  // misses alone,
   //
-  //   T = Σ q_i^T Q_i q_i     mean |w|^2 tr Q' / k     variance 2 |w|^4 (k tr Q'^2 - tr^2 Q') / k^2
-  //   (k + 2)
+  //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)     s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 -
+  //   tr^2 Q' / k
   //
-  // with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's block Π of P.
-  double LogPOfAlignment(const TurnVariances& unit) const;
+  // of variance 1 with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
+  // block Π of P: Σ a d over its own σ. And the variance component that makes so much. Of more than
+  // 64 turns neighbours miss together, which the variance follows.
+  struct Alignment {
+    double log_p = 0.0;
+    double component = 0.0;
+  };
+  Alignment AlignmentOf(const TurnVariances& unit) const;
 
   // Of the free shared coordinates: their covariance, how much of it is due to the columns taken
   // in, and what they move by for h = 1 of columns that are not in the model.
@@ -137,6 +143,8 @@ class FaultSystem : public ReducedSystem {
                             const Eigen::MatrixXd& By,
                             const Eigen::MatrixXd& Uy) const;
   const Factor& FactorOf(Eigen::Index row) const;
+  Eigen::Matrix3d BlockOfP(Eigen::Index row) const;
+  Eigen::MatrixXd InformationByFactors(const std::vector<FaultColumn>& columns) const;
   Eigen::MatrixXd CrossTraces(const StackedRows& Y) const;
 
   std::vector<NoiseComponent> components_;

@@ -12,6 +12,7 @@ using enum FaultShape;
 constexpr Triad kA = Triad::kAccelerometer, kM = Triad::kMagnetometer, kG = Triad::kGyroscope;
 constexpr std::initializer_list<Triad> kAll = {kA, kM, kG};
 constexpr std::initializer_list<Triad> kVector = {kA, kM};
+constexpr std::initializer_list<Triad> kOnlyA = {kA};
 constexpr std::initializer_list<Triad> kOnlyM = {kM};
 constexpr std::initializer_list<Triad> kOnlyG = {kG};
 constexpr std::initializer_list<Triad> kBesideM = {kA, kG};
@@ -28,6 +29,8 @@ constexpr std::string_view kFastened =
 constexpr std::string_view kQuiet =
     "keep iron, magnets and currents away while recording, and record anew";
 constexpr std::string_view kLonger = "hold each rest longer before it counts, and record anew";
+constexpr std::string_view kSlower = "turn the unit more slowly, or set a wider bandwidth";
+constexpr std::string_view kAbout = "turn the unit about the sensor, or more slowly";
 constexpr std::string_view kRepeat = "repeat that pose; nothing to do if it stays the only one";
 constexpr std::string_view kTurns =
     "turn more slowly, and let the log run without gaps while the unit is turned";
@@ -80,6 +83,8 @@ constexpr std::array kKinds = {
     FaultKind{"field for a while", kOnlyM, kWorld, kQuiet, "uT", kWindow, Varies::kField},
     FaultKind{"play", kVector, kPlay, kFastened},
     FaultKind{"settling", kVector, kSettling, kLonger, "1"},
+    FaultKind{"low-pass", kAll, kLowPass, kSlower, "s^2", kThroughout, Varies::kNothing, true},
+    FaultKind{"lever arm", kOnlyA, kLeverArm, kAbout, "m"},
     FaultKind{"turns too short", kOnlyG, kShortTurn, kTurns, "rad"},
     FaultKind{"single pose", kAll, kReading, kRepeat, {}, kOnce},
     FaultKind{"single turn", kOnlyG, kTurn, kTurns, "rad", kOnce},

@@ -37,6 +37,8 @@ struct FaultKind {
   std::string_view unit = {};  // of h; empty: that of the readings
   FaultShape shape = FaultShape::kThroughout;
   Varies varies = Varies::kNothing;
+  // The first term of a series: where it is large its form decides the correction.
+  bool is_truncated = false;
   // Where the model has it as a parameter, which.
   std::optional<ParameterKind> parameter = {};
 };

@@ -13,6 +13,10 @@ namespace {
 // one that did not move.
 constexpr double kMoving = 0.1;
 
+// Rates are apart by this for their change: in less of it a gyroscope's noise would make the
+// column, and a hand's motion bends over more.
+constexpr double kApartS = 0.1;
+
 Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
   const double length = v.norm();
   return length > 0.0 ? Eigen::Vector3d(v / length) : v;
@@ -52,6 +56,7 @@ double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sam
 
 FaultScene::FaultScene(const PoseGraph& graph) : graph_(&graph) {
   PlaceNodes();
+  PlaceTurnings();
   PlaceTurns();
   PlaceStretches();
 }
@@ -64,6 +69,7 @@ void FaultScene::PlaceNodes() {
   for (const PoseNode& pose : graph_->nodes) {
     Node& node = nodes_.emplace_back();
     node.has_attitude = pose.kind != PoseKind::kDirection && pose.is_axis_known;
+    node.is_moment = pose.role == PoseRole::kMoment;
     if (node.has_attitude) {
       node.body_from_world = pose.rotation().conjugate().toRotationMatrix();
       node.up = node.body_from_world * up;
@@ -74,7 +80,8 @@ void FaultScene::PlaceNodes() {
       Seen& seen = node.seen[triad];
       seen.is_there = true;
       seen.row = row + 3 * static_cast<Eigen::Index>(i);
-      seen.x = pose.FieldInBody(graph_->layout, triad, reference, pose.state.data());
+      seen.turn = pose.observations[i].mean_turn;
+      seen.x = seen.turn * pose.FieldInBody(graph_->layout, triad, reference, pose.state.data());
       seen.S = graph_->ModelAt(triad, pose).sensitivity;
       seen.u = seen.S * seen.x;
       largest_[triad] = std::max(largest_[triad], seen.u.cwiseAbs().maxCoeff());
@@ -83,22 +90,90 @@ void FaultScene::PlaceNodes() {
   }
 }
 
+// The angle turned by along the body's axes and the time, summed up to each moment of a chain.
+void FaultScene::PlaceTurnings() {
+  const std::vector<IncrementEdge>& turns = graph_->increments;
+  if (turns.empty()) return;
+  path_.resize(nodes_.size());
+  for (const IncrementEdge& turn : turns) {
+    const Path& from = path_[turn.from];
+    path_[turn.from + 1] = {from.angle + RotationLog(turn.increment.rotation),
+                            from.time_s + turn.increment.duration_s,
+                            from.turns + 1};
+  }
+  double duration_s = 0.0;
+  for (const IncrementEdge& turn : turns) duration_s += turn.increment.duration_s;
+  const double spacing_s = std::max(duration_s / static_cast<double>(turns.size()), 1e-9);
+  apart_ = std::max<std::ptrdiff_t>(1, std::llround(kApartS / spacing_s));
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    if (!nodes_[k].is_moment) continue;
+    const auto at = static_cast<std::ptrdiff_t>(k);
+    const auto into = RateOver(at - 2 * apart_, at), from = RateOver(at, at + 2 * apart_);
+    if (!into || !from) continue;
+    const double between_s = 0.5 * (path_[k + 2 * static_cast<std::size_t>(apart_)].time_s -
+                                    path_[k - 2 * static_cast<std::size_t>(apart_)].time_s);
+    nodes_[k].turning = Turning{0.5 * (*into + *from), (*from - *into) / between_s};
+  }
+}
+
+// The mean rate from one moment to another of the same chain, rad/s.
+std::optional<Eigen::Vector3d> FaultScene::RateOver(std::ptrdiff_t begin,
+                                                    std::ptrdiff_t end) const {
+  if (begin < 0 || end >= std::ssize(path_)) return std::nullopt;
+  const Path& from = path_[static_cast<std::size_t>(begin)];
+  const Path& to = path_[static_cast<std::size_t>(end)];
+  if (to.turns - from.turns != end - begin) return std::nullopt;
+  return (to.angle - from.angle) / (to.time_s - from.time_s);
+}
+
 void FaultScene::PlaceTurns() {
   turn_into_.assign(nodes_.size(), -1);
   Eigen::Index row = 0;
   for (const PoseNode& pose : graph_->nodes) row += pose.row_count();
   double& largest = largest_[Triad::kGyroscope];
   for (const IncrementEdge& edge : graph_->increments) {
-    turn_into_[edge.from + 1] = static_cast<int>(turns_.size());
+    turn_into_[edge.from + 1] = static_cast<int>(turn_rows_.size());
     turn_rows_.push_back(row);
     row += 3;
-    turns_.push_back(SumsOf(edge));
-    largest_rate_ = std::max(largest_rate_, turns_.back().fastest);
     for (const Eigen::Vector3d& raw : edge.move.reading_raw) {
       largest = std::max(largest, (raw - edge.at.triad.bias).cwiseAbs().maxCoeff());
     }
   }
-  for (std::size_t i = 0; i < turns_.size(); ++i) StateInRows(graph_->increments[i], &turns_[i]);
+}
+
+const std::vector<TurnColumns>& FaultScene::turns() const {
+  if (turns_.size() < graph_->increments.size()) SumTurns();
+  return turns_;
+}
+
+void FaultScene::SumTurns() const {
+  for (const IncrementEdge& edge : graph_->increments) {
+    turns_.push_back(SumsOf(edge));
+    largest_rate_ = std::max(largest_rate_, turns_.back().fastest);
+  }
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    StateInRows(graph_->increments[i], &turns_[i]);
+    if (const auto bend = RateBendAt(i)) turns_[i].of[Index(FaultForm::kLowPass)] = *bend;
+  }
+}
+
+// Of a turn in motion: 1/2 of how the rate's second derivative adds up over it, from mean rates
+// over two spans after its next moment and two before that: the noise at its own ends makes it
+// miss, and would be found again. With the spans' middles at ± a and ± b from its own,
+//
+//   f'' = (f(b) + f(-b) - f(a) - f(-a)) / (b^2 - a^2)
+std::optional<Eigen::Vector3d> FaultScene::RateBendAt(std::size_t turn) const {
+  const IncrementEdge& edge = graph_->increments[turn];
+  if (!nodes_[edge.from].is_moment) return std::nullopt;
+  const auto from = static_cast<std::ptrdiff_t>(edge.from);
+  const auto before = RateOver(from - 1 - apart_, from - 1),
+             after = RateOver(from + 2, from + 2 + apart_),
+             long_before = RateOver(from - 1 - 2 * apart_, from - 1 - apart_),
+             long_after = RateOver(from + 2 + apart_, from + 2 + 2 * apart_);
+  if (!long_before || !long_after) return std::nullopt;
+  const double spacing_s = edge.increment.duration_s, span = static_cast<double>(apart_);
+  const double a = (1.5 + 0.5 * span) * spacing_s, b = (1.5 + 1.5 * span) * spacing_s;
+  return 0.5 * spacing_s / (b * b - a * a) * (*long_after + *long_before - *after - *before);
 }
 
 void FaultScene::PlaceStretches() {
@@ -173,7 +248,7 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
     sums.of[Index(FaultForm::kByForce)] = by_force;
     sums.of[Index(FaultForm::kByField)] = by_field;
   }
-  sums.of[Index(FaultForm::kShortTurn)] = UnitOf(angle);
+  if (!from.is_moment) sums.of[Index(FaultForm::kShortTurn)] = UnitOf(angle);
   sums.of[Index(FaultForm::kTurn)] = Eigen::Matrix3d::Identity();
   return sums;
 }
@@ -219,7 +294,7 @@ double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
 Eigen::Vector3d FaultScene::MotionInto(Triad triad, std::size_t node) const {
   const Seen& seen = nodes_[node].seen[triad];
   if (turn_into_[node] >= 0) {
-    const TurnColumns& sums = turns_[static_cast<std::size_t>(turn_into_[node])];
+    const TurnColumns& sums = turns()[static_cast<std::size_t>(turn_into_[node])];
     return (seen.S * seen.x.cross(sums.last_rate)).array().sign();
   }
   if (node == 0 || !nodes_[node - 1].seen[triad].is_there) return Eigen::Vector3d::Zero();
@@ -232,7 +307,12 @@ Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) c
   const Seen& seen = node.seen[triad];
   const bool needs_attitude = form == FaultForm::kWorld || form == FaultForm::kByForce ||
                               form == FaultForm::kByField || form == FaultForm::kByAttitude;
-  if (!seen.is_there || (needs_attitude && !node.has_attitude)) return {};
+  const bool needs_rest = form == FaultForm::kPlay || form == FaultForm::kSettling;
+  const bool needs_turning = form == FaultForm::kLowPass || form == FaultForm::kLeverArm;
+  if (!seen.is_there || (needs_attitude && !node.has_attitude) || (needs_rest && node.is_moment) ||
+      (needs_turning && !node.turning)) {
+    return {};
+  }
   const Eigen::Array3d u = seen.u.array();
   const double scale = ScaleOf(triad, form);
   const auto diagonal = [](const Eigen::Array3d& values) -> Eigen::MatrixXd {
@@ -249,7 +329,7 @@ Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) c
     case FaultForm::kTurned:
       return seen.S * Skew(seen.x);
     case FaultForm::kWorld:
-      return seen.S * node.body_from_world;
+      return seen.S * seen.turn * node.body_from_world;
     case FaultForm::kSquare:
       return diagonal(scale * u.square());
     case FaultForm::kCube:
@@ -261,12 +341,20 @@ Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) c
     case FaultForm::kByField:
       return Spread(Eigen::Matrix3d::Identity(), node.field);
     case FaultForm::kByAttitude:
-      return Spread(seen.S * node.body_from_world, node.up);
+      return Spread(seen.S * seen.turn * node.body_from_world, node.up);
     case FaultForm::kPlay:
       return diagonal(MotionInto(triad, k).array());
     case FaultForm::kSettling:
       if (k == 0 || !nodes_[k - 1].seen[triad].is_there) return {};
       return nodes_[k - 1].seen[triad].u - seen.u;
+    case FaultForm::kLowPass: {
+      const auto& [rate, acceleration] = *node.turning;
+      return 0.5 * seen.S * (seen.x.cross(rate).cross(rate) + seen.x.cross(acceleration));
+    }
+    case FaultForm::kLeverArm: {
+      const Eigen::Matrix3d W = Skew(node.turning->rate);
+      return seen.S * (Skew(node.turning->acceleration) + W * W);
+    }
     case FaultForm::kGainByRate:
     case FaultForm::kTurn:
     case FaultForm::kShortTurn:
@@ -284,7 +372,8 @@ std::vector<FaultColumn> FaultScene::ColumnsOf(Triad triad, FaultForm form) cons
     columns[stretch_of_[k]].Add(nodes_[k].seen[triad].row, at_pose);
     unknowns = at_pose.cols();
   }
-  for (std::size_t i = 0; triad == Triad::kGyroscope && i < turns_.size(); ++i) {
+  const std::size_t turn_count = triad == Triad::kGyroscope ? turns().size() : 0;
+  for (std::size_t i = 0; i < turn_count; ++i) {
     const Eigen::MatrixXd& at_turn = turns_[i].of[Index(form)];
     if (at_turn.cols() == 0) continue;
     const std::size_t from = graph_->increments[i].from;

@@ -35,8 +35,10 @@ enum class FaultForm {
   kReading,     // I of poses alone, no turns
   kTurn,        // I of turns alone              h rad
   kShortTurn,   // along the turn's angle        h rad
+  kLowPass,     // 1/2 d^2 u / dt^2 at moments   h s^2: a time constant beyond its delay
+  kLeverArm,    // S ([α]x + [ω]x^2)             h m, from the point that the unit is turned about
 };
-inline constexpr std::size_t kFaultForms = static_cast<std::size_t>(FaultForm::kShortTurn) + 1;
+inline constexpr std::size_t kFaultForms = static_cast<std::size_t>(FaultForm::kLeverArm) + 1;
 
 // Of a turn: Σ K_i e_i of readings that are off by e_i along a turn, for errors
 // of several forms, with K_i = dt_i dR^T R_i C and R_i the rotation from the begin to reading i.
@@ -76,7 +78,7 @@ class FaultScene {
   std::vector<FaultColumn> ColumnsOf(Triad triad, FaultForm form) const;
 
   // In the order of the increments; a turn that the operator states has no steps.
-  const std::vector<TurnColumns>& turns() const { return turns_; }
+  const std::vector<TurnColumns>& turns() const;
 
  private:
   struct Seen {
@@ -84,31 +86,49 @@ class FaultScene {
     Eigen::Index row = 0;
     Eigen::Vector3d x, u;
     Eigen::Matrix3d S;
+    Eigen::Matrix3d turn;  // from the body at the node to what was seen
+  };
+  // Of a moment that two turns meet at: rad/s, rad/s^2, in its body frame.
+  struct Turning {
+    Eigen::Vector3d rate, acceleration;
   };
   struct Node {
     PerTriad<Seen> seen;
     bool has_attitude = false;
+    bool is_moment = false;  // of motion: it does not come to rest
+    std::optional<Turning> turning;
     Eigen::Matrix3d body_from_world;
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
   void PlaceNodes();
   void PlaceTurns();
+  void SumTurns() const;
+  void PlaceTurnings();
   void PlaceStretches();
   TurnColumns SumsOf(const IncrementEdge& edge) const;
   void StateInRows(const IncrementEdge& edge, TurnColumns* sums) const;
+  std::optional<Eigen::Vector3d> RateOver(std::ptrdiff_t begin, std::ptrdiff_t end) const;
+  std::optional<Eigen::Vector3d> RateBendAt(std::size_t turn) const;
   Eigen::MatrixXd AtPose(Triad triad, FaultForm form, std::size_t node) const;
   double ScaleOf(Triad triad, FaultForm form) const;
   Eigen::Vector3d MotionInto(Triad triad, std::size_t node) const;
 
   const PoseGraph* graph_;
   std::vector<Node> nodes_;
-  std::vector<TurnColumns> turns_;
-  std::vector<int> turn_into_;  // of each node; -1: none
+  mutable std::vector<TurnColumns> turns_;  // once they are asked for
+  std::vector<int> turn_into_;              // of each node; -1: none
   std::vector<Eigen::Index> turn_rows_;
   std::vector<std::size_t> stretch_begin_, stretch_of_;
   PerTriad<double> largest_{{0.0, 0.0, 0.0}};  // |u|
-  double largest_rate_ = 0.0;
+  mutable double largest_rate_ = 0.0;          // with them
+  struct Path {
+    Eigen::Vector3d angle = Eigen::Vector3d::Zero();
+    double time_s = 0.0;
+    std::ptrdiff_t turns = 0;
+  };
+  std::vector<Path> path_;    // of each node, where there are turns
+  std::ptrdiff_t apart_ = 1;  // moments
   Eigen::VectorXd tau_;
   std::optional<Eigen::VectorXd> temperature_;
 };

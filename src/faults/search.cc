@@ -79,6 +79,11 @@ struct Taken {
   TakenFault fault;
 };
 
+// s of a component s (1 - s), the smaller of both.
+double ShareOf(double component) {
+  return 0.5 * (1.0 - std::sqrt(std::max(1.0 - 4.0 * component, 0.0)));
+}
+
 class FaultSearch {
  public:
   FaultSearch(const std::vector<StatedFault>& stated, PoseGraph* graph, NoiseState* noise)
@@ -94,7 +99,7 @@ class FaultSearch {
   bool IsOfTemperature(const FaultKind& kind, Triad triad) const;
   void ListCandidates();
   void LookAtScene();
-  void MakeForms();
+  const ScannedForm& FormOf(const Candidate& candidate);
   void StateColumns();
   std::size_t EndOfFault(std::size_t begin) const;
   void ShareBudget();
@@ -115,8 +120,8 @@ class FaultSearch {
   StretchWeights WeightsOf(const Candidate& candidate) const {
     return truetriad::WeightsOf(candidate.kind->shape, candidate.position, *scene_);
   }
-  FaultColumn ColumnOf(const Candidate& candidate) const {
-    return forms_[candidate.form].Column(WeightsOf(candidate));
+  FaultColumn ColumnOf(const Candidate& candidate) {
+    return FormOf(candidate).Column(WeightsOf(candidate));
   }
   FaultPlace PlaceOf(const Candidate& candidate) const;
   Eigen::MatrixXd VariedBy(const FaultKind& kind, Triad triad) const;
@@ -137,7 +142,7 @@ class FaultSearch {
   TakenModel model_;
   std::optional<FaultScene> scene_;
   std::vector<FormKey> keys_;
-  std::vector<ScannedForm> forms_;
+  std::vector<std::optional<ScannedForm>> forms_;  // as they are asked for
   std::vector<Candidate> candidates_;
   std::vector<Taken> taken_;
   double lost_rows_level_ = 0.0;
@@ -184,19 +189,21 @@ void FaultSearch::ListCandidates() {
   std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
     return a.form < b.form;
   });
-  MakeForms();
+  forms_.assign(keys_.size(), std::nullopt);
 }
 
 void FaultSearch::LookAtScene() {
   scene_.emplace(*graph_);
-  MakeForms();
+  forms_.assign(keys_.size(), std::nullopt);
 }
 
-void FaultSearch::MakeForms() {
-  forms_.clear();
-  for (const FormKey& key : keys_) {
-    forms_.emplace_back(scene_->ColumnsOf(key.triad, key.form), key.is_whole);
+const ScannedForm& FaultSearch::FormOf(const Candidate& candidate) {
+  std::optional<ScannedForm>& form = forms_[candidate.form];
+  if (!form) {
+    const FormKey& key = keys_[candidate.form];
+    form.emplace(scene_->ColumnsOf(key.triad, key.form), key.is_whole);
   }
+  return *form;
 }
 
 // Of what is stated and was taken in, at the solution as it is.
@@ -232,7 +239,7 @@ void FaultSearch::ShareBudget() {
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
     end = EndOfFault(begin);
     const Candidate& middle = candidates_[begin + (end - begin) / 2];
-    const bool is_seen = SeenDirections(forms_[middle.form].SumsOf(WeightsOf(middle))).cols() > 0;
+    const bool is_seen = SeenDirections(FormOf(middle).SumsOf(WeightsOf(middle))).cols() > 0;
     if (is_seen) faults += 1.0;
     const double log_positions = std::log(static_cast<double>(end - begin));
     for (std::size_t i = begin; i < end; ++i) {
@@ -245,7 +252,8 @@ void FaultSearch::ShareBudget() {
 }
 
 void FaultSearch::TestAll() {
-  for (ScannedForm& form : forms_) form.Project(model_.system());
+  for (const Candidate& candidate : candidates_) FormOf(candidate);
+  for (std::optional<ScannedForm>& form : forms_) form->Project(model_.system());
   if (lost_rows_level_ == 0.0) ShareBudget();
   FirstLook look(model_.system(), model_.excess());
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
@@ -257,7 +265,7 @@ void FaultSearch::TestAll() {
       if (!candidate.is_active) continue;
       double log_p = kLookAgain * candidate.log_level;
       if (!IsScan(candidate.kind->shape)) log_p = std::max(log_p, std::log(kNoteLevel));
-      const QuickTest quick = QuickTestOf(forms_[candidate.form].SumsOf(WeightsOf(candidate)));
+      const QuickTest quick = QuickTestOf(FormOf(candidate).SumsOf(WeightsOf(candidate)));
       if (!look.MayBeBelow(log_p, quick)) continue;
       promising.emplace_back(look.LeastLogP(quick), &candidate);
     }
@@ -271,7 +279,7 @@ void FaultSearch::TestAll() {
 void FaultSearch::TestInFull(Candidate* candidate) {
   const FaultColumn column = ColumnOf(*candidate);
   const StackedRows Y = model_.system().Projected(column);
-  const ColumnSums sums = forms_[candidate->form].SumsOf(WeightsOf(*candidate));
+  const ColumnSums sums = FormOf(*candidate).SumsOf(WeightsOf(*candidate));
   candidate->test = TestOf(model_.system(), model_.excess(), Y, sums);
   candidate->kappa = KappaOf(column, candidate->test.T);
   if (candidate->kappa > kHardlyTold) candidate->test = {};
@@ -410,14 +418,15 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
 
 // By likelihood ratio, at the edge of what a variance may be: half of χ² with one degree; and by
 // how turns miss along their axes, which few wild ones do not feign. True where it is there and
-// clearer than any column.
+// clearer than any column. Where the turns' noise is not estimated here it has what rows lost made
+// of it already, and only how turns miss tells.
 bool FaultSearch::TakeLostRows(double clearest_score) {
   const auto& names = noise_->estimated;
   const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
-  if (findings_.lost_rows || turns == std::ssize(names) || !model_.system().is_dense())
-    return false;
+  const bool is_estimated = turns < std::ssize(names);
+  if (findings_.lost_rows) return false;
   const Eigen::VectorXd v = model_.excess().v;
-  if (v[turns] <= kScatteredTurns * model_.excess().rest[turns]) return false;
+  if (is_estimated && v[turns] <= kScatteredTurns * model_.excess().rest[turns]) return false;
   TurnVariances unit;
   std::size_t turned = 0;
   for (const TurnColumns& sums : scene_->turns()) {
@@ -425,7 +434,13 @@ bool FaultSearch::TakeLostRows(double clearest_score) {
     if (!sums.squared_steps.isZero(0.0)) ++turned;
   }
   if (turned < kFewestTurns) return false;
-  if (model_.system().LogPOfAlignment(unit) > std::log(kLevelOfRun)) return false;
+  const FaultSystem::Alignment aligned = model_.system().AlignmentOf(unit);
+  if (aligned.log_p > std::log(kLevelOfRun)) return false;
+  if (!is_estimated) {
+    if (aligned.log_p - lost_rows_level_ >= std::min(clearest_score, 0.0)) return false;
+    findings_.lost_rows = LostRowsFound{ShareOf(aligned.component), aligned.log_p};
+    return true;
+  }
   const double without = model_.system().LogLikelihood();
   model_.SetTurnVariances(std::move(unit));
   model_.SettleExcess(kSettlingSteps);
@@ -519,10 +534,8 @@ void FaultSearch::StateTaken() {
     at += taken.sigma.size();
     findings_.faults.push_back(taken.fault);
   }
-  if (!findings_.lost_rows) return;
-  // s (1 - s), the smaller of both.
-  const double scatter = model_.excess().v.tail<1>()[0];
-  findings_.lost_rows->share = 0.5 * (1.0 - std::sqrt(std::max(1.0 - 4.0 * scatter, 0.0)));
+  const bool is_in_model = model_.excess().v.size() > std::ssize(noise_->estimated);
+  if (is_in_model) findings_.lost_rows->share = ShareOf(model_.excess().v.tail<1>()[0]);
 }
 
 void FaultSearch::StateCovariance() {
@@ -563,7 +576,7 @@ void FaultSearch::StateNotes() {
       const FaultTest test = TestOf(model_.system(),
                                     model_.excess(),
                                     model_.system().Projected(column),
-                                    forms_[candidate.form].SumsOf(WeightsOf(candidate)));
+                                    FormOf(candidate).SumsOf(WeightsOf(candidate)));
       note.log_p = test.log_p;
       note.kappa = KappaOf(column, test.T);
     }

@@ -41,7 +41,7 @@ struct TakenFault {
   // Above it a parameter moves by more of its σ than h by its own: the form, and not the readings,
   // then decides the correction.
   static constexpr double kTrusted = 1.0;
-  bool is_trusted() const { return kappa <= kTrusted; }
+  bool is_trusted() const { return kappa <= kTrusted && !place.kind->is_truncated; }
 
   FaultPlace place;
   double log_p = 0.0;

@@ -37,7 +37,7 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
     if (kind.name == name) return kind.code;
   }
   // As calibrations of before have it.
-  if (name == "magnetometer-changed") return FindingCode::kFault;
+  if (name == "magnetometer-changed" || name == "left-out-term") return FindingCode::kFault;
   return std::nullopt;
 }
 

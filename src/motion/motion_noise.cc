@@ -5,8 +5,11 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include "math/distributions.h"
 #include "model/mechanisms.h"
+#include "problem/graph_rows.h"
 #include "problem/start_values.h"
 
 namespace truetriad {
@@ -66,29 +69,65 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
+// Residuals of one sensor (the gyroscope: of the turns), per axis over its noise, and how much of
+// each the attitudes leave: 1 - leverage. A moment a column; of what is not seen they are zero.
+struct Residuals {
+  Eigen::Matrix3Xd value, left;
+};
+
+// With W^T W = V^-1, W r and the diagonal of W^-T D W^-1.
+PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& system) {
+  const auto count = static_cast<Eigen::Index>(graph.nodes.size());
+  PerTriad<Residuals> all;
+  for (Residuals& of_triad : all) {
+    of_triad.value.setZero(3, count);
+    of_triad.left.setZero(3, count);
+  }
+  const auto take = [&](Triad triad, std::size_t factor, Eigen::Index row, const RowRoot& root) {
+    const auto moment = static_cast<Eigen::Index>(system.factors()[factor].node);
+    const Eigen::Matrix3d D = system.D(factor).block(row, row, 3, 3);
+    const Eigen::Matrix3d inverse = Eigen::Matrix3d(root).inverse();
+    all[triad].value.col(moment) =
+        root * system.residual().segment<3>(system.factors()[factor].row + row);
+    all[triad].left.col(moment) = (inverse.transpose() * D * inverse).diagonal();
+  };
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    Eigen::Index row = 0;
+    for (const Observation& seen : graph.nodes[k].observations) {
+      take(seen.triad, k, row, RootOf(seen.variance, seen.weight));
+      row += 3;
+    }
+  }
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    take(Triad::kGyroscope, graph.nodes.size() + i, 0, RootOf(edge.variance, edge.weight));
+  }
+  return all;
+}
+
 // Robust weights of one sensor, against the typical length of its residuals.
 void Weigh(const RobustOptions& robust,
            Triad triad,
-           const MotionChain::Residuals& residuals,
-           std::vector<MotionNode>* nodes) {
-  const auto weight_of = [triad](MotionNode& node) -> double& {
-    return triad == Triad::kGyroscope ? node.weight : node.seen(triad).weight;
+           const Residuals& residuals,
+           std::vector<Moment>* moments) {
+  const auto weight_of = [triad](Moment& moment) -> double& {
+    return triad == Triad::kGyroscope ? moment.weight : moment.seen(triad).weight;
   };
-  std::vector<double> lengths(nodes->size(), 0.0), seen;
-  for (std::size_t k = 0; k < nodes->size(); ++k) {
+  std::vector<double> lengths(moments->size(), 0.0), seen;
+  for (std::size_t k = 0; k < moments->size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     const double left = residuals.left.col(column).sum();
     if (!(left > 0.0)) continue;
     lengths[k] =
-        std::sqrt(residuals.value.col(column).squaredNorm() / left / weight_of((*nodes)[k]));
+        std::sqrt(residuals.value.col(column).squaredNorm() / left / weight_of((*moments)[k]));
     seen.push_back(lengths[k]);
   }
   if (seen.empty()) return;
   const double typical = Median(std::move(seen)) / kMedianLength;
-  for (std::size_t k = 0; k < nodes->size(); ++k) {
+  for (std::size_t k = 0; k < moments->size(); ++k) {
     const double length = lengths[k] / typical;
     const bool is_far = length > robust.scale && Acts(Mechanism::kMotionWeights);
-    weight_of((*nodes)[k]) = is_far ? robust.scale / length : 1.0;
+    weight_of((*moments)[k]) = is_far ? robust.scale / length : 1.0;
   }
 }
 
@@ -139,17 +178,18 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
 }
 
 double UpdateMotionNoise(const RobustOptions& robust,
-                         const Eigen::VectorXd& shared,
-                         MotionChain* chain,
+                         const MotionTrack& track,
+                         std::vector<Moment>* moments,
+                         PoseGraph* graph,
+                         ReducedSystem* system,
                          MotionNoiseState* state) {
-  const PerTriad<MotionChain::Residuals> residuals =
-      chain->AllResiduals(chain->LinearisedAt(shared));
+  const PerTriad<Residuals> residuals = ResidualsOf(*graph, *system);
   double change = 0.0;
   for (const Triad triad : kTriads) {
-    const MotionChain::Residuals& of_triad = residuals[triad];
+    const Residuals& of_triad = residuals[triad];
     const double left = of_triad.left.sum();
     if (!(left > 0.0)) continue;
-    if (robust.enabled) Weigh(robust, triad, of_triad, &chain->nodes());
+    if (robust.enabled) Weigh(robust, triad, of_triad, moments);
     if (!state->is_estimated[triad]) continue;
     state->correlation[triad] = LongRunRatio(of_triad.value);
     if (triad == Triad::kGyroscope && !state->is_carried) {
@@ -169,7 +209,8 @@ double UpdateMotionNoise(const RobustOptions& robust,
                   .cwiseMax(state->stated.density[triad]);
     change = std::max(change, (density - before).cwiseAbs().cwiseQuotient(before).maxCoeff());
   }
-  chain->SetNoise(state->noise, shared.data());
+  WeighMoments(state->noise, track, *moments, graph);
+  system->Eliminate(*graph);
   return change;
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "motion/chain.h"
+#include "motion/motion_graph.h"
 #include "problem/start_values.h"
+#include "solve/reduced_system.h"
 #include "start/start.h"
 #include "truetriad/problem/options.h"
 
@@ -33,10 +34,13 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
 // One round: robust weights, then variances by their residuals over what the attitudes leave of
 // them (Foerstner 1979), times how much the residuals hang together from one attitude to the next:
 // a hand's accelerations are no white noise, and what counts is their density at low frequencies.
-// Never below what is stated. Returns the largest relative change of a density.
+// Never below what is stated. `system`: of the graph, which it is of again afterwards. Returns the
+// largest relative change of a density.
 double UpdateMotionNoise(const RobustOptions& robust,
-                         const Eigen::VectorXd& shared,
-                         MotionChain* chain,
+                         const MotionTrack& track,
+                         std::vector<Moment>* moments,
+                         PoseGraph* graph,
+                         ReducedSystem* system,
                          MotionNoiseState* state);
 
 }  // namespace truetriad

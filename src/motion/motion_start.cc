@@ -25,7 +25,7 @@ constexpr double kDrawn = 0.1;
 
 // Nodes with what the vector sensors read about them, none turned.
 PoseSet MeansOf(const PoseSet& poses,
-                const std::vector<MotionNode>& nodes,
+                const std::vector<Moment>& nodes,
                 const MotionTrack& track,
                 const CalibrateOptions& options) {
   const Triad leading = LeadingTriad(options);
@@ -34,7 +34,7 @@ PoseSet MeansOf(const PoseSet& poses,
   means.streams = poses.streams;
   const std::size_t every = nodes.size() / kMostMeans + 1;
   for (std::size_t k = 0; k < nodes.size(); k += every) {
-    const MotionNode& node = nodes[k];
+    const Moment& node = nodes[k];
     if (node.seen(leading).count == 0) continue;
     StaticPose& pose = means.poses.emplace_back();
     pose.number = static_cast<int>(means.poses.size());
@@ -54,9 +54,9 @@ PoseSet MeansOf(const PoseSet& poses,
 Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
                                                Triad vector,
                                                const TriadModel<double>& model_of_vector,
-                                               const std::vector<MotionNode>& nodes,
+                                               const std::vector<Moment>& nodes,
                                                const MotionTrack& track) {
-  const auto direction_at = [&](const MotionNode& node) {
+  const auto direction_at = [&](const Moment& node) {
     return model_of_vector.TruthFromRaw(node.seen(vector).mean_raw).normalized();
   };
   const auto nodes_a_turn = static_cast<std::size_t>(kTurnS / kMeanS);
@@ -92,7 +92,7 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track) {
-  const std::vector<MotionNode> nodes = track.Gather(kMeanS, nullptr);
+  const std::vector<Moment> nodes = track.Gather(kMeanS, nullptr);
   CalibrateOptions vectors = options;
   vectors.triads[Triad::kGyroscope].enabled = false;
   const PoseSet means = MeansOf(poses, nodes, track, options);
@@ -112,11 +112,11 @@ Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
 
 std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
                                                const MotionTrack& track,
-                                               const std::vector<MotionNode>& nodes) {
+                                               const std::vector<Moment>& nodes) {
   const Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d field_in_world =
       WorldVector(Triad::kMagnetometer, start.reference).normalized();
-  const auto seen = [&](const MotionNode& node, Triad triad) -> std::optional<Eigen::Vector3d> {
+  const auto seen = [&](const Moment& node, Triad triad) -> std::optional<Eigen::Vector3d> {
     if (node.seen(triad).count == 0 || !start.models[triad]) return std::nullopt;
     return start.models[triad]->TruthFromRaw(node.seen(triad).mean_raw).normalized();
   };
@@ -147,9 +147,9 @@ std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
 
 std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
                                                const GyroModel& gyroscope,
-                                               const std::vector<MotionNode>& coarse,
+                                               const std::vector<Moment>& coarse,
                                                const std::vector<Eigen::Quaterniond>& attitudes,
-                                               const std::vector<MotionNode>& fine) {
+                                               const std::vector<Moment>& fine) {
   std::vector<Eigen::Quaterniond> finer(fine.size());
   std::size_t c = 0;
   for (std::size_t k = 0; k < fine.size(); ++k) {

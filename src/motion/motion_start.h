@@ -24,13 +24,13 @@ Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
 // Attitudes of the nodes: carried on by the gyroscope, drawn towards what the vector sensors show.
 std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
                                                const MotionTrack& track,
-                                               const std::vector<MotionNode>& nodes);
+                                               const std::vector<Moment>& nodes);
 
 // Attitudes of the nodes of a finer chain from those of a coarser one of the same track.
 std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
                                                const GyroModel& gyroscope,
-                                               const std::vector<MotionNode>& coarse,
+                                               const std::vector<Moment>& coarse,
                                                const std::vector<Eigen::Quaterniond>& attitudes,
-                                               const std::vector<MotionNode>& fine);
+                                               const std::vector<Moment>& fine);
 
 }  // namespace truetriad

@@ -35,20 +35,19 @@ struct TurnSums {
     moment += since_s * angle_rad;
   }
   // The steady rate that comes closest to the turns.
-  std::shared_ptr<const FieldRow::Turning> Turning(int count,
-                                                   const TriadModel<double>& gyroscope) const {
+  std::shared_ptr<const Turning> TurningOf(int count, const TriadModel<double>& gyroscope) const {
     if (!(moment.squaredNorm() > 0.0)) return nullptr;
     const Eigen::Vector3d rate_radps = moment / squared;
-    return std::make_shared<const FieldRow::Turning>(
-        FieldRow::Turning{time / count,
-                          squared / count,
-                          rate_radps,
-                          gyroscope.sensitivity * rate_radps + gyroscope.bias});
+    return std::make_shared<const Turning>(
+        Turning{time / count,
+                squared / count,
+                rate_radps,
+                gyroscope.sensitivity * rate_radps + gyroscope.bias});
   }
 };
 
 // Pieces of a broken chain in which no reading of the leading sensor shows where they point.
-void RemoveUntied(Triad leading, std::vector<MotionNode>* nodes) {
+void RemoveUntied(Triad leading, std::vector<Moment>* nodes) {
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < nodes->size();) {
     std::size_t end = begin;
@@ -165,23 +164,24 @@ void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
   const Eigen::Matrix3d correction = accelerometer.Correction();
   std::vector<double> stamped_s = time_s_;  // as its clock has the gyroscope's times
   for (double& at_s : stamped_s) at_s += ahead_s_[Triad::kAccelerometer];
-  force_mps2_ = ReadingsAt(stamped_s, readings.time_s, readings.reading_raw);
+  accelerometer_raw_ = ReadingsAt(stamped_s, readings.time_s, readings.reading_raw);
+  force_mps2_ = accelerometer_raw_;
   for (Eigen::Vector3d& force : force_mps2_) force = correction * (force - accelerometer.bias);
 }
 
-GyroReadings MotionTrack::Between(const MotionNode& node, const MotionNode& next) const {
+GyroReadings MotionTrack::Between(const Moment& node, const Moment& next) const {
   const std::size_t count = next.reading - node.reading + 1;
   GyroReadings readings{{&time_s_[node.reading], count}, {&rate_raw_[node.reading], count}, {}};
   if (!force_mps2_.empty()) readings.force_mps2 = {&force_mps2_[node.reading], count};
   return readings;
 }
 
-std::vector<MotionNode> MotionTrack::NodesEvery(double spacing_s) const {
+std::vector<Moment> MotionTrack::NodesEvery(double spacing_s) const {
   const auto every =
       static_cast<std::size_t>(std::clamp(std::round(spacing_s / spacing_s_[Triad::kGyroscope]),
                                           1.0,
                                           static_cast<double>(time_s_.size())));
-  std::vector<MotionNode> nodes;
+  std::vector<Moment> nodes;
   nodes.reserve(time_s_.size() / every + 2);
   std::size_t since = 0;  // steps from the last node
   for (std::size_t i = 0; i < time_s_.size(); ++i, ++since) {
@@ -195,8 +195,8 @@ std::vector<MotionNode> MotionTrack::NodesEvery(double spacing_s) const {
   return nodes;
 }
 
-std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
-  std::vector<MotionNode> nodes = NodesEvery(spacing_s);
+std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
+  std::vector<Moment> nodes = NodesEvery(spacing_s);
 
   // Attitude at every reading against the last node before it.
   std::vector<Eigen::Quaterniond> turns(time_s_.size(), Eigen::Quaterniond::Identity());
@@ -261,7 +261,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
       if (seen.count == 0) continue;
       seen.mean_raw /= seen.count;
       seen.turn /= seen.count;
-      if (gyroscope != nullptr) seen.turning = sums[n].Turning(seen.count, gyroscope->triad);
+      if (gyroscope != nullptr) seen.turning = sums[n].TurningOf(seen.count, gyroscope->triad);
     }
   }
   RemoveUntied(

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "model/gyro_increment.h"
-#include "problem/rows/field_row.h"
+#include "problem/pose_state.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/static_pose.h"
 
@@ -22,12 +22,12 @@ struct GatheredReadings {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
   // That turn was made with a rate, and follows when it is found to be another; null: there is
   // none.
-  std::shared_ptr<const FieldRow::Turning> turning;
+  std::shared_ptr<const Turning> turning;
   double weight = 1.0;  // robust
 };
 
-// One attitude of the chain, at the time of a reading of the gyroscope.
-struct MotionNode {
+// One moment of the motion, at the time of a reading of the gyroscope.
+struct Moment {
   std::size_t reading = 0;  // of the gyroscope
   GatheredReadings accelerometer, magnetometer;
   bool is_linked = false;  // the gyroscope tells the turn to the next node
@@ -51,10 +51,15 @@ class MotionTrack {
 
   // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
   // at all). Turns that it does not tell (a gap, saturation, repeated readings) break the chain.
-  std::vector<MotionNode> Gather(double spacing_s, const GyroModel* gyroscope) const;
+  std::vector<Moment> Gather(double spacing_s, const GyroModel* gyroscope) const;
 
   // What the gyroscope read from `node` to the one after it.
-  GyroReadings Between(const MotionNode& node, const MotionNode& next) const;
+  GyroReadings Between(const Moment& node, const Moment& next) const;
+  // And the accelerometer at the same times, once SetForces was called.
+  std::vector<Eigen::Vector3d> AccelerometerBetween(const Moment& node, const Moment& next) const {
+    return {accelerometer_raw_.begin() + static_cast<std::ptrdiff_t>(node.reading),
+            accelerometer_raw_.begin() + static_cast<std::ptrdiff_t>(next.reading) + 1};
+  }
 
   // By how much a vector sensor's clock is ahead of the gyroscope's, s; zero at first. Gather and
   // SetForces allow for it.
@@ -62,12 +67,12 @@ class MotionTrack {
   void set_ahead_s(Triad triad, double ahead_s) { ahead_s_[triad] = ahead_s; }
 
   // The gyroscope's reading at a node.
-  const Eigen::Vector3d& RateAt(const MotionNode& node) const { return rate_raw_[node.reading]; }
+  const Eigen::Vector3d& RateAt(const Moment& node) const { return rate_raw_[node.reading]; }
 
   // The specific force at the gyroscope's readings, for its g-sensitivity.
   void SetForces(const TriadModel<double>& accelerometer);
 
-  double TimeOf(const MotionNode& node) const { return time_s_[node.reading]; }
+  double TimeOf(const Moment& node) const { return time_s_[node.reading]; }
   // Median time between two readings.
   double spacing_s(Triad triad) const { return spacing_s_[triad]; }
   // Without what lies between two pieces of recordings.
@@ -84,7 +89,7 @@ class MotionTrack {
     std::vector<Eigen::Vector3d> reading_raw;
   };
   // Every `spacing_s`, and at both ends of what is untold.
-  std::vector<MotionNode> NodesEvery(double spacing_s) const;
+  std::vector<Moment> NodesEvery(double spacing_s) const;
   struct Span {
     double from_s = 0.0, to_s = 0.0;
   };
@@ -93,7 +98,7 @@ class MotionTrack {
   void BreakBefore(double time_s);
 
   std::vector<double> time_s_;
-  std::vector<Eigen::Vector3d> rate_raw_, force_mps2_;
+  std::vector<Eigen::Vector3d> rate_raw_, accelerometer_raw_, force_mps2_;
   std::vector<bool> is_untold_;  // the step from this reading to the next
   PerTriad<Vectors> vectors_;
   PerTriad<double> spacing_s_{}, ahead_s_{};

@@ -33,7 +33,7 @@ std::unique_ptr<Row> RowOf(const PoseNode& node,
     return std::make_unique<KnownRateRow>(
         layout, factors, node.known_rate_radps, node.known_force_mps2, seen.mean_raw);
   }
-  const FieldRow::Reading reading{seen.mean_raw, Eigen::Matrix3d::Identity(), factors};
+  const FieldRow::Reading reading{seen.mean_raw, seen.mean_turn, factors, seen.turning};
   if (seen.triad == Triad::kAccelerometer) {
     return std::make_unique<AccelerometerRow>(layout, node.kind, reading);
   }

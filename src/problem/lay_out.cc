@@ -344,23 +344,4 @@ void AddPriors(const CalibrateOptions& options, PoseGraph* graph) {
   }
 }
 
-void FreeWholeMatrices(const CalibrateOptions& options, PoseGraph* graph) {
-  constexpr double kNew = 1e-6;  // of a direction of length 1
-  SharedLayout& layout = graph->layout;
-  for (const Triad triad : kTriads) {
-    if (!layout.Has(triad)) continue;
-    const int at = layout.sensitivity[triad];
-    const Eigen::Matrix3d held = graph->sensitivity(triad);
-    for (const Eigen::Matrix3d& whole : FreeMatrices(options, triad, MatrixModel::kFull, held)) {
-      Eigen::VectorXd column = Eigen::VectorXd::Zero(layout.size);
-      column.segment<9>(at) = whole.reshaped();
-      column -= layout.basis * (layout.basis.transpose() * column);
-      if (column.norm() < kNew) continue;
-      layout.basis.conservativeResize(Eigen::NoChange, layout.basis.cols() + 1);
-      layout.basis.rightCols<1>() = column.normalized();
-    }
-  }
-  AddPriors(options, graph);
-}
-
 }  // namespace truetriad

@@ -30,8 +30,4 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
 // What is known beforehand of the free entries.
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
 
-// Frees what the sensors' `model:` holds of their matrices: columns of the basis beside those that
-// are there.
-void FreeWholeMatrices(const CalibrateOptions& options, PoseGraph* graph);
-
 }  // namespace truetriad

@@ -43,15 +43,6 @@ TriadModel<double> SharedLayout::ModelOf(Triad triad,
   return model;
 }
 
-SharedBlock SharedLayout::AppendProbe(int block_size) {
-  const SharedBlock block{size, block_size};
-  size += block_size;
-  const Eigen::Index rows = basis.rows(), columns = basis.cols();
-  basis.conservativeResizeLike(Eigen::MatrixXd::Zero(rows + block_size, columns + block_size));
-  basis.bottomRightCorner(block_size, block_size).setIdentity();
-  return block;
-}
-
 std::vector<Eigen::Index> SharedLayout::ColumnsOf(int offset, int block_size) const {
   std::vector<Eigen::Index> columns;
   for (Eigen::Index column = 0; column < basis.cols(); ++column) {

@@ -73,9 +73,6 @@ struct SharedLayout {
   bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
-  // Appends a block of free entries that no term of the model has.
-  SharedBlock AppendProbe(int block_size);
-
   // What the terms of `triad` are multiplied with; zero for temperature where it has none.
   ThermalFactors FactorsOf(Triad triad,
                            double temperature_degc,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,6 +31,7 @@ using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 // What a node of the graph stands for.
 enum class PoseRole {
   kRest,      // a rest of the unit
+  kMoment,    // a moment of its motion, with the readings about it
   kRate,      // a stretch of known rate; the attitude means nothing (PoseNode::is_axis_known)
   kTurnAxis,  // the mean rate of a known turn, which tells its axis
   kTurnEnd,   // begin or end of a known turn, held where the operator says; no rows
@@ -46,6 +48,10 @@ struct Observation {
   Eigen::Vector3d by_clock_raw_per_s = Eigen::Vector3d::Zero();
   // Covariance of the known rate, (rad/s)^2.
   Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
+  // Of readings about a moment: the mean of R_reading^T R_node over them, which turns a vector in
+  // the body at the node to what they saw, and what that was made with; null where it stays.
+  Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();
+  std::shared_ptr<const Turning> turning;
   // What it is weighted with: rest noise and excess noise.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.

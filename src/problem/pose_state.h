@@ -15,6 +15,13 @@ enum class PoseKind {
   kRotation,   // world <- body, 3 dof
 };
 
+// What the mean rotation of readings gathered about one moment was made with (rows/field_row.h).
+struct Turning {
+  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the times of the readings from there
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // steady, that comes closest
+  Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // what the gyroscope reads at it
+};
+
 // A quaternion x, y, z, w (Eigen's order), or a direction x, y, z, 0.
 using PoseValues = std::array<double, 4>;
 

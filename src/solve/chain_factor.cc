@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/chain_factor.h"
 
+#include <algorithm>
+
 #include "math/dense/cholesky.h"
 
 namespace truetriad {
@@ -37,6 +39,34 @@ void ChainFactor::SolveInPlace(StackedRows* b) const {
     const Eigen::Matrix3d inverse = half_[k].transpose() * half_[k];
     AddProduct(1.0, inverse, own, rows(k));
     if (k + 1 < states() && IsCoupled(k)) AddProduct(-1.0, gain_[k], rows(k + 1), rows(k));
+  }
+}
+
+// c_k = b_k - G_{k-1}^T c_{k-1}, and of c_k H_k c_k.
+void ChainFactor::HalfSolveInPlace(Panel* panel) const {
+  constexpr double kNothingLeft = 1e-10;  // of the largest: 1e-20 of a square
+  StackedRows& rows = panel->rows;
+  Eigen::Index count = rows.rows() / 3;
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::size_t state = panel->first + static_cast<std::size_t>(i);
+    if (i > 0 && IsCoupled(state - 1)) {
+      rows.middleRows<3>(3 * i) -=
+          gain_[state - 1].transpose().lazyProduct(rows.middleRows<3>(3 * i - 3)).eval();
+    }
+    const double size = rows.middleRows<3>(3 * i).cwiseAbs().maxCoeff();
+    largest = std::max(largest, size);
+    const bool is_last = i + 1 == count;
+    if (!is_last || !IsCoupled(state) || size <= kNothingLeft * largest) continue;
+    if (3 * count == rows.rows()) {
+      rows.conservativeResizeLike(StackedRows::Zero(6 * count + 3, rows.cols()));
+    }
+    ++count;
+  }
+  rows.conservativeResize(3 * count, Eigen::NoChange);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    auto own = rows.middleRows<3>(3 * i);
+    own = half_[panel->first + static_cast<std::size_t>(i)].lazyProduct(own).eval();
   }
 }
 

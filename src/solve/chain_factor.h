@@ -38,6 +38,16 @@ class ChainFactor {
   // From b to N^-1 b, for any number of columns.
   void SolveInPlace(StackedRows* b) const;
 
+  // L^-1 b with N = L L^T for columns that begin with a state: in `rows` b, as far as it goes;
+  // then what follows from it, as far as anything is left of it.
+  struct Panel {
+    std::size_t first = 0;
+    StackedRows rows;
+    Eigen::Index begin() const { return 3 * static_cast<Eigen::Index>(first); }
+    Eigen::Index end() const { return begin() + rows.rows(); }
+  };
+  void HalfSolveInPlace(Panel* panel) const;
+
   // Blocks of N^-1: of each state, and between it and the next.
   struct Blocks {
     std::vector<Eigen::Matrix3d> own;

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "model/mechanisms.h"
 #include "problem/hemisphere.h"
 #include "solve/chain_elimination.h"
+#include "solve/shared_information.h"
 #include "solve/solve_graph.h"
 
 namespace truetriad {
@@ -24,7 +26,7 @@ std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
   // the other side be what is stated.
   constexpr double kFarSine = 0.25;
   constexpr double kFarChi2 = 100.0;
-  if (options.motion || !MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
+  if (!MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
   const Knowledge& stated = options.reference.dip_rad;
   const double dip_rad = solved.reference()[kDip];
   const bool is_far_from_stated = SideOfStatedDip(stated, dip_rad) > kFarChi2;
@@ -34,6 +36,29 @@ std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
   SolveGraph(&other.graph);
   other.worse = 2.0 * (Linearised(other.graph).cost() - Linearised(solved).cost());
   return other;
+}
+
+bool SettleField(const CalibrateOptions& options, double noise_dof, PoseGraph* graph) {
+  if (auto other = OtherSideOfField(options, *graph)) {
+    const bool is_told = other->IsTold(noise_dof);
+    if (is_told ? other->worse > 0.0 : !IsOfOtherHand(options, *graph)) return false;
+    if (!Acts(Mechanism::kFieldSide)) return false;
+    *graph = std::move(other->graph);
+    return true;
+  }
+  const SharedLayout& layout = graph->layout;
+  const int dip_at = layout.reference + kDip;
+  double dip_sigma_rad = 0.0;
+  if (MayReverse(options, layout)) {
+    const ChainElimination linearised = Linearised(*graph);
+    const SharedInformation known(
+        layout, graph->shared, linearised.information(), linearised.gradient());
+    const Eigen::RowVectorXd dip = layout.basis.row(dip_at);
+    dip_sigma_rad = std::sqrt(dip * known.covariance() * dip.transpose());
+  }
+  const double dip_rad = graph->shared[dip_at];
+  SettleHemisphereOfField(options, dip_sigma_rad, graph);
+  return graph->shared[dip_at] != dip_rad;
 }
 
 }  // namespace truetriad

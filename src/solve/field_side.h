@@ -23,7 +23,10 @@ struct OtherSide {
 
 // Where a dip is known, fixed or with a σ, near enough to the horizontal that the other side might
 // be the one: solved from there. Without a known dip both sides are one solution (hemisphere.h).
-// Not of a motion, whose readings tell the dip so well that SideOfStatedDip does.
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options, const PoseGraph& solved);
+
+// The field on the side where it is; false where it was there. Without a known dip that is the same
+// solution, else another one, and the likelier.
+bool SettleField(const CalibrateOptions& options, double noise_dof, PoseGraph* graph);
 
 }  // namespace truetriad

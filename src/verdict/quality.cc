@@ -69,6 +69,21 @@ void FillPoseQuality(const PoseGraph& graph,
     if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
     directions[triad].push_back(residual.direction);
   }
+  for (const PoseNode& node : graph.nodes) {
+    if (node.role != PoseRole::kMoment) continue;
+    for (const Observation& seen : node.observations) {
+      const Triad triad = seen.triad;
+      const StreamSummary* stream = poses.Find(triad);
+      after[triad].Add(NormError(solution.ModelAt(triad, node), seen.mean_raw, strength[triad]));
+      if (stream != nullptr && !stream->unit.is_counts) {
+        before[triad].Add(seen.mean_raw.norm() * stream->unit.truth_per_raw - strength[triad]);
+      }
+      directions[triad].push_back(
+          (solution.rotation.transpose() *
+           node.FieldInBody(graph.layout, triad, reference, node.state.data()))
+              .normalized());
+    }
+  }
   for (const double angle : turns.in_sample) after[Triad::kGyroscope].Add(angle);
   for (const double angle : turns.nominal) before[Triad::kGyroscope].Add(angle);
   for (const Triad triad : kTriads) {

@@ -9,6 +9,7 @@
 #include "math/dense/products.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
+#include "solve/chain_elimination.h"
 
 namespace truetriad {
 namespace {
@@ -98,6 +99,32 @@ Step LikeliestStep(const Eigen::MatrixXd& directions,
   return best;
 }
 
+// The nodes from `begin` to before `end` with the turns between them, without priors; where none of
+// them tells its heading that of the first is held.
+PoseGraph PartOf(const PoseGraph& graph, std::size_t begin, std::size_t end) {
+  PoseGraph part;
+  part.layout = graph.layout;
+  part.shared = graph.shared;
+  part.integrated_at = graph.integrated_at;
+  const auto at = [&](std::size_t k) {
+    return graph.nodes.begin() + static_cast<std::ptrdiff_t>(k);
+  };
+  part.nodes.assign(at(begin), at(end));
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.from < begin || edge.from + 1 >= end) continue;
+    part.increments.push_back(edge);
+    part.increments.back().from -= begin;
+  }
+  const bool tells_heading = std::any_of(part.nodes.begin(),
+                                         part.nodes.end(),
+                                         [](const PoseNode& node) { return node.TellsHeading(); });
+  if (!tells_heading && !part.increments.empty()) {
+    part.nodes.front().holds_heading = true;
+    part.nodes.front().held_world_from_body = part.nodes.front().rotation();
+  }
+  return part;
+}
+
 }  // namespace
 
 std::vector<TimeBlock> BlocksOf(const ReducedSystem& system,
@@ -161,10 +188,16 @@ BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
   return scatter;
 }
 
-std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
-  if (system.factors().size() < kTimeBlocks * kFewestInBlock) return {};
-  std::size_t nodes = 0;
-  for (const auto& factor : system.factors()) nodes = std::max(nodes, factor.node + 1);
+std::vector<TimeBlock> TimeBlocksOf(const PoseGraph& graph, const ReducedSystem& system) {
+  const std::size_t nodes = graph.nodes.size();
+  if (nodes < kTimeBlocks * kFewestInBlock) return {};
+  std::vector<TimeBlock> blocks;
+  for (std::size_t b = 0; b < kTimeBlocks && !graph.increments.empty(); ++b) {
+    const PoseGraph part = PartOf(graph, b * nodes / kTimeBlocks, (b + 1) * nodes / kTimeBlocks);
+    const ChainElimination solved = Linearised(part);
+    blocks.push_back({solved.information(), solved.gradient()});
+  }
+  if (!blocks.empty()) return blocks;
   return BlocksOf(
       system, kTimeBlocks, [nodes](std::size_t node) { return node * kTimeBlocks / nodes; });
 }

@@ -28,8 +28,9 @@ std::vector<TimeBlock> BlocksOf(const ReducedSystem& system,
                                 std::size_t count,
                                 const std::function<std::size_t(std::size_t)>& group_of);
 
-// The stretches of a graph whose nodes are in the order of time; none where there are too few.
-std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system);
+// The stretches of a graph whose nodes are in the order of time, each by itself; none where there
+// are too few.
+std::vector<TimeBlock> TimeBlocksOf(const PoseGraph& graph, const ReducedSystem& system);
 
 // Whether the stretches say the same.
 struct BlockScatter {

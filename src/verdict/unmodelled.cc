@@ -11,7 +11,6 @@
 #include "model/mechanisms.h"
 #include "verdict/checks/clock_offsets.h"
 #include "verdict/recording_faults.h"
-#include "verdict/settling.h"
 
 namespace truetriad {
 namespace {
@@ -89,20 +88,15 @@ FaultFindings TakeFaultsIn(const CalibrateOptions& options,
 }
 
 void FindBeyondFaults(const PoseSet& poses,
+                      const PerTriad<Eigen::Vector3d>& sigma_raw,
                       const PoseGraph& graph,
                       const ReducedSystem& system,
                       const std::vector<TemperatureSetting>& settings,
                       Unmodelled* found) {
   found->drift = FindDriftCovariance(graph, system, settings);
-  PerTriad<Eigen::Vector3d> sigma_raw{};
-  for (const StreamSummary& stream : poses.streams) {
-    sigma_raw[stream.triad] = stream.noise_sigma_raw;
-  }
-  found->of_recording.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
-  AddFaultsOfRecording(poses, sigma_raw, {}, graph, system.covariance(), &found->of_recording);
+  found->of_recording = FindRecordingFaults(poses, sigma_raw, graph, system.covariance());
   AddUnsettledTurns(poses, graph, system, &found->of_recording);
-  found->of_recording.has_temperature = poses.temperature_range_degc.has_value();
-  found->blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
+  found->blocks = ScatterOf(TimeBlocksOf(graph, system), system.information(), graph);
   found->clocks = FindClockOffsets(poses, graph);
   found->by_clocks = EffectsOf(found->clocks, graph, system);
   if (!found->clocks.empty() && !Acts(Mechanism::kClockSigma)) {

@@ -8,7 +8,7 @@
 #include "faults/search.h"
 #include "verdict/checks/soak.h"
 #include "verdict/clock_effects.h"
-#include "verdict/left_out_terms.h"
+#include "verdict/recording_faults.h"
 #include "verdict/time_blocks.h"
 
 namespace truetriad {
@@ -18,7 +18,7 @@ struct Unmodelled {
   FaultFindings faults;
   std::vector<Triad> stated_bends;  // whose widening the faults begin with
   DriftCovariance drift;
-  LeftOutTerms of_recording;        // what no residual shows
+  RecordingFaults of_recording;     // what no residual shows
   BlockScatter blocks;              // of long runs of rows
   std::vector<ClockOffset> clocks;  // beyond what was taken off
   ClockEffects by_clocks;           // in the order of `clocks`
@@ -34,8 +34,9 @@ FaultFindings TakeFaultsIn(const CalibrateOptions& options,
                            PoseGraph* graph,
                            NoiseState* noise);
 
-// The rest, of a graph without faults. `settings`: of the graph.
+// The rest, of a graph without faults. `sigma_raw`: of one reading; `settings`: of the graph.
 void FindBeyondFaults(const PoseSet& poses,
+                      const PerTriad<Eigen::Vector3d>& sigma_raw,
                       const PoseGraph& graph,
                       const ReducedSystem& system,
                       const std::vector<TemperatureSetting>& settings,

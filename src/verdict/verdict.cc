@@ -73,6 +73,7 @@ Eigen::Vector2d TemperatureRange(const PoseGraph& graph, Triad triad) {
 
 // The noise that a triad was weighted with.
 TriadNoise NoiseOf(const SettledRun& run, Triad triad) {
+  if (run.of_motion != nullptr) return run.of_motion->stated[triad];
   const NoiseState& noise = run.noise;
   TriadNoise stated;
   // RMS over poses of each axis' σ.
@@ -103,11 +104,21 @@ TriadNoise NoiseOf(const SettledRun& run, Triad triad) {
   return stated;
 }
 
-int CountRests(const PoseGraph& graph) {
+int CountPoses(const PoseGraph& graph) {
   return static_cast<int>(
       std::count_if(graph.nodes.begin(), graph.nodes.end(), [](const PoseNode& node) {
-        return node.role == PoseRole::kRest;
+        return node.role == PoseRole::kRest || node.role == PoseRole::kMoment;
       }));
+}
+
+// Of one reading.
+PerTriad<Eigen::Vector3d> ReadingSigma(const SettledRun& run) {
+  if (run.of_motion != nullptr) return run.of_motion->reading_sigma_raw;
+  PerTriad<Eigen::Vector3d> sigma_raw{};
+  for (const StreamSummary& stream : run.poses.streams) {
+    sigma_raw[stream.triad] = stream.noise_sigma_raw;
+  }
+  return sigma_raw;
 }
 
 void StateRejected(const PoseGraph& graph, Quality* quality) {
@@ -147,6 +158,7 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
   if (dof < 1.0) return;
   quality->reduced_chi2 = ReducedChi2(system, dof);
+  if (run.of_motion != nullptr) return;
   for (const Triad triad : kTriads) {
     if (Wants(run.options, triad) && run.noise.source[triad] == NoiseSource::kResidual) return;
   }
@@ -155,8 +167,13 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
 }
 
-// Faults are looked for where there is a solution, and noise to hold them against.
+// Faults are looked for where there is a solution, and noise to hold them against. Of a motion with
+// its thousands of moments not where it is refused in any case.
 bool CanBeTested(const SettledRun& run, const ReducedSystem& system) {
+  if (run.of_motion != nullptr &&
+      !AnalyseObservability(run.graph, system.shared(), run.options.observable_sigma).determined) {
+    return false;
+  }
   return run.converged && !run.noise.unknown && system.size() > 0 &&
          system.rank() == system.size() && std::isfinite(system.cost()) &&
          system.covariance().allFinite() && Acts(Mechanism::kFaults);
@@ -185,7 +202,7 @@ void KeepWhatExplains(const SettledRun& run,
   if (is_finite && matrix.diagonal().minCoeff() >= 0.0) return;
   std::vector<WeakDirection> weak = std::move(quality->weak_directions);
   *quality = Quality{};
-  quality->poses = CountRests(run.graph);
+  quality->poses = CountPoses(run.graph);
   if (run.graph.shared.allFinite()) quality->weak_directions = std::move(weak);
 }
 
@@ -205,13 +222,15 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   } else {
     unmodelled.faults.beyond = Eigen::MatrixXd::Zero(system.size(), system.size());
   }
-  const SettledRun run{settled.poses, options, graph, state, settled.converged};
+  const SettledRun run{
+      settled.poses, options, graph, state, settled.converged, settled.remarks, settled.of_motion};
   Quality& quality = calibration->quality;
-  quality.poses = CountRests(graph);
+  quality.poses = CountPoses(graph);
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.rests.temperature_settings = FindTemperatureSettings(graph);
-  FindBeyondFaults(run.poses, graph, system, quality.rests.temperature_settings, &unmodelled);
+  FindBeyondFaults(
+      run.poses, ReadingSigma(run), graph, system, quality.rests.temperature_settings, &unmodelled);
   quality.rests.clock_offsets = unmodelled.clocks;
   quality.left_out_tests = unmodelled.of_recording.tests;
   const std::vector<LeftOutTest> of_faults = TestsOf(unmodelled.faults);
@@ -222,13 +241,18 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
       AdjustedCovariance(run.noise.estimate, system) / joint.scale + unmodelled.Covariance();
   StateReference(options, graph, &calibration->reference);
 
+  const bool is_of_motion = run.of_motion != nullptr;
   Observability observability =
-      AnalyseObservability(graph, system.shared(), options.observable_sigma);
+      is_of_motion
+          ? AnalyseObservability(
+                graph, system.shared(), options.observable_sigma, "keep it in motion longer")
+          : AnalyseObservability(graph, system.shared(), options.observable_sigma);
   quality.weak_directions = std::move(observability.weak_directions);
 
   PresentedSolution solution = SolvedFrame(graph, covariance);
   StateInGauge(options, &solution);
-  const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
+  // Of a moment and the next the others tell, which nothing checks.
+  const TurnErrors turns = is_of_motion ? TurnErrors() : FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
   if (Wants(options, Triad::kGyroscope)) {
@@ -252,8 +276,11 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
     std::optional<TriadCalibration>& sensor = calibration->sensors[triad];
     if (sensor && sensor->thermal) sensor->thermal->range_degc = TemperatureRange(graph, triad);
   }
-  quality.rests.held_out = CrossValidate(graph, system, turns, options.cross_validation_folds);
+  if (!is_of_motion) {
+    quality.rests.held_out = CrossValidate(graph, system, turns, options.cross_validation_folds);
+  }
   StateSessions(run.poses, graph, covariance, &quality.rests);
+  calibration->findings.insert(calibration->findings.end(), run.remarks.begin(), run.remarks.end());
   for (const Check check : kRemarks) {
     const Findings found = check(run, solved);
     calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
@@ -304,7 +331,7 @@ void StateStart(const PoseSet& poses,
     if (Wants(options, Triad::kAccelerometer))
       calibration->reference.dip_rad = start.reference[kDip];
   }
-  calibration->quality.poses = CountRests(graph);
+  calibration->quality.poses = CountPoses(graph);
   calibration->quality.reduced_chi2 = unknown;
   calibration->quality.reduced_chi2_before = unknown;
   calibration->findings.emplace_back(FindingCode::kStartValuesOnly,

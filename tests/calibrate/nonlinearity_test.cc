@@ -15,7 +15,6 @@
 #include "math/random.h"
 #include "support/accel_mag_trials.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "verdict/term_search.h"
 
 namespace truetriad {
 namespace nonlinearity_test {
@@ -51,51 +50,6 @@ TEST(Nonlinearity, IsTheDistanceFromTheBestStraightLine) {
     const double at_end = ValueOf(info.term, end_raw) * stated.SigmaOf(info, 800.0);
     EXPECT_NEAR(at_end * info.beyond_line, 0.005 * end_raw, 1e-9 * end_raw) << info.name;
   }
-}
-
-// Of b and h by one inverse of the whole: the last of three h cannot be told from b at all.
-TEST(TermSearch, AllowsForAPriorAsTheJointSolutionDoes) {
-  Random random(1);
-  const Eigen::Index rows = 12, size = 5, extra = 3;
-  Eigen::MatrixXd slope(rows, size + extra);
-  for (double& entry : slope.reshaped()) entry = random.Normal();
-  slope.col(7) = slope.leftCols(5).rowwise().sum();
-  Eigen::VectorXd noise(rows);
-  for (double& entry : noise) entry = random.Normal();
-  const Eigen::MatrixXd information = slope.transpose() * slope;
-  // At the b that is best without h.
-  const Eigen::MatrixXd B = slope.leftCols(size);
-  const Eigen::VectorXd left =
-      noise - B * Cholesky(B.transpose() * B).SolveVector(B.transpose() * noise);
-  const Eigen::VectorXd gradient = slope.transpose() * left;
-  const Eigen::Vector3d sigmas(0.3, 5.0, 2.0);
-
-  TermSearch search(*ConditionOn(information, gradient, {0, 1, 2, 3, 4}, {5, 6, 7}));
-  search.AllowFor({0, 1, 2}, sigmas);
-
-  Eigen::MatrixXd joint = information;
-  joint.diagonal().tail<3>() += sigmas.cwiseAbs2().cwiseInverse();
-  const Eigen::MatrixXd covariance = Cholesky(joint).Inverse();
-  const Eigen::VectorXd moved = (covariance * gradient).head(size);
-  const Eigen::MatrixXd alone = Cholesky(information.topLeftCorner(size, size)).Inverse();
-  const Eigen::MatrixXd wider =
-      covariance.topLeftCorner(size, size) - alone + moved * moved.transpose();
-  EXPECT_LT((search.Covariance() - wider).norm(), 1e-9 * wider.norm());
-  EXPECT_LT((search.CovarianceBy({0, 1, 2}) - wider).norm(), 1e-9 * wider.norm());
-
-  // What one of them has beyond its σ: u and I of readings whose noise has it.
-  const Eigen::MatrixXd allowed =
-      Eigen::MatrixXd::Identity(rows, rows) +
-      slope.rightCols(3) * sigmas.cwiseAbs2().asDiagonal() * slope.rightCols(3).transpose();
-  const Eigen::MatrixXd weight = Cholesky(allowed).Inverse();
-  const auto best_cost = [&](const Eigen::MatrixXd& columns) {
-    const Cholesky normal(columns.transpose() * weight * columns);
-    const Eigen::VectorXd off =
-        noise - columns * normal.SolveVector(columns.transpose() * weight * noise);
-    return off.dot(weight * off);
-  };
-  const double fall = best_cost(B) - best_cost(slope.leftCols(size + 1));
-  EXPECT_NEAR(search.Test({0}).chi2, fall, 1e-9 * fall);
 }
 
 enum class Poses { kRandom, kSixFaces };

@@ -244,6 +244,13 @@ TEST_F(DisturbedRun, SaysThatAMagnetMovedOnTheUnit) {
   ASSERT_NE(change, nullptr);
   EXPECT_EQ(change->pose, 13);
   EXPECT_THAT(change->text, StartsWith("magnetometer: bias step"));
+  // A line may want such units recorded again, whatever their limits.
+  const Finished strict = CalibrateIt("joint.yaml", "device.serial=A0007,strict=true");
+  EXPECT_EQ(strict.exit_code, 3) << strict.out << strict.err;
+  EXPECT_THAT(Result().findings,
+              Contains(AllOf(HasCode(FindingCode::kFault),
+                             ::testing::Property(&Finding::IsRefusal, true))));
+  EXPECT_EQ(CalibrateIt("joint.yaml", "device.serial=A0007,strict=1e6").exit_code, 0);
 }
 
 TEST_F(DisturbedRun, SaysThatTheFieldChangedAroundTheUnit) {

@@ -61,7 +61,7 @@ class Converters(unittest.TestCase):
         """[(time_ns, [x, y, z], temperature text)]"""
         with open(self.out / name, encoding="ascii") as file:
             lines = list(csv.reader(file))
-        return [(int(line[0]), line[1:4], line[4]) for line in lines[1:]]
+        return [(int(line[0]), line[1:4], line[4] if len(line) == 5 else "") for line in lines[1:]]
 
     def inspect(self, name="recording.yaml", code=None):
         done = run([os.environ["TRUETRIAD"], "inspect", f"--input={self.out / name}"])
@@ -283,23 +283,22 @@ class Converters(unittest.TestCase):
         for topic, cdr in readers.mcap_messages(MCAP):
             if topic in found:
                 found[topic].append(cdr)
-        accelerometer, gyroscope, magnetometer = [], [], []
+        imu, magnetometer = [], []
         for cdr in found["/test/sensor_msgs/imu"]:
             time, at = readers.header_of(cdr)
             # Orientation and covariance, rate and covariance, acceleration and covariance.
             values = readers.doubles(cdr, at, 37)
-            gyroscope.append((time, list(values[13:16])))
-            accelerometer.append((time, list(values[25:28])))
+            imu.append([time, *values[13:16], *values[25:28]])
         for cdr in found["/test/sensor_msgs/magnetic_field"]:
             time, at = readers.header_of(cdr)
-            magnetometer.append((time, list(readers.doubles(cdr, at, 3))))
-        for name, expected in (("accelerometer", accelerometer), ("gyroscope", gyroscope),
-                               ("magnetometer", magnetometer)):
+            magnetometer.append([time, *(1e6 * tesla for tesla in readers.doubles(cdr, at, 3))])
+        for name, expected in (("imu", imu), ("magnetometer", magnetometer)):
             self.assertEqual(len(expected), 2)
-            self.assertEqual([(time, list(map(float, values))) for time, values, _ in self.rows(f"{name}.csv")],
-                             expected)
+            with open(self.out / f"{name}.csv", encoding="ascii") as file:
+                rows = [[int(line[0]), *map(float, line[1:])] for line in list(csv.reader(file))[1:]]
+            self.assertEqual(rows, expected)
         text = (self.out / "recording.yaml").read_text()
-        for part in ("unit: m/s^2", "unit: rad/s", "unit: T\n", "frame: \"test_frame\""):
+        for part in ("unit: m/s^2", "unit: rad/s", "unit: uT\n", "frame: \"test_frame\""):
             self.assertIn(part, text)
         self.inspect(code=3)
 
@@ -313,7 +312,7 @@ class Converters(unittest.TestCase):
         cut = self.folder / "cut.mcap"
         cut.write_bytes(MCAP.read_bytes()[:70000])  # Inside its one chunk.
         done = self.convert("mcap", cut)
-        self.assertEqual(len(self.rows("accelerometer.csv")), 2)
+        self.assertEqual(len(self.rows("imu.csv")), 2)
         self.assertIn("cut", done.stderr)
 
     def made_mcap(self, compressions, crc=True):
@@ -324,7 +323,7 @@ class Converters(unittest.TestCase):
         def text(words):
             return struct.pack("<I", len(words)) + words.encode()
 
-        definition = ("std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\n" + "=" * 80 +
+        definition = ("std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n" + "=" * 80 +
                       "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n" + "=" * 80 +
                       "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n")
         known = record(3, struct.pack("<H", 1) + text("sensor_msgs/msg/MagneticField") + text("ros2msg") + text(definition))
@@ -335,7 +334,7 @@ class Converters(unittest.TestCase):
             for _ in range(10):
                 stamp += 1
                 # An empty string still has its NUL; the doubles begin on a multiple of eight.
-                cdr = b"\0\1\0\0" + struct.pack("<iII4x3d", stamp, 0, 1, stamp, 2 * stamp, -1)
+                cdr = b"\0\1\0\0" + struct.pack("<iII4x3d72x", stamp, 0, 1, stamp, 2 * stamp, -1)
                 records += record(5, struct.pack("<HIQQ", 0, stamp, stamp, stamp) + cdr)
             stored = records
             if compression == "lz4":  # A frame of one block that is stored as it is.
@@ -360,7 +359,7 @@ class Converters(unittest.TestCase):
         done = self.convert("mcap", path, *flags)
         rows = self.rows("magnetometer.csv")
         for time, values, _ in rows:
-            self.assertEqual(list(map(float, values)), [time / 1e9, 2 * time / 1e9, -1])
+            self.assertEqual(list(map(float, values)), [time / 1e3, 2 * time / 1e3, -1e6])
         return [time // 10**9 for time, _, _ in rows], done.stderr
 
     def test_mcap_chunks_may_be_compressed(self):
@@ -386,9 +385,9 @@ class Converters(unittest.TestCase):
     def test_mcap_wrong_topic_is_usage(self):
         if not MCAP.exists():
             self.skipTest("the recordings are not there")
-        self.assertIn("the file contains", self.convert("mcap", MCAP, "--topic=/nothing", code=1).stderr)
-        self.assertIn("supported are Imu and MagneticField", self.convert(
-            "mcap", MCAP, "--topic=/test/sensor_msgs/temperature", code=1).stderr)
+        self.assertIn("the bag contains", self.convert("mcap", MCAP, "--topic=/nothing", code=1).stderr)
+        self.assertIn("supported are Imu, MagneticField and Temperature", self.convert(
+            "mcap", MCAP, "--topic=/test/geometry_msgs/twist", code=1).stderr)
 
     # --------------------------------------------------------------------------------- Parquet
 

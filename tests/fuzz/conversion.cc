@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "tools/convert/common/isolation.h"
+#include "tools/convert/common/converter.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad::convert {
@@ -38,7 +38,7 @@ void MustRead(const std::string& manifest) {
 
 }  // namespace
 
-void TryConversion(Status (*run)(const convert::Arguments& arguments),
+void TryConversion(const std::function<Status(const convert::Arguments& arguments)>& run,
                    convert::Arguments arguments) {
   std::error_code failure;
   if (!arguments.list) arguments.output = FreshOutput();
@@ -58,9 +58,7 @@ void TryConversion(Status (*run)(const convert::Arguments& arguments),
   }
 }
 
-int TryNamedReadings(Status (*run)(const convert::Arguments& arguments),
-                     const char* file,
-                     Bytes input) {
+int TryNamedReadings(const convert::NamedFormat& format, const char* file, Bytes input) {
   if (input.empty()) return -1;
   convert::Arguments arguments;
   arguments.input = WriteInput(file, TextOf(input.subspan(1)));
@@ -70,7 +68,9 @@ int TryNamedReadings(Status (*run)(const convert::Arguments& arguments),
         "time=t,accelerometer=acc,gyroscope=imu.gyr@100Hz,magnetometer=mag";
     arguments.others["units"] = "s,m/s^2,rad/s,counts";
   }
-  TryConversion(run, arguments);
+  TryConversion(
+      [&](const convert::Arguments& all) { return convert::ConvertNamedReadings(format, all); },
+      arguments);
   return 0;
 }
 

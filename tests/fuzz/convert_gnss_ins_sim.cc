@@ -5,7 +5,7 @@
 
 #include "fuzz/conversion.h"
 #define main GnssInsSimConverterMain  // The program's own, whose functions are wanted.
-#include "tools/convert/tables/gnss_ins_sim.cc"
+#include "tools/convert/gnss_ins_sim.cc"
 #undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_gnss_ins_sim) {

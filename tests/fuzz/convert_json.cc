@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
-#include "tools/convert/common/named_readings.h"
-#include "tools/convert/json/json_variables.h"
-
-namespace convert = truetriad::convert;
-
-static truetriad::Status Run(const convert::Arguments& arguments) {
-  return convert::ConvertNamedReadings(arguments, "json", convert::JsonFile::Open);
-}
+#define main JsonConverterMain  // The program's own, whose functions are wanted.
+#include "tools/convert/json.cc"
+#undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_json) {
-  return truetriad::fuzz::TryNamedReadings(&Run, "log.json", input);
+  return truetriad::fuzz::TryNamedReadings(truetriad::convert::kFormat, "log.json", input);
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
-#include "tools/convert/common/named_readings.h"
-#include "tools/convert/mat/mat_variables.h"
-
-namespace convert = truetriad::convert;
+#define main MatConverterMain  // The program's own, whose functions are wanted.
+#include "tools/convert/mat/mat.cc"
+#undef main
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
@@ -15,10 +14,6 @@ extern "C" const char* __asan_default_options() {  // NOLINT: the sanitizer's na
 #endif
 #endif
 
-static truetriad::Status Run(const convert::Arguments& arguments) {
-  return convert::ConvertNamedReadings(arguments, "mat", convert::MatFile::Open);
-}
-
 TRUETRIAD_FUZZ_TARGET(convert_mat) {
-  return truetriad::fuzz::TryNamedReadings(&Run, "log.mat", input);
+  return truetriad::fuzz::TryNamedReadings(truetriad::convert::kFormat, "log.mat", input);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
 #define main Ros2Db3ConverterMain  // The program's own, whose functions are wanted.
-#include "tools/convert/ros2_db3/main.cc"
+#include "tools/convert/ros/ros2_db3.cc"
 #undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_ros2_db3) {
@@ -11,6 +11,10 @@ TRUETRIAD_FUZZ_TARGET(convert_ros2_db3) {
       truetriad::fuzz::WriteInput("log.db3", truetriad::fuzz::TextOf(input.subspan(1)));
   arguments.list = (input[0] & 1U) != 0;
   if ((input[0] & 2U) != 0) arguments.topics = {"/imu", "/mag", "/temperature"};
-  truetriad::fuzz::TryConversion(&truetriad::convert::Run, arguments);
+  truetriad::fuzz::TryConversion(
+      [](const truetriad::convert::Arguments& all) {
+        return truetriad::convert::ConvertBags(truetriad::convert::kFormat, all);
+      },
+      arguments);
   return 0;
 }

@@ -5,7 +5,7 @@
 
 #include "fuzz/conversion.h"
 #define main SixFaceConverterMain  // The program's own, whose functions are wanted.
-#include "tools/convert/tables/six_face.cc"
+#include "tools/convert/six_face.cc"
 #undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_six_face) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
 #define main VectornavConverterMain  // The program's own, whose functions are wanted.
-#include "tools/convert/vectornav/main.cc"
+#include "tools/convert/vectornav.cc"
 #undef main
 
 TRUETRIAD_FUZZ_TARGET(convert_vectornav) {

@@ -22,7 +22,6 @@
 #include "problem/rows/attitude_row.h"
 #include "problem/rows/face_row.h"
 #include "problem/rows/gyroscope_row.h"
-#include "problem/rows/integrated_turn_row.h"
 #include "problem/rows/known_rate_row.h"
 #include "problem/rows/known_speed_row.h"
 #include "problem/rows/magnetometer_row.h"
@@ -193,7 +192,7 @@ TEST_P(FieldRows, HaveTheDerivativesOfTheirPrediction) {
     reading.thermal = SomeFactors(all.layout, kMag, &random);
     ExpectJetsAgree(MagnetometerRow(all.layout, GetParam(), reading), all, state);
     if (GetParam() != PoseKind::kRotation) continue;
-    reading.turning = std::make_shared<const FieldRow::Turning>(FieldRow::Turning{
+    reading.turning = std::make_shared<const Turning>(Turning{
         random.Uniform(-0.1, 0.1), random.Uniform(0.0, 0.01), random.Normal3(), random.Normal3()});
     ExpectJetsAgree(MagnetometerRow(all.layout, GetParam(), reading), all, state);
   }
@@ -218,7 +217,7 @@ TEST(FieldRowOfMotion, FollowsTheGyroscopeThatTurnedItsReadings) {
     FieldRow::Reading reading{10.0 * random.Normal3(), mean_turn(rate), {}};
     reading.thermal = SomeFactors(all.layout, kMag, &random);
     // What it read is, by the parameters as they are, the other rate.
-    reading.turning = std::make_shared<const FieldRow::Turning>(FieldRow::Turning{
+    reading.turning = std::make_shared<const Turning>(Turning{
         times.mean(), times.squaredNorm() / 3.0, rate, sensitivity * other + bias});
     FieldRow::Reading stays = reading, again = reading;
     stays.turning = again.turning = nullptr;
@@ -327,40 +326,6 @@ TEST(TurnRow, HasTheDerivativesOfItsPredictionAwayFromWhereItWasIntegrated) {
       const Eigen::Quaterniond second =
           first * increment.rotation * RotationExp(0.3 * random.Normal3());
       ExpectJetsAgree(row, all, {ValuesOf(first), ValuesOf(second)});
-    }
-  }
-}
-
-// Ridders' method in double precision: about nine digits.
-TEST(IntegratedTurnRow, HasTheDerivativesOfItsPrediction) {
-  Random random(21);
-  for (int repeat = 0; repeat < 10; ++repeat) {
-    Everything all = WithoutTemperature(&random);
-    all.layout.axis_terms[kGyro].clear();
-    MakeRegular(&all);
-    const GyroMove move = SomeMove(all, &random);
-    const IntegratedTurnRow row(all.layout, {move.time_s, move.reading_raw, move.force_mps2});
-    const Eigen::Quaterniond first = random.Rotation();
-    const Eigen::Quaterniond second = first * RotationExp(0.3 * random.Normal3());
-    std::vector<const double*> parameters;
-    std::vector<const ceres::Manifold*> manifolds;
-    for (const SharedBlock& block : row.shared_blocks()) {
-      parameters.push_back(all.shared.data() + block.offset);
-      manifolds.push_back(nullptr);
-    }
-    const ceres::EigenQuaternionManifold quaternions;
-    for (const Eigen::Quaterniond* attitude : {&first, &second}) {
-      parameters.push_back(attitude->coeffs().data());
-      manifolds.push_back(&quaternions);
-    }
-    const ceres::GradientChecker checker(&row, &manifolds, ceres::NumericDiffOptions());
-    ceres::GradientChecker::ProbeResults results;
-    checker.Probe(parameters.data(), 1.0, &results);
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      const double size = 1.0 + results.local_numeric_jacobians[i].norm();
-      EXPECT_LT((results.local_jacobians[i] - results.local_numeric_jacobians[i]).norm(),
-                1e-8 * size)
-          << "block " << i;
     }
   }
 }

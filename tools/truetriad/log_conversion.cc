@@ -41,7 +41,7 @@ constexpr std::array<LogFormat, 11> kLogFormats = {{
      "ArduPilot logs unarmed with LOG_DISARMED=1, and what a calibration needs with IMU, raw IMU "
      "and compass in LOG_BITMASK"},
     {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev"},
-    {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev and libfastcdr-dev"},
+    {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev"},
     {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev"},
     {"json", "JSON files with arrays of readings, or one object a line"},
     {"vectornav", "VectorNav ASCII sentences ($VNYMR, $VNIMU, …)"},

@@ -130,7 +130,6 @@ enum class FindingCode : int {
   kReferenceExtrapolated,
   kCurveUnchecked,
   kBiasDrift,
-  kLeftOutTerm,
   kTermInDoubt,
   kNonlinearityStated,
   kLinearityAssumed,

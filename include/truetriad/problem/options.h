@@ -318,6 +318,9 @@ struct CalibrateOptions {
   /// Clocks of the sensors that the recording shows to differ are corrected. Off: they are what
   /// `time_offset_s` says, and σ allow for what it leaves.
   bool corrects_clocks = true;
+  /// A fault that was corrected refuses the unit where it moves some parameter by more of its σ than
+  /// this. Unset: what is corrected is no reason to refuse, the limits decide. Range: >= 0.
+  std::optional<double> strict_shift_sigmas;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;
   /// Largest σ along any direction of parameter space, as a share of the signal, at which the

@@ -34,17 +34,11 @@ namespace truetriad {
 // gyroscope's bias (3) and sensitivity (9, column by column), the state.
 class FieldRow : public Row {
  public:
-  // What M was made with.
-  struct Turning {
-    double mean_s = 0.0, mean_square_s2 = 0.0;             // of t_i
-    Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // w
-    Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // what the gyroscope reads at it
-  };
   struct Reading {
     Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
     Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();  // M
     ThermalFactors thermal;
-    std::shared_ptr<const Turning> turning = nullptr;  // M stays
+    std::shared_ptr<const Turning> turning = nullptr;  // what M was made with; null: M stays
   };
 
   bool Evaluate(double const* const* parameters,

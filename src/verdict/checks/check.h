@@ -16,6 +16,12 @@
 
 namespace truetriad {
 
+// The noise of a unit in motion, which its chain was settled with.
+struct MotionNoiseFound {
+  PerTriad<TriadNoise> stated;                  // as a result states it
+  PerTriad<Eigen::Vector3d> reading_sigma_raw;  // of one reading
+};
+
 // A run whose weights, noise and solution have settled.
 struct SettledRun {
   const PoseSet& poses;
@@ -23,6 +29,8 @@ struct SettledRun {
   const PoseGraph& graph;
   const NoiseState& noise;
   bool converged = false;
+  Findings remarks = {};                        // on the way there
+  const MotionNoiseFound* of_motion = nullptr;  // where nodes are moments
 };
 
 // What was made of it so far.
@@ -83,33 +91,12 @@ Findings CheckDegreesOfFreedom(double dof, const char* remedy);
 Findings CheckFinite(const TriadOptions& gyroscope,
                      bool is_finite,
                      const NamedCovariance& covariance);
-// Readings of a vector sensor that scatter by more than this share of its field.
-Findings CheckExplained(const Quality& quality,
-                        const ReferenceVector& reference,
-                        double most_share,
-                        const char* why);
 // A solution that is known badly, or too badly to be used, once σ allow for all that was found:
 // some σ is more than `limit` of its parameter's typical size.
 Findings CheckStillDetermined(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               double limit);
-// A field strength that nobody stated.
-Findings CheckMagnetometerScale(const ReferenceValues& reference);
-// What the model leaves out.
-Findings FindingsOf(const LeftOutTerms& terms);
-// Of tests of bends, those that these poses tell from the model too badly to protect the
-// parameters, in one sentence; unset where there are none.
-std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
-                                        const std::vector<StatedBend>& stated);
-Finding FindingOf(const StatedBend& bend);
 // What the report lists of the faults that were looked for.
 std::vector<LeftOutTest> TestsOf(const FaultFindings& faults);
-// How the sensors stand to each other and to what is known of the body, against what is stated.
-Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph);
-// A magnetometer whose sign only its hand tells, where that is not stated.
-Findings CheckHand(const CalibrateOptions& options,
-                   const PoseGraph& graph,
-                   const NamedCovariance& covariance,
-                   double noise_dof);
 
 }  // namespace truetriad

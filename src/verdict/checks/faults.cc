@@ -51,7 +51,10 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
       .With("p_value", std::exp(fault.log_p));
   if (fault.place.first_pose > 0) finding.AtPose(fault.place.first_pose);
   if (fault.shift_sigmas < 1.0) finding.As(Severity::kNote);
-  if (IsTied(fault, run.graph.layout)) {
+  const std::optional<double>& most = run.options.strict_shift_sigmas;
+  const bool is_beyond = most && fault.shift_sigmas > *most;
+  if (is_beyond) finding.remedy = "record anew; `strict` refuses what was corrected by as much";
+  if (is_beyond || IsTied(fault, run.graph.layout)) {
     finding.As(Severity::kRefusal).treatment = Treatment::kNone;
   }
   return finding;
@@ -94,6 +97,63 @@ std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
     }
   }
   return std::nullopt;
+}
+
+// A fault is told from the noise from about so many of its own σ on.
+constexpr double kToldSigmas = 3.0;
+// What a result may be off by and still be right.
+constexpr double kTrustedSigmas = 5.0;
+
+// What a data sheet lets a sensor bend, and what that does.
+struct StatedBend {
+  Triad triad = Triad::kAccelerometer;
+  Nonlinearity nonlinearity;
+  double widening = 1.0;  // how many times larger it makes the σ that it makes the largest
+};
+
+// Of tests of bends, those that these poses tell from the model too badly to protect the
+// parameters, in one sentence; unset where there are none.
+std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
+                                        const std::vector<StatedBend>& stated) {
+  std::vector<std::string> bends;
+  double largest = 0.0;
+  for (const LeftOutTest& test : tests) {
+    const bool is_bend =
+        std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const AxisTermInfo& info) {
+          return info.name == test.term;
+        });
+    const bool is_known =
+        test.is_shown || std::any_of(stated.begin(), stated.end(), [&](const StatedBend& bend) {
+          return bend.triad == test.triad;
+        });
+    if (!is_bend || is_known || !test.kappa) continue;
+    const double shift_sigmas = kToldSigmas * *test.kappa;
+    if (shift_sigmas < kTrustedSigmas) continue;
+    bends.push_back(Format("%.2g σ (", shift_sigmas) + std::string(TriadName(test.triad)) + " " +
+                    test.term + ")");
+    largest = std::max(largest, shift_sigmas);
+  }
+  if (bends.empty()) return std::nullopt;
+  return Finding(FindingCode::kLinearityAssumed,
+                 "σ hold for linear sensors: a bend just too small to show would shift some "
+                 "parameter by " +
+                     Listed(bends))
+      .With("shift", largest);
+}
+
+Finding FindingOf(const StatedBend& bend) {
+  const Nonlinearity& stated = bend.nonlinearity;
+  return Finding(
+             FindingCode::kNonlinearityStated,
+             Format(bend.widening < 10.0
+                        ? "σ are up to %.2f times those without the stated non-linearity of the "
+                        : "σ are up to %.0f times those without the stated non-linearity of the ",
+                    bend.widening) +
+                 std::string(TriadName(bend.triad)) +
+                 Format(", %.3g %% of", stated.percent_of_full_scale) +
+                 Format(" ± %.4g ", stated.full_scale) + std::string(TruthUnitName(bend.triad)))
+      .About(bend.triad)
+      .With("widening", bend.widening);
 }
 
 }  // namespace

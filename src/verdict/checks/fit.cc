@@ -13,6 +13,8 @@ namespace {
 
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.1;
+// In motion a hand adds its own accelerations.
+constexpr double kExplainedInMotion = 0.5;
 // Nothing that follows from a noise a thirtieth of what is there can be trusted: σ least of all.
 constexpr double kMostReducedChi2 = 1e3;
 // χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
@@ -48,9 +50,10 @@ bool IsDetermined(const SolvedRun& solved) {
   return solved.determined && solved.system.rank() == solved.system.size();
 }
 
-Finding NotDetermined() {
+Finding NotDetermined(const SettledRun& run) {
   return {FindingCode::kNotDetermined,
-          "the poses do not determine every parameter that was asked for",
+          std::string(run.of_motion != nullptr ? "the motion does" : "the poses do") +
+              " not determine every parameter that was asked for",
           "see the weak directions"};
 }
 
@@ -84,7 +87,7 @@ Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
       CheckFinite(run.options.triads[Triad::kGyroscope], is_finite, solved.solution.covariance);
   // More often than not too little data is what makes them leave it.
   if (!findings.empty() && is_finite && !solved.stated.quality.weak_directions.empty()) {
-    return {NotDetermined()};
+    return {NotDetermined(run)};
   }
   return findings;
 }
@@ -95,27 +98,6 @@ Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun&) {
            "every residual is needed to determine the parameters, so the noise cannot be estimated",
            "add poses, or state the noise, as by " +
                SensorLine(Triad::kAccelerometer, "noise: { sigma: [x, y, z] }")}};
-}
-
-Findings CheckExplained(const Quality& quality,
-                        const ReferenceVector& reference,
-                        double most_share,
-                        const char* why) {
-  // At rest a gyroscope sees no field.
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!quality.residual_rms[triad]) continue;
-    const double share = *quality.residual_rms[triad] / WorldVector(triad, reference).norm();
-    if (share <= most_share) continue;
-    return {Finding(FindingCode::kUnexplainedReadings,
-                    std::string(TriadName(triad)) +
-                        Format(": after the fit the readings still scatter by %.0f %% of the "
-                               "field; ",
-                               100.0 * share) +
-                        why)
-                .About(triad)
-                .With("share", share)};
-  }
-  return {};
 }
 
 Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
@@ -131,8 +113,24 @@ Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
                         ", or look for what the experiment leaves out")
                 .With("times", times)};
   }
-  return CheckExplained(
-      quality, run.graph.reference(), kExplainedShare, "these are not rests in one constant field");
+  const bool is_of_motion = run.of_motion != nullptr;
+  // At rest a gyroscope sees no field.
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!quality.residual_rms[triad]) continue;
+    const double share =
+        *quality.residual_rms[triad] / WorldVector(triad, run.graph.reference()).norm();
+    if (share <= (is_of_motion ? kExplainedInMotion : kExplainedShare)) continue;
+    return {Finding(FindingCode::kUnexplainedReadings,
+                    std::string(TriadName(triad)) +
+                        Format(": after the fit the readings still scatter by %.0f %% of the "
+                               "field; ",
+                               100.0 * share) +
+                        (is_of_motion ? "this is no unit turned in one constant field"
+                                      : "these are not rests in one constant field"))
+                .About(triad)
+                .With("share", share)};
+  }
+  return {};
 }
 
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {
@@ -153,9 +151,9 @@ Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved
               .With("outliers", static_cast<double>(rejected))};
 }
 
-Findings CheckDetermined(const SettledRun&, const SolvedRun& solved) {
+Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved) {
   if (IsDetermined(solved)) return {};
-  return {NotDetermined()};
+  return {NotDetermined(run)};
 }
 
 Findings CheckStillDetermined(const PoseGraph& graph,

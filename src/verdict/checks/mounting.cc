@@ -183,8 +183,9 @@ Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
 
 }  // namespace
 
-Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph) {
-  const std::vector<MountingView> views = LikeliestViews(options, graph);
+Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
+  const CalibrateOptions& options = run.options;
+  const std::vector<MountingView> views = LikeliestViews(options, run.graph);
   const auto good = std::find_if(
       views.begin(), views.end(), [](const MountingView& view) { return !view.Contradicts(); });
   if (good == views.end()) return {Contradiction(options, views)};
@@ -196,27 +197,17 @@ Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph) 
   return findings;
 }
 
-Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
-  return CheckMounting(run.options, run.graph);
-}
-
-Findings CheckHand(const CalibrateOptions& options,
-                   const PoseGraph& graph,
-                   const NamedCovariance& covariance,
-                   double noise_dof) {
+Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
+  const CalibrateOptions& options = run.options;
+  const PoseGraph& graph = run.graph;
   if (options.triads[Triad::kMagnetometer].mounting) return {};
   const double dip_rad = graph.reference()[kDip];
-  const double sigma_rad = covariance.Sigma("reference.dip_rad");
+  const double sigma_rad = solved.solution.covariance.Sigma("reference.dip_rad");
   if (MayReverse(options, graph.layout)) {
     if (IsSideOfEquatorTold(dip_rad, sigma_rad)) return {};
-  } else if (options.motion) {
-    const double other = SideOfStatedDip(options.reference.dip_rad, dip_rad);
-    if (!MayReverseAgainstDip(options, graph.layout) || std::abs(other) > FarInChi2(noise_dof)) {
-      return {};
-    }
   } else {
     const auto other = OtherSideOfField(options, graph);
-    if (!other || other->IsTold(noise_dof)) return {};
+    if (!other || other->IsTold(solved.stated.quality.effective_dof)) return {};
   }
   const bool is_right = graph.sensitivity(Triad::kMagnetometer).determinant() > 0.0;
   return {Finding(FindingCode::kHandAssumed,
@@ -227,11 +218,6 @@ Findings CheckHand(const CalibrateOptions& options,
                   "state its `mounting`, or check one heading")
               .About(Triad::kMagnetometer)
               .With("dip", dip_rad / kRadPerDeg, "deg")};
-}
-
-Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
-  return CheckHand(
-      run.options, run.graph, solved.solution.covariance, solved.stated.quality.effective_dof);
 }
 
 }  // namespace truetriad

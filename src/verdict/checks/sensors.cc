@@ -75,10 +75,7 @@ Findings CheckCoverage(const SettledRun&, const SolvedRun& solved) {
 }
 
 Findings CheckMagnetometerScale(const SettledRun&, const SolvedRun& solved) {
-  return CheckMagnetometerScale(solved.stated.reference);
-}
-
-Findings CheckMagnetometerScale(const ReferenceValues& reference) {
+  const ReferenceValues& reference = solved.stated.reference;
   Findings findings;
   if (reference.field_nominal) {
     findings.push_back(

@@ -7,7 +7,7 @@
 
 const fs = require('fs');
 const readline = require('readline');
-const { BadInput, UsageError, printable } = require('./arguments.js');
+const { Refusal, printable } = require('./frames.js');
 
 const kProgram = 'truetriad-export-parquet';
 const kCellsAGroup = 1 << 19;
@@ -23,10 +23,10 @@ function parse(words) {
   const found = { input: '', output: '' };
   for (const word of words) {
     if (word.startsWith('--output=')) found.output = word.slice('--output='.length);
-    else if (word.startsWith('-')) throw new UsageError(`${word} is not a flag`);
+    else if (word.startsWith('-')) throw new Refusal(`${word} is not a flag`, 'unknown-flag');
     else found.input = word;
   }
-  if (!found.input || !found.output) throw new UsageError(`expected ${kProgram} TABLE --output=FILE`);
+  if (!found.input || !found.output) throw new Refusal(`expected ${kProgram} TABLE --output=FILE`, 'missing-argument');
   return found;
 }
 
@@ -39,7 +39,7 @@ function readColumns(line, file) {
   }
   const isColumn = (column) => typeof column?.name === 'string' && column.type in kValues;
   if (!Array.isArray(columns) || columns.length === 0 || !columns.every(isColumn)) {
-    throw new BadInput(`${file}:1: is no list of columns`);
+    throw new Refusal(`${file}:1: is no list of columns`, 'wrong-format');
   }
   return columns;
 }
@@ -71,12 +71,12 @@ async function write(options, temporary) {
     }
     const row = JSON.parse(line);
     if (!Array.isArray(row) || row.length !== columns.length) {
-      throw new BadInput(`${options.input}:${number}: is no row of ${columns.length} fields`);
+      throw new Refusal(`${options.input}:${number}: is no row of ${columns.length} fields`, 'wrong-format');
     }
     rows.push(row);
     if (rows.length === most) flush();
   }
-  if (!columns) throw new BadInput(`${options.input}: is empty`);
+  if (!columns) throw new Refusal(`${options.input}: is empty`, 'wrong-format');
   flush();
   writer.finish();
   const descriptor = fs.openSync(temporary, 'r');
@@ -95,7 +95,7 @@ async function main() {
   } catch (error) {
     if (temporary) fs.rmSync(temporary, { force: true });
     process.stderr.write(`${kProgram}: ${printable(error.message)}\n`);
-    process.exitCode = error instanceof UsageError ? 1 : 2;
+    process.exitCode = ['unknown-flag', 'missing-argument'].includes(error.code) ? 1 : 2;
   }
 }
 

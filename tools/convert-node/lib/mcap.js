@@ -6,8 +6,7 @@
 // be followed, reading goes on at the next chunk that the file's index names.
 
 const fs = require('fs');
-const { BadInput, UsageError, printable } = require('./arguments.js');
-const { breathe } = require('./recording.js');
+const { Refusal, clamped, note, send } = require('./frames.js');
 
 const kMagic = Buffer.from([0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a]);
 const kRecordHead = 9; // Opcode and length.
@@ -60,10 +59,8 @@ async function loadDecompressors() {
 }
 
 class Mcap {
-  /** `wanted(name)`: whether the text of a schema is of use. */
-  constructor(file, wanted) {
+  constructor(file) {
     this.file = file;
-    this.wanted = wanted;
     this.schemas = new Map(); // id -> { name, encoding, text }
     this.channels = new Map(); // id -> { topic, encoding, schema }
     this.damaged = new Map(); // what -> how many
@@ -73,12 +70,7 @@ class Mcap {
     this.damaged.set(what, (this.damaged.get(what) ?? 0) + 1);
   }
 
-  /** "1 damaged chunk, 2 cut records", or nothing. */
-  damage() {
-    return [...this.damaged].map(([what, number]) => `${number} ${what}`).join(', ');
-  }
-
-  /** Calls `onMessage(channel, { logNs, publishNs, data })` for every message. */
+  /** Calls `onMessage(channel, logNs, data)` for every message. */
   async read(onMessage) {
     this.onMessage = onMessage;
     this.decompressors ??= await loadDecompressors();
@@ -87,10 +79,10 @@ class Mcap {
       this.size = fs.fstatSync(this.descriptor).size;
       const head = this.bytes(0, kMagic.length);
       if (!head || !head.equals(kMagic)) {
-        throw new BadInput(`${this.file}: does not start like an MCAP file; it is another format, or its start is missing`);
+        throw new Refusal(`${this.file}: does not start like an MCAP file; it is another format, or its start is missing`, 'wrong-format');
       }
       let at = kMagic.length;
-      while (at !== null && at < this.size) at = await this.records(at);
+      while (at !== null && at < this.size) at = this.records(at);
     } finally {
       fs.closeSync(this.descriptor);
     }
@@ -109,7 +101,7 @@ class Mcap {
   }
 
   /** Reads records from `at` on. Where to go on after some that cannot be followed; null: the end. */
-  async records(begin) {
+  records(begin) {
     for (let at = begin; at < this.size;) {
       const head = this.bytes(at, kRecordHead);
       if (!head) {
@@ -136,12 +128,8 @@ class Mcap {
           this.count('record(s) too large');
         } else {
           const bytes = this.bytes(at + kRecordHead, size);
-          if (opcode === kOp.chunk) {
-            this.chunk(bytes, false);
-            await breathe();
-          } else {
-            this.record(opcode, bytes);
-          }
+          if (opcode === kOp.chunk) this.chunk(bytes, false);
+          else this.record(opcode, bytes);
         }
       }
       at += kRecordHead + size;
@@ -166,7 +154,7 @@ class Mcap {
       if (compression !== '') {
         const decompress = this.decompressors[compression];
         if (!decompress) {
-          what = `chunk(s) in unknown compression ${printable(compression).slice(0, 20)}`;
+          what = `chunk(s) in unknown compression ${compression.slice(0, 20).replace(/[^A-Za-z0-9]/g, '?')}`;
           throw new RangeError(what);
         }
         if (isCut) throw new RangeError(what);
@@ -176,7 +164,7 @@ class Mcap {
       if (!isCut && crc !== 0 && crc32(records) !== crc) throw new RangeError(what);
       this.chunkRecords(records, isCut);
     } catch (error) {
-      if (error instanceof BadInput || error instanceof UsageError) throw error;
+      if (error.syscall) throw error; // Nobody reads the pipe.
       this.count(what);
     }
   }
@@ -201,7 +189,7 @@ class Mcap {
         const id = cursor.u16();
         const name = cursor.text();
         const encoding = cursor.text();
-        const text = this.wanted(name) ? cursor.text() : '';
+        const text = cursor.text();
         if (!this.schemas.has(id)) this.schemas.set(id, { name, encoding, text });
       } else if (opcode === kOp.channel) {
         const id = cursor.u16();
@@ -212,9 +200,9 @@ class Mcap {
       } else if (opcode === kOp.message) {
         const channel = this.channels.get(cursor.u16());
         cursor.u32(); // Sequence.
-        const logNs = cursor.u64();
-        const publishNs = cursor.u64();
-        if (channel) this.onMessage(channel, { logNs, publishNs, data: cursor.rest() });
+        const logNs = clamped(cursor.u64());
+        cursor.u64(); // When it was published.
+        if (channel) this.onMessage(channel, logNs, cursor.rest());
         else this.count('message(s) of an unknown channel');
       }
     } catch (error) {
@@ -245,4 +233,46 @@ class Mcap {
   }
 }
 
-module.exports = { Mcap };
+/** "sensor_msgs/msg/Imu", and what the channel is where it is none of ROS 2. */
+function typeOf({ encoding, schema }) {
+  const isRos2 = encoding === 'cdr' && ['ros2msg', 'ros2idl'].includes(schema?.encoding);
+  return isRos2 ? schema.name : `${schema?.name ?? 'nothing'} as ${encoding}, not ROS 2 (CDR)`;
+}
+
+/** The topics that have messages, in the order of their names; C++ gives them numbers. */
+function sendTopics(log, topics) {
+  for (const { channel, type, messages, first, last } of [...topics.values()].sort((a, b) => (a.channel.topic < b.channel.topic ? -1 : 1))) {
+    const definition = channel.schema?.encoding === 'ros2msg' ? channel.schema.text : '';
+    send('C', JSON.stringify({ name: channel.topic, type, messages, definition,
+      first: Number(first), last: Number(last) }));
+  }
+  const damage = [...log.damaged].map(([what, number]) => `${number} ${what}`).join(', ');
+  if (damage) note(`${log.file}: ${damage}`);
+}
+
+/** Sends the topics; or, of those that are `wanted`, [[name, type, number], …], the messages. */
+async function run({ input, wanted }) {
+  const log = new Mcap(input);
+  const topics = new Map();
+  const head = Buffer.alloc(2 + 8);
+  const numbers = new Map((wanted ?? []).map(([name, type, number]) => [`${name} ${type}`, number]));
+  await log.read((channel, logNs, data) => {
+    const type = typeOf(channel);
+    const key = `${channel.topic} ${type}`;
+    if (!wanted) {
+      if (!topics.has(key)) topics.set(key, { channel, type, messages: 0, first: logNs, last: logNs });
+      const topic = topics.get(key);
+      ++topic.messages;
+      if (logNs < topic.first) topic.first = logNs;
+      if (logNs > topic.last) topic.last = logNs;
+    } else if (numbers.has(key)) {
+      head.writeUInt16LE(numbers.get(key), 0);
+      head.writeBigInt64LE(logNs, 2);
+      send('P', data, head);
+    }
+  });
+  if (wanted) send('D', JSON.stringify(Object.fromEntries(log.damaged)));
+  else sendTopics(log, topics);
+}
+
+module.exports = { run };

@@ -7,10 +7,8 @@
 const fs = require('fs');
 const path = require('path');
 const { Worker } = require('worker_threads');
-const { BadInput, UsageError, count, listOf, printable } = require('./arguments.js');
-const { RecordingFolder, breathe, converterName } = require('./recording.js');
+const { Refusal, Table, count, listOf, note, print, printable, send } = require('./frames.js');
 
-const kFormat = 'parquet';
 const kMemoryMb = 1024; // Of the decoder.
 const kMostRows = 1 << 24; // Of a row group.
 // A damaged page can keep the decoder busy for ever.
@@ -37,7 +35,7 @@ class Decoder {
     this.worker = new Worker(path.join(__dirname, 'parquet_groups.js'), {
       workerData: { file: this.file }, resourceLimits: { maxOldGenerationSizeMb: kMemoryMb } });
     const first = await this.next();
-    if (!first.ready) throw new BadInput(`${this.file}: is not a complete Parquet file (${printable(first.fatal ?? first.error ?? '')})`);
+    if (!first.ready) throw new Refusal(`${this.file}: is not a complete Parquet file (${printable(first.fatal ?? first.error ?? '')})`, 'wrong-format');
     return first;
   }
 
@@ -114,10 +112,10 @@ function mapColumns(found, options) {
     const [name, column] = [pair.slice(0, equals), pair.slice(equals + 1)];
     const source = found.find((leaf) => leaf.name === column);
     if (equals < 1 || !source) {
-      throw new UsageError(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}`, 'unknown-name');
+      throw new Refusal(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}`, 'unknown-name');
     }
     if (!meaning(name, source.isTime)) {
-      throw new UsageError(`--columns: \`${printable(name)}\` is not a name with a unit, such as time[ns], accel_x[m/s^2], gyro_y[deg/s], mag_z[uT] or temperature[degC]`);
+      throw new Refusal(`--columns: \`${printable(name)}\` is not a name with a unit, such as time[ns], accel_x[m/s^2], gyro_y[deg/s], mag_z[uT] or temperature[degC]`, 'invalid-argument');
     }
     renamed.set(name, { column, isTime: source.isTime });
   }
@@ -126,24 +124,24 @@ function mapColumns(found, options) {
     const means = meaning(name, isTime);
     if (!means) continue;
     if (means.role !== 'reading') {
-      if (map[means.role]) throw new UsageError(`two columns are the ${means.role}; choose one with --columns`);
+      if (map[means.role]) throw new Refusal(`two columns are the ${means.role}; choose one with --columns`, 'invalid-argument');
       map[means.role] = { column, unit: means.unit, isTime };
       continue;
     }
     const triad = (map.triads[means.triad] ??= { unit: means.unit });
     if (triad.unit !== means.unit || triad[means.axis]) {
-      throw new BadInput(`${options.input}: the columns of the ${means.triad} have different units, or one occurs twice`);
+      throw new Refusal(`${options.input}: the columns of the ${means.triad} have different units, or one occurs twice`, 'wrong-format');
     }
     triad[means.axis] = column;
   }
   const help = `; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}. State what they are with --columns=time[ns]=…,accel_x[m/s^2]=…`;
   for (const [triad, columns] of Object.entries(map.triads)) {
     for (const axis of ['x', 'y', 'z']) {
-      if (!columns[axis]) throw new BadInput(`${options.input}: has no column for ${axis} of the ${triad}${help}`, 'missing-column');
+      if (!columns[axis]) throw new Refusal(`${options.input}: has no column for ${axis} of the ${triad}${help}`, 'missing-column');
     }
   }
-  if (Object.keys(map.triads).length === 0) throw new BadInput(`${options.input}: no column is recognised as readings${help}`, 'missing-column');
-  if (!map.time) throw new BadInput(`${options.input}: no column is recognised as time${help}`, 'missing-column');
+  if (Object.keys(map.triads).length === 0) throw new Refusal(`${options.input}: no column is recognised as readings${help}`, 'missing-column');
+  if (!map.time) throw new Refusal(`${options.input}: no column is recognised as time${help}`, 'missing-column');
   return map;
 }
 
@@ -197,14 +195,11 @@ function addRows(columns, rows, map, tables) {
   return without;
 }
 
-async function convert(decoder, options, note) {
+async function convert(decoder, options) {
   const { schema, groups } = await decoder.open();
   const found = leaves(schema);
   if (options.list) {
-    for (const { name, isTime } of found) {
-      const means = meaning(name, isTime);
-      process.stdout.write(`${printable(name).padEnd(40)} ${means ? means.role : ''}\n`);
-    }
+    for (const { name, isTime } of found) print(`${printable(name).padEnd(40)} ${meaning(name, isTime)?.role ?? ''}`);
     note(`${count(groups.reduce((sum, rows) => sum + rows, 0), 'row', 'rows')} in ${count(groups.length, 'row group', 'row groups')}`);
     return;
   }
@@ -213,68 +208,50 @@ async function convert(decoder, options, note) {
   for (const { x, y, z } of Object.values(map.triads)) names.push(x, y, z);
   const whole = new Set(schema.map(({ name }) => name));
   const columns = [...new Set(names.map((name) => (whole.has(name) ? name : name.split('.')[0])))];
-  const folder = new RecordingFolder(options.output, options.input);
   const tables = {};
-  for (const triad of Object.keys(map.triads)) tables[triad] = folder.addTable(triad, `${triad}.csv`, false);
-  let damaged = 0;
-  let lost = 0;
+  for (const [triad, { unit }] of Object.entries(map.triads)) {
+    tables[triad] = new Table({ recording: 0, file: `${triad}.csv`, triad, unit, temperature: map.temperature !== null }, false);
+  }
+  const lost = { groups: 0, rows: 0, endless: 0, why: '' };
   let untimed = 0;
-  let endless = 0;
-  let why = '';
-  for (let group = 0; group < groups.length; ++group) {
-    const rows = groups[group];
+  for (const [group, rows] of groups.entries()) {
     let result = { error: kTooLong };
     if (!(rows >= 0 && rows <= kMostRows)) result = { error: `${rows} rows` };
-    else if (endless < kMostEndless) result = await decoder.group(group, rows, columns);
+    else if (lost.endless < kMostEndless) result = await decoder.group(group, rows, columns);
     if (result.error) {
-      ++damaged;
-      lost += Math.max(rows, 0);
-      why = result.error;
-      if (why === kTooLong) ++endless;
+      ++lost.groups;
+      lost.rows += Math.max(rows, 0);
+      lost.why = result.error;
+      if (lost.why === kTooLong) ++lost.endless;
     } else {
       untimed += addRows(result.columns, rows, map, tables);
     }
-    await breathe();
   }
-  folder.closeTables();
-  const damage = damaged > 0 ? `${count(damaged, 'row group', 'row groups')} of ${groups.length} with ${lost} rows cannot be read (${printable(why).slice(0, 200)})` : '';
-  const source = { format: 'parquet', file: path.basename(options.input), converter: converterName(kFormat) };
-  if (damage) source.damage = damage;
-  const written = folder.writeManifest('recording.yaml', {
-    source, streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: map.triads[triad].unit })) });
-  if (!written) throw new BadInput(`${options.input}: contains no complete reading${damage ? `: ${damage}` : ''}`, 'no-readings');
-  folder.commit();
-  for (const table of Object.values(tables)) note(table.summary());
+  const source = {};
+  if (lost.groups > 0) {
+    source.damage = `${count(lost.groups, 'row group', 'row groups')} of ${groups.length} with ${lost.rows} rows cannot be read (${printable(lost.why).slice(0, 200)})`;
+    note(source.damage);
+  }
   if (untimed > 0) note(`${count(untimed, 'row', 'rows')} skipped (no time)`);
-  if (damage) note(damage);
-  process.stdout.write(`${path.join(options.output, 'recording.yaml')}\n`);
+  send('M', JSON.stringify({ recording: 0, format: 'parquet', source, ids: {}, siPerCount: {} }));
 }
 
-async function run(options, note) {
+async function run(options) {
   const descriptor = fs.openSync(options.input, 'r');
   const magic = Buffer.alloc(4);
   try {
-    if (fs.fstatSync(descriptor).isDirectory()) throw new BadInput(`${options.input}: is a folder`);
+    if (fs.fstatSync(descriptor).isDirectory()) throw new Refusal(`${options.input}: is a folder`, 'wrong-format');
     fs.readSync(descriptor, magic, 0, 4, 0);
   } finally {
     fs.closeSync(descriptor);
   }
-  if (magic.toString('latin1') !== 'PAR1') throw new BadInput(`${options.input}: does not start like a Parquet file`);
+  if (magic.toString('latin1') !== 'PAR1') throw new Refusal(`${options.input}: does not start like a Parquet file`, 'wrong-format');
   const decoder = new Decoder(options.input);
   try {
-    await convert(decoder, options, note);
+    await convert(decoder, options);
   } finally {
     decoder.close();
   }
 }
 
-module.exports = {
-  format: kFormat,
-  input: 'a Parquet table (.parquet)',
-  others: ['columns'],
-  run,
-  details:
-    'Columns are named as in a self-describing CSV: time[ns], accel_x[m/s^2], …, temperature[degC]; a\n' +
-    'column of type TIMESTAMP called time or timestamp includes its unit. For other names:\n' +
-    '--columns=time[s]=t,accel_x[g]=acc.x,accel_y[g]=acc.y,accel_z[g]=acc.z (a.b: b inside a).\n',
-};
+module.exports = { run };

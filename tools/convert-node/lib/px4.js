@@ -3,12 +3,9 @@
 
 // Which topics of a PX4 log hold readings, and what they are. PX4: msg/Sensor*.msg, msg/Vehicle*.msg.
 
-const path = require('path');
-const { BadInput, UsageError, count, listOf, printable } = require('./arguments.js');
-const { RecordingFolder, breathe, converterName } = require('./recording.js');
+const { Refusal, Table, count, listOf, note, print, printable, send } = require('./frames.js');
 const { Ulog } = require('./ulog.js');
 
-const kFormat = 'ulog';
 const kInvalidRelativeTime = 0x7fffffff;
 // Fewer readings a second do not follow a hand's turn.
 const kSlowestHz = 5;
@@ -98,12 +95,11 @@ function present(log) {
 function list(log) {
   const all = [...log.subscriptions.values()].filter((subscription) => subscription.rows > 0);
   all.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance));
-  let text = 'topic                          instance      rows\n';
+  print('topic                          instance      rows');
   for (const { name, instance, rows } of all) {
     const use = !kTopics[name] ? '' : kRawTopics.includes(name) ? '  readings' : '  corrected readings';
-    text += `${printable(name).padEnd(30)} ${String(instance).padStart(8)} ${String(rows).padStart(9)}${use}\n`;
+    print(`${printable(name).padEnd(30)} ${String(instance).padStart(8)} ${String(rows).padStart(9)}${use}`);
   }
-  process.stdout.write(text);
 }
 
 /** The topics to convert. */
@@ -113,15 +109,15 @@ function choose(log, file, topics) {
   if (topics.length > 0) {
     for (const topic of topics) {
       if (!kTopics[topic]) {
-        throw new UsageError(`--topic=${printable(topic)}: is not among ${listOf(Object.keys(kTopics), 20)}`, 'unknown-name');
+        throw new Refusal(`--topic=${printable(topic)}: is not among ${listOf(Object.keys(kTopics), 20)}`, 'unknown-name');
       }
       if (!names.includes(topic)) {
-        throw new UsageError(`--topic=${topic}: ${file} has no such readings; it contains ${listOf(names)}`, 'unknown-name');
+        throw new Refusal(`--topic=${topic}: ${file} has no such readings; it contains ${listOf(names)}`, 'unknown-name');
       }
     }
     const triads = topics.flatMap((topic) => kTopics[topic].map((stream) => stream.triad));
     if (new Set(triads).size < triads.length) {
-      throw new UsageError(`--topic=${topics.join(',')}: give one topic for each kind of sensor`);
+      throw new Refusal(`--topic=${topics.join(',')}: give one topic for each kind of sensor`, 'invalid-argument');
     }
     return found.filter((topic) => topics.includes(topic.name));
   }
@@ -132,12 +128,12 @@ function choose(log, file, topics) {
   }
   if (raw.length > 0) return raw;
   const corrected = names.filter((name) => !kRawTopics.includes(name));
-  throw new BadInput(
+  throw new Refusal(
     corrected.length > 0
       ? `${file}: contains only readings corrected by the firmware (${listOf(corrected)}); log ` +
         `sensor_accel, sensor_gyro and sensor_mag (${kHowToLog}), or convert these with --topic=${corrected[0]}`
       : `${file}: contains no readings of an accelerometer, gyroscope or magnetometer; topics: ${listOf(
-        [...new Set([...log.subscriptions.values()].filter((s) => s.rows > 0).map((s) => s.name))])}`);
+        [...new Set([...log.subscriptions.values()].filter((s) => s.rows > 0).map((s) => s.name))])}`, 'wrong-format');
 }
 
 function product(a, b) {
@@ -199,8 +195,15 @@ function applied(log, triad) {
   return { offset: offset.map(text), scale: scale.map(text), matrix: matrix.map((row) => row.map((entry) => entry + 0)) };
 }
 
+/** What stands behind `applied.<triad>:` in a manifest. */
+function appliedText(map) {
+  if (map === undefined) return '';
+  if (map === 'unknown') return ' unknown\n';
+  return `\n${Object.entries(map).map(([key, value]) => `    ${key}: ${JSON.stringify(value)}\n`).join('')}`;
+}
+
 /** Streams that will be written: one a sensor of each chosen topic. */
-function openStreams(folder, log, topics) {
+function openStreams(log, topics) {
   const opened = new Map(); // message id -> streams
   for (const topic of topics) {
     const subscription = log.subscriptions.get(topic.id);
@@ -208,11 +211,12 @@ function openStreams(folder, log, topics) {
       const decode = decoder(subscription, stream);
       if (!decode) continue;
       const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
-      const table = folder.addTable(stream.triad, `${stream.triad}${suffix}.csv`);
-      const entry = { topic, decode, table, unit: decode.unit, devices: new Set(), scales: new Set(),
-        relativeNs: null, lastNs: null, repeated: 0,
-        applied: !stream.corrected ? undefined
-                 : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad) };
+      const map = !stream.corrected ? undefined : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad);
+      const table = new Table(
+        { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
+          temperature: decode.temperature !== null, applied: appliedText(map) }, true);
+      const entry = { topic, decode, table, devices: new Set(), scales: new Set(),
+        relativeNs: null, lastNs: null, repeated: 0, applied: map };
       opened.set(topic.id, [...(opened.get(topic.id) ?? []), entry]);
     }
   }
@@ -258,7 +262,7 @@ function takeRow(entry, message) {
 
 /** What to log, or to convert, instead of readings that come too rarely; empty where they do not. */
 function tooSlow(log, entries) {
-  const slow = entries.filter(({ table }) => (table.rows - 1) * 1e9 < kSlowestHz * Number(table.lastNs - table.firstNs));
+  const slow = entries.filter(({ table }) => table.rows - 1 < kSlowestHz * table.seconds);
   if (slow.length === 0) return '';
   const most = 10 * Math.max(...slow.map(({ table }) => table.rows));
   const faster = [...log.subscriptions.values()].find(({ name, rows }) => rows > most && kTopics[name]?.[0].corrected);
@@ -279,8 +283,8 @@ function deviceIds(log, entries) {
 }
 
 /** The manifest of the sensors of `instance`. */
-function manifestOf(log, file, entries) {
-  const source = { format: 'px4-ulog', file: path.basename(file), converter: converterName(kFormat) };
+function sendManifest(log, instance, entries) {
+  const source = {};
   if (log.text('ver_sw')) source.firmware = log.text('ver_sw');
   if (log.text('ver_hw')) source.hardware = log.text('ver_hw');
   source.topics = [...new Set(entries.map(({ topic }) => `${topic.name}#${topic.instance}`))].join(' ');
@@ -289,73 +293,49 @@ function manifestOf(log, file, entries) {
   }
   if (log.damage()) source.damage = log.damage();
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
-  return {
-    serial: log.text('sys_uuid'),
-    ids: deviceIds(log, entries),
-    source,
-    frame: 'board-frd',
-    streams: entries.map(({ table, unit, scales, applied: map }) => ({
-      table, unit, applied: map, siPerCount: scales.size === 1 && [...scales][0] > 0 ? [...scales][0] : undefined })),
-  };
+  const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
+  send('M', JSON.stringify({
+    recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), ids: deviceIds(log, entries), source,
+    frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
 }
 
-async function run(options, note) {
+async function run(options) {
   const log = new Ulog(options.input);
-  await log.read();
+  log.read();
+  if (log.damage()) note(`${options.input}: ${log.damage()}`);
   if (options.list) {
-    if (log.damage()) note(`${options.input}: ${log.damage()}`);
     list(log);
     return;
   }
+  if (log.dropouts > 0) note(`${options.input}: ${count(log.dropouts, 'dropout', 'dropouts')}, ${log.dropoutMs} ms in all`);
   let topics = choose(log, options.input, options.topics);
-  if (options.instance !== null) {
+  if (options.instance !== undefined) {
     const instances = [...new Set(topics.map((topic) => topic.instance))];
     topics = topics.filter((topic) => topic.instance === options.instance);
     if (topics.length === 0) {
-      throw new UsageError(`--instance=${options.instance}: there are ${instances.join(', ')}`);
+      throw new Refusal(`--instance=${options.instance}: there are ${instances.join(', ')}`, 'invalid-argument');
     }
   }
-  const folder = new RecordingFolder(options.output, options.input);
-  const opened = openStreams(folder, log, topics);
+  topics.sort((a, b) => a.instance - b.instance);
+  const opened = openStreams(log, topics);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);
-  await again.read((subscription, message) => {
+  again.read((subscription, message) => {
     for (const entry of opened.get(message.readUInt16LE(0)) ?? []) takeRow(entry, message);
   });
-  folder.closeTables();
   const entries = [...opened.values()].flat();
-  const instances = [...new Set(entries.filter(({ table }) => table.rows > 0).map(({ topic }) => topic.instance))];
-  if (instances.length === 0) throw new BadInput(`${options.input}: no reading in the log is whole`, 'no-readings');
-  instances.sort((a, b) => a - b);
-  const names = instances.map((instance, i) => (i === 0 ? 'recording.yaml' : `recording-${instance}.yaml`));
-  instances.forEach((instance, i) => {
-    folder.writeManifest(
-      names[i], manifestOf(again, options.input, entries.filter(({ topic }) => topic.instance === instance)));
-  });
-  await breathe();
-  folder.commit();
+  for (const instance of new Set(entries.map(({ topic }) => topic.instance))) {
+    sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance));
+  }
   for (const { table, topic, repeated, applied: map, devices } of entries) {
-    const parts = [`${topic.name}#${topic.instance}, ${table.summary()}`];
+    const parts = [];
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
     if (devices.size > 1) parts.push(`of ${devices.size} devices in turn`);
     if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
-    note(parts.join('; '));
+    if (parts.length > 0) note(`${topic.name}#${topic.instance}, ${table.triad}: ${parts.join('; ')}`);
   }
-  if (tooSlow(again, entries)) note(tooSlow(again, entries));
-  if (again.damage()) note(`${options.input}: ${again.damage()}`);
-  if (again.dropouts > 0) note(`${options.input}: ${count(again.dropouts, 'dropout', 'dropouts')}, ${again.dropoutMs} ms in all`);
-  for (const name of names) process.stdout.write(`${path.join(options.output, name)}\n`);
+  const slow = tooSlow(again, entries);
+  if (slow) note(slow);
 }
 
-module.exports = {
-  format: kFormat,
-  input: 'a PX4 log (.ulg)',
-  takesTopics: true,
-  takesInstance: true,
-  run,
-  details:
-    'Taken are sensor_accel, sensor_gyro and sensor_mag (or their _fifo), which the firmware has not\n' +
-    'corrected. Of several instances the first is recording.yaml, the others recording-N.yaml.\n' +
-    '--topic=sensor_combined, say, asks for readings that the firmware has corrected; the recording\n' +
-    'says how.\n',
-};
+module.exports = { run };

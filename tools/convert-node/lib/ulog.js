@@ -7,8 +7,7 @@
 // messages in a row agree with.
 
 const fs = require('fs');
-const { BadInput, printable } = require('./arguments.js');
-const { breathe } = require('./recording.js');
+const { Refusal, printable } = require('./frames.js');
 
 const kMagic = Buffer.from([0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35]);
 const kSync = Buffer.from([0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12]);
@@ -96,73 +95,33 @@ class Ulog {
     return field && { ...field, valueAt: end };
   }
 
-  /** True when a message of `type` may have this text. */
-  believable(type, message) {
-    const size = message.length;
+  /**
+   * True when a message of `type` and `size` may begin with `part`: the whole of it, or what was written
+   * before the end. Where a log ends so, the firmware appends what it knows of the crash.
+   */
+  isOne(type, part, size) {
+    const isWhole = part.length === size;
     switch (type) {
       case 'D': {
-        if (size < 2) return false;
-        const subscription = this.subscriptions.get(message.readUInt16LE(0));
-        if (!subscription) return false;
-        const { layout } = subscription;
-        return !layout || (size - 2 >= layout.least && size - 2 <= layout.size);
+        if (size < 2 || part.length < 2) return size >= 2;
+        const subscription = this.subscriptions.get(part.readUInt16LE(0));
+        if (!subscription?.layout) return Boolean(subscription) && isWhole;
+        return size - 2 >= subscription.layout.least && size - 2 <= subscription.layout.size;
       }
       case 'A':
-        return size > 3 && /^[a-zA-Z0-9_]+$/.test(message.toString('latin1', 3));
+        return size > 3 && (isWhole ? /^[a-zA-Z0-9_]+$/ : /^[a-zA-Z0-9_]*$/).test(part.toString('latin1', 3));
       case 'F':
-        return /^[a-zA-Z0-9_/]+:[ -~]+$/.test(message.toString('latin1'));
+        return size > 2 && (isWhole ? /^[a-zA-Z0-9_/]+:[ -~]+$/ : /^[a-zA-Z0-9_/]*(:[ -~]*)?$/).test(part.toString('latin1'));
       case 'P':
       case 'I': {
-        const key = Ulog.key(message, 0);
+        if (!isWhole) return Ulog.isKey(part, 0, size);
+        const key = Ulog.key(part, 0);
         const basic = key && kTypes[key.type];
         return Boolean(basic) && size === key.valueAt + basic.size * key.length;
       }
       case 'M':
       case 'Q':
-        return Ulog.key(message, 1) !== null;
-      case 'S':
-        return size === 8 && message.equals(kSync);
-      case 'O':
-      case 'R':
-        return size === 2;
-      case 'L':
-        return size >= 9 && isLogLevel(message[0]);
-      case 'C':
-        return size >= 11 && isLogLevel(message[0]);
-      case 'B':
-        return size >= 40;
-      default:
-        return false;
-    }
-  }
-
-  /**
-   * True when a message of `size` bytes was being written at the end of `begun` (its three bytes of
-   * header, and what came after). Where a log ends so, the firmware appends what it knows of the crash.
-   */
-  isBegun(begun, size) {
-    if (begun.length < 3) return true;
-    const type = String.fromCharCode(begun[2]);
-    const part = begun.subarray(3);
-    const text = part.toString('latin1');
-    switch (type) {
-      case 'D': {
-        if (size < 2) return false;
-        if (part.length < 2) return true;
-        const subscription = this.subscriptions.get(part.readUInt16LE(0));
-        return Boolean(subscription?.layout) && size - 2 >= subscription.layout.least &&
-               size - 2 <= subscription.layout.size;
-      }
-      case 'A':
-        return size > 3 && /^[a-zA-Z0-9_]*$/.test(text.slice(3));
-      case 'F':
-        return size > 2 && /^[a-zA-Z0-9_/]*(:[ -~]*)?$/.test(text);
-      case 'P':
-      case 'I':
-        return Ulog.isBegunKey(part, 0, size);
-      case 'M':
-      case 'Q':
-        return Ulog.isBegunKey(part, 1, size);
+        return Ulog.isKey(part, 1, size);
       case 'S':
         return size === kSync.length && part.equals(kSync.subarray(0, part.length));
       case 'O':
@@ -172,13 +131,15 @@ class Ulog {
         return size >= 9 && (part.length === 0 || isLogLevel(part[0]));
       case 'C':
         return size >= 11 && (part.length === 0 || isLogLevel(part[0]));
+      case 'B':
+        return isWhole && size >= 40;
       default:
         return false;
     }
   }
 
-  /** True when `part` may be the begin of a message of `size` bytes with a key at byte `at`. */
-  static isBegunKey(part, at, size) {
+  /** True when `part` may be the begin of a message of `size` bytes with a key at byte `at`, or the whole. */
+  static isKey(part, at, size) {
     if (part.length <= at) return size > at + 1;
     const end = at + 1 + part[at];
     if (part[at] === 0 || end > size) return false;
@@ -224,8 +185,8 @@ class Ulog {
       case 'B': {
         const incompatible = message.subarray(8, 16);
         if (incompatible.some((bits, i) => (i === 0 ? bits & ~1 : bits) !== 0)) {
-          throw new BadInput(
-            `${this.file}: byte ${offset}: uses ULog features that this converter does not support`);
+          throw new Refusal(
+            `${this.file}: byte ${offset}: uses ULog features that this converter does not support`, 'wrong-format');
         }
         if (incompatible[0] & 1) {
           for (let i = 16; i < 40; i += 8) {
@@ -241,22 +202,22 @@ class Ulog {
   }
 
   /** Reads the file; `onRow(subscription, message)`: the fields of a row begin at byte 2. */
-  async read(onRow) {
+  read(onRow) {
     const descriptor = fs.openSync(this.file, 'r');
     try {
       this.size = fs.fstatSync(descriptor).size;
-      await this.readFrom(descriptor, onRow);
+      this.readFrom(descriptor, onRow);
     } finally {
       fs.closeSync(descriptor);
     }
   }
 
-  async readFrom(descriptor, onRow) {
+  readFrom(descriptor, onRow) {
     let window = Buffer.alloc(kWindow);
     let start = 0; // Of the window in the file.
     let filled = 0;
     let at = 0; // Next byte, in the window.
-    const fill = async () => {
+    const fill = () => {
       window.copyWithin(0, at, filled);
       start += at;
       filled -= at;
@@ -266,7 +227,6 @@ class Ulog {
         if (got === 0) return;
         filled += got;
       }
-      await breathe();
     };
     /** The message at `i` of the window, if there is a believable one that ends before `limit`. */
     const messageAt = (i, limit) => {
@@ -275,20 +235,20 @@ class Ulog {
       if (end > limit) return null;
       const type = String.fromCharCode(window[i + 2]);
       const message = window.subarray(i + 3, end);
-      return this.believable(type, message) ? { type, message, end } : null;
+      return this.isOne(type, message, message.length) ? { type, message, end } : null;
     };
 
-    await fill();
+    fill();
     if (filled < kHeaderSize || !window.subarray(0, kMagic.length).equals(kMagic)) {
-      throw new BadInput(`${this.file}: does not start like a ULog file; it is another format, or its start is missing`);
+      throw new Refusal(`${this.file}: does not start like a ULog file; it is another format, or its start is missing`, 'wrong-format');
     }
     if (window[7] > 1) {
-      throw new BadInput(`${this.file}: is ULog version ${window[7]}; supported are versions 0 and 1`);
+      throw new Refusal(`${this.file}: is ULog version ${window[7]}; supported are versions 0 and 1`, 'wrong-format');
     }
     at = kHeaderSize;
     let inDamage = false;
     for (;;) {
-      if (filled - at < 2 * kLongestMessage && start + filled < this.size) await fill();
+      if (filled - at < 2 * kLongestMessage && start + filled < this.size) fill();
       if (at >= filled) break;
       while (this.barriers.length > 0 && this.barriers[0] <= start + at) this.barriers.shift();
       const limit = this.barriers.length > 0 ? Math.min(filled, this.barriers[0] - start) : filled;
@@ -296,7 +256,9 @@ class Ulog {
       if (!found && !inDamage && this.barriers.length > 0 && limit === this.barriers[0] - start) {
         const left = window.subarray(at, limit);
         const size = left.length < 2 ? 0 : left.readUInt16LE(0);
-        if ((left.length < 3 || at + 3 + size > limit) && this.isBegun(left, size)) {
+        const isBegun = left.length < 3 ||
+          (at + 3 + size > limit && this.isOne(String.fromCharCode(left[2]), left.subarray(3), size));
+        if (isBegun) {
           at = limit;
           continue;
         }

@@ -230,6 +230,8 @@ std::string Count(std::uint64_t count, std::string_view one, std::string_view ma
   return std::to_string(count) + " " + std::string(count == 1 ? one : many);
 }
 
+const std::string& ProgramName() { return program; }
+
 void Note(const std::string& message) {
   std::fprintf(stderr, "%s: %s\n", program.c_str(), message.c_str());
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,13 +35,17 @@ struct Converter {
   bool takes_several = false;  ///< Inputs, in one or separated by commas.
   bool takes_topics = false;
   bool takes_instance = false;
-  std::vector<std::string_view> others;  ///< Names of its own flags.
+  std::vector<std::string_view> others = {};  ///< Names of its own flags.
   /// Converts or lists. Error: usage, or bad input; then nothing has been written.
-  Status (*run)(const Arguments& arguments) = nullptr;
+  std::function<Status(const Arguments& arguments)> run = {};
 };
 
 /// The `main` of a converter. Exit code: 0 good, 1 usage, 2 bad input.
 int RunConverter(const Converter& converter, int argc, char** argv);
+
+/// Does `work` in a process of its own, with a bound on its memory, for libraries that a damaged
+/// file can bring down. Its error becomes that of this process; a crash becomes bad input.
+Status Isolated(const std::vector<std::string>& paths, const std::function<Status()>& work);
 
 /// The inputs, where one that is a folder stands for the files in it that end with `ending`
 /// (".db3"), by the numbers in their names. Error: a folder without any.
@@ -56,6 +61,8 @@ std::string ListOf(const std::vector<std::string>& names, std::size_t most = 12)
 std::string Printable(std::string_view text);
 /// "1 message", "2 messages".
 std::string Count(std::uint64_t count, std::string_view one, std::string_view many);
+/// "truetriad-convert-ros1".
+const std::string& ProgramName();
 /// Says something on stderr, after the program's name.
 void Note(const std::string& message);
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/convert/common/isolation.h"
-
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -9,6 +7,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "tools/convert/common/converter.h"
+
 #ifdef __linux__
 #include <sys/prctl.h>
 #endif
@@ -16,7 +16,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tools/convert/common/converter.h"
 #include "tools/truetriad/interruption.h"
 
 namespace truetriad::convert {

@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/convert/common/isolation.h"
 #include "tools/convert/common/recording_folder.h"
 #include "truetriad/base/units.h"
 
@@ -147,8 +146,6 @@ class Files {
   std::vector<std::unique_ptr<VariableFile>> files_;
 };
 
-using ByRole = std::map<std::string, std::string>;
-
 /// "acc@t_acc": readings, and a time of their own; empty where they have that of `time=`.
 struct TimedReference {
   std::string readings;
@@ -184,23 +181,7 @@ Result<bool> HaveTimes(const ByRole& columns) {
 Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
   ByRole chosen;
   const auto stated = arguments.others.find("columns");
-  if (stated != arguments.others.end()) {
-    for (const std::string& item : Split(stated->second, ',')) {
-      const std::size_t equals = item.find('=');
-      const std::string role = item.substr(0, equals);
-      if (equals == std::string::npos ||
-          std::find(kRoles.begin(), kRoles.end(), role) == kRoles.end()) {
-        return Error(ErrorCode::kInvalidArgument,
-                     "--columns: `" + item +
-                         "` is not one of time=, accelerometer=, gyroscope=, magnetometer=, "
-                         "temperature=");
-      }
-      if (!chosen.emplace(role, item.substr(equals + 1)).second) {
-        return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
-      }
-    }
-    return chosen;
-  }
+  if (stated != arguments.others.end()) return ParseColumns(stated->second, kRoles, "");
   std::map<std::string, std::set<std::string>> candidates;
   for (std::size_t i = 0; i < files.size(); ++i) {
     for (const Variable& variable : files[i].variables()) {
@@ -241,8 +222,27 @@ Status TakeUnit(const std::string& role, const std::string& unit, ByRole* units)
 
 }  // namespace
 
-Result<std::map<std::string, std::string>> ReadUnits(
-    const std::map<std::string, std::string>& columns, const Arguments& arguments) {
+Result<ByRole> ParseColumns(const std::string& columns,
+                            std::span<const std::string_view> roles,
+                            const std::string& example) {
+  ByRole chosen;
+  for (const std::string& item : Split(columns, ',')) {
+    const std::size_t equals = std::min(item.find('='), item.size());
+    const std::string role = item.substr(0, equals);
+    if (equals == item.size() || std::find(roles.begin(), roles.end(), role) == roles.end()) {
+      std::string all;
+      for (const std::string_view known : roles)
+        all.append(all.empty() ? "" : ", ").append(known) += '=';
+      return Error(ErrorCode::kInvalidArgument,
+                   "--columns: `" + Printable(item) + "` is not one of " + all + example);
+    }
+    if (!chosen.emplace(role, item.substr(equals + 1)).second)
+      return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
+  }
+  return chosen;
+}
+
+Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
   ByRole units;
   const auto stated = arguments.others.find("units");
   bool counts = false;
@@ -591,11 +591,11 @@ Status ConvertFiles(const Files& files,
                     const Arguments& arguments,
                     const std::string& format,
                     RecordingFolder* folder) {
-  std::string names;
   bool any = false;
+  std::vector<std::string> paths;
   for (std::size_t i = 0; i < files.size(); ++i) {
     any = any || !files[i].variables().empty();
-    names += (i > 0 ? ", " : "") + std::filesystem::path(files.path(i)).filename().string();
+    paths.push_back(files.path(i));
   }
   if (!any) {
     return Error(ErrorCode::kNoReadings, {files.path(0)}, "contains no complete numeric matrix");
@@ -616,31 +616,14 @@ Status ConvertFiles(const Files& files,
             ListOf(files.All(), 30));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const ByRole units, ReadUnits(columns, arguments));
-  folder->SetSource("format", format);
-  folder->SetSource("file", names);
-  folder->SetSource("converter", "truetriad-convert-" + format + " " TRUETRIAD_VERSION);
+  folder->SetOrigin(format, paths);
   for (const auto& [role, column] : columns) folder->SetSource(role, column);
   return Convert(files, columns, arguments.others.contains("columns"), units, folder);
 }
 
 }  // namespace
 
-std::string_view NamedReadingsHelp() {
-  return "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps "
-         "the\nsensors to a variable, a field, three of either, or a range of columns (from 1); "
-         "data:xyz is\none list of x, y and z in turn. time=100Hz if there is no time, time=none "
-         "if "
-         "every row is\none reading at rest. By default names such as acc, gyro, mag, t and temp "
-         "are recognised if\neach occurs once. Of several inputs FILE/NAME, without the file's "
-         "ending; each sensor goes\nwith the time in its own file. accelerometer=acc@t_acc has a "
-         "time of its own. --units=s,m/s^2,rad/s,uT,degC "
-         "states the units, which the\nfile does not contain. Readings are assumed to be raw.\n";
-}
-
-Status ConvertNamedReadings(
-    const Arguments& arguments,
-    const std::string& format,
-    const std::function<Result<std::unique_ptr<VariableFile>>(const std::string& path)>& open) {
+Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments) {
   std::unique_ptr<RecordingFolder> folder;
   if (!arguments.list) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created,
@@ -652,15 +635,37 @@ Status ConvertNamedReadings(
   const auto work = [&]() -> Status {
     Files files;
     for (const std::string& path : paths) {
-      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, open(path));
+      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, format.open(path));
       if (!file->damage().empty()) Note(path + ": " + file->damage());
       files.Add(path, std::move(file));
     }
-    if (!arguments.list) return ConvertFiles(files, arguments, format, folder.get());
+    if (!arguments.list)
+      return ConvertFiles(files, arguments, std::string(format.name), folder.get());
     List(files);
     return {};
   };
   return Isolated(paths, work);
+}
+
+int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv) {
+  return RunConverter(
+      {.format = format.name,
+       .input = format.input,
+       .details =
+           "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps "
+           "the\nsensors to a variable, a field, three of either, or a range of columns (from 1); "
+           "data:xyz is\none list of x, y and z in turn. time=100Hz if there is no time, time=none "
+           "if "
+           "every row is\none reading at rest. By default names such as acc, gyro, mag, t and temp "
+           "are recognised if\neach occurs once. Of several inputs FILE/NAME, without the file's "
+           "ending; each sensor goes\nwith the time in its own file. accelerometer=acc@t_acc has a "
+           "time of its own. --units=s,m/s^2,rad/s,uT,degC "
+           "states the units, which the\nfile does not contain. Readings are assumed to be raw.\n",
+       .takes_several = true,
+       .others = {"columns", "units"},
+       .run = [&](const Arguments& arguments) { return ConvertNamedReadings(format, arguments); }},
+      argc,
+      argv);
 }
 
 }  // namespace truetriad::convert

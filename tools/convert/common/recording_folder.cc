@@ -59,6 +59,9 @@ bool AllBelow(double largest, const double* values) {
 /// 2116.
 constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 2;
 
+/// A clock that jumps by more than a day at either end of a recording was not read, but damaged.
+constexpr std::int64_t kLongestJumpNs = 86'400'000'000'000;
+
 }  // namespace
 
 Table::Table(const std::string& folder,
@@ -120,12 +123,19 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
 
 void Table::WriteFirst() {
   const Row& row = waiting_.front();
+  if (columns_.is_unchecked && rows_ == 0 && waiting_.size() > 1 &&
+      waiting_[1].time_ns - row.time_ns > kLongestJumpNs) {
+    ++too_late_;
+    waiting_.pop_front();
+    return;
+  }
   if (rows_ == 0) first_time_ns_ = row.time_ns;
   last_time_ns_ = row.time_ns;
   ++rows_;
   for (std::size_t i = 0; i < triads_.size(); ++i) {
     if (!std::isnan(row.values[3 * i])) ++triads_[i].rows;
   }
+  if (columns_.has_temperature && !std::isnan(row.values[3 * triads_.size()])) ++with_temperature_;
   filled_ = static_cast<std::size_t>(WriteRow(row, text_.data() + filled_) - text_.data());
   waiting_.pop_front();
   if (filled_ >= kChunk) {
@@ -147,7 +157,18 @@ char* Table::WriteRow(const Row& row, char* text) const {
   return text;
 }
 
+/// A clock far ahead stays to the end.
+void Table::LeaveOutLastAfterAJump() {
+  for (std::size_t i = 1; i < waiting_.size(); ++i) {
+    if (waiting_[i].time_ns - waiting_[i - 1].time_ns <= kLongestJumpNs) continue;
+    if (2 * i <= waiting_.size() && rows_ == 0) continue;
+    too_late_ += waiting_.size() - i;
+    waiting_.resize(i);
+  }
+}
+
 Status Table::Commit() {
+  if (columns_.is_unchecked) LeaveOutLastAfterAJump();
   while (!waiting_.empty()) WriteFirst();
   output_.Write({text_.data(), filled_});
   filled_ = 0;
@@ -187,16 +208,34 @@ Table* RecordingFolder::AddTable(std::string file,
                                  TableColumns columns) {
   tables_.push_back(
       std::make_unique<Table>(temporary_, std::move(file), std::move(triads), columns));
-  recordings_.back().tables.push_back(tables_.back().get());
+  recordings_[current_].tables.push_back(tables_.back().get());
   return tables_.back().get();
 }
 
 void RecordingFolder::BeginRecording(int instance) {
-  recordings_.push_back({.manifest = "recording-" + std::to_string(instance) + ".yaml"});
+  const std::string manifest = "recording-" + std::to_string(instance) + ".yaml";
+  const auto known = std::find_if(recordings_.begin(), recordings_.end(), [&](const auto& r) {
+    return r.manifest == manifest;
+  });
+  current_ = static_cast<std::size_t>(known - recordings_.begin());
+  const Recording& last = recordings_.back();
+  const bool is_unused = last.manifest.empty() && last.tables.empty() && last.source.empty();
+  if (known == recordings_.end() && is_unused) --current_;
+  recordings_.resize(std::max(recordings_.size(), current_ + 1));
+  recordings_[current_].manifest = manifest;
+}
+
+void RecordingFolder::SetOrigin(const std::string& format, const std::vector<std::string>& paths) {
+  std::string names;
+  for (const std::string& path : paths)
+    names += (names.empty() ? "" : ", ") + fs::path(path).filename().string();
+  SetSource("format", format);
+  if (!paths.empty()) SetSource("file", names);
+  SetSource("converter", ProgramName() + " " TRUETRIAD_VERSION);
 }
 
 void RecordingFolder::SetSource(const std::string& key, const std::string& value) {
-  recordings_.back().source.emplace_back(key, value);
+  recordings_[current_].source.emplace_back(key, value);
 }
 
 std::string RecordingFolder::Manifest(const Recording& recording) const {
@@ -217,7 +256,8 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
           streams << "    " << std::string_view(&axis, 1) << ": " << Column(columns, axis) << "\n";
         }
         streams << "    unit: " << columns.unit << "\n";
-        if (table->has_temperature()) {
+        if (columns.si_per_count) streams << "    si_per_count: " << *columns.si_per_count << "\n";
+        if (table->states_temperature()) {
           streams << "    temperature: {column: " << kTemperatureColumn << ", unit: degC}\n";
         }
       }
@@ -225,6 +265,7 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
   }
   YamlText yaml;
   yaml << "recording: 1\n";
+  if (!recording.serial.empty()) yaml << "serial: " << Quoted{Printable(recording.serial)} << "\n";
   if (const std::string ids = DeviceTagsText(held); !ids.empty()) {
     yaml << "device: { " << ids.substr(2) << " }\n";
   }
@@ -324,7 +365,7 @@ void RecordingFolder::SayWhatIsHeld() const {
       }
       if (table->too_late() > 0) {
         line += "; " + Count(table->too_late(), "row", "rows") +
-                " skipped (time stamp far out of order, or after the year 2116)";
+                " skipped (time stamp far out of order, or not valid)";
       }
       Note(line);
     }

@@ -25,13 +25,17 @@ struct TriadColumns {
   std::string unit;     ///< As in recordings: "m/s^2".
   std::string applied;  ///< What firmware has done to it: YAML behind `applied.<triad>:`; or empty.
   std::uint64_t rows = 0;
-  std::uint64_t without_numbers = 0;  ///< Rows with NaN, or what no sensor says.
+  std::uint64_t without_numbers = 0;        ///< Rows with NaN, or what no sensor says.
+  std::optional<double> si_per_count = {};  ///< The size of a count, where the log states it.
 };
 
 /// What the rows of a table hold beside readings.
 struct TableColumns {
   bool has_temperature = false;
   bool has_time = true;  ///< Else the times that rows are added with are only their order.
+  /// Of a log without checksums, or whose rows may lack a temperature: rows at either end whose
+  /// clock jumps are left out, and the manifest has a temperature only where all rows have.
+  bool is_unchecked = false;
 };
 
 /// One CSV of a recording: rows of a time, some triads and perhaps a temperature.
@@ -61,6 +65,9 @@ class Table {
   const std::vector<TriadColumns>& triads() const { return triads_; }
   std::vector<TriadColumns>& triads() { return triads_; }
   bool has_temperature() const { return columns_.has_temperature; }
+  bool states_temperature() const {
+    return columns_.has_temperature && (!columns_.is_unchecked || with_temperature_ == rows_);
+  }
   bool has_time() const { return columns_.has_time; }
   std::uint64_t rows() const { return rows_; }
   std::uint64_t too_late() const { return too_late_; }
@@ -74,6 +81,7 @@ class Table {
   };
 
   void WriteFirst();
+  void LeaveOutLastAfterAJump();
   char* WriteRow(const Row& row, char* text) const;
 
   std::string file_name_;
@@ -85,7 +93,7 @@ class Table {
   std::size_t filled_ = 0;
   std::deque<Row> waiting_;
   double temperature_degc_ = std::numeric_limits<double>::quiet_NaN();
-  std::uint64_t rows_ = 0;
+  std::uint64_t rows_ = 0, with_temperature_ = 0;
   std::uint64_t too_late_ = 0;
   std::int64_t first_time_ns_ = 0;
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
@@ -105,15 +113,19 @@ class RecordingFolder {
   /// Valid as long as the folder.
   Table* AddTable(std::string file, std::vector<TriadColumns> triads, TableColumns columns);
 
-  /// What follows belongs to recording-N.yaml, of the log's further sensors of that number.
+  /// What follows belongs to recording-N.yaml, of the log's sensors of that number; the first with
+  /// rows is recording.yaml.
   void BeginRecording(int instance);
 
   /// What the manifest says about the origin: `source: {key: value, …}`, `frame:`, and
   /// `device: {ids: …}` of the sensors that have rows.
+  /// The first of them: what the log is called, its files where they are told, and the converter.
+  void SetOrigin(const std::string& format, const std::vector<std::string>& paths = {});
   void SetSource(const std::string& key, const std::string& value);
-  void SetFrame(const std::string& frame) { recordings_.back().frame = frame; }
+  void SetFrame(const std::string& frame) { recordings_[current_].frame = frame; }
+  void SetSerial(const std::string& serial) { recordings_[current_].serial = serial; }
   void SetDeviceIds(const PerTriad<std::optional<std::int64_t>>& ids) {
-    recordings_.back().device_ids = ids;
+    recordings_[current_].device_ids = ids;
   }
   /// The text of poses.yaml, when the log says where its rests are.
   void SetPoses(const std::string& poses) { poses_ = poses; }
@@ -127,6 +139,7 @@ class RecordingFolder {
     std::string manifest = {};  ///< Name of the file; the first one's is recording.yaml.
     std::vector<std::pair<std::string, std::string>> source = {};
     std::string frame = {};
+    std::string serial = {};
     PerTriad<std::optional<std::int64_t>> device_ids = {};
     std::vector<Table*> tables = {};
   };
@@ -140,6 +153,7 @@ class RecordingFolder {
   std::string temporary_;
   std::vector<std::unique_ptr<Table>> tables_;
   std::vector<Recording> recordings_ = std::vector<Recording>(1);
+  std::size_t current_ = 0;  ///< Of recordings_.
   std::string poses_;
 };
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/convert/dataflash/dataflash_log.h"
 
+#include <algorithm>
+#include <cstring>
 #include <limits>
 #include <utility>
 
-#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
 
 namespace truetriad::convert {
 namespace {
@@ -15,39 +17,40 @@ constexpr int kFormatType = 128;
 constexpr std::size_t kHeader = 3;
 constexpr std::size_t kLongestRecord = 255;  // The length is one byte of FMT.
 
-/// Bytes of a field; 0 for a letter that is not known.
-std::size_t SizeOf(char letter) {
-  switch (letter) {
-    case 'b':
-    case 'B':
-    case 'M':
-      return 1;
-    case 'h':
-    case 'H':
-    case 'c':
-    case 'C':
-    case 'g':
-      return 2;
-    case 'i':
-    case 'I':
-    case 'e':
-    case 'E':
-    case 'L':
-    case 'f':
-    case 'n':
-      return 4;
-    case 'q':
-    case 'Q':
-    case 'd':
-      return 8;
-    case 'N':
-      return 16;
-    case 'Z':
-    case 'a':
-      return 64;
-    default:
-      return 0;
-  }
+/// What a letter of a format says of its field: how many bytes, and of what.
+struct Layout {
+  enum Kind { kSigned, kUnsigned, kFloat, kText, kOther };
+
+  char letter;
+  std::size_t size;
+  Kind kind;
+  double factor = 1.0;  ///< From the integer to the number that it stands for.
+};
+constexpr std::array<Layout, 21> kLayouts = {{
+    {'b', 1, Layout::kSigned},         {'B', 1, Layout::kUnsigned},
+    {'M', 1, Layout::kUnsigned},       {'h', 2, Layout::kSigned},
+    {'H', 2, Layout::kUnsigned},       {'c', 2, Layout::kSigned, 0.01},
+    {'C', 2, Layout::kUnsigned, 0.01}, {'g', 2, Layout::kOther},
+    {'i', 4, Layout::kSigned},         {'I', 4, Layout::kUnsigned},
+    {'e', 4, Layout::kSigned, 0.01},   {'E', 4, Layout::kUnsigned, 0.01},
+    {'L', 4, Layout::kSigned, 1e-7},   {'f', 4, Layout::kFloat},
+    {'n', 4, Layout::kText},           {'q', 8, Layout::kSigned},
+    {'Q', 8, Layout::kUnsigned},       {'d', 8, Layout::kFloat},
+    {'N', 16, Layout::kText},          {'Z', 64, Layout::kText},
+    {'a', 64, Layout::kOther},
+}};
+
+/// Of no bytes for a letter that is not known.
+Layout LayoutOf(char letter) {
+  const auto* const found = std::find_if(
+      kLayouts.begin(), kLayouts.end(), [&](const Layout& one) { return one.letter == letter; });
+  return found == kLayouts.end() ? Layout{letter, 0, Layout::kOther} : *found;
+}
+
+std::uint64_t BitsIn(const MessageField& field, std::string_view record, std::size_t size) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, record.data() + field.offset, size);
+  return bits;
 }
 
 std::string_view UpToNul(std::string_view text) { return text.substr(0, text.find('\0')); }
@@ -76,7 +79,7 @@ std::unique_ptr<MessageFormat> ParseFormat(std::string_view record) {
   std::size_t offset = kHeader;
   for (const char letter : letters) {
     const std::size_t comma = labels.find(',');
-    const std::size_t size = SizeOf(letter);
+    const std::size_t size = LayoutOf(letter).size;
     if (size == 0) return nullptr;
     format->fields.push_back({std::string(labels.substr(0, comma)), letter, offset});
     labels.remove_prefix(comma == std::string_view::npos ? labels.size() : comma + 1);
@@ -95,64 +98,30 @@ const MessageField* MessageFormat::Find(std::string_view field) const {
 }
 
 std::optional<std::uint64_t> IntegerIn(const MessageField& field, std::string_view record) {
-  switch (field.letter) {
-    case 'B':
-    case 'M':
-      return LoadNumber<std::uint8_t>(record, field.offset);
-    case 'H':
-      return LoadNumber<std::uint16_t>(record, field.offset);
-    case 'I':
-      return LoadNumber<std::uint32_t>(record, field.offset);
-    case 'Q':
-      return LoadNumber<std::uint64_t>(record, field.offset);
-    default:
-      return std::nullopt;
-  }
+  const Layout layout = LayoutOf(field.letter);
+  if (layout.kind != Layout::kUnsigned || layout.factor != 1.0) return std::nullopt;
+  return BitsIn(field, record, layout.size);
 }
 
 double NumberIn(const MessageField& field, std::string_view record) {
-  constexpr double kHundredth = 0.01;
-  constexpr double kLatitude = 1e-7;
-  switch (field.letter) {
-    case 'b':
-      return LoadNumber<std::int8_t>(record, field.offset);
-    case 'B':
-    case 'M':
-      return LoadNumber<std::uint8_t>(record, field.offset);
-    case 'h':
-      return LoadNumber<std::int16_t>(record, field.offset);
-    case 'H':
-      return LoadNumber<std::uint16_t>(record, field.offset);
-    case 'i':
-      return LoadNumber<std::int32_t>(record, field.offset);
-    case 'I':
-      return LoadNumber<std::uint32_t>(record, field.offset);
-    case 'q':
-      return static_cast<double>(LoadNumber<std::int64_t>(record, field.offset));
-    case 'Q':
-      return static_cast<double>(LoadNumber<std::uint64_t>(record, field.offset));
-    case 'c':
-      return kHundredth * LoadNumber<std::int16_t>(record, field.offset);
-    case 'C':
-      return kHundredth * LoadNumber<std::uint16_t>(record, field.offset);
-    case 'e':
-      return kHundredth * LoadNumber<std::int32_t>(record, field.offset);
-    case 'E':
-      return kHundredth * LoadNumber<std::uint32_t>(record, field.offset);
-    case 'L':
-      return kLatitude * LoadNumber<std::int32_t>(record, field.offset);
-    case 'f':
-      return static_cast<double>(LoadNumber<float>(record, field.offset));
-    case 'd':
-      return LoadNumber<double>(record, field.offset);
-    default:
-      return std::numeric_limits<double>::quiet_NaN();
+  constexpr unsigned kBitsOfByte = 8;
+  const Layout layout = LayoutOf(field.letter);
+  if (layout.kind == Layout::kUnsigned)
+    return layout.factor * static_cast<double>(BitsIn(field, record, layout.size));
+  if (layout.kind == Layout::kSigned) {
+    const auto unused = static_cast<unsigned>(kBitsOfByte * (sizeof(std::uint64_t) - layout.size));
+    const std::uint64_t bits = BitsIn(field, record, layout.size) << unused;
+    return layout.factor * static_cast<double>(static_cast<std::int64_t>(bits) >> unused);
   }
+  if (field.letter == 'f') return static_cast<double>(LoadNumber<float>(record, field.offset));
+  if (field.letter == 'd') return LoadNumber<double>(record, field.offset);
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 std::string_view TextIn(const MessageField& field, std::string_view record) {
-  const bool is_text = field.letter == 'n' || field.letter == 'N' || field.letter == 'Z';
-  return is_text ? UpToNul(record.substr(field.offset, SizeOf(field.letter))) : std::string_view();
+  const Layout layout = LayoutOf(field.letter);
+  return layout.kind == Layout::kText ? UpToNul(record.substr(field.offset, layout.size))
+                                      : std::string_view();
 }
 
 DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)) {

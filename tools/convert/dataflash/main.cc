@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
@@ -298,11 +297,20 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   return " unknown\n";
 }
 
+/// A sensor's three fields of a message: AccX, AccY, AccZ.
+struct Part {
+  Triad triad;
+  std::string prefix, unit;
+};
+const Part kGyroscope = {Triad::kGyroscope, "Gyr", "rad/s"};
+const Part kAccelerometer = {Triad::kAccelerometer, "Acc", "m/s^2"};
+const Part kMagnetometer = {Triad::kMagnetometer, "Mag", "mG"};
+
 /// Moves rows of one message into one table.
 struct Route {
   Table* table = nullptr;
   std::string time_field;
-  std::vector<std::string> prefixes;  ///< "Acc": AccX, AccY, AccZ.
+  std::vector<Part> parts;
 };
 
 /// Restates what the log's rows hold for the offsets that the manifest names, and takes the motors'
@@ -350,41 +358,26 @@ class Conversion {
  public:
   Conversion(const Contents& contents, const Choice& choice, RecordingFolder* folder)
       : choice_(choice), compass_(contents, choice.instance) {
-    const auto columns = [&](Triad triad, const std::string& unit) {
-      return TriadColumns{triad, unit, Applied(contents, triad, choice.instance)};
+    const auto add = [&](const std::string& kind,
+                         const std::string& time_field,
+                         const std::string& file,
+                         const std::vector<Part>& parts) {
+      std::vector<TriadColumns> columns;
+      for (const Part& part : parts)
+        columns.push_back({part.triad, part.unit, Applied(contents, part.triad, choice.instance)});
+      const bool has_temperature =
+          kind != "MAG" && contents.with_temperature.contains(choice.instance);
+      Table* const table =
+          folder->AddTable(file + choice.suffix + ".csv", std::move(columns), {has_temperature});
+      routes_[kind] = {table, time_field, parts};
     };
-    const bool has_temperature = contents.with_temperature.contains(choice.instance);
-    std::vector<TriadColumns> imu;
-    if (choice.gyroscope && !choice.gyroscope_raw_rate) {
-      imu.push_back(columns(Triad::kGyroscope, "rad/s"));
-      routes_["IMU"].prefixes.push_back("Gyr");
-    }
-    if (choice.accelerometer && !choice.accelerometer_raw_rate) {
-      imu.push_back(columns(Triad::kAccelerometer, "m/s^2"));
-      routes_["IMU"].prefixes.push_back("Acc");
-    }
-    if (!imu.empty()) Add("IMU", "TimeUS", "imu", imu, has_temperature, folder);
-    if (choice.gyroscope_raw_rate) {
-      routes_["GYR"].prefixes = {"Gyr"};
-      Add("GYR",
-          "SampleUS",
-          "gyroscope",
-          {columns(Triad::kGyroscope, "rad/s")},
-          has_temperature,
-          folder);
-    }
-    if (choice.accelerometer_raw_rate) {
-      routes_["ACC"].prefixes = {"Acc"};
-      Add("ACC",
-          "SampleUS",
-          "accelerometer",
-          {columns(Triad::kAccelerometer, "m/s^2")},
-          has_temperature,
-          folder);
-    }
-    if (choice.magnetometer) {
-      Add("MAG", "TimeUS", "magnetometer", {columns(Triad::kMagnetometer, "mG")}, false, folder);
-    }
+    std::vector<Part> imu;
+    if (choice.gyroscope && !choice.gyroscope_raw_rate) imu.push_back(kGyroscope);
+    if (choice.accelerometer && !choice.accelerometer_raw_rate) imu.push_back(kAccelerometer);
+    if (!imu.empty()) add("IMU", "TimeUS", "imu", imu);
+    if (choice.gyroscope_raw_rate) add("GYR", "SampleUS", "gyroscope", {kGyroscope});
+    if (choice.accelerometer_raw_rate) add("ACC", "SampleUS", "accelerometer", {kAccelerometer});
+    if (choice.magnetometer) add("MAG", "TimeUS", "magnetometer", {kMagnetometer});
   }
 
   void Take(const Source& source, const MessageFormat& format, std::string_view record) {
@@ -396,19 +389,17 @@ class Conversion {
     std::array<double, 6> readings{};
     readings.fill(kNothing);
     bool whole = time_ns.has_value();
-    if (source.kind == "MAG") {
-      whole = whole && Axes::Of(format, "Mag").has_value();
-      if (whole) {
-        const std::array<double, 3> reading = compass_.Restated(format, record);
-        std::copy(reading.begin(), reading.end(), readings.begin());
+    auto reading = readings.begin();
+    for (const Part& part : route->second.parts) {
+      const std::optional<Axes> axes = Axes::Of(format, part.prefix);
+      const bool is_field = part.triad == Triad::kMagnetometer;
+      whole = whole && (axes || !is_field);
+      if (whole && axes) {
+        const std::array<double, 3> values =
+            is_field ? compass_.Restated(format, record) : axes->In(record);
+        std::copy(values.begin(), values.end(), reading);
       }
-    } else {
-      for (std::size_t i = 0; whole && i < route->second.prefixes.size(); ++i) {
-        const std::optional<Axes> axes = Axes::Of(format, route->second.prefixes[i]);
-        if (!axes) continue;
-        const std::array<double, 3> reading = axes->In(record);
-        std::copy(reading.begin(), reading.end(), readings.begin() + static_cast<long>(3 * i));
-      }
+      reading += 3;
     }
     if (!whole) {
       ++without_time_;
@@ -421,17 +412,6 @@ class Conversion {
   std::uint64_t without_time() const { return without_time_; }
 
  private:
-  void Add(const std::string& kind,
-           const std::string& time_field,
-           const std::string& file,
-           const std::vector<TriadColumns>& triads,
-           bool has_temperature,
-           RecordingFolder* folder) {
-    Route& route = routes_[kind];
-    route.time_field = time_field;
-    route.table = folder->AddTable(file + choice_.suffix + ".csv", triads, {has_temperature});
-  }
-
   void SetTemperature(const MessageFormat& format, std::string_view record) {
     const MessageField* const field = TemperatureOf(format);
     if (field == nullptr) return;
@@ -474,9 +454,7 @@ void Describe(const Contents& contents,
               const std::string& input,
               int instance,
               RecordingFolder* folder) {
-  folder->SetSource("format", "ardupilot-dataflash");
-  folder->SetSource("file", std::filesystem::path(input).filename().string());
-  folder->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
+  folder->SetOrigin("ardupilot-dataflash", {input});
   folder->SetSource("instance", std::to_string(instance));
   if (!contents.firmware.empty()) folder->SetSource("firmware", contents.firmware);
   if (contents.skipped_bytes > 0) {
@@ -546,7 +524,6 @@ int main(int argc, char** argv) {
           "recording is read.\n",
       .takes_topics = true,
       .takes_instance = true,
-      .others = {},
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

@@ -14,7 +14,7 @@
 #include <matio.h>
 #include <zlib.h>
 
-#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
 
 namespace truetriad::convert {
 namespace {

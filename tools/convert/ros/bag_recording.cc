@@ -2,18 +2,129 @@
 #include "tools/convert/ros/bag_recording.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <filesystem>
+#include <cstdio>
 #include <limits>
-#include <sstream>
+#include <optional>
 #include <utility>
 
 #include "io/yaml_reader.h"
 #include "tools/convert/common/named_readings.h"
+#include "tools/convert/common/recording_folder.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad::convert {
 namespace {
+
+/// What a topic of sensor_msgs is to a recording.
+enum class Role { kNone, kImu, kMagneticField, kTemperature };
+
+Role RoleOf(const Topic& topic) {
+  const std::string type = TypeName(topic.type);
+  if (type == "sensor_msgs/Imu") return Role::kImu;
+  if (type == "sensor_msgs/MagneticField") return Role::kMagneticField;
+  return type == "sensor_msgs/Temperature" ? Role::kTemperature : Role::kNone;
+}
+
+std::vector<std::string> NamesAndTypes(const std::vector<Topic>& topics) {
+  std::vector<std::string> held;
+  for (const Topic& topic : topics) held.push_back(topic.name + " (" + topic.type + ")");
+  return held;
+}
+
+Error NothingReadable() {
+  return Error(ErrorCode::kNoReadings, "the bag contains no topic that can be read");
+}
+
+/// The topics of a recording: one Imu, one MagneticField, or both; and a Temperature.
+struct TopicChoice {
+  std::optional<std::size_t> imu, field, temperature;
+};
+
+/// Of `candidates` that one of `role`, or the `instance`-th; unset where there is none.
+Result<std::optional<std::size_t>> TheOnly(Role role,
+                                           const std::vector<Topic>& topics,
+                                           const std::vector<std::size_t>& candidates,
+                                           std::optional<int> instance) {
+  std::vector<std::size_t> found;
+  std::vector<std::string> names;
+  for (const std::size_t topic : candidates) {
+    if (RoleOf(topics[topic]) != role) continue;
+    found.push_back(topic);
+    names.push_back(topics[topic].name);
+  }
+  const std::size_t place = static_cast<std::size_t>(instance.value_or(0));
+  if (found.size() > 1 && !instance) {
+    return Error(ErrorCode::kMissingArgument,
+                 "several topics have the same type: " + ListOf(names) +
+                     "; choose one with --topic=NAME, or one of each type, separated by commas");
+  }
+  return place < found.size() ? std::optional(found[place]) : std::nullopt;
+}
+
+/// The topics that the user named, or the only ones there are. Error: usage where there are several
+/// and none was named; bad input where there is none.
+Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Arguments& arguments) {
+  std::vector<std::size_t> candidates;
+  for (std::size_t i = 0; arguments.topics.empty() && i < topics.size(); ++i) {
+    if (topics[i].messages > 0 || !topics[i].is_counted) candidates.push_back(i);
+  }
+  for (const std::string& name : arguments.topics) {
+    const auto found = std::find_if(
+        topics.begin(), topics.end(), [&](const Topic& topic) { return topic.name == name; });
+    if (topics.empty()) return NothingReadable();
+    if (found == topics.end()) {
+      return Error(
+          ErrorCode::kUnknownName,
+          "--topic=" + name + ": no such topic; the bag contains " + ListOf(NamesAndTypes(topics)));
+    }
+    if (RoleOf(*found) == Role::kNone) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--topic=" + name + " is of type " + Printable(found->type) +
+                       "; supported are Imu, MagneticField and Temperature of sensor_msgs");
+    }
+    candidates.push_back(static_cast<std::size_t>(found - topics.begin()));
+  }
+  TopicChoice choice;
+  const auto only = [&](Role role) {
+    return TheOnly(role, topics, candidates, arguments.instance);
+  };
+  TRUETRIAD_ASSIGN_OR_RETURN(choice.imu, only(Role::kImu));
+  TRUETRIAD_ASSIGN_OR_RETURN(choice.field, only(Role::kMagneticField));
+  // A temperature could be that of anything: only one that was named is the sensor's.
+  if (!arguments.topics.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(choice.temperature, only(Role::kTemperature));
+  }
+  if (choice.imu || choice.field) return choice;
+  if (arguments.instance && !candidates.empty()) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--instance=" + std::to_string(*arguments.instance) +
+                     ": no such instance; there are fewer topics of one kind");
+  }
+  return Error(ErrorCode::kNoReadings,
+               {arguments.input},
+               "contains no sensor_msgs/Imu or sensor_msgs/MagneticField messages, so "
+               "nothing to calibrate; topics: " +
+                   ListOf(NamesAndTypes(topics)));
+}
+
+void ListTopics(const std::vector<Topic>& topics) {
+  std::printf("%-40s %-32s %10s %20s %20s\n",
+              "topic",
+              "type",
+              "messages",
+              "first received [s]",
+              "last received [s]");
+  for (const Topic& topic : topics) {
+    std::printf("%-40s %-32s %10llu %20.6f %20.6f\n",
+                Printable(topic.name).c_str(),
+                Printable(topic.type).c_str(),
+                static_cast<unsigned long long>(topic.messages),
+                1e-9 * static_cast<double>(topic.first_ns),
+                1e-9 * static_cast<double>(topic.last_ns));
+  }
+}
 
 /// "/imu:gx+gy+gz@t": a topic, fields of its messages, and the field with their time.
 struct Reference {
@@ -31,24 +142,8 @@ struct Reference {
   }
 };
 
-/// Reference by role. Error (usage): no such role, or one twice.
-Result<std::map<std::string, std::string>> ParseColumns(const std::string& columns) {
-  std::map<std::string, std::string> roles;
-  std::istringstream stream(columns);
-  for (std::string item; std::getline(stream, item, ',');) {
-    const std::size_t equals = std::min(item.find('='), item.size());
-    const std::string role = item.substr(0, equals);
-    if (equals == item.size() || (!TriadFromName(role) && role != "temperature")) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--columns: `" + Printable(item) +
-                       "` is not one of accelerometer=, gyroscope=, magnetometer=, temperature=, "
-                       "as in accelerometer=/topic:fields");
-    }
-    if (!roles.emplace(role, item.substr(equals + 1)).second)
-      return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
-  }
-  return roles;
-}
+constexpr std::array<std::string_view, 4> kRoles = {
+    "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
 /// Nanoseconds; unset where they are beyond what a time can be.
 std::optional<std::int64_t> TimeNs(const MessageNumbers::Number& number, double ns_per_unit) {
@@ -62,67 +157,142 @@ std::optional<std::int64_t> TimeNs(const MessageNumbers::Number& number, double 
   return std::llround(time_ns);
 }
 
-}  // namespace
+/// A recording of the messages of a bag: those of sensor_msgs, or what --columns names.
+class BagRecording {
+ public:
+  BagRecording(const BagFormat& format, const std::vector<Topic>& topics)
+      : format_(format), topics_(topics), layouts_(format.encoding) {}
 
-std::vector<std::size_t> BagTopics::Add(const std::vector<Topic>& topics) {
-  std::vector<std::size_t> places;
-  for (const Topic& topic : topics) {
-    const auto found = std::find_if(topics_.begin(), topics_.end(), [&](const Topic& other) {
-      return other.name == topic.name && other.type == topic.type;
-    });
-    places.push_back(static_cast<std::size_t>(found - topics_.begin()));
-    if (found == topics_.end()) {
-      topics_.push_back(topic);
-      continue;
-    }
-    found->is_counted = found->is_counted && topic.is_counted;
-    if (found->definition.empty()) found->definition = topic.definition;
-    if (topic.messages == 0) continue;
-    found->first_ns =
-        found->messages == 0 ? topic.first_ns : std::min(found->first_ns, topic.first_ns);
-    found->last_ns = std::max(found->last_ns, topic.last_ns);
-    found->messages += topic.messages;
+  Status Open(const Arguments& arguments);
+  bool Wants(std::size_t topic) const { return taken_.contains(topic); }
+  void Take(std::size_t index, std::int64_t received_ns, std::string_view bytes);
+  void SetSource(const std::string& key, const std::string& value) {
+    folder_->SetSource(key, value);
   }
-  return places;
-}
+  Status Commit();
 
-std::int64_t BeginOf(const std::vector<Topic>& topics) {
-  std::int64_t begin = std::numeric_limits<std::int64_t>::max();
-  for (const Topic& topic : topics) {
-    if (topic.messages > 0) begin = std::min(begin, topic.first_ns);
-  }
-  return begin;
-}
+ private:
+  /// Three numbers of a message: readings times `factor`, none where a covariance begins with -1.
+  struct Readings {
+    std::array<std::size_t, 3> places{};
+    std::optional<std::size_t> covariance{};
+    double factor = 1.0;
+  };
+  /// What a message gives to a table.
+  struct Row {
+    Table* table = nullptr;
+    std::vector<Readings> readings;
+    std::optional<std::size_t> time{};
+    double ns_per_unit = 0.0;  ///< 0: nanoseconds already.
+  };
+  struct TakenTopic {
+    std::optional<MessageNumbers> numbers{};
+    std::vector<Row> rows{};
+    bool has_magnetometer = false;
+    std::optional<std::size_t> temperature{};
+    TemperatureUnit temperature_unit{};
+    std::optional<std::size_t> frame{};
+    std::string first_frame{};
+  };
 
-Result<std::unique_ptr<BagRecording>> BagRecording::Create(const std::vector<Topic>& topics,
-                                                           const Arguments& arguments,
-                                                           Encoding encoding,
-                                                           const std::string& format,
-                                                           const std::string& converter,
-                                                           ReadMessage read) {
-  std::unique_ptr<BagRecording> recording(new BagRecording());
-  recording->topics_ = topics;
-  recording->read_ = std::move(read);
-  if (arguments.others.contains("columns")) {
-    TRUETRIAD_RETURN_IF_ERROR(recording->OpenLaidOut(arguments, encoding, format, converter));
-    return recording;
-  }
+  Status CreateFolder(const Arguments& arguments);
+  Status OpenStandard(const Arguments& arguments);
+  Status AddStandard(std::size_t topic, Role role, bool has_temperature);
+  Status OpenLaidOut(const Arguments& arguments, const std::string& columns);
+  Status AddRole(const std::string& role,
+                 const std::string& reference,
+                 const ByRole& units,
+                 bool has_temperature);
+  TakenTopic& Taken(std::size_t topic);
+  Result<std::size_t> FindTopic(const std::string& name) const;
+  Status ReadLayouts(const Arguments& arguments, const std::vector<std::size_t>& topics);
+  void StateFrame();
+
+  const BagFormat& format_;
+  const std::vector<Topic>& topics_;
+  MessageLayouts layouts_;
+  std::unique_ptr<RecordingFolder> folder_;
+  std::map<std::size_t, TakenTopic> taken_;
+  std::uint64_t damaged_ = 0, not_three_ = 0, without_stamp_ = 0, messages_ = 0;
+};
+
+Status BagRecording::Open(const Arguments& arguments) {
+  const auto columns = arguments.others.find("columns");
+  if (columns != arguments.others.end()) return OpenLaidOut(arguments, columns->second);
   for (const std::string flag : {"units", "layout"}) {
     if (!arguments.others.contains(flag)) continue;
     return Error(ErrorCode::kMissingArgument,
                  "--" + flag + " needs --columns, as in --columns=accelerometer=/topic:fields");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(recording->choice_, ChooseTopics(recording->topics_, arguments));
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      recording->standard_, ImuRecording::Create(recording->choice_, arguments, format, converter));
-  return recording;
+  return OpenStandard(arguments);
+}
+
+Status BagRecording::CreateFolder(const Arguments& arguments) {
+  TRUETRIAD_ASSIGN_OR_RETURN(folder_, RecordingFolder::Create(arguments.output));
+  folder_->SetOrigin(std::string(format_.source), {arguments.input});
+  return {};
+}
+
+BagRecording::TakenTopic& BagRecording::Taken(std::size_t topic) {
+  TakenTopic& taken = taken_[topic];
+  if (taken.numbers) return taken;
+  MessageNumbers& numbers = taken.numbers.emplace(&layouts_, topics_[topic].type, format_.encoding);
+  if (const std::string frame = numbers.Frame(); !frame.empty()) taken.frame = numbers.Ask(frame);
+  return taken;
+}
+
+Status BagRecording::OpenStandard(const Arguments& arguments) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const TopicChoice choice, ChooseTopics(topics_, arguments));
+  TRUETRIAD_RETURN_IF_ERROR(CreateFolder(arguments));
+  for (const auto& [topic, role, key] :
+       {std::tuple(choice.imu, Role::kImu, "imu topic"),
+        std::tuple(choice.field, Role::kMagneticField, "magnetic field topic"),
+        std::tuple(choice.temperature, Role::kTemperature, "temperature topic")}) {
+    if (!topic) continue;
+    SetSource(key, topics_[*topic].name);
+    TRUETRIAD_RETURN_IF_ERROR(AddStandard(*topic, role, choice.temperature.has_value()));
+  }
+  return {};
+}
+
+/// sensor_msgs: Imu.msg, MagneticField.msg, Temperature.msg.
+Status BagRecording::AddStandard(std::size_t index, Role role, bool has_temperature) {
+  constexpr double kMicroteslaPerTesla = 1e6;
+  TakenTopic& topic = Taken(index);
+  MessageNumbers& numbers = *topic.numbers;
+  if (role == Role::kTemperature) {
+    topic.temperature = numbers.Ask("temperature");
+    topic.temperature_unit = *ParseTemperatureUnit("degC");
+    return {};
+  }
+  Row row;
+  row.time = numbers.Ask("header.stamp");
+  if (role == Role::kMagneticField) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto field, numbers.Vector("magnetic_field"));
+    row.readings.push_back({.places = numbers.Ask(field), .factor = kMicroteslaPerTesla});
+    row.table = folder_->AddTable("magnetometer.csv",
+                                  {{.triad = Triad::kMagnetometer, .unit = "uT", .applied = {}}},
+                                  {has_temperature});
+    topic.has_magnetometer = true;
+  } else {
+    for (const std::string name : {"angular_velocity", "linear_acceleration"}) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const auto vector, numbers.Vector(name));
+      row.readings.push_back(
+          {.places = numbers.Ask(vector), .covariance = numbers.Ask(name + "_covariance.0")});
+    }
+    row.table =
+        folder_->AddTable("imu.csv",
+                          {{.triad = Triad::kGyroscope, .unit = "rad/s", .applied = {}},
+                           {.triad = Triad::kAccelerometer, .unit = "m/s^2", .applied = {}}},
+                          {has_temperature});
+  }
+  topic.rows.push_back(row);
+  return {};
 }
 
 Result<std::size_t> BagRecording::FindTopic(const std::string& name) const {
-  std::vector<std::string> held;
   std::optional<std::size_t> found;
   for (std::size_t i = 0; i < topics_.size(); ++i) {
-    held.push_back(topics_[i].name + " (" + topics_[i].type + ")");
     if (topics_[i].name != name) continue;
     if (found) {
       return Error(ErrorCode::kInvalidArgument,
@@ -132,10 +302,10 @@ Result<std::size_t> BagRecording::FindTopic(const std::string& name) const {
     found = i;
   }
   if (found) return *found;
-  if (held.empty())
-    return Error(ErrorCode::kNoReadings, "the bag contains no topic that can be read");
+  if (topics_.empty()) return NothingReadable();
   return Error(ErrorCode::kUnknownName,
-               "--columns: no topic " + Printable(name) + "; the bag contains " + ListOf(held));
+               "--columns: no topic " + Printable(name) + "; the bag contains " +
+                   ListOf(NamesAndTypes(topics_)));
 }
 
 /// Which fields the messages of `topics` have: as the bag says, or --layout.
@@ -144,7 +314,7 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
   Status of_bag;
   for (const std::size_t topic : topics) {
     if (topics_[topic].definition.empty()) continue;
-    Status status = layouts_->Define(topics_[topic].type, topics_[topic].definition);
+    Status status = layouts_.Define(topics_[topic].type, topics_[topic].definition);
     if (!status) of_bag = std::move(status);
   }
   const auto file = arguments.others.find("layout");
@@ -156,7 +326,7 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
       if (std::find(types.begin(), types.end(), topics_[topic].type) == types.end())
         types.push_back(topics_[topic].type);
     }
-    const Status status = layouts_->Define(types.size() == 1 ? types[0] : "", text);
+    const Status status = layouts_.Define(types.size() == 1 ? types[0] : "", text);
     if (!status) return Error(status.error().code, {file->second}, status.error().message);
   } else if (!of_bag) {
     return Error(of_bag.error().code,
@@ -164,43 +334,35 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
                  of_bag.error().message + "; the bag is damaged there: give --layout=FILE.msg");
   }
   for (const std::size_t topic : topics)
-    TRUETRIAD_RETURN_IF_ERROR(layouts_->Check(topics_[topic].type));
+    TRUETRIAD_RETURN_IF_ERROR(layouts_.Check(topics_[topic].type));
   return {};
 }
 
-Status BagRecording::OpenLaidOut(const Arguments& arguments,
-                                 Encoding encoding,
-                                 const std::string& format,
-                                 const std::string& converter) {
-  if (!arguments.topics.empty()) {
-    return Error(ErrorCode::kConflictingArguments,
-                 "--topic and --columns exclude each other; --columns names its topics");
+Status BagRecording::OpenLaidOut(const Arguments& arguments, const std::string& columns) {
+  if (!arguments.topics.empty() || arguments.instance) {
+    return Error(
+        ErrorCode::kConflictingArguments,
+        "--topic, --instance and --columns exclude each other; --columns names its topics");
   }
-  const std::string& columns = arguments.others.at("columns");
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto roles, ParseColumns(columns));
+  TRUETRIAD_ASSIGN_OR_RETURN(const ByRole roles,
+                             ParseColumns(columns, kRoles, ", as in accelerometer=/topic:fields"));
   std::vector<std::size_t> topics;
   for (const auto& [role, text] : roles) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t topic, FindTopic(Reference::Of(text).topic));
     topics.push_back(topic);
   }
-  layouts_.emplace(encoding);
   TRUETRIAD_RETURN_IF_ERROR(ReadLayouts(arguments, topics));
-  std::map<std::string, std::string> with_units;
+  ByRole with_units;
   for (const auto& [role, text] : roles) {
     const Reference reference = Reference::Of(text);
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t topic, FindTopic(reference.topic));
-    std::optional<MessageNumbers>& numbers = laid_out_[topic].numbers;
-    if (!numbers) numbers.emplace(&*layouts_, topics_[topic].type, encoding);
     // A time of ROS has a unit already.
-    const bool has_unit = reference.time.empty() || numbers->IsTime(reference.time);
+    const bool has_unit = reference.time.empty() || Taken(topic).numbers->IsTime(reference.time);
     with_units[role] = has_unit ? reference.topic : reference.topic + '@' + reference.time;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ReadUnits(with_units, arguments));
-  TRUETRIAD_ASSIGN_OR_RETURN(folder_, RecordingFolder::Create(arguments.output));
-  folder_->SetSource("format", format);
-  folder_->SetSource("file", std::filesystem::path(arguments.input).filename().string());
-  folder_->SetSource("converter", converter);
-  folder_->SetSource("columns", columns);
+  TRUETRIAD_RETURN_IF_ERROR(CreateFolder(arguments));
+  SetSource("columns", columns);
   for (const auto& [role, text] : roles)
     TRUETRIAD_RETURN_IF_ERROR(AddRole(role, text, units, roles.contains("temperature")));
   return {};
@@ -208,11 +370,11 @@ Status BagRecording::OpenLaidOut(const Arguments& arguments,
 
 Status BagRecording::AddRole(const std::string& role,
                              const std::string& text,
-                             const std::map<std::string, std::string>& units,
+                             const ByRole& units,
                              bool has_temperature) {
   const Reference reference = Reference::Of(text);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t index, FindTopic(reference.topic));
-  LaidOutTopic& topic = laid_out_.at(index);
+  TakenTopic& topic = Taken(index);
   MessageNumbers& numbers = *topic.numbers;
   const std::optional<Triad> triad = TriadFromName(role);
   if (!triad) {
@@ -221,111 +383,186 @@ Status BagRecording::AddRole(const std::string& role,
     topic.temperature_unit = *ParseTemperatureUnit(units.at(role));
     return {};
   }
-  Sensor sensor;
-  sensor.triad = *triad;
+  Row row;
   TRUETRIAD_ASSIGN_OR_RETURN(const MessageNumbers::Three three, numbers.Vector(reference.fields));
-  sensor.places = numbers.Ask(three);
+  row.readings.push_back({.places = numbers.Ask(three)});
   std::string time = numbers.Stamp();
   if (!reference.time.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(time, numbers.Single(reference.time));
-    if (!numbers.IsTime(time)) sensor.ns_per_unit = *NanosecondsPer(units.at("time"));
+    if (!numbers.IsTime(time)) row.ns_per_unit = *NanosecondsPer(units.at("time"));
   }
-  if (!time.empty()) sensor.time = numbers.Ask(time);
-  sensor.table = folder_->AddTable(
+  if (!time.empty()) row.time = numbers.Ask(time);
+  row.table = folder_->AddTable(
       role + ".csv", {{.triad = *triad, .unit = units.at(role), .applied = {}}}, {has_temperature});
-  topic.sensors.push_back(sensor);
+  topic.has_magnetometer = topic.has_magnetometer || triad == Triad::kMagnetometer;
+  topic.rows.push_back(row);
   return {};
 }
 
-bool BagRecording::Wants(std::size_t topic) const {
-  return standard_ ? choice_.RoleOfTopic(&topics_[topic]) != Role::kNone
-                   : laid_out_.contains(topic);
-}
-
-void BagRecording::Take(std::size_t topic, std::int64_t received_ns, std::string_view bytes) {
-  if (!standard_) {
-    TakeLaidOut(&laid_out_.at(topic), received_ns, bytes);
-    return;
-  }
-  const Role role = choice_.RoleOfTopic(&topics_[topic]);
-  const std::optional<ImuMessage> message = read_(role, bytes);
-  if (message) {
-    standard_->Add(role, received_ns, *message);
-  } else {
-    standard_->CountDamaged();
-  }
-}
-
-void BagRecording::TakeLaidOut(LaidOutTopic* topic,
-                               std::int64_t received_ns,
-                               std::string_view bytes) {
+void BagRecording::Take(std::size_t index, std::int64_t received_ns, std::string_view bytes) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  TakenTopic& topic = taken_.at(index);
   ++messages_;
-  MessageNumbers& numbers = *topic->numbers;
+  MessageNumbers& numbers = *topic.numbers;
   if (!numbers.Read(bytes)) {
     ++(numbers.WasNotThree() ? not_three_ : damaged_);
     return;
   }
-  if (topic->temperature) {
-    const TemperatureUnit& unit = topic->temperature_unit;
-    const double degc = unit.scale * numbers[*topic->temperature].value + unit.offset;
-    for (const auto& [index, other] : laid_out_) {
-      for (const Sensor& sensor : other.sensors) sensor.table->SetTemperature(degc);
+  if (topic.frame && topic.first_frame.empty()) topic.first_frame = numbers[*topic.frame].text;
+  if (topic.temperature) {
+    const TemperatureUnit& unit = topic.temperature_unit;
+    const double degc = unit.scale * numbers[*topic.temperature].value + unit.offset;
+    for (const auto& [other_index, other] : taken_) {
+      for (const Row& row : other.rows) row.table->SetTemperature(degc);
     }
   }
   bool has_stamp = true;
-  for (const Sensor& sensor : topic->sensors) {
+  for (const Row& row : topic.rows) {
     std::optional<std::int64_t> time_ns =
-        sensor.time ? TimeNs(numbers[*sensor.time], sensor.ns_per_unit) : 0;
+        row.time ? TimeNs(numbers[*row.time], row.ns_per_unit) : 0;
     if (!time_ns) {
       ++damaged_;
       return;
     }
-    if (*time_ns == 0 && sensor.ns_per_unit == 0.0) {
+    if (*time_ns == 0 && row.ns_per_unit == 0.0) {
       time_ns = received_ns;
       has_stamp = false;
     }
-    std::array<double, 3> readings{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      readings[axis] = numbers[sensor.places[axis]].value;
-    sensor.table->Add(*time_ns, readings.data());
+    std::array<double, 6> readings{};
+    auto* reading = readings.begin();
+    for (const auto& [places, covariance, factor] : row.readings) {
+      const bool is_measured = !covariance || numbers[*covariance].value != -1.0;
+      for (const std::size_t place : places)
+        *reading++ = is_measured ? factor * numbers[place].value : kNone;
+    }
+    row.table->Add(*time_ns, readings.data());
   }
   if (!has_stamp) ++without_stamp_;
 }
 
-void BagRecording::SetSource(const std::string& key, const std::string& value) {
-  if (standard_) {
-    standard_->SetSource(key, value);
-  } else {
-    folder_->SetSource(key, value);
+void BagRecording::StateFrame() {
+  std::string frame, of_magnetometer;
+  for (const auto& [index, topic] : taken_) {
+    std::string& known = topic.has_magnetometer ? of_magnetometer : frame;
+    if (known.empty() && !topic.rows.empty()) known = topic.first_frame;
   }
+  folder_->SetFrame(frame.empty() ? of_magnetometer : frame);
+  if (frame.empty() || of_magnetometer.empty() || frame == of_magnetometer) return;
+  SetSource("frame of the magnetometer", of_magnetometer);
+  Note("the magnetometer's frame is " + Printable(of_magnetometer) + ", the other sensors' is " +
+       Printable(frame) + "; axes are not rotated");
 }
 
 Status BagRecording::Commit() {
-  if (standard_) return standard_->Commit();
   if (damaged_ > 0) {
     Note(Count(damaged_, "message", "messages") +
          " skipped (too short, too long, malformed, or not of the layout)");
-    folder_->SetSource("messages skipped", std::to_string(damaged_));
+    SetSource("messages skipped", std::to_string(damaged_));
   }
   if (not_three_ > 0) {
     Note(Count(not_three_, "message", "messages") +
          " skipped (an array that is not of three numbers; say which three, as in data:4-6)");
-    folder_->SetSource("messages skipped for an array of another length",
-                       std::to_string(not_three_));
+    SetSource("messages skipped for an array of another length", std::to_string(not_three_));
   }
   if (without_stamp_ > 0) {
     Note(Count(without_stamp_, "message", "messages") + " of " + std::to_string(messages_) +
          " without a time stamp; used the time the bag received them");
   }
+  StateFrame();
   return folder_->Commit();
 }
 
-std::string_view LaidOutHelp() {
-  return "\nOther messages: --columns=accelerometer=/topic:fields,gyroscope=… says which fields "
-         "are the\nreadings (acc, gx+gy+gz, or data:4-6, counted from 1), `@field` behind them "
-         "which is\ntheir time, temperature=/topic:field; --units=us,m/s^2,rad/s,uT,degC. "
-         "--layout=FILE.msg has\nthe definition of the type where the bag does not. Several bags, "
-         "or a folder of them, are\none recording.\n";
+/// One bag of the recording.
+struct Part {
+  std::unique_ptr<Bag> bag;
+  std::vector<std::size_t> topics;  ///< Where its topics are in those of all.
+  std::int64_t begin_ns = 0;        ///< When its first message came.
+};
+
+/// Takes the topics of one more bag among `all`, where each is once.
+Part PartOf(std::unique_ptr<Bag> bag, std::vector<Topic>* all) {
+  Part part{std::move(bag), {}, std::numeric_limits<std::int64_t>::max()};
+  for (const Topic& topic : part.bag->topics()) {
+    if (topic.messages > 0) part.begin_ns = std::min(part.begin_ns, topic.first_ns);
+    const auto found = std::find_if(all->begin(), all->end(), [&](const Topic& other) {
+      return other.name == topic.name && other.type == topic.type;
+    });
+    part.topics.push_back(static_cast<std::size_t>(found - all->begin()));
+    if (found == all->end()) {
+      all->push_back(topic);
+      continue;
+    }
+    found->is_counted = found->is_counted && topic.is_counted;
+    if (found->definition.empty()) found->definition = topic.definition;
+    if (topic.messages == 0) continue;
+    found->first_ns =
+        found->messages == 0 ? topic.first_ns : std::min(found->first_ns, topic.first_ns);
+    found->last_ns = std::max(found->last_ns, topic.last_ns);
+    found->messages += topic.messages;
+  }
+  return part;
+}
+
+}  // namespace
+
+Status ConvertBags(const BagFormat& format, const Arguments& arguments) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> paths,
+                             InputFiles(arguments, format.ending));
+  std::vector<Topic> topics;
+  std::vector<Part> parts;
+  for (const std::string& path : paths) {
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Bag> bag, format.open(path));
+    parts.push_back(PartOf(std::move(bag), &topics));
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return a.begin_ns < b.begin_ns;
+  });
+  if (arguments.list) {
+    ListTopics(topics);
+    return {};
+  }
+  BagRecording recording(format, topics);
+  TRUETRIAD_RETURN_IF_ERROR(recording.Open(arguments));
+  std::map<std::string, std::uint64_t> damage;
+  for (const Part& part : parts) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        part.bag->Read([&](std::size_t topic) { return recording.Wants(part.topics[topic]); },
+                       [&](std::size_t topic, std::int64_t received_ns, std::string_view message) {
+                         recording.Take(part.topics[topic], received_ns, message);
+                       }));
+    for (const auto& [what, count] : part.bag->Damage()) damage[what] += count;
+  }
+  if (parts.size() > 1) recording.SetSource("bags", std::to_string(parts.size()));
+  for (const auto& [what, count] : damage) {
+    if (count > 0) recording.SetSource(what, std::to_string(count));
+  }
+  return recording.Commit();
+}
+
+int RunBagConverter(const BagFormat& format, int argc, char** argv) {
+  return RunConverter(
+      {.format = format.converter,
+       .input = format.input,
+       .details =
+           "\nReads topics of type Imu, MagneticField and Temperature of sensor_msgs. By default "
+           "the "
+           "only\nImu and the only MagneticField topic are converted; if there are several, choose "
+           "with\n--topic=A,B, or with --instance (from 0, in the order of --list). A Temperature "
+           "topic is\nconverted only if named. Times are those of the message headers. Bags that "
+           "were not closed\nor are cut are read as far as they are complete.\n"
+           "\nOther messages: --columns=accelerometer=/topic:fields,gyroscope=… says which fields "
+           "are the\nreadings (acc, gx+gy+gz, or data:4-6, counted from 1), `@field` behind them "
+           "which is\ntheir time, temperature=/topic:field; --units=us,m/s^2,rad/s,uT,degC. "
+           "--layout=FILE.msg has\nthe definition of the type where the bag does not. Several "
+           "bags, "
+           "or a folder of them, are\none recording.\n",
+       .takes_several = true,
+       .takes_topics = true,
+       .takes_instance = true,
+       .others = {"columns", "units", "layout"},
+       .run = [&](const Arguments& arguments) { return ConvertBags(format, arguments); }},
+      argc,
+      argv);
 }
 
 }  // namespace truetriad::convert

@@ -1,98 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tools/convert/common/converter.h"
-#include "tools/convert/common/recording_folder.h"
-#include "tools/convert/ros/imu_log.h"
 #include "tools/convert/ros/message_layout.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/result.h"
 
 namespace truetriad::convert {
 
-/// The topics of bags that are one recording, each once.
-class BagTopics {
- public:
-  /// Takes the topics of one bag; the place of each in all().
-  std::vector<std::size_t> Add(const std::vector<Topic>& topics);
-  const std::vector<Topic>& all() const { return topics_; }
+/// A topic of a bag.
+struct Topic {
+  std::string name;
+  std::string type;  ///< "sensor_msgs/Imu" (ROS 1) or "sensor_msgs/msg/Imu" (ROS 2).
+  std::uint64_t messages = 0;
+  bool is_counted = true;                  ///< False: nobody knows how many messages.
+  std::int64_t first_ns = 0, last_ns = 0;  ///< When the bag received them.
+  std::string definition{};                ///< Of the type, where the bag holds it.
+};
 
- private:
+/// One file of a bag, whose topics are known once it is open.
+class Bag {
+ public:
+  virtual ~Bag() = default;
+
+  const std::vector<Topic>& topics() const { return topics_; }
+
+  using Wants = std::function<bool(std::size_t topic)>;
+  using Take =
+      std::function<void(std::size_t topic, std::int64_t received_ns, std::string_view message)>;
+  /// Hands over the messages of the topics that are wanted, by their places in topics().
+  virtual Status Read(const Wants& wants, const Take& take) = 0;
+
+  /// What could not be read, and how often: {{"incomplete chunks", 2}}.
+  virtual std::map<std::string, std::uint64_t> Damage() const = 0;
+
+ protected:
   std::vector<Topic> topics_;
 };
 
-/// When the first message of a bag came; the latest time of all where it has none.
-std::int64_t BeginOf(const std::vector<Topic>& topics);
-
-/// A recording of the messages of a bag: those of sensor_msgs, or what --columns names.
-class BagRecording {
- public:
-  using ReadMessage = std::function<std::optional<ImuMessage>(Role role, std::string_view bytes)>;
-
-  /// `read`: of a message of sensor_msgs. Error: usage, and bad input where there is nothing.
-  static Result<std::unique_ptr<BagRecording>> Create(const std::vector<Topic>& topics,
-                                                      const Arguments& arguments,
-                                                      Encoding encoding,
-                                                      const std::string& format,
-                                                      const std::string& converter,
-                                                      ReadMessage read);
-
-  bool Wants(std::size_t topic) const;
-  void Take(std::size_t topic, std::int64_t received_ns, std::string_view bytes);
-  void SetSource(const std::string& key, const std::string& value);
-  Status Commit();
-
- private:
-  /// A sensor that --columns names.
-  struct Sensor {
-    Triad triad = Triad::kAccelerometer;
-    Table* table = nullptr;
-    std::array<std::size_t, 3> places{};
-    std::optional<std::size_t> time;
-    double ns_per_unit = 0.0;  ///< 0: nanoseconds already.
-  };
-  struct LaidOutTopic {
-    std::optional<MessageNumbers> numbers;
-    std::vector<Sensor> sensors;
-    std::optional<std::size_t> temperature;
-    TemperatureUnit temperature_unit;
-  };
-
-  BagRecording() = default;
-  Status OpenLaidOut(const Arguments& arguments,
-                     Encoding encoding,
-                     const std::string& format,
-                     const std::string& converter);
-  Status AddRole(const std::string& role,
-                 const std::string& reference,
-                 const std::map<std::string, std::string>& units,
-                 bool has_temperature);
-  Result<std::size_t> FindTopic(const std::string& name) const;
-  Status ReadLayouts(const Arguments& arguments, const std::vector<std::size_t>& topics);
-  void TakeLaidOut(LaidOutTopic* topic, std::int64_t received_ns, std::string_view bytes);
-
-  std::vector<Topic> topics_;
-  // Of sensor_msgs.
-  TopicChoice choice_;
-  std::unique_ptr<ImuRecording> standard_;
-  ReadMessage read_;
-  // Of --columns.
-  std::optional<MessageLayouts> layouts_;
-  std::unique_ptr<RecordingFolder> folder_;
-  std::map<std::size_t, LaidOutTopic> laid_out_;
-  std::uint64_t damaged_ = 0, not_three_ = 0, without_stamp_ = 0, messages_ = 0;
+/// A container of ROS messages.
+struct BagFormat {
+  std::string_view converter;  ///< "ros1": the program is truetriad-convert-ros1.
+  std::string_view input;      ///< "a ROS 1 bag (.bag, version 2.0)"
+  std::string_view source;     ///< What the manifest calls it: "ros1-bag".
+  std::string_view ending;     ///< Of its files' names: ".bag".
+  Encoding encoding = Encoding::kRos1;
+  Result<std::unique_ptr<Bag>> (*open)(const std::string& path) = nullptr;
 };
 
-/// What --columns, --units and --layout say, for --help.
-std::string_view LaidOutHelp();
+/// Converts the bags that `arguments` name, or lists their topics: messages of sensor_msgs, or what
+/// --columns says of others. Error: usage, and bad input where there is nothing.
+Status ConvertBags(const BagFormat& format, const Arguments& arguments);
+
+/// The `main` of the converter of a container.
+int RunBagConverter(const BagFormat& format, int argc, char** argv);
 
 }  // namespace truetriad::convert

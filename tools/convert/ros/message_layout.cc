@@ -76,13 +76,6 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
-/// "pkg/Name" of "pkg/msg/Name".
-std::string TypeName(std::string_view type) {
-  std::string name(type);
-  if (const std::size_t at = name.find("/msg/"); at != std::string::npos) name.erase(at, 4);
-  return name;
-}
-
 std::optional<std::uint32_t> WholeNumber(std::string_view text) {
   std::uint32_t number = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -138,6 +131,12 @@ std::optional<LaidOutField> ParseField(std::string_view line,
 
 }  // namespace
 
+std::string TypeName(std::string_view type) {
+  std::string name(type);
+  if (const std::size_t at = name.find("/msg/"); at != std::string::npos) name.erase(at, 4);
+  return name;
+}
+
 MessageLayouts::MessageLayouts(Encoding encoding) : encoding_(encoding) {
   for (const std::string_view text :
        {encoding == Encoding::kRos1 ? kRos1Header : kRos2Header, kKnownTypes}) {
@@ -182,7 +181,8 @@ Status MessageLayouts::Define(const std::string& type, std::string_view text) {
 }
 
 const std::vector<LaidOutField>* MessageLayouts::Find(std::string_view type) const {
-  const auto found = types_.find(TypeName(type));
+  const bool is_short = type.find("/msg/") == std::string_view::npos;
+  const auto found = is_short ? types_.find(type) : types_.find(TypeName(type));
   return found == types_.end() ? nullptr : &found->second;
 }
 
@@ -336,16 +336,25 @@ Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& referenc
                    ", which has " + Fields() + "; as in acc, gx+gy+gz or data:4-6");
 }
 
-std::string MessageNumbers::Stamp() const {
-  const std::vector<LaidOutField>& fields = *layouts_->Find(type_);
-  std::vector<std::string> times;
-  for (const LaidOutField& field : fields) {
-    if (field.array != Array::kNone) continue;
+std::string MessageNumbers::InHeader(std::string_view part, Kind kind) const {
+  for (const LaidOutField& field : *layouts_->Find(type_)) {
+    if (field.array != Array::kNone || TypeName(field.type) != "std_msgs/Header") continue;
     // A layout may have a header of its own.
-    const bool is_header =
-        field.kind == Kind::kMessage && TypeName(field.type) == "std_msgs/Header";
-    if (is_header && IsTime(field.name + ".stamp")) return field.name + ".stamp";
-    if (field.kind == Kind::kTime) times.push_back(field.name);
+    const std::string path = field.name + "." + std::string(part);
+    const LaidOutField* const found = FieldAt(path);
+    if (found != nullptr && found->kind == kind && found->array == Array::kNone) return path;
+  }
+  return "";
+}
+
+std::string MessageNumbers::Frame() const { return InHeader("frame_id", Kind::kString); }
+
+std::string MessageNumbers::Stamp() const {
+  std::string stamp = InHeader("stamp", Kind::kTime);
+  if (!stamp.empty()) return stamp;
+  std::vector<std::string> times;
+  for (const LaidOutField& field : *layouts_->Find(type_)) {
+    if (field.array == Array::kNone && field.kind == Kind::kTime) times.push_back(field.name);
   }
   return times.size() == 1 ? times[0] : "";
 }
@@ -432,13 +441,31 @@ class MessageNumbers::Walk {
       if (!failed_ && asked != nullptr && asked->has_three && count != 3)
         numbers_->was_not_three_ = failed_ = true;
     }
-    if (asked == nullptr && field.size > 0 && field.kind != Kind::kTime) {
-      if (count > 0 && !failed_) Skip(field.size, count * field.size);
+    if (field.size > 0 && field.kind != Kind::kTime) {
+      Numbers(field, count, asked);
       return;
     }
     for (std::uint64_t i = 0; i < count && !failed_; ++i) {
       Element(field, asked == nullptr ? nullptr : Part(asked, std::to_string(i)));
     }
+  }
+
+  /// Elements of one size: goes to those that are asked for, then behind them all.
+  void Numbers(const LaidOutField& field, std::uint64_t count, const Asked* asked) {
+    if (count == 0 || failed_) return;
+    Skip(field.size, 0);
+    const std::string_view begin = left_;
+    const std::size_t offset = offset_;
+    static const Asked nothing;
+    for (const auto& [index, part] : (asked == nullptr ? nothing : *asked).parts) {
+      const std::uint64_t place = WholeNumber(index).value_or(count);
+      if (place >= count || failed_) continue;
+      Skip(1, place * field.size);
+      if (!failed_) Element(field, &part);
+      left_ = begin;
+      offset_ = offset;
+    }
+    Skip(1, count * field.size);
   }
 
   void Element(const LaidOutField& field, const Asked* asked) {
@@ -453,8 +480,10 @@ class MessageNumbers::Walk {
         return;
       case Kind::kString: {
         const std::uint64_t size = Load(4);
+        number.text = left_.substr(0, size);
         Skip(1, size);
-        return;
+        number.text = number.text.substr(0, number.text.find('\0'));
+        break;
       }
       case Kind::kTime: {
         const std::uint64_t seconds = Load(4);

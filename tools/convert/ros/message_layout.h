@@ -20,6 +20,9 @@ enum class Encoding {
   kCdr,   ///< ROS 2: 4 bytes that state the byte order, then fields aligned from there on.
 };
 
+/// "pkg/Name" of "pkg/msg/Name".
+std::string TypeName(std::string_view type);
+
 /// A field of a message.
 struct LaidOutField {
   enum class Kind { kNumber, kSigned, kUnsigned, kString, kTime, kMessage };
@@ -76,6 +79,8 @@ class MessageNumbers {
   Result<std::string> Single(const std::string& reference) const;
   /// The path of the time in the message's header, or of its only field of a time; empty: none.
   std::string Stamp() const;
+  /// The path of the name of the frame in the message's header; empty: none.
+  std::string Frame() const;
   bool IsTime(const std::string& path) const;
 
   /// Reads a number from now on; its place in what Read gives.
@@ -84,7 +89,8 @@ class MessageNumbers {
 
   struct Number {
     double value = 0.0;
-    std::int64_t integer = 0;  ///< Where it is one; nanoseconds of a time.
+    std::int64_t integer = 0;    ///< Where it is one; nanoseconds of a time.
+    std::string_view text = {};  ///< Where it is a string; valid as long as the message.
   };
   /// False where the bytes are no such message, or an array is too short, or has not the three
   /// numbers that are asked for.
@@ -103,6 +109,8 @@ class MessageNumbers {
 
   Asked* Find(const std::string& path);
   const LaidOutField* FieldAt(const std::string& path) const;
+  /// The path of a part of the message's header, which is of `kind`; empty: none.
+  std::string InHeader(std::string_view part, LaidOutField::Kind kind) const;
   /// "ax, acc.x, data": what has numbers.
   std::string Fields() const;
 

@@ -147,8 +147,7 @@ Status Run(const Arguments& arguments) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
                              RecordingFolder::Create(arguments.output));
-  folder->SetSource("format", "six-face");
-  folder->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
+  folder->SetOrigin("six-face");
   Rest first;
   Table* table = nullptr;
   std::vector<PoseRange> poses;
@@ -196,9 +195,6 @@ int main(int argc, char** argv) {
           "\nEach file is named after the body axis that points up: +x.csv, or x_up.csv and "
           "x_down.csv.\nIt is a self-describing CSV or a manifest. The rests are joined one second "
           "apart, and\nposes.yaml states which rows belong to which face.\n",
-      .takes_topics = false,
-      .takes_instance = false,
-      .others = {},
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

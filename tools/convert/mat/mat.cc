@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/convert/mat/mat_variables.h"
-
+//
+// MATLAB files (.mat) to a recording. docs/converting.md.
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
+#include <matio.h>
+
 #include "tools/convert/common/byte_stream.h"
+#include "tools/convert/common/named_readings.h"
 #include "tools/convert/mat/mat_elements.h"
 
 namespace truetriad::convert {
@@ -21,31 +28,20 @@ using OwnedVariable = std::unique_ptr<matvar_t, FreeVariable>;
 constexpr int kDeepest = 8;                                   ///< Structs in structs.
 constexpr std::size_t kMostElements = std::size_t{1} << 28U;  ///< Of one matrix: 2 GiB of doubles.
 
+/// Empty for what is no array of numbers.
 std::string ClassName(matio_classes type) {
-  switch (type) {
-    case MAT_C_DOUBLE:
-      return "double";
-    case MAT_C_SINGLE:
-      return "single";
-    case MAT_C_INT8:
-      return "int8";
-    case MAT_C_UINT8:
-      return "uint8";
-    case MAT_C_INT16:
-      return "int16";
-    case MAT_C_UINT16:
-      return "uint16";
-    case MAT_C_INT32:
-      return "int32";
-    case MAT_C_UINT32:
-      return "uint32";
-    case MAT_C_INT64:
-      return "int64";
-    case MAT_C_UINT64:
-      return "uint64";
-    default:
-      return "";
-  }
+  static const std::map<matio_classes, std::string> names = {{MAT_C_DOUBLE, "double"},
+                                                             {MAT_C_SINGLE, "single"},
+                                                             {MAT_C_INT8, "int8"},
+                                                             {MAT_C_UINT8, "uint8"},
+                                                             {MAT_C_INT16, "int16"},
+                                                             {MAT_C_UINT16, "uint16"},
+                                                             {MAT_C_INT32, "int32"},
+                                                             {MAT_C_UINT32, "uint32"},
+                                                             {MAT_C_INT64, "int64"},
+                                                             {MAT_C_UINT64, "uint64"}};
+  const auto found = names.find(type);
+  return found == names.end() ? "" : found->second;
 }
 
 bool IsMatrix(const matvar_t& variable) {
@@ -139,7 +135,28 @@ Version VersionOf(ByteStream* file) {
   return mark == kLittle || mark == kBig ? Version::k5 : Version::kNone;
 }
 
-}  // namespace
+/// A .mat file of version 5 (plain or compressed) or 7.3, through libmatio: real numeric matrices
+/// and vectors, those in (nested) 1×1 structs included.
+class MatFile : public VariableFile {
+ public:
+  /// Error: unreadable, or no .mat file.
+  static Result<std::unique_ptr<VariableFile>> Open(const std::string& path);
+
+  Result<Matrix> Read(const Variable& variable) override;
+
+ private:
+  struct CloseFile {
+    void operator()(mat_t* file) const { Mat_Close(file); }
+  };
+  MatFile(std::string path, mat_t* file) : path_(std::move(path)), file_(file) {}
+  void Collect(const matvar_t& variable, const std::string& name, int depth);
+  bool IsPlausible(const matvar_t& variable, int depth) const;
+
+  std::string path_;
+  std::unique_ptr<mat_t, CloseFile> file_;
+  std::size_t file_size_ = 0;
+  bool is_hdf5_ = false;
+};
 
 Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
@@ -246,4 +263,12 @@ Result<Matrix> MatFile::Read(const Variable& wanted) {
   return matrix;
 }
 
+constexpr NamedFormat kFormat = {
+    .name = "mat", .input = "MATLAB files (.mat of version 5, 7 or 7.3)", .open = MatFile::Open};
+
+}  // namespace
 }  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  return truetriad::convert::RunNamedReadingsConverter(truetriad::convert::kFormat, argc, argv);
+}

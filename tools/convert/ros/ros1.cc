@@ -1,15 +1,85 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/convert/ros1/rosbag.h"
-
+//
+// ROS 1 bags (.bag) to a recording. docs/converting.md.
 #include <algorithm>
-#include <limits>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 
-#include "tools/convert/common/byte_cursor.h"
-#include "tools/convert/ros1/unpack.h"
+#include <bzlib.h>
+#include <lz4frame.h>
+
+#include "tools/convert/common/byte_stream.h"
+#include "tools/convert/ros/bag_recording.h"
+#include "tools/truetriad/progress.h"
 
 namespace truetriad::convert {
 namespace {
+
+// Grows with what is unpacked, not with what the chunk says of itself.
+constexpr std::size_t kStep = std::size_t{1} << 18U;
+
+bool UnpackBzip2(std::string_view packed, std::size_t size, std::string* unpacked) {
+  bz_stream stream{};
+  if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return false;
+  stream.next_in = const_cast<char*>(packed.data());  // Only read from.
+  stream.avail_in = static_cast<unsigned>(packed.size());
+  int state = BZ_OK;
+  std::size_t filled = 0;
+  while (state == BZ_OK && filled < size) {
+    unpacked->resize(std::min(size, filled + kStep));
+    stream.next_out = unpacked->data() + filled;
+    stream.avail_out = static_cast<unsigned>(unpacked->size() - filled);
+    const unsigned input_before = stream.avail_in;
+    state = BZ2_bzDecompress(&stream);
+    const std::size_t now = unpacked->size() - stream.avail_out;
+    if (now == filled && stream.avail_in == input_before) break;  // Cut: it wants more.
+    filled = now;
+  }
+  unpacked->resize(filled);
+  BZ2_bzDecompressEnd(&stream);
+  return filled == size;
+}
+
+bool UnpackLz4(std::string_view packed, std::size_t size, std::string* unpacked) {
+  LZ4F_dctx* context = nullptr;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION)) != 0) return false;
+  std::size_t filled = 0;
+  while (!packed.empty() && filled < size) {
+    unpacked->resize(std::min(size, filled + kStep));
+    std::size_t produced = unpacked->size() - filled;
+    std::size_t consumed = packed.size();
+    const std::size_t hint = LZ4F_decompress(
+        context, unpacked->data() + filled, &produced, packed.data(), &consumed, nullptr);
+    if (LZ4F_isError(hint) != 0) break;
+    filled += produced;
+    packed.remove_prefix(consumed);
+    if (produced == 0 && consumed == 0) break;
+  }
+  unpacked->resize(filled);
+  LZ4F_freeDecompressionContext(context);
+  return filled == size;
+}
+
+/// Unpacks the data of a chunk; false when it is damaged, then `unpacked` holds what came out
+/// before. Never unpacks more than `size` bytes, the chunk's stated size. `compression`: none, bz2,
+/// lz4.
+bool Unpack(std::string_view compression,
+            std::string_view packed,
+            std::size_t size,
+            std::string* unpacked) {
+  unpacked->clear();
+  if (compression == "bz2") return UnpackBzip2(packed, size, unpacked);
+  if (compression == "lz4") return UnpackLz4(packed, size, unpacked);
+  if (compression != "none") return false;
+  unpacked->assign(packed.substr(0, size));
+  return packed.size() == size;
+}
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::size_t kLongestHeader = std::size_t{1} << 20U;
@@ -75,42 +145,81 @@ std::size_t FindRecord(std::string_view data, std::string_view mark, std::size_t
   return std::string_view::npos;
 }
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+/// A ROS 1 bag, version 2.0, read from front to back without its index, so that a bag that was
+/// never closed, or was cut, gives what it holds.
+///
+/// A bag is a line `#ROSBAG V2.0`, then records: header length, header (fields of name=value), data
+/// length, data. Chunks hold records of messages and connections, plain or compressed by bz2 or
+/// lz4. A bag lists its topics as it goes, so it is read twice: once for what it holds.
+class Rosbag : public Bag {
+ public:
+  /// Error: unreadable, or no bag of version 2.0.
+  static Result<std::unique_ptr<Bag>> Open(const std::string& path);
 
-/// x, y, z and a covariance, whose first entry is -1 where there is no reading.
-void TakeVector(ByteCursor* cursor, bool with_covariance, double* vector) {
-  for (int axis = 0; axis < 3; ++axis) vector[axis] = cursor->Take<double>();
-  if (!with_covariance) return;
-  if (cursor->Take<double>() == -1.0) vector[0] = vector[1] = vector[2] = kNone;
-  for (int i = 1; i < 9; ++i) cursor->Take<double>();
-}
+  Status Read(const Wants& wants, const Take& take) override {
+    ProgressLine line("Converting");
+    return ReadAll(
+        [&](std::size_t topic, std::int64_t received_ns, std::string_view message) {
+          if (wants(topic)) take(topic, received_ns, message);
+        },
+        line.callback());
+  }
 
-}  // namespace
+  std::map<std::string, std::uint64_t> Damage() const override {
+    return {{"incomplete chunks", damaged_chunks_}, {"incomplete records", damaged_records_}};
+  }
 
-/// One record inside a chunk or of the bag itself.
-struct Rosbag::Record {
-  std::string_view header;
-  std::string_view data;
+ private:
+  struct Record {
+    std::string_view header;
+    std::string_view data;
+  };
+  explicit Rosbag(std::string path) : path_(std::move(path)) {}
+
+  Status ReadAll(const Take& take, const std::function<void(double)>& progress);
+  void ReadChunk(std::string_view compression, std::uint32_t size, std::string_view data);
+  void ReadRecords(std::string_view data);
+  void TakeConnection(const Record& record);
+  void TakeMessage(const Record& record);
+  bool FindNextRecord();
+
+  std::string path_;
+  std::unique_ptr<ByteStream> bytes_;
+  std::map<std::uint32_t, std::size_t> connections_;  ///< To topics_.
+  const Take* take_ = nullptr;
+  std::string unpacked_;
+  bool has_unknown_connection_ = false;
+  std::uint64_t damaged_chunks_ = 0;
+  std::uint64_t damaged_records_ = 0;
+  std::uint64_t skipped_bytes_ = 0;  ///< Of no whole record.
 };
 
-Result<std::unique_ptr<Rosbag>> Rosbag::Open(const std::string& path) {
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
-  const std::string_view beginning = bytes->Peek(kMagic.size());
+Result<std::unique_ptr<Bag>> Rosbag::Open(const std::string& path) {
+  std::unique_ptr<Rosbag> bag(new Rosbag(path));
+  TRUETRIAD_RETURN_IF_ERROR(bag->ReadAll([](std::size_t, std::int64_t, std::string_view) {}, {}));
+  if (bag->damaged_chunks_ + bag->damaged_records_ > 0) {
+    Note(path + ": damaged: " + Count(bag->damaged_chunks_, "chunk", "chunks") + " and " +
+         Count(bag->damaged_records_, "record", "records") + " incomplete, " +
+         Count(bag->skipped_bytes_, "byte", "bytes") + " skipped");
+  }
+  return std::unique_ptr<Bag>(std::move(bag));
+}
+
+/// Reads the bag to its end; the topics that it has met before stay known.
+Status Rosbag::ReadAll(const Take& take, const std::function<void(double)>& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(bytes_, ByteStream::Open(path_));
+  const std::string_view beginning = bytes_->Peek(kMagic.size());
   if (beginning != kMagic) {
     const bool is_other = beginning.starts_with("#ROS");
     return Error(ErrorCode::kWrongFormat,
-                 path + (is_other ? ": is a bag of a version other than 2.0; update it "
-                                    "with `rosbag fix` or `rosbag migrate`"
-                                  : ": is not a ROS 1 bag (.bag): it does not begin with "
-                                    "#ROSBAG V2.0"));
+                 path_ + (is_other ? ": is a bag of a version other than 2.0; update it "
+                                     "with `rosbag fix` or `rosbag migrate`"
+                                   : ": is not a ROS 1 bag (.bag): it does not begin with "
+                                     "#ROSBAG V2.0"));
   }
-  bytes->Skip(kMagic.size());
-  return std::unique_ptr<Rosbag>(new Rosbag(std::move(bytes)));
-}
-
-void Rosbag::Read(const std::function<void(const Message&)>& consume,
-                  const std::function<void(double)>& progress) {
-  consume_ = &consume;
+  bytes_->Skip(kMagic.size());
+  take_ = &take;
+  damaged_chunks_ = damaged_records_ = skipped_bytes_ = 0;
   constexpr std::size_t kLength = sizeof(std::uint32_t);
   while (!bytes_->at_end()) {
     if (progress) progress(bytes_->progress());
@@ -153,6 +262,7 @@ void Rosbag::Read(const std::function<void(const Message&)>& consume,
   }
   // The index at the end may name what the beginning had lost.
   for (Topic& topic : topics_) topic.is_counted = !has_unknown_connection_;
+  return {};
 }
 
 /// Goes on to the next chunk, or message of one that is not packed, after damage.
@@ -237,41 +347,25 @@ void Rosbag::TakeMessage(const Record& record) {
     has_unknown_connection_ = true;
     return;
   }
-  Message message;
-  message.topic = known->second;
-  message.received_ns =
-      StampNs(LoadNumber<std::uint32_t>(time, 0), LoadNumber<std::uint32_t>(time, 4));
-  message.data = record.data;
-  Topic& topic = topics_[message.topic];
-  if (topic.messages++ == 0) topic.first_ns = message.received_ns;
-  topic.last_ns = std::max(topic.last_ns, message.received_ns);
-  (*consume_)(message);
+  const std::int64_t received_ns =
+      LoadNumber<std::uint32_t>(time, 0) * std::int64_t{1'000'000'000} +
+      LoadNumber<std::uint32_t>(time, 4);
+  Topic& topic = topics_[known->second];
+  if (topic.messages++ == 0) topic.first_ns = received_ns;
+  topic.last_ns = std::max(topic.last_ns, received_ns);
+  (*take_)(known->second, received_ns, record.data);
 }
 
-void Rosbag::UseConnectionsOf(const Rosbag& other) {
-  connections_ = other.connections_;
-  topics_ = other.topics_;
-  for (Topic& topic : topics_) topic.messages = 0;
-}
+constexpr BagFormat kFormat = {.converter = "ros1",
+                               .input = "a ROS 1 bag (.bag, version 2.0)",
+                               .source = "ros1-bag",
+                               .ending = ".bag",
+                               .encoding = Encoding::kRos1,
+                               .open = Rosbag::Open};
 
-std::optional<ImuMessage> ReadRos1Message(Role role, std::string_view data) {
-  ByteCursor cursor(data);
-  ImuMessage message;
-  cursor.Take<std::uint32_t>();  // Sequence number.
-  const auto seconds = cursor.Take<std::uint32_t>();
-  const auto nanoseconds = cursor.Take<std::uint32_t>();
-  message.stamp_ns = StampNs(seconds, nanoseconds);
-  message.frame = cursor.TakeBytes(cursor.Take<std::uint32_t>());
-  if (role == Role::kImu) {
-    for (int i = 0; i < 4 + 9; ++i) cursor.Take<double>();  // Orientation and its covariance.
-    TakeVector(&cursor, true, message.values.data());
-    TakeVector(&cursor, true, message.values.data() + 3);
-  } else if (role == Role::kMagneticField) {
-    TakeVector(&cursor, false, message.values.data());
-  } else {
-    message.values[0] = cursor.Take<double>();
-  }
-  return cursor.failed() ? std::nullopt : std::optional(message);
-}
-
+}  // namespace
 }  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  return truetriad::convert::RunBagConverter(truetriad::convert::kFormat, argc, argv);
+}

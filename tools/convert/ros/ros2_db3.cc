@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,6 @@
 
 #include "tools/convert/common/converter.h"
 #include "tools/convert/ros/bag_recording.h"
-#include "tools/convert/ros2_db3/cdr_messages.h"
 #include "tools/truetriad/progress.h"
 
 namespace truetriad::convert {
@@ -57,7 +57,7 @@ std::string Escaped(const std::string& path) {
   return uri;
 }
 
-class Bag {
+class Db3 : public Bag {
  public:
   /// Error: no SQLite database, or not one of a bag.
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
@@ -79,7 +79,7 @@ class Bag {
     sqlite3* handle = nullptr;
     const int failure =
         sqlite3_open_v2(uri.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
-    std::unique_ptr<Bag> bag(new Bag(path, Database(handle)));
+    std::unique_ptr<Db3> bag(new Db3(path, Database(handle)));
     if (failure != SQLITE_OK) return bag->Fail("cannot be opened");
     constexpr int kLongestBlob = 64 << 20;
     sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestBlob);
@@ -92,36 +92,12 @@ class Bag {
       topics = bag->ReadTopics();
     }
     TRUETRIAD_RETURN_IF_ERROR(topics);
-    return bag;
+    bag->CountMessages();
+    return std::unique_ptr<Bag>(std::move(bag));
   }
 
-  const std::vector<Topic>& topics() const { return topics_; }
-
-  /// How many messages each topic has, and when; as far as a damaged bag can be read.
-  void CountMessages() {
-    Statement all = Prepare(
-        "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY "
-        "topic_id");
-    int step = SQLITE_ERROR;
-    while (all && (step = sqlite3_step(all.get())) == SQLITE_ROW) {
-      for (std::size_t i = 0; i < ids_.size(); ++i) {
-        if (ids_[i] != sqlite3_column_int64(all.get(), 0)) continue;
-        topics_[i].messages = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 1));
-        topics_[i].first_ns = sqlite3_column_int64(all.get(), 2);
-        topics_[i].last_ns = sqlite3_column_int64(all.get(), 3);
-      }
-    }
-    if (step == SQLITE_DONE) return;
-    Note(path_ + ": is damaged; its messages cannot be counted in advance");
-    for (Topic& topic : topics_) topic.is_counted = false;
-  }
-
-  /// Hands messages to `take`, in the order in which they were written: of the topics, by their
-  /// place in topics(), that are `wanted`.
-  Status ReadMessages(
-      const std::function<bool(std::size_t topic)>& wanted,
-      const std::function<void(std::size_t topic, std::int64_t received_ns, std::string_view)>&
-          take) {
+  /// In the order in which the messages were written.
+  Status Read(const Wants& wanted, const Take& take) override {
     std::string ids;
     for (std::size_t i = 0; i < ids_.size(); ++i) {
       if (wanted(i)) ids += (ids.empty() ? "" : ",") + std::to_string(ids_[i]);
@@ -145,7 +121,7 @@ class Bag {
       for (std::uint64_t count = 0; (step = sqlite3_step(statement.get())) == SQLITE_ROW; ++count) {
         id = sqlite3_column_int64(statement.get(), 0);
         if (id < from) break;  // Rows of a damaged table that go round in a circle.
-        Take(statement.get(), take);
+        TakeRow(statement.get(), take);
         if (id == std::numeric_limits<std::int64_t>::max()) return {};  // none is behind it
         from = id + 1;
         if (progress && count % 10000 == 0 && last > 0) {
@@ -165,11 +141,32 @@ class Bag {
     }
   }
 
-  std::uint64_t damages() const { return damages_; }
+  std::map<std::string, std::uint64_t> Damage() const override {
+    return {{"damaged places", damages_}};
+  }
 
  private:
-  Bag(std::string path, Database database)
+  Db3(std::string path, Database database)
       : path_(std::move(path)), database_(std::move(database)) {}
+
+  /// How many messages each topic has, and when; as far as a damaged bag can be read.
+  void CountMessages() {
+    Statement all = Prepare(
+        "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY "
+        "topic_id");
+    int step = SQLITE_ERROR;
+    while (all && (step = sqlite3_step(all.get())) == SQLITE_ROW) {
+      for (std::size_t i = 0; i < ids_.size(); ++i) {
+        if (ids_[i] != sqlite3_column_int64(all.get(), 0)) continue;
+        topics_[i].messages = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 1));
+        topics_[i].first_ns = sqlite3_column_int64(all.get(), 2);
+        topics_[i].last_ns = sqlite3_column_int64(all.get(), 3);
+      }
+    }
+    if (step == SQLITE_DONE) return;
+    Note(path_ + ": is damaged; its messages cannot be counted in advance");
+    for (Topic& topic : topics_) topic.is_counted = false;
+  }
 
   Error Fail(const std::string& what) const {
     return Error(ErrorCode::kDamagedFile,
@@ -238,8 +235,7 @@ class Bag {
     return whole;
   }
 
-  template <typename TakeBytes>
-  void Take(sqlite3_stmt* row, const TakeBytes& take) const {
+  void TakeRow(sqlite3_stmt* row, const Take& take) const {
     const auto found = std::find(ids_.begin(), ids_.end(), sqlite3_column_int64(row, 1));
     if (found == ids_.end()) return;
     const void* const bytes = sqlite3_column_blob(row, 3);
@@ -262,75 +258,20 @@ class Bag {
 
   std::string path_;
   Database database_;
-  std::vector<Topic> topics_;
   std::vector<std::int64_t> ids_;  ///< Of topics_.
   std::uint64_t damages_ = 0;
 };
 
-/// One bag of the recording.
-struct Part {
-  std::unique_ptr<Bag> bag;
-  std::vector<std::size_t> topics;  ///< Where its topics are in those of all.
-};
-
-Status Run(const Arguments& arguments) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> paths, InputFiles(arguments, ".db3"));
-  BagTopics topics;
-  std::vector<Part> parts;
-  for (const std::string& path : paths) {
-    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Bag> bag, Bag::Open(path));
-    bag->CountMessages();
-    std::vector<std::size_t> places = topics.Add(bag->topics());
-    parts.push_back({std::move(bag), std::move(places)});
-  }
-  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
-    return BeginOf(a.bag->topics()) < BeginOf(b.bag->topics());
-  });
-  if (arguments.list) {
-    ListTopics(topics.all());
-    return {};
-  }
-  CdrMessages messages;
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<BagRecording> recording,
-                             BagRecording::Create(topics.all(),
-                                                  arguments,
-                                                  Encoding::kCdr,
-                                                  "ros2-db3",
-                                                  "truetriad-convert-ros2-db3 " TRUETRIAD_VERSION,
-                                                  [&](Role role, std::string_view bytes) {
-                                                    return messages.Read(
-                                                        role, bytes.data(), bytes.size());
-                                                  }));
-  std::uint64_t damages = 0;
-  for (const Part& part : parts) {
-    TRUETRIAD_RETURN_IF_ERROR(part.bag->ReadMessages(
-        [&](std::size_t topic) { return recording->Wants(part.topics[topic]); },
-        [&](std::size_t topic, std::int64_t received_ns, std::string_view bytes) {
-          recording->Take(part.topics[topic], received_ns, bytes);
-        }));
-    damages += part.bag->damages();
-  }
-  if (parts.size() > 1) recording->SetSource("bags", std::to_string(parts.size()));
-  if (damages > 0) recording->SetSource("damaged places", std::to_string(damages));
-  return recording->Commit();
-}
+constexpr BagFormat kFormat = {.converter = "ros2-db3",
+                               .input = "a ROS 2 bag in SQLite (.db3)",
+                               .source = "ros2-db3",
+                               .ending = ".db3",
+                               .encoding = Encoding::kCdr,
+                               .open = Db3::Open};
 
 }  // namespace
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const std::string details =
-      "\nReads topics of type sensor_msgs/msg/Imu, MagneticField and Temperature. By default "
-      "the\nonly Imu and the only MagneticField topic are converted; if there are several, "
-      "choose\nwith --topic=A,B. A Temperature topic is converted only if named. Times are "
-      "those of the\nmessage headers.\n" +
-      std::string(truetriad::convert::LaidOutHelp());
-  const truetriad::convert::Converter converter = {.format = "ros2-db3",
-                                                   .input = "a ROS 2 bag in SQLite (.db3)",
-                                                   .details = details,
-                                                   .takes_several = true,
-                                                   .takes_topics = true,
-                                                   .others = {"columns", "units", "layout"},
-                                                   .run = truetriad::convert::Run};
-  return truetriad::convert::RunConverter(converter, argc, argv);
+  return truetriad::convert::RunBagConverter(truetriad::convert::kFormat, argc, argv);
 }

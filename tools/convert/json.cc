@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/convert/json/json_variables.h"
+//
+// JSON files to a recording. docs/converting.md.
+#include "json/json.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "json/json.h"
+#include "tools/convert/common/named_readings.h"
 
 namespace truetriad::convert {
 namespace {
@@ -180,7 +186,22 @@ std::optional<Json> ParseLines(const std::string& text) {
   return records;
 }
 
-}  // namespace
+/// The numbers of a JSON file. What an object holds is called by its keys, "imu.acc"; a list of
+/// numbers is one column, of lists of numbers a matrix, of objects (or a file with one on each
+/// line) a row each: {"t": 0, "acc": [1, 2, 3]} makes `t` and `acc`. null, and NaN as some programs
+/// write it, is no number. Anything else is left out.
+class JsonFile : public VariableFile {
+ public:
+  /// Error: unreadable, or no JSON.
+  static Result<std::unique_ptr<VariableFile>> Open(const std::string& path);
+
+  Result<Matrix> Read(const Variable& variable) override;
+
+ private:
+  explicit JsonFile(std::map<std::string, Matrix> matrices);
+
+  std::map<std::string, Matrix> matrices_;
+};
 
 JsonFile::JsonFile(std::map<std::string, Matrix> matrices) : matrices_(std::move(matrices)) {
   for (const auto& [name, matrix] : matrices_) {
@@ -227,4 +248,14 @@ Result<std::unique_ptr<VariableFile>> JsonFile::Open(const std::string& path) {
 
 Result<Matrix> JsonFile::Read(const Variable& variable) { return matrices_.at(variable.name); }
 
+constexpr NamedFormat kFormat = {
+    .name = "json",
+    .input = "JSON files with arrays of readings, or with one object a line",
+    .open = JsonFile::Open};
+
+}  // namespace
 }  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  return truetriad::convert::RunNamedReadingsConverter(truetriad::convert::kFormat, argc, argv);
+}

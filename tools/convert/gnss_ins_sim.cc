@@ -148,8 +148,7 @@ Status Run(const Arguments& arguments) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording,
                              RecordingFolder::Create(arguments.output));
-  recording->SetSource("format", "gnss-ins-sim");
-  recording->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
+  recording->SetOrigin("gnss-ins-sim");
   recording->SetSource("run", run);
   Table* const table = recording->AddTable("recording.csv", triads, {});
   TRUETRIAD_RETURN_IF_ERROR(CopyRows(time.get(), &sensors, table));
@@ -164,9 +163,7 @@ int main(int argc, char** argv) {
       .format = "gnss-ins-sim",
       .input = "a folder written by gnss-ins-sim (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
       .details = "\n--instance=N converts run N: accel-N.csv and so on (default: run 0).\n",
-      .takes_topics = false,
       .takes_instance = true,
-      .others = {},
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+'use strict';
+
+// Reads a log for the converter that started it (tools/convert/node/node_log.h): what is asked for is
+// JSON in the first argument, and what is found goes as frames through a pipe.
+
+const { Refusal, end, printable, send } = require('./frames.js');
+
+const kReaders = { ulog: './px4.js', mcap: './mcap.js', parquet: './parquet.js' };
+
+/** [code of docs/reasons.md, message] */
+function reasonOf(error) {
+  if (error instanceof Refusal) return [error.code, error.message];
+  if (String(error.code).endsWith('MODULE_NOT_FOUND')) {
+    return ['missing-program', 'its packages are not installed; build it with tools/build.sh programs, where npm is'];
+  }
+  // What the system says of a file: not there, not readable.
+  if (typeof error.code === 'string' && error.syscall) {
+    return ['unreadable-file', `${error.path ?? 'a file'}: ${error.code}: ${error.message}`];
+  }
+  return ['damaged-file', `the log cannot be converted: ${printable(error.message)}`];
+}
+
+async function main() {
+  try {
+    const request = JSON.parse(process.argv[2]);
+    await require(kReaders[request.format]).run(request);
+    send('X', '');
+  } catch (error) {
+    const [code, message] = reasonOf(error);
+    send('E', JSON.stringify({ code, message }));
+  }
+  end();
+}
+
+main().catch(() => process.exit(2)); // Nobody reads the pipe.
