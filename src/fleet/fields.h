@@ -21,6 +21,14 @@ namespace truetriad::fleet {
 // from it. A number that is not finite is not known, or a limit that is open: NULL in tables, null
 // in JSON.
 
+/// The version of all that, of the tables and of lines of JSON. A store that has another one is
+/// refused.
+inline constexpr int kSchemaVersion = 1;
+inline constexpr std::string_view kSchemaVersionName = "schema_version";
+/// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
+/// none.
+Status CheckSchemaVersion(const std::string& name, const std::string& found);
+
 template <typename Thing, typename Of>
 concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 

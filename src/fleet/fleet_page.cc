@@ -2,21 +2,24 @@
 #include "fleet/fleet_page.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <string_view>
 #include <system_error>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "fleet/fields.h"
 #include "fleet/fleet_page_assets.h"
 #include "fleet/fleet_page_folder.h"
 #include "fleet/line_reader.h"
@@ -61,16 +64,17 @@ class Reports {
     if (!page_.has_filename()) page_ = page_.parent_path();
   }
 
-  /// As a link from the page's folder; empty: there is none.
-  std::string LinkTo(const std::string& folder) {
-    if (folder.empty()) return "";
+  /// Two parts of a link from the page's folder to a run's: to the units, and from there; empty:
+  /// there is no report.
+  std::pair<std::string, std::string> LinkTo(const std::string& folder) {
+    if (folder.empty()) return {};
     const fs::path place = fs::absolute(FolderOf(folder, units_));
     std::error_code ignored;
-    if (!fs::is_regular_file(place / "report.html", ignored)) return "";
+    if (!fs::is_regular_file(place / "report.html", ignored)) return {};
     const fs::path unit = place.parent_path();
-    const fs::path report =
-        Canonical(unit.parent_path()) / unit.filename() / place.filename() / "report.html";
-    return LinkOf(report.lexically_relative(page_).generic_string());
+    const fs::path units = Canonical(unit.parent_path()).lexically_relative(page_);
+    return {LinkOf(units.generic_string()),
+            LinkOf((unit.filename() / place.filename()).generic_string())};
   }
 
  private:
@@ -89,21 +93,127 @@ class Reports {
   fs::path page_, units_;
 };
 
-/// A unit of the page, and its runs as they stand in the data.
-struct PageUnit {
-  std::string serial, run;  ///< run: that counts.
-  std::string recorded, verdict, code, first_verdict;
-  bool is_decided = false;  ///< A decision holds.
-  /// By when they were measured, log and name, in which order they are shown.
-  std::vector<std::pair<std::tuple<std::string, std::string, std::string>, std::string>> runs = {};
+/// A number of each item in digits of base 64 ("A" is 0), all of as many as the greatest needs.
+std::string Packed(const std::vector<std::uint32_t>& numbers) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  constexpr std::uint32_t kBase = kDigits.size();
+  std::size_t width = 0;
+  for (std::uint32_t most = numbers.empty() ? 0 : *std::ranges::max_element(numbers); most > 0;
+       most /= kBase) {
+    ++width;
+  }
+  std::string text(width * numbers.size(), 'A');
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    std::uint32_t rest = numbers[i];
+    for (std::size_t place = (i + 1) * width; rest > 0; rest /= kBase) {
+      text[--place] = kDigits[rest % kBase];
+    }
+  }
+  return text;
+}
+
+/// In which order the page has the runs, which are numbered as they are read.
+using Order = std::vector<std::size_t>;
+
+/// A word of each run, the empty one where none is set; the list has each word once, sorted.
+class WordColumn {
+ public:
+  void Set(std::size_t run, const std::string& word) {
+    const auto [found, is_new] = places_.try_emplace(word, places_.size());
+    of_.resize(run + 1, kUnset);
+    of_[run] = found->second;
+  }
+  Json ToJson(const Order& order) {
+    of_.resize(order.size(), kUnset);
+    if (std::ranges::find(of_, kUnset) != of_.end()) places_.try_emplace("", places_.size());
+    std::vector<std::uint32_t> sorted(places_.size());
+    Json words = Json::array();
+    for (const auto& [word, place] : places_) {
+      sorted[place] = static_cast<std::uint32_t>(words.size());
+      words.push_back(word);
+    }
+    std::vector<std::uint32_t> numbers;
+    // The empty word is the first of all.
+    for (const std::size_t run : order) {
+      numbers.push_back(of_[run] == kUnset ? 0 : sorted[of_[run]]);
+    }
+    return {{"words", words}, {"of", Packed(numbers)}};
+  }
+
+ private:
+  static constexpr auto kUnset = static_cast<std::size_t>(-1);
+  std::map<std::string, std::size_t> places_;
+  std::vector<std::size_t> of_;
 };
 
-/// What units were judged by, or a parameter, with the limits of the units' runs that count.
+/// A moment of each run, in whole seconds.
+class MomentColumn {
+ public:
+  void Add(const std::string& moment) { seconds_.push_back(line::SecondsOf(moment)); }
+  /// 0: it is not known, 1: it is `from`.
+  Json ToJson(const Order& order) const {
+    double from = line::kNotKnown;
+    for (const double one : seconds_) from = std::fmin(from, one);
+    std::vector<std::uint32_t> numbers;
+    for (const std::size_t run : order) {
+      const double after = seconds_[run] - from;
+      numbers.push_back(std::isfinite(after) ? 1 + static_cast<std::uint32_t>(after) : 0);
+    }
+    return {{"from", from}, {"of", Packed(numbers)}};
+  }
+
+ private:
+  std::vector<double> seconds_;
+};
+
+/// A number of each run that has it, with as many digits as the page shows: the first 30 bits of a
+/// float have a precision of 2⁻²².
+class NumberColumn {
+ public:
+  void Set(std::size_t run, double value) {
+    values_.resize(run + 1, line::kNotKnown);
+    values_[run] = value;
+  }
+  std::string ToText(const Order& order) {
+    values_.resize(order.size(), line::kNotKnown);
+    std::vector<std::uint32_t> numbers;
+    for (const std::size_t run : order) {
+      const auto value = static_cast<float>(values_[run]);
+      constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+      constexpr std::uint32_t kHalf = 2;  // Of the two bits that go.
+      numbers.push_back(std::isfinite(value) ? (std::bit_cast<std::uint32_t>(value) + kHalf) >> 2U
+                                             : std::bit_cast<std::uint32_t>(kNone) >> 2U);
+    }
+    return Packed(numbers);
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+/// A unit of the page.
+struct PageUnit {
+  std::string serial, run;  ///< run: that counts.
+  std::string verdict, code, first_verdict;
+  bool is_decided = false;  ///< A decision holds.
+};
+
+/// Of a run what says where it stands: behind runs of the unit that were measured before it.
+struct PageRun {
+  std::size_t unit = 0;
+  std::string recorded, log, id;
+
+  auto operator<=>(const PageRun&) const = default;
+};
+
+/// A parameter, or what units were judged by: then with limits.
 struct PageColumn {
   std::string name;
   bool is_judged = false;
-  std::array<Json, 3> limits = {};  ///< Lower, target, upper; null: open.
-  bool has_limits = false, limits_differ = false;
+  NumberColumn values = {};
+  WordColumn sigmas = {};  ///< With two digits.
+  WordColumn limits = {};  ///< "[lower,target,upper,inside]"; null: open.
 };
 
 bool IsGood(const std::string& verdict) {
@@ -122,50 +232,92 @@ class PageData {
     TRUETRIAD_RETURN_IF_ERROR(ReadDecisions());
     return store_.ForEachRun({}, [this](const UnitRun& run) -> Status {
       if (const auto unit = places_.find(run.serial); unit != places_.end()) {
-        Take(run, &units_[unit->second]);
+        Take(run, unit->second);
       }
       return {};
     });
   }
 
   FleetPageSummary Summary() const {
-    FleetPageSummary summary{
-        .units = units_.size(), .reports = links_, .draws_charts = !ChartAssets().empty()};
+    FleetPageSummary summary{.units = units_.size(),
+                             .runs = runs_.size(),
+                             .reports = links_,
+                             .draws_charts = !ChartAssets().empty()};
     for (const PageUnit& unit : units_) {
       summary.good += IsGood(unit.verdict) ? 1 : 0;
       summary.good_at_first += IsGood(unit.first_verdict) ? 1 : 0;
-      summary.runs += unit.runs.size();
     }
     return summary;
   }
 
   /// The data of the page's scripts, with what `line` says.
-  std::string Script(const Json& line) {
-    std::string script = "var truetriadFleet={\"units\":[";
-    for (PageUnit& unit : units_) {
-      std::sort(unit.runs.begin(), unit.runs.end());
-      const double recorded = line::SecondsOf(unit.recorded);
-      script += (script.back() == '[' ? "\n[" : ",\n[") +
-                ScriptOf({unit.serial, unit.verdict, unit.first_verdict, unit.code, recorded}) +
-                ",[";
-      for (const auto& [order, run] : unit.runs) script += (script.back() == '[' ? "" : ",") + run;
-      script += "]]";
+  std::string Script(Json line) {
+    Order order(runs_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [this](std::size_t run) -> const PageRun& { return runs_[run]; });
+    Json data = {{"serials", Json::array()}};
+    std::vector<std::uint32_t> runs(units_.size()), counting(units_.size());
+    Json decided = Json::object();
+    for (std::size_t place = 0; place < order.size(); ++place) {
+      const PageRun& run = runs_[order[place]];
+      if (run.id == units_[run.unit].run) counting[run.unit] = runs[run.unit];
+      ++runs[run.unit];
+      const auto found = decided_.find(run.id);
+      if (found != decided_.end()) decided[std::to_string(place)] = std::move(found->second);
     }
-    script += "],\n\"columns\":" + ScriptOf(Columns()) + ",\n\"line\":" + ScriptOf(line);
-    return script + "};\n";
+    WordColumn verdicts, codes;
+    for (std::size_t i = 0; i < units_.size(); ++i) {
+      data["serials"].push_back(units_[i].serial);
+      verdicts.Set(i, units_[i].verdict);
+      codes.Set(i, units_[i].code);
+    }
+    Order units(units_.size());
+    std::iota(units.begin(), units.end(), std::size_t{0});
+    data["verdict"] = verdicts.ToJson(units);
+    data["code"] = codes.ToJson(units);
+    data["runs"] = Packed(runs);
+    data["counting"] = Packed(counting);
+    Json& of_runs = data["of_runs"] = {{"recorded", recorded_.ToJson(order)},
+                                       {"created", created_.ToJson(order)},
+                                       {"decided", std::move(decided)},
+                                       {"report", Json::array()}};
+    for (auto& [name, words] : words_) of_runs[name] = words.ToJson(order);
+    for (const std::size_t run : order) of_runs["report"].push_back(std::move(reports_of_[run]));
+    data["tags"] = Json::array();
+    const Tags names;
+    TagFields(
+        [&](std::string_view name, const std::string&) {
+          const auto found = tags_.find(name);
+          if (found == tags_.end()) return;
+          data["tags"].push_back(found->second.ToJson(order));
+          data["tags"].back()["name"] = name;
+        },
+        names);
+    data["columns"] = Json::array();
+    for (PageColumn& column : columns_) {
+      Json json = {{"name", column.name},
+                   {"values", column.values.ToText(order)},
+                   {"sigmas", column.sigmas.ToJson(order)}};
+      if (column.is_judged) json["limits"] = column.limits.ToJson(order);
+      const Result<LimitName> name = ParseLimitName(column.name);
+      if (column.is_judged && name && name->Unit() != "1") json["unit"] = DisplayUnit(name->Unit());
+      data["columns"].push_back(std::move(json));
+    }
+    data["line"] = std::move(line);
+    return "var truetriadFleet=" + ScriptOf(data) + ";\n";
   }
 
  private:
   Status ReadUnits() {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
-        store_.Query("SELECT serial, run, recorded, final_verdict, " + std::string(kReason) +
+        store_.Query("SELECT serial, run, final_verdict, " + std::string(kReason) +
                      ", first_verdict, disposed_by" + FromWhere("standing", {.where = where_}) +
                      " ORDER BY serial"));
     for (const auto& row : table.rows) {
       const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
       places_[text(0)] = units_.size();
-      units_.push_back({text(0), text(1), text(2), text(3), text(4), text(5), row[6].has_value()});
+      units_.push_back({text(0), text(1), text(2), text(3), text(4), row[5].has_value()});
     }
     return {};
   }
@@ -187,75 +339,50 @@ class PageData {
     return {};
   }
 
-  std::size_t ColumnOf(const std::string& name, bool is_judged) {
+  PageColumn& ColumnOf(const std::string& name, bool is_judged) {
     const auto [found, is_new] = column_of_.try_emplace({is_judged, name}, columns_.size());
     if (is_new) columns_.push_back({.name = name, .is_judged = is_judged});
-    return found->second;
+    return columns_[found->second];
   }
 
-  Json JudgedJson(const LimitCheck& check, bool counts) {
-    const std::size_t at = ColumnOf(check.FullName(), true);
-    // "within ± 0.5" is "at most 0.5" of what is never negative.
-    const Result<LimitName> name = ParseLimitName(check.FullName());
-    const bool is_open = name && name->IsNeverNegative() && !(check.limit.lower > 0.0);
-    const auto side = [](double limit) { return std::isfinite(limit) ? Json(limit) : Json(); };
-    const std::array<Json, 3> limits = {is_open ? Json() : side(check.limit.lower),
-                                        check.limit.target ? Json(*check.limit.target) : Json(),
-                                        side(check.limit.upper)};
-    PageColumn& column = columns_[at];
-    if (counts && !std::exchange(column.has_limits, true)) column.limits = limits;
-    if (counts && column.limits != limits) column.limits_differ = true;
-    return {at, limits[0], limits[1], limits[2], check.worst, check.sigma, check.pass ? 1 : 0};
-  }
-
-  void Take(const UnitRun& run, PageUnit* unit) {
-    const bool counts = run.id == unit->run;
-    const std::string link = reports_.LinkTo(run.folder);
-    links_ += link.empty() ? 0 : 1;
-    Json json = {{"run", run.id},
-                 {"counts", counts ? 1 : 0},
-                 {"created", run.created},
-                 {"recorded", run.recorded},
-                 {"by", run.recorded_by},
-                 {"verdict", VerdictName(run.verdict)},
-                 {"code", run.code},
-                 {"message", run.message},
-                 {"report", link},
-                 {"tags", JsonOf(run.tags)}};
-    for (const char* const list : {"parameters", "judged", "findings"}) json[list] = Json::array();
+  void Take(const UnitRun& run, std::size_t unit) {
+    const std::size_t number = runs_.size();
+    runs_.push_back({unit, run.recorded, run.recorded.empty() ? "" : run.log, run.id});
+    recorded_.Add(run.recorded);
+    created_.Add(run.created);
+    auto [folder, report] = reports_.LinkTo(run.folder);
+    links_ += report.empty() ? 0 : 1;
+    words_["folder"].Set(number, folder);
+    reports_of_.push_back(std::move(report));
+    words_["verdict"].Set(number, std::string(VerdictName(run.verdict)));
+    words_["code"].Set(number, run.code);
+    words_["message"].Set(number, run.message);
+    words_["by"].Set(number, run.recorded_by);
+    TagFields(
+        [&](std::string_view name, const std::string& value) {
+          if (!value.empty()) tags_[std::string(name)].Set(number, value);
+        },
+        run.tags);
+    const auto set = [&](PageColumn* column, double value, double sigma) {
+      column->values.Set(number, value);
+      column->sigmas.Set(number, sigma > 0.0 ? Significant(sigma, 2) : "");
+    };
     for (const Parameter& parameter : run.parameters) {
-      json["parameters"].push_back(ColumnOf(parameter.name, false));
-      json["parameters"].push_back(parameter.value);
-      json["parameters"].push_back(parameter.sigma);
+      set(&ColumnOf(parameter.name, false), parameter.value, parameter.sigma);
     }
     for (const LimitCheck& check : run.judgements) {
-      json["judged"].push_back(JudgedJson(check, counts));
+      PageColumn& column = ColumnOf(check.FullName(), true);
+      set(&column, check.worst, check.sigma);
+      // "within ± 0.5" is "at most 0.5" of what is never negative.
+      const Result<LimitName> name = ParseLimitName(check.FullName());
+      const bool is_open = name && name->IsNeverNegative() && !(check.limit.lower > 0.0);
+      const auto side = [](double limit) { return std::isfinite(limit) ? Json(limit) : Json(); };
+      const Json limits = {is_open ? Json() : side(check.limit.lower),
+                           check.limit.target ? Json(*check.limit.target) : Json(),
+                           side(check.limit.upper),
+                           check.pass};
+      column.limits.Set(number, limits.dump());
     }
-    for (const Finding& finding : run.findings) {
-      json["findings"].push_back({SeverityName(finding.severity),
-                                  FindingCodeName(finding.code),
-                                  finding.text,
-                                  finding.remedy});
-    }
-    const auto decided = decided_.find(run.id);
-    json["dispositions"] = decided == decided_.end() ? Json::array() : decided->second;
-    unit->runs.push_back(
-        {{run.recorded, run.recorded.empty() ? "" : run.log, run.id}, ScriptOf(json)});
-  }
-
-  Json Columns() const {
-    Json list = Json::array();
-    for (const PageColumn& column : columns_) {
-      Json& json = list.emplace_back(Json{{"name", column.name},
-                                          {"judged", column.is_judged},
-                                          {"differ", column.limits_differ},
-                                          {"lower", column.limits[0]},
-                                          {"target", column.limits[1]},
-                                          {"upper", column.limits[2]}});
-      const Result<LimitName> name = ParseLimitName(column.name);
-      if (column.is_judged && name && name->Unit() != "1") json["unit"] = DisplayUnit(name->Unit());
-    }
-    return list;
   }
 
   Store& store_;
@@ -263,7 +390,12 @@ class PageData {
   Reports reports_;
   std::vector<PageUnit> units_;                          ///< By serial number.
   std::unordered_map<std::string, std::size_t> places_;  ///< Of the units.
-  std::unordered_map<std::string, Json> decided_;
+  std::unordered_map<std::string, Json> decided_;        ///< By run.
+  std::vector<PageRun> runs_;
+  MomentColumn recorded_, created_;
+  std::vector<std::string> reports_of_;      ///< By run.
+  std::map<std::string, WordColumn> words_;  ///< Other columns of runs.
+  std::map<std::string, WordColumn, std::less<>> tags_;
   std::vector<PageColumn> columns_;
   std::map<std::pair<bool, std::string>, std::size_t> column_of_;
   std::size_t links_ = 0;

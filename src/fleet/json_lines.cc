@@ -16,7 +16,7 @@
 namespace truetriad::fleet {
 namespace {
 
-constexpr std::string_view kFormat = "truetriad/runs/3";
+constexpr std::string_view kFormat = "truetriad/runs";
 constexpr std::size_t kLongestHeader = 4096;  // Bytes; that of today has some 50.
 
 Error NoHeader(const std::string& path) {
@@ -148,7 +148,8 @@ class LinesReader {
 }  // namespace
 
 std::string HeaderLine(const LinesHeader& header) {
-  Json json = {{"format", kFormat}, {"shards", header.shards.count}};
+  Json json = {
+      {"format", kFormat}, {kSchemaVersionName, kSchemaVersion}, {"shards", header.shards.count}};
   if (header.shards.only) json["shard"] = *header.shards.only;
   if (!header.store.empty()) json["store"] = header.store;
   if (header.policy) json["retest_counts"] = RetestCountsName(header.policy->counts);
@@ -176,6 +177,8 @@ std::string EndLine(const LineCounts& above) {
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
+  TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(
+      path, header.contains(kSchemaVersionName) ? header[kSchemaVersionName].dump() : ""));
   LinesHeader stated;
   const auto number = [&](const char* name) {
     const Json value = header.value(name, Json());

@@ -26,9 +26,10 @@ struct LinesHeader {
   std::optional<RetestPolicy> policy = {};  ///< Store::StatedRetestPolicy.
 };
 
-/// {"format":"truetriad/runs/3","shards":8,"shard":2,"store":"…","retest_counts":"last"}
+/// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
+/// "retest_counts":"last"}
 std::string HeaderLine(const LinesHeader& header);
-/// Error (bad input): none of these files begins so.
+/// Error (bad input): none of these files begins so, or it has another version.
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line);
 /// `text`, which has no line end, is what a writer that was killed left of a header.
 bool IsCutHeader(std::string_view text);

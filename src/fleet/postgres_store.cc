@@ -292,7 +292,7 @@ Result<std::unique_ptr<Store>> OpenPostgres(const PostgresModule& module,
   auto database = std::make_unique<PostgresDatabase>(
       module, PostgresOptions(url).value_or(""), ShownPostgres(url));
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));
-  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
+  return SqlStore::Open(std::move(database));
 }
 
 Result<const PostgresModule*> LoadedPostgresModule() {

@@ -333,7 +333,8 @@ std::string TablesSql(const TypeNames& types) {
       TableSql("station_check", DefinitionsOf<StationCheck>(), "PRIMARY KEY (station_check)") +
       TableSql(
           "fact", "  name {text} NOT NULL,\n  value {text} NOT NULL,\n", "PRIMARY KEY (name)") +
-      std::string(kViews);
+      std::string(kViews) + "INSERT INTO fact VALUES ('" + std::string(kSchemaVersionName) +
+      "', '" + std::to_string(kSchemaVersion) + "');\n";
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{text}", types.text},
         {"{real}", types.real},
@@ -343,6 +344,16 @@ std::string TablesSql(const TypeNames& types) {
     }
   }
   return sql;
+}
+
+Status CheckSchemaVersion(const std::string& name, const std::string& found) {
+  if (found == std::to_string(kSchemaVersion)) return {};
+  return Error(
+      ErrorCode::kStoreFailure,
+      {name},
+      (found.empty() ? "states no version of its schema" : "has the schema of version " + found) +
+          ", and this program reads and writes version " + std::to_string(kSchemaVersion) +
+          "; use the truetriad that wrote it, or calibrate its logs into another store");
 }
 
 Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated) {

@@ -170,6 +170,15 @@ Result<std::vector<UnitRun>> RunsOfPage(Store& store,
 
 }  // namespace
 
+Result<std::unique_ptr<Store>> SqlStore::Open(std::unique_ptr<Database> database) {
+  std::unique_ptr<SqlStore> store(new SqlStore(std::move(database)));
+  const Value name[] = {kSchemaVersionName};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table stated, store->Asked(kFactsOf, name));
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckSchemaVersion(store->database_->name(), FieldIn(stated).value_or("")));
+  return std::unique_ptr<Store>(std::move(store));
+}
+
 Result<std::int64_t> SqlStore::Insert(const TableRows& rows) {
   const std::size_t count = rows.values.size() / rows.columns;
   const std::span<const Value> values(rows.values);

@@ -48,7 +48,8 @@ class Database {
 /// A store in a database.
 class SqlStore : public Store {
  public:
-  explicit SqlStore(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+  /// Error (bad input): the tables are of another version.
+  static Result<std::unique_ptr<Store>> Open(std::unique_ptr<Database> database);
 
   Status Add(const UnitRun& run) override { return AddAll({&run, 1}); }
   Status AddAll(std::span<const UnitRun> runs) override;
@@ -76,6 +77,7 @@ class SqlStore : public Store {
   }
 
  private:
+  explicit SqlStore(std::unique_ptr<Database> database) : database_(std::move(database)) {}
   /// The rows of a run, unless it is there. In a transaction.
   Status InsertRun(const UnitRun& run);
   /// How many of them were not there. In a transaction.

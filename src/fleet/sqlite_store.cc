@@ -335,7 +335,7 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
   }
   auto database = std::make_unique<SqliteDatabase>(path);
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access));
-  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
+  return SqlStore::Open(std::move(database));
 }
 
 }  // namespace truetriad::fleet

@@ -231,9 +231,9 @@ std::string NameOfStore(const std::string& url);
 
 /// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
 /// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot
-/// be reached, is none of this program's, of a newer version of it, or on a file system that SQLite
-/// cannot lock, or the file is none (a pipe, a device). Error (usage): another kind of URL, one
-/// that names no file, or this build cannot speak to PostgreSQL.
+/// be reached, is none of this program's, of another version of its schema, or on a file system
+/// that SQLite cannot lock, or the file is none (a pipe, a device). Error (usage): another kind of
+/// URL, one that names no file, or this build cannot speak to PostgreSQL.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
 /// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,

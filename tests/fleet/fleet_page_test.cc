@@ -162,7 +162,7 @@ TEST_F(FleetPage, LinksToReportsWhereTheyAreNow) {
   folder_.Write("units/A%205/" + run.id + "/report.html", "<p>report");
   EXPECT_EQ(WritePage("page")->reports, 1U);
   EXPECT_THAT(FilesOf("page").at("data.js"),
-              HasSubstr("\"../units/A%25205/" + run.id + "/report.html\""));
+              AllOf(HasSubstr("\"../units\""), HasSubstr("\"A%25205/" + run.id + "\"")));
 }
 
 TEST_F(FleetPage, HasTheLinesStatistics) {

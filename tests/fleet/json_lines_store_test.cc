@@ -56,9 +56,10 @@ class JsonLines : public ::testing::Test {
 
 TEST_F(JsonLines, KeepALineARunToTheLastBit) {
   Write({"1", "2"}, {2, 8});
-  EXPECT_THAT(Text(),
-              ::testing::StartsWith(
-                  "{\"format\":\"truetriad/runs/3\",\"shards\":8,\"shard\":2,\"store\":\"2"));
+  EXPECT_THAT(
+      Text(),
+      ::testing::StartsWith("{\"format\":\"truetriad/"
+                            "runs\",\"schema_version\":1,\"shards\":8,\"shard\":2,\"store\":\"2"));
   UnitRun expected = SampleRun("2", "unit 2");
   expected.shard = "2/8";
   std::string found;
@@ -162,18 +163,21 @@ TEST_F(JsonLines, KnowTheLastRunOfEachLog) {
 }
 
 TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
-  const std::string header = "{\"format\":\"truetriad/runs/4\",\"shards\":1}\n";
+  const std::string header = "{\"format\":\"truetriad/runs\",\"schema_version\":";
   struct Case {
     std::string text, message;
   };
-  for (const Case& one : {Case{header, "is no file of runs"},
+  for (const Case& one : {Case{header + "99,\"shards\":1}\n",
+                               "has the schema of version 99, and this program reads and writes "
+                               "version 1; use the truetriad that wrote it"},
+                          Case{"{\"format\":\"truetriad/runs\"}\n", "states no version"},
+                          Case{"{\"format\":\"truetriad/runs/3\"}\n", "is no file of runs"},
                           Case{"a log\n1,2\n", "is no file of runs"},
                           Case{"one line without an end", "is no file of runs"},
                           Case{"{}\n", "is no file of runs"},
-                          Case{"{\"format\":\"truetriad/runs/3\"}\n", "is no file of runs"},
-                          Case{"{\"format\":\"truetriad/runs/3\",\"shards\":0}\n", "is no file"},
-                          Case{"{\"format\":\"truetriad/runs/3\",\"shards\":2,\"shard\":2}\n",
-                               "is no file of runs"}}) {
+                          Case{header + "1}\n", "is no file of runs"},
+                          Case{header + "1,\"shards\":0}\n", "is no file of runs"},
+                          Case{header + "1,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
     for (const auto& open : {OpenStore, OpenStoreToRead}) {
       const auto store = open(path);

@@ -190,6 +190,12 @@ TEST_F(PostgreSQLStore, IsNotTakenForWhatItIsNot) {
   EXPECT_THAT(taken.error().message, HasSubstr("but not from `fleet run`"));
   server()->Psql(url_, "DROP TABLE unit");
   ASSERT_TRUE(OpenStore(url_));
+  server()->Psql(url_, "UPDATE fact SET value = 99 WHERE name = 'schema_version'");
+  for (const auto& open : {OpenStore, OpenStoreToRead}) {
+    const auto newer = open(url_);
+    ASSERT_FALSE(newer);
+    EXPECT_THAT(newer.error().message, HasSubstr("has the schema of version 99"));
+  }
 }
 
 TEST_F(PostgreSQLStore, SaysNoPassword) {

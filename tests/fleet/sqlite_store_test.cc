@@ -16,6 +16,7 @@
 namespace truetriad::fleet {
 namespace sqlite_store_test {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -80,6 +81,26 @@ TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
   EXPECT_THAT(other.error().message, HasSubstr("none that `fleet run` has written"));
   EXPECT_FALSE(OpenStore(folder_.Write("log.csv", "time[s],accel_x[m/s^2]\n0,1\n")));
   EXPECT_FALSE(OpenStore("mysql://host/x"));
+}
+
+TEST_F(SqliteStoreTest, RefusesAnotherVersion) {
+  ASSERT_TRUE(OpenStore(path_));
+  for (const auto& [change, found] :
+       {std::pair{"UPDATE fact SET value = '99' WHERE name = 'schema_version'",
+                  "has the schema of version 99"},
+        std::pair{"DELETE FROM fact WHERE name = 'schema_version'", "states no version"}}) {
+    Execute(path_, change);
+    for (const auto& open : {OpenStore, OpenStoreToRead}) {
+      const auto other = open(path_);
+      ASSERT_FALSE(other);
+      EXPECT_EQ(other.error().code, ErrorCode::kStoreFailure);
+      EXPECT_THAT(other.error().message,
+                  AllOf(HasSubstr(path_),
+                        HasSubstr(found),
+                        HasSubstr("this program reads and writes version 1"),
+                        HasSubstr("calibrate its logs into another store")));
+    }
+  }
 }
 
 TEST_F(SqliteStoreTest, SaysWhereItsLocksDoNotHold) {

@@ -1,38 +1,91 @@
 // SPDX-License-Identifier: Apache-2.0
-// The units of data.js: looking up, choosing and sorting. Words (verdicts, codes, tags) are numbers
-// into sorted lists, so all of it is arithmetic on typed arrays.
+// The units of data.js: looking up, choosing and sorting. Its columns are numbers in digits of base
+// 64; words (verdicts, codes, tags) are numbers into sorted lists, so all of it is arithmetic on
+// typed arrays. What only one unit's dialog or one chart shows is read when it is asked for.
 'use strict';
 window.fleet = {};
 (() => {
   const data = window.truetriadFleet;
-  const count = data.units.length;
-  // Serial number, verdict, that of the first run, reason, when it was measured, and the runs.
-  const all = data.units.map(([about, runs]) => [...about, runs]);
-
-  // Words as numbers into a sorted list.
-  const words = (name, each) => {
-    const list = [...new Set(each)].sort();
-    const place = new Map(list.map((word, k) => [word, k]));
-    return { name, words: list, of: Uint32Array.from(each, (word) => place.get(word)) };
+  const count = data.serials.length;
+  const kDigits = 'ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/';
+  const digits = new Uint8Array(128);
+  for (let k = 0; k < 64; ++k) digits[kDigits.charCodeAt(k)] = k;
+  // The number of the item `i` of so many, which have the same count of digits each.
+  const numberAt = (packed, items, i) => {
+    const width = packed.length / items;
+    let number = 0;
+    for (let at = i * width; at < (i + 1) * width; ++at) number = 64 * number + digits[packed.charCodeAt(at)];
+    return number;
   };
-  const counting = all.map(([, , , , , runs]) => runs.find((run) => run.counts) ?? runs[runs.length - 1]);
-  const tagNames = new Set(counting.flatMap((run) => Object.keys(run.tags)));
-  tagNames.delete('note');
+  const ofUnits = (packed) => new Uint32Array(count).map((unused, i) => numberAt(packed, count, i));
+
+  // Runs stand unit by unit, those of a unit in the order in which they were measured.
+  const runs = ofUnits(data.runs);
+  const begins = new Uint32Array(count + 1);
+  runs.forEach((number, i) => (begins[i + 1] = begins[i] + number));
+  const first = begins.subarray(0, count);
+  const counting = ofUnits(data.counting).map((place, i) => begins[i] + place);
+  const numberOf = (packed, run) => numberAt(packed, begins[count], run);
+  const wordOf = (column, run) => column.words[numberOf(column.of, run)];
+  const wordsOf = (column, which) => ({ name: column.name, words: column.words, of: which.map((run) => numberOf(column.of, run)) });
+  // s since 1970, UTC; NaN: not known.
+  const momentOf = ({ from, of }, run) => {
+    const after = numberOf(of, run);
+    return after === 0 ? NaN : from + after - 1;
+  };
+  // The first 30 bits of a float; NaN: there is none.
+  const bits = new Uint32Array(1);
+  const float = new Float32Array(bits.buffer);
+  const valueOf = (column, run) => {
+    bits[0] = 4 * numberOf(column.values, run);
+    return float[0];
+  };
+  // What it was judged by: [lower, target, upper, whether it is inside]; null: nothing.
+  const judgementOf = ({ limits }, run) => (limits && wordOf(limits, run) ? JSON.parse(wordOf(limits, run)) : null);
+
+  const of = data.of_runs;
   const units = {
     count,
-    serials: all.map(([serial]) => serial),
-    verdict: words('verdict', all.map(([, verdict]) => verdict)),
-    first: words('first', all.map(([, , first]) => first)),
-    code: words('code', all.map(([, , , code]) => code)),
-    // When it was measured, s since 1970, UTC; NaN: not known.
-    recorded: Float64Array.from(all, ([, , , , recorded]) => recorded ?? NaN),
-    tags: [...tagNames].map((name) => words(name, counting.map((run) => run.tags[name] ?? ''))),
-    runs: Uint32Array.from(all, ([, , , , , runs]) => runs.length),
-    // The runs of a unit, the oldest first, and the one that counts.
-    runsOf: (i) => all[i][5],
-    counting,
+    serials: data.serials,
+    verdict: { words: data.verdict.words, of: ofUnits(data.verdict.of) },
+    first: wordsOf(of.verdict, first),
+    code: { words: data.code.words, of: ofUnits(data.code.of) },
+    recorded: Float64Array.from(counting, (run) => momentOf(of.recorded, run)),
+    tags: data.tags.filter(({ name }) => name !== 'note').map((tag) => wordsOf(tag, counting)),
+    runs,
     columns: data.columns,
     line: data.line,
+    // The runs of a unit, the oldest first; of each column [value, σ] or null, and judgementOf.
+    runsOf: (i) => Array.from({ length: runs[i] }, (unused, k) => {
+      const run = begins[i] + k;
+      const word = (name) => wordOf(of[name], run);
+      return {
+        counts: run === counting[i],
+        recorded: momentOf(of.recorded, run),
+        created: momentOf(of.created, run),
+        verdict: word('verdict'),
+        code: word('code'),
+        message: word('message'),
+        by: word('by'),
+        report: of.report[run] && `${word('folder')}/${of.report[run]}/report.html`,
+        tags: data.tags.map((tag) => [tag.name, wordOf(tag, run)]).filter(([, value]) => value),
+        dispositions: of.decided[run] ?? [],
+        numbers: data.columns.map((column) => {
+          const value = valueOf(column, run);
+          return Number.isNaN(value) ? null : [value, Number(wordOf(column.sigmas, run))];
+        }),
+        judgements: data.columns.map((column) => judgementOf(column, run)),
+      };
+    }),
+    // Of a column by unit.
+    valuesOf: (column) => Float64Array.from(counting, (run) => valueOf(column, run)),
+    // [lower, target, upper] of a column, or null where they differ among units.
+    limitsOf: (column) => {
+      if (!column.limits) return [null, null, null];
+      const words = new Set([...counting].map((run) => wordOf(column.limits, run)).filter(Boolean));
+      const stated = new Set([...words].map((word) => JSON.stringify(JSON.parse(word).slice(0, 3))));
+      return stated.size > 1 ? null : JSON.parse([...stated][0] ?? '[null,null,null]');
+    },
   };
   const isGoodWord = (word) => word === 'PASS' || word === 'NO_LIMITS';
   const flags = (of) => Uint8Array.from(of.words, (word) => (isGoodWord(word) ? 1 : 0));
@@ -96,18 +149,6 @@ window.fleet = {};
     return tests.length === 0 ? order : order.filter((i) => tests.every((test) => test(i)));
   };
 
-  // The numbers of a column, by unit: what was judged, or the value of a parameter.
-  const columns = new Map();
-  const numberOf = (run, k) => {
-    if (units.columns[k].judged) return run.judged.find(([column]) => column === k)?.[4] ?? NaN;
-    for (let at = 0; at < run.parameters.length; at += 3) if (run.parameters[at] === k) return run.parameters[at + 1] ?? NaN;
-    return NaN;
-  };
-  units.column = (k) => {
-    if (!columns.has(k)) columns.set(k, Float64Array.from(counting, (run) => numberOf(run, k)));
-    return columns.get(k);
-  };
-
   window.fleet.units = units;
 
   // --- words for people
@@ -124,7 +165,7 @@ window.fleet = {};
       const date = new Date(1000 * seconds);
       return `${day(seconds)} ${pad(date.getUTCHours())}:${pad(date.getUTCMinutes())}`;
     },
-    second: (seconds) => new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19),
+    second: (seconds) => (Number.isFinite(seconds) ? new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19) : '–'),
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
     // "2026-11-24 06:00:00" of an ISO 8601 moment.
