@@ -168,6 +168,14 @@ void TagFields(auto&& visit, Like<Tags> auto& tags) {
   for (const TagKey& tag : kRunTags) visit(tag.key, tags.*tag.value);
 }
 
+/// Their names.
+inline std::vector<std::string_view> TagNames() {
+  std::vector<std::string_view> names;
+  const Tags none;
+  TagFields([&names](std::string_view name, const auto&) { names.push_back(name); }, none);
+  return names;
+}
+
 /// A thing as an object of JSON.
 template <typename Thing>
 Json TreeOf(const Thing& thing) {

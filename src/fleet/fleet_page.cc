@@ -21,14 +21,16 @@
 
 #include "fleet/fields.h"
 #include "fleet/fleet_page_assets.h"
-#include "fleet/fleet_page_folder.h"
 #include "fleet/line_reader.h"
 #include "fleet/line_summary.h"
 #include "fleet/unit_folders.h"
+#include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "line/line_data.h"
 #include "report/format.h"
 #include "report/svg.h"
 #include "truetriad/base/version.h"
+#include "truetriad/io/calibration_file.h"
 #include "truetriad/model/limits.h"
 #include "truetriad/report/report.h"
 
@@ -230,7 +232,7 @@ class PageData {
   Status Read() {
     TRUETRIAD_RETURN_IF_ERROR(ReadUnits());
     TRUETRIAD_RETURN_IF_ERROR(ReadDecisions());
-    return store_.ForEachRun({}, [this](const UnitRun& run) -> Status {
+    return store_.ForEachRun({.is_whole = false}, [this](const UnitRun& run) -> Status {
       if (const auto unit = places_.find(run.serial); unit != places_.end()) {
         Take(run, unit->second);
       }
@@ -430,6 +432,20 @@ Result<Json> LineJson(Store& store, const std::string& where) {
   return json;
 }
 
+/// By which the index of such a page is known.
+constexpr std::string_view kDataScript = "<script defer src=\"data.js\"></script>";
+
+/// Error (bad input): the index of something else is there.
+Status CheckIndex(const std::string& index) {
+  std::error_code failure;
+  if (!fs::exists(index, failure)) return {};
+  const Result<std::string> text = LookAtSmallFile(index);
+  if (text && text->find(kDataScript) != std::string::npos) return {};
+  return Error(ErrorCode::kOutputInTheWay,
+               {index},
+               "is none that `fleet report` has written; name another folder for the page");
+}
+
 std::string PageHtml(const FleetPageSummary& page) {
   const auto share = [&page](std::size_t part) {
     return Fixed(100.0 * static_cast<double>(part) / static_cast<double>(page.units), 1) + " %";
@@ -478,7 +494,10 @@ std::string ScriptOf(const Json& json) {
 }
 
 Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& options) {
-  TRUETRIAD_ASSIGN_OR_RETURN(WholeFolder folder, WholeFolder::Begin(options.folder));
+  const auto path = [&options](std::string_view name) {
+    return (fs::path(options.folder) / name).string();
+  };
+  TRUETRIAD_RETURN_IF_ERROR(CheckIndex(path("index.html")));
   PageData data(store, options);
   TRUETRIAD_RETURN_IF_ERROR(data.Read());
   const FleetPageSummary summary = data.Summary();
@@ -489,15 +508,17 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
                                        : "has no units with --where=" + options.where);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Json line, LineJson(store, options.where));
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("index.html", PageHtml(summary)));
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("data.js", data.Script(line)));
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("assets/report.css", ReportStyleSheet()));
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(path("assets")));
+  WholeFiles files;
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("assets/report.css"), ReportStyleSheet()));
   for (const auto* const assets : {&FleetPageAssets(), &ChartAssets()}) {
     for (const PageAsset& asset : *assets) {
-      TRUETRIAD_RETURN_IF_ERROR(folder.Write(std::string(asset.name), asset.text));
+      TRUETRIAD_RETURN_IF_ERROR(files.Write(path(asset.name), asset.text));
     }
   }
-  TRUETRIAD_RETURN_IF_ERROR(folder.Commit());
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("data.js"), data.Script(line)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("index.html"), PageHtml(summary)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return summary;
 }
 

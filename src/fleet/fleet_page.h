@@ -29,11 +29,10 @@ struct FleetPageSummary {
 /// scripts, but no JSON.)
 std::string ScriptOf(const Json& json);
 
-/// Writes the folder: index.html, data.js and assets. The folder appears whole or stays as it was.
-/// Nothing in it depends on when or where it is made, but for links to runs' reports, which lead
-/// from it to their place. Errors (bad input): the store cannot be read, has no such units, or the
-/// folder cannot be written or has files that no page has. Error (usage): `where` is not
-/// understood.
+/// Writes index.html, data.js and assets into the folder, once all of them are whole. Nothing in it
+/// depends on when or where it is made, but for links to runs' reports, which lead from it to their
+/// place. Errors (bad input): the store cannot be read, has no such units, or the folder cannot be
+/// written or has another index.html. Error (usage): `where` is not understood.
 Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& options);
 
 }  // namespace truetriad::fleet

@@ -12,7 +12,6 @@
 #include "fleet/log_files.h"
 #include "line/golden_history.h"
 #include "line/line_data.h"
-#include "truetriad/config/experiment.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -51,22 +50,6 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   if (old_s <= age_s) return std::optional<std::string>();
   return std::optional("station " + station + " was checked with its golden unit at " +
                        check->created + ", " + HoursText(age_s) + " ago or more" + remedy);
-}
-
-Result<std::string> StationOf(const WorkPlan& plan) {
-  // Without an experiment the tags alone are overrides of one that anything can be said of.
-  const std::string any = "experiment: 1\nsensors: { accelerometer: {} }\n";
-  const bool is_given = !plan.config_text.empty();
-  std::vector<std::string> overrides;
-  for (const std::string& item : plan.overrides) {
-    if (is_given || item.starts_with("run.station=")) overrides.push_back(item);
-  }
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Experiment experiment,
-      ReadExperimentText(is_given ? plan.config_text : any, plan.config_path, overrides));
-  if (!experiment.tags.station.empty()) return experiment.tags.station;
-  return Error(ErrorCode::kMissingArgument,
-               "no station is named whose golden unit is to be required; give --tag=station=NAME");
 }
 
 namespace {

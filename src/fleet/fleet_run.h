@@ -22,9 +22,6 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s);
 
-/// The station that a plan's experiment or tags name. Error (usage): none.
-Result<std::string> StationOf(const WorkPlan& plan);
-
 /// Calibrates `units`, each in one of `jobs` processes, and adds every run to `store` once its
 /// files are on the disk. Where `is_stopped` says so no further unit is begun. Error (bad input):
 /// the store or the workers fail; what is done is in the store.

@@ -37,22 +37,21 @@ inline constexpr std::string_view kReason =
 std::string OrderOfTime(const std::string& of);
 /// A text in SQL, whatever is in it.
 std::string SqlText(std::string_view text);
+/// Of runs with a column for each tag; empty of all.
+std::string ConditionOf(const LineSelection& selection);
 /// " FROM … WHERE …": what is selected of the table or view `source`, with a column for each tag.
 std::string FromWhere(std::string_view source, const LineSelection& selection);
 
-/// Runs that are asked for by name at once: their rows are some megabytes.
-inline constexpr std::size_t kRunsAQuestion = 500;
-
 /// What became of a unit, beside the run that counts.
 struct UnitCourse {
-  std::string first_verdict, final_verdict;
+  Verdict first_verdict = Verdict::kNoResult, final_verdict = Verdict::kNoResult;
   std::string first_station = {};  ///< Of its first run.
   std::string recorded_by = {};    ///< As UnitRun.
   int attempts = 1;
   double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 
-  bool IsGoodAtFirst() const;
-  bool IsGood() const;
+  bool IsGoodAtFirst() const { return !IsRed(first_verdict); }
+  bool IsGood() const { return !IsRed(final_verdict); }
 };
 
 /// What limits were set on: of all units that were judged by it.
@@ -79,8 +78,8 @@ struct LineReading {
   line::LineData measured;
 };
 
-/// The units of the store, each by the run that counts. Read piece by piece: needs the memory of
-/// the numbers, not that of the store. Error: as Store::Query; usage: `where` is no condition.
+/// The units of the store, each by the run that counts. Needs the memory of the numbers, not that
+/// of the store. Error: as Store::Query; usage: `where` is no condition.
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection = {});
 
 /// All runs, whether they count or not, each as if it were a unit; `measured` is empty.

@@ -77,7 +77,8 @@ std::vector<Reason> ReasonsOf(const LineReading& line) {
   for (std::size_t i = 0; i < line.courses.size(); ++i) {
     if (line.courses[i].IsGood()) continue;
     const line::UnitRecord& unit = line.data.units[i];
-    ++counts[unit.code.empty() ? line.courses[i].final_verdict : unit.code];
+    ++counts[unit.code.empty() ? std::string(VerdictName(line.courses[i].final_verdict))
+                               : unit.code];
     ++all;
   }
   std::vector<Reason> reasons;
@@ -329,25 +330,18 @@ Status CheckValuesAreDifferent(const LineReading& runs) {
 }
 
 /// A recording that is calibrated twice has no repeatability to show.
-Status CheckAreDifferent(Store& store, const LineReading& runs) {
+Status CheckAreDifferent(Store& store, const LineSelection& study, const LineReading& runs) {
   std::unordered_map<std::string, std::string> run_of;  // by what was read
-  const std::vector<line::UnitRecord>& units = runs.data.units;
-  for (std::size_t begin = 0; begin < units.size(); begin += kRunsAQuestion) {
-    std::string list;
-    for (std::size_t i = begin; i < std::min(begin + kRunsAQuestion, units.size()); ++i) {
-      list += (i > begin ? "," : "") + SqlText(units[i].run);
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const Table table,
-        store.Query("SELECT sha256, run, serial, log FROM input JOIN run USING (run) "
-                    "WHERE samples > 0 AND run IN (" +
-                    list + ") ORDER BY run"));
-    for (const auto& row : table.rows) {
-      const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
-      if (is_new || first->second == *row[1]) continue;
-      return SameRecording(
-          first->second, *row[1], row[3].value_or("") + " of " + row[2].value_or(""));
-    }
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT sha256, input.run, serial, log FROM input JOIN (SELECT run, serial, log" +
+                  FromWhere("run", study) +
+                  ") AS its ON its.run = input.run WHERE samples > 0 ORDER BY input.run"));
+  for (const auto& row : table.rows) {
+    const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
+    if (is_new || first->second == *row[1]) continue;
+    return SameRecording(
+        first->second, *row[1], row[3].value_or("") + " of " + row[2].value_or(""));
   }
   return CheckValuesAreDifferent(runs);
 }
@@ -362,7 +356,7 @@ Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options)
   if (runs.data.units.empty()) {
     return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, runs));
+  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, selection, runs));
   StudySummary summary{.where = options.study,
                        .by = options.study_by,
                        .runs = static_cast<int>(runs.data.units.size()),

@@ -17,13 +17,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "fleet/fields.h"
 #include "io/csv_reader.h"
 #include "io/recording_layout.h"
 #include "io/text_file.h"
 #include "io/whole_file.h"
 #include "truetriad/base/error.h"
 #include "truetriad/base/version.h"
-#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -223,12 +223,11 @@ std::size_t HashOf(const std::string& text) { return std::hash<std::string>()(te
 std::vector<std::size_t> HashesOf(const Tags& tags, const std::string& recorded) {
   std::vector<std::size_t> hashes;
   if (!recorded.empty()) hashes.push_back(HashOf("recorded=" + recorded));
-  const auto add = [&](const TagKey& tag) {
-    const std::string& value = tags.*tag.value;
-    if (!value.empty()) hashes.push_back(HashOf(std::string(tag.key) + "=" + value));
-  };
-  for (const TagKey& tag : kDeviceTags) add(tag);
-  for (const TagKey& tag : kRunTags) add(tag);
+  TagFields(
+      [&hashes](std::string_view name, const std::string& value) {
+        if (!value.empty()) hashes.push_back(HashOf(std::string(name) + "=" + value));
+      },
+      tags);
   return hashes;
 }
 

@@ -79,7 +79,9 @@ class RunTable {
     for (const std::string_view name : kFixedColumns) {
       table.columns_.push_back({std::string(name), fixed.types.at(name)});
     }
-    for (const TagKey* tag : TagKeys()) table.columns_.push_back({std::string(tag->key), "STRING"});
+    for (const std::string_view tag : TagNames()) {
+      table.columns_.push_back({std::string(tag), "STRING"});
+    }
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table names,
         store.Query("SELECT name FROM parameter GROUP BY name ORDER BY min(place), name"));
@@ -109,7 +111,8 @@ class RunTable {
     Fields(fixed, run);
     if (run.standing) Fields(fixed, *run.standing);
     for (const std::string_view name : kFixedColumns) row.push_back(fixed.cells[name]);
-    for (const TagKey* tag : TagKeys()) row.emplace_back(run.tags.*tag->value);
+    TagFields([&row](std::string_view, const std::string& value) { row.emplace_back(value); },
+              run.tags);
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {
       const auto found = places_.find(parameter.name);
@@ -127,12 +130,6 @@ class RunTable {
  private:
   static std::string JudgedName(const std::string& name, const std::string& component) {
     return name + (component.empty() ? "" : "." + component) + ".judged";
-  }
-  static std::vector<const TagKey*> TagKeys() {
-    std::vector<const TagKey*> tags;
-    for (const TagKey& tag : kDeviceTags) tags.push_back(&tag);
-    for (const TagKey& tag : kRunTags) tags.push_back(&tag);
-    return tags;
   }
 
   std::vector<Column> columns_;

@@ -61,13 +61,17 @@ struct Part {
   std::string columns;
   std::string_view table, order;
   void (*take)(std::span<const Cell> row, UnitRun* run);
+  bool is_of_whole = false;  ///< RunSelection::is_whole.
 };
 
 template <typename Thing, std::vector<Thing> UnitRun::*kList>
-Part PartOf(std::string_view table) {
-  return {ColumnsOf<Thing>(), table, "place", [](std::span<const Cell> row, UnitRun* run) {
-            (run->*kList).push_back(FromRow<Thing>(row));
-          }};
+Part PartOf(std::string_view table, bool is_of_whole = false) {
+  return {
+      ColumnsOf<Thing>(),
+      table,
+      "place",
+      [](std::span<const Cell> row, UnitRun* run) { (run->*kList).push_back(FromRow<Thing>(row)); },
+      is_of_whole};
 }
 
 Finding FindingOf(const FindingRow& row) {
@@ -89,14 +93,15 @@ const std::vector<Part>& Parts() {
                               [](std::span<const Cell> row, UnitRun* run) {
                                 SetTag(row[0].value_or(""), row[1].value_or(""), &run->tags);
                               }},
-                             PartOf<InputFile, &UnitRun::inputs>("input"),
+                             PartOf<InputFile, &UnitRun::inputs>("input", true),
                              PartOf<Parameter, &UnitRun::parameters>("parameter"),
                              {ColumnsOf<FindingRow>(),
                               "finding",
                               "place",
                               [](std::span<const Cell> row, UnitRun* run) {
                                 run->findings.push_back(FindingOf(FromRow<FindingRow>(row)));
-                              }},
+                              },
+                              true},
                              PartOf<LimitCheck, &UnitRun::judgements>("judgement")};
   return parts;
 }
@@ -141,9 +146,12 @@ Status TakeStandings(Store& store, const std::string& condition, std::vector<Uni
 Result<std::vector<UnitRun>> RunsOfPage(Store& store,
                                         const RunSelection& which,
                                         const std::string& condition) {
+  std::string columns = ColumnsOf<UnitRun>();
+  constexpr std::string_view kCovariance = "covariance";
+  if (!which.is_whole) columns.replace(columns.find(kCovariance), kCovariance.size(), "NULL");
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             store.Query("SELECT " + ColumnsOf<UnitRun>() + SourceOf(which) +
-                                         " AND " + condition + " ORDER BY serial, run"));
+                             store.Query("SELECT " + columns + SourceOf(which) + " AND " +
+                                         condition + " ORDER BY serial, run"));
   std::vector<UnitRun> runs;
   std::map<std::string_view, UnitRun*> by_name;
   runs.reserve(table.rows.size());
@@ -154,6 +162,7 @@ Result<std::vector<UnitRun>> RunsOfPage(Store& store,
   }
   if (runs.empty()) return runs;
   for (const Part& part : Parts()) {
+    if (part.is_of_whole && !which.is_whole) continue;
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table rows,
         store.Query("SELECT run, " + part.columns + " FROM " + std::string(part.table) +

@@ -14,7 +14,6 @@
 
 #include "base/spelling.h"
 #include "fleet/sql_store.h"
-#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -182,8 +181,7 @@ class SqliteDatabase : public Database {
       std::vector<std::string_view> known;
       for (const auto& row : found->rows) known.emplace_back(*row[0]);
       if (question == kColumns) {
-        for (const TagKey& tag : kDeviceTags) known.push_back(tag.key);
-        for (const TagKey& tag : kRunTags) known.push_back(tag.key);
+        for (const std::string_view tag : TagNames()) known.push_back(tag);
       }
       const std::string_view word = complaint.substr(beginning.size());
       // `one.serial`: the column alone. Not found is the last place, and one more is 0.

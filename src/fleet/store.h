@@ -84,6 +84,7 @@ struct RunSelection {
   /// A condition in SQL on `run` or `standing` and the tags by their names; empty: any.
   std::string where = {};
   bool with_standing = false;  ///< UnitRun::standing is wanted.
+  bool is_whole = true;        ///< Inputs, findings and covariance are wanted.
 };
 
 /// What somebody decided about a unit, whatever the verdict of its run. Holds until a later

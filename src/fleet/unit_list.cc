@@ -17,11 +17,11 @@
 
 #include "base/spelling.h"
 #include "base/utf8.h"
+#include "fleet/fields.h"
 #include "fleet/log_files.h"
 #include "io/text_file.h"
 #include "line/line_data.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -62,8 +62,7 @@ bool NextLine(std::ifstream* file, std::string* line) {
 /// The columns that a list may have.
 std::vector<std::string_view> ListColumns() {
   std::vector<std::string_view> columns = {"log", "serial", "recorded"};
-  for (const TagKey& tag : kDeviceTags) columns.push_back(tag.key);
-  for (const TagKey& tag : kRunTags) columns.push_back(tag.key);
+  for (const std::string_view tag : TagNames()) columns.push_back(tag);
   return columns;
 }
 

@@ -407,14 +407,12 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   EXPECT_THAT(why(), HasSubstr("no check"));
 }
 
-TEST(StationOf, IsThatOfTheTagsOrTheExperiment) {
-  WorkPlan plan;
-  EXPECT_FALSE(StationOf(plan));
-  plan.overrides = {"run.station=\"S3\"", "robust.loss=none"};
-  EXPECT_EQ(StationOf(plan).value(), "S3");
-  plan.config_text = "experiment: 1\nrun: { station: S4 }\nsensors: { accelerometer: {} }\n";
-  plan.overrides = {};
-  EXPECT_EQ(StationOf(plan).value(), "S4");
+TEST(PlanWork, KnowsTheStationOfTheTagsOrTheExperiment) {
+  EXPECT_EQ(PlanWork("", {"run.station=\"S3\"", "robust.loss=none"}, {})->tags.station, "S3");
+  const TemporaryFolder folder;
+  const std::string experiment = folder.Write(
+      "experiment.yaml", "experiment: 1\nrun: { station: S4 }\nsensors: { accelerometer: {} }\n");
+  EXPECT_EQ(PlanWork(experiment, {}, {})->tags.station, "S4");
 }
 
 }  // namespace fleet_engine_test

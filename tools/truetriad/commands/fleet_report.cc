@@ -55,7 +55,7 @@ Command FleetReportCommand() {
       .details =
           "Writes a folder with index.html, for the disk or any web server; units' reports are\n"
           "linked where they are. A page that was written there before is "
-          "replaced, anything else never.\n",
+          "replaced, another index.html never.\n",
       .flags = {{"store", "FILE", true}, {"output", "DIR", true}, {"where", "CONDITION"}},
       .words = {"store"},
       .run = RunFleetReport};
