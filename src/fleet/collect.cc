@@ -115,26 +115,16 @@ Status TakePolicy(Store& store, const std::string& name, bool has_runs, Survey* 
   return {};
 }
 
-/// Notes the decisions and checks of a store.
+/// Looks at the decisions and checks of a store, and notes them.
 Status TakeDecisions(const std::string& source, Store& store, Survey* survey) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
   for (const Disposition& one : decisions.dispositions) {
+    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
     TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "decision " + one.id, ContentOf(one), survey));
   }
   for (const StationCheck& one : decisions.checks) {
+    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
     TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "station check " + one.id, LineOf(one), survey));
-  }
-  return {};
-}
-
-/// Decisions of a source that is not looked at line by line.
-Status CheckDecisions(const std::string& source, Store& store) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
-  for (const Disposition& disposition : decisions.dispositions) {
-    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(disposition), source));
-  }
-  for (const StationCheck& check : decisions.checks) {
-    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(check), source));
   }
   return {};
 }
@@ -165,8 +155,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
 
 /// The shard of a run, which is one of `count`.
 Result<int> IndexOf(const UnitRun& run, int count, const std::string& source) {
-  const std::optional<Shard> shard =
-      run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
+  const std::optional<Shard> shard = ShardFromText(run.shard);
   if (shard && shard->count == count) return shard->index;
   return Error(ErrorCode::kDoesNotMatch,
                {ShownStore(source)},
@@ -207,7 +196,6 @@ Status Look(const std::string& source, bool takes_unfinished, Survey* survey) {
     if (!takes_unfinished) return ended;
     survey->unfinished.push_back(ShownStore(source));
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckDecisions(source, *store));
   TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(source, *store, survey));
   return TakePolicy(*store, source, survey->runs > before, survey);
 }
@@ -262,10 +250,7 @@ Result<std::size_t> CountRuns(Store& store) {
 Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> present) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query("SELECT DISTINCT shard FROM run"));
   for (const auto& row : table.rows) {
-    const std::string text = row[0].value_or("");
-    if (const auto shard = text.empty() ? std::optional(Shard()) : ShardFromText(text)) {
-      present.insert(shard->index);
-    }
+    if (const auto shard = ShardFromText(row[0].value_or(""))) present.insert(shard->index);
   }
   std::vector<int> missing;
   for (int i = 0; i < count; ++i) {

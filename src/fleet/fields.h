@@ -189,6 +189,8 @@ Json TreeOf(const Thing& thing) {
           json[name] = std::isfinite(field) ? Json(field) : Json();
         } else if constexpr (std::is_same_v<Field, std::optional<double>>) {
           json[name] = field ? Json(*field) : Json();
+        } else if constexpr (std::is_same_v<Field, Tags>) {
+          json[name] = JsonOf(field);
         } else {
           json[name] = field;
         }
@@ -213,11 +215,35 @@ void TakeTree(const Json& json, Thing* thing) {
         } else if constexpr (std::is_same_v<Field, double> ||
                              std::is_same_v<Field, std::optional<double>>) {
           if (!stated.is_null()) field = stated.get<double>();
+        } else if constexpr (std::is_same_v<Field, Tags>) {
+          field = TagsFrom(stated);
         } else {
           field = stated.get<Field>();
         }
       },
       *thing);
+}
+
+template <typename Thing>
+Thing ThingFrom(const Json& json) {
+  Thing thing;
+  TakeTree(json, &thing);
+  return thing;
+}
+
+/// JSON as a line. What is no UTF-8 becomes U+FFFD.
+inline std::string LineOfJson(const Json& json) {
+  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
+}
+/// What `read` makes of a line's JSON. Error (bad input): its exception says why it is none.
+template <typename Read>
+auto FromLine(std::string_view line, Read read) -> Result<decltype(read(Json()))> {
+  try {
+    return read(Json::parse(line));
+  } catch (const std::exception& failure) {
+    return Error(ErrorCode::kWrongFormat,
+                 std::string("is no line of a fleet's run: ") + failure.what());
+  }
 }
 
 }  // namespace truetriad::fleet

@@ -44,8 +44,7 @@ Result<std::ifstream> Opened(const std::string& path) {
 }
 
 Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
-  const std::optional<Shard> shard =
-      run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
+  const std::optional<Shard> shard = ShardFromText(run.shard);
   if (shard && shard->count == shards.count && shard->index == shards.only.value_or(shard->index)) {
     return {};
   }
@@ -55,19 +54,6 @@ Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
                    std::to_string(shards.count));
 }
 
-Disposition DispositionFrom(const Json& json) {
-  Disposition disposition;
-  TakeTree(json, &disposition);
-  disposition.serial = json.at("serial");
-  return disposition;
-}
-
-StationCheck StationCheckFrom(const Json& json) {
-  StationCheck check;
-  TakeTree(json, &check);
-  return check;
-}
-
 LineCounts CountsFrom(const Json& json) {
   return {json.at("runs"), json.at("dispositions"), json.at("station_checks")};
 }
@@ -75,10 +61,6 @@ LineCounts CountsFrom(const Json& json) {
 std::string TextOf(const LineCounts& counts) {
   return std::to_string(counts.runs) + " runs, " + std::to_string(counts.dispositions) +
          " decisions and " + std::to_string(counts.station_checks) + " checks of stations";
-}
-
-std::string TextOfLine(const Json& json) {
-  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
 }
 
 /// Reads the lines of a file behind its first.
@@ -92,8 +74,14 @@ class LinesReader {
     try {
       const Json json = Json::parse(line);
       if (json.contains("end")) return End(CountsFrom(json["end"]));
-      if (json.contains("disposition")) return Keep(DispositionFrom(json["disposition"]));
-      if (json.contains("station_check")) return Keep(StationCheckFrom(json["station_check"]));
+      if (json.contains("disposition")) {
+        Disposition disposition = ThingFrom<Disposition>(json["disposition"]);
+        disposition.serial = json["disposition"].at("serial");
+        return Keep(std::move(disposition));
+      }
+      if (json.contains("station_check")) {
+        return Keep(ThingFrom<StationCheck>(json["station_check"]));
+      }
       run_ = UnitRunFrom(json);
     } catch (const std::exception& failure) {  // The JSON reader's, or UnitRunFrom's own.
       return Error(ErrorCode::kWrongFormat,
@@ -154,21 +142,21 @@ std::string HeaderLine(const LinesHeader& header) {
   if (!header.store.empty()) json["store"] = header.store;
   if (header.policy) json["retest_counts"] = RetestCountsName(header.policy->counts);
   if (header.policy && header.policy->most) json["retest_most"] = *header.policy->most;
-  return json.dump() + '\n';
+  return LineOfJson(json);
 }
 
 std::string LineOf(const Disposition& disposition) {
   Json json = TreeOf(disposition);
   json["serial"] = disposition.serial;
-  return TextOfLine({{"disposition", json}});
+  return LineOfJson({{"disposition", json}});
 }
 
 std::string LineOf(const StationCheck& check) {
-  return TextOfLine({{"station_check", TreeOf(check)}});
+  return LineOfJson({{"station_check", TreeOf(check)}});
 }
 
 std::string EndLine(const LineCounts& above) {
-  return TextOfLine({{"end",
+  return LineOfJson({{"end",
                       {{"runs", above.runs},
                        {"dispositions", above.dispositions},
                        {"station_checks", above.station_checks}}}});

@@ -237,11 +237,7 @@ class JsonLinesStore : public Store {
   /// Kept in the first line: what was stated later than that cannot be.
   Status StateRetestPolicy(const RetestPolicy& policy) override {
     if (header_.shards.count == 0) header_.policy = policy;
-    if (header_.policy.value_or(RetestPolicy()) == policy) return {};
-    return Error(ErrorCode::kConflictingArguments,
-                 path_ + ": of a unit's runs counts the one by `" +
-                     PolicyText(header_.policy.value_or(RetestPolicy())) + "`, not by `" +
-                     PolicyText(policy) + "`; state the same, or take another store");
+    return CheckPolicy(path_, header_.policy.value_or(RetestPolicy()), policy);
   }
   Result<std::optional<RetestPolicy>> StatedRetestPolicy() override { return header_.policy; }
 

@@ -2,8 +2,7 @@
 #include "fleet/line_reader.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cstdio>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <string_view>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "fleet/fields.h"
+#include "fleet/run_check.h"
 #include "truetriad/model/limits.h"
 
 namespace truetriad::fleet {
@@ -21,35 +21,16 @@ namespace {
 /// Names of values that a message lists.
 constexpr std::size_t kMostListed = 8;
 
-/// Whether `moment` has the form of `pattern`, in which a 0 is any digit.
-bool HasForm(std::string_view moment, std::string_view pattern) {
-  return moment.size() == pattern.size() &&
-         std::equal(moment.begin(), moment.end(), pattern.begin(), [](char c, char wanted) {
-           return wanted == '0' ? c >= '0' && c <= '9' : c == wanted;
-         });
-}
-
 /// "2026-11-24T06:00" of that, with a blank for the T, or a Z behind it: what is stored begins so.
 Result<std::string> MomentOf(const std::string& flag, const std::string& stated) {
-  constexpr std::string_view kWhole = "0000-00-00T00:00:00";
+  constexpr std::string_view kForm = "0000-00-00T00:00:00", kFirst = "2000-01-01T00:00:00";
   std::string moment = stated;
   if (moment.size() > 10 && moment[10] == ' ') moment[10] = 'T';
   if (moment.size() > 10 && moment.back() == 'Z') moment.pop_back();
-  bool is_moment = false;
   for (const std::size_t length : {4, 7, 10, 13, 16, 19}) {
-    is_moment = is_moment || HasForm(moment, kWhole.substr(0, length));
+    if (!HasForm(moment, kForm.substr(0, length))) continue;
+    if (std::isfinite(line::SecondsOf(moment + std::string(kFirst.substr(length))))) return moment;
   }
-  if (is_moment) {
-    const std::string whole = moment + std::string("0001-01-01T00:00:00").substr(moment.size());
-    int year = 0;
-    unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
-    std::sscanf(
-        whole.c_str(), "%4d-%2u-%2uT%2u:%2u:%2u", &year, &month, &day, &hour, &minute, &second);
-    const std::chrono::year_month_day date{
-        std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
-    is_moment = date.ok() && hour < 24 && minute < 60 && second < 60;
-  }
-  if (is_moment) return moment;
   return Error(ErrorCode::kInvalidArgument,
                "--" + flag + "=" + stated +
                    " is no moment; expected one in UTC, or how it begins, as in 2026-11-24 or "
@@ -208,6 +189,9 @@ class LineReader {
       reading.courses.push_back(std::move(record.course));
     }
     for (const auto& [name, checks] : judged) reading.judged.push_back(QuantityOf(name, checks));
+    for (Eigen::Index place = 0; place < std::ssize(places); ++place) {
+      reading.parameters.push_back(ParameterOf(reading.data, place));
+    }
     return reading;
   }
 
@@ -237,10 +221,28 @@ class LineReader {
     return places;
   }
 
-  static JudgedQuantity QuantityOf(const std::string& name,
-                                   const std::vector<std::pair<int, LimitCheck>>& checks) {
-    JudgedQuantity quantity;
+  static Quantity ParameterOf(const line::LineData& data, Eigen::Index place) {
+    Quantity quantity;
+    quantity.name = data.parameters[static_cast<std::size_t>(place)];
+    for (std::size_t i = 0; i < data.units.size(); ++i) {
+      if (!std::isnan(data.units[i].values[place])) quantity.units.push_back(static_cast<int>(i));
+    }
+    quantity.values.resize(std::ssize(quantity.units));
+    quantity.sigma.resize(std::ssize(quantity.units));
+    for (Eigen::Index at = 0; at < quantity.values.size(); ++at) {
+      const line::UnitRecord& unit =
+          data.units[static_cast<std::size_t>(quantity.units[static_cast<std::size_t>(at)])];
+      quantity.values[at] = unit.values[place];
+      quantity.sigma[at] = unit.sigma[place];
+    }
+    return quantity;
+  }
+
+  static Quantity QuantityOf(const std::string& name,
+                             const std::vector<std::pair<int, LimitCheck>>& checks) {
+    Quantity quantity;
     quantity.name = name;
+    quantity.has_limits = true;
     const Limit& last = checks.back().second.limit;
     quantity.lower = last.lower, quantity.upper = last.upper;
     quantity.target = last.target.value_or(kNone);

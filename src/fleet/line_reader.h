@@ -54,10 +54,11 @@ struct UnitCourse {
   bool IsGood() const { return !IsRed(final_verdict); }
 };
 
-/// What limits were set on: of all units that were judged by it.
-struct JudgedQuantity {
+/// A number of all units that have it: one that limits were set on, or a parameter, which has none.
+struct Quantity {
   std::string name;  ///< "accelerometer.bias.x".
-  std::string unit;  ///< "m/s^2"; empty: none.
+  std::string unit;  ///< "m/s^2"; empty: none, or that of the log.
+  bool has_limits = false;
   /// Those of the last unit; infinite: open. target: NaN where there is none.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
@@ -70,9 +71,10 @@ struct JudgedQuantity {
 
 /// Units in the order in which they were measured.
 struct LineReading {
-  line::LineData data;                 ///< Each unit by the run that counts.
-  std::vector<UnitCourse> courses;     ///< Of data.units.
-  std::vector<JudgedQuantity> judged;  ///< By name.
+  line::LineData data;               ///< Each unit by the run that counts.
+  std::vector<UnitCourse> courses;   ///< Of data.units.
+  std::vector<Quantity> judged;      ///< What has limits, by name.
+  std::vector<Quantity> parameters;  ///< In the order of the data.
   /// Each unit by its first calibration at each station, whether it counts or not: with what was
   /// only good the second time, or elsewhere, a station would look better than it is.
   line::LineData measured;

@@ -108,46 +108,18 @@ std::vector<std::string> SubgroupsOf(const line::LineData& data,
   return subgroups;
 }
 
-QuantitySummary SummaryOf(const JudgedQuantity& judged,
+QuantitySummary SummaryOf(Quantity quantity,
                           const line::LineData& data,
                           const SummaryOptions& options) {
-  QuantitySummary summary{.name = judged.name,
-                          .unit = judged.unit,
-                          .has_limits = true,
-                          .lower = judged.lower,
-                          .target = judged.target,
-                          .upper = judged.upper,
-                          .missed = judged.missed,
-                          .other_limits = judged.other_limits};
-  summary.capability =
-      line::FindCapability({.values = judged.values,
-                            .sigma = judged.sigma,
-                            .subgroups = SubgroupsOf(data, judged.units, options.subgroup),
-                            .lower = judged.lower,
-                            .upper = judged.upper},
+  line::Capability capability =
+      line::FindCapability({.values = quantity.values,
+                            .sigma = quantity.sigma,
+                            .subgroups = SubgroupsOf(data, quantity.units, options.subgroup),
+                            .lower = quantity.lower,
+                            .upper = quantity.upper},
                            options.confidence);
-  return summary;
-}
-
-QuantitySummary SummaryOfParameter(Eigen::Index parameter,
-                                   const line::LineData& data,
-                                   const SummaryOptions& options) {
-  std::vector<int> units;
-  std::vector<double> values, sigma;
-  for (std::size_t i = 0; i < data.units.size(); ++i) {
-    const double value = data.units[i].values[parameter];
-    if (std::isnan(value)) continue;
-    units.push_back(static_cast<int>(i));
-    values.push_back(value);
-    sigma.push_back(data.units[i].sigma[parameter]);
-  }
-  QuantitySummary summary{.name = data.parameters[static_cast<std::size_t>(parameter)]};
-  summary.capability = line::FindCapability(
-      {.values = Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values)),
-       .sigma = Eigen::Map<Eigen::VectorXd>(sigma.data(), std::ssize(sigma)),
-       .subgroups = SubgroupsOf(data, units, options.subgroup)},
-      options.confidence);
-  return summary;
+  quantity.units = {}, quantity.values = {}, quantity.sigma = {};
+  return {std::move(quantity), std::move(capability)};
 }
 
 Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::string& station) {
@@ -184,11 +156,11 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   LineSummary summary;
   summary.yield = YieldOf(line, options.confidence);
   summary.reasons = ReasonsOf(line);
-  for (const JudgedQuantity& judged : line.judged) {
-    summary.limits.push_back(SummaryOf(judged, line.data, options));
+  for (Quantity& quantity : line.judged) {
+    summary.limits.push_back(SummaryOf(std::move(quantity), line.data, options));
   }
-  for (Eigen::Index j = 0; j < std::ssize(line.data.parameters); ++j) {
-    summary.parameters.push_back(SummaryOfParameter(j, line.data, options));
+  for (Quantity& quantity : line.parameters) {
+    summary.parameters.push_back(SummaryOf(std::move(quantity), line.data, options));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<line::StationCheck> checks,
                              ReadChecks(store, options.selection.station));
@@ -217,24 +189,39 @@ class StudyOfRuns {
     is_of_one_part_ = parts.size() == 1;
   }
 
-  /// `places`: of the runs that have the values.
-  QuantityStudy Of(QuantityStudy study,
-                   const std::vector<int>& places,
-                   const Eigen::VectorXd& values) const {
-    if (is_of_one_part_ && values.size() < 2) {
+  std::vector<QuantityStudy> All() const {
+    std::vector<QuantityStudy> studies;
+    for (const Quantity& quantity : runs_.judged) studies.push_back(Of(quantity));
+    for (const Quantity& quantity : runs_.parameters) {
+      const bool is_fixed =
+          quantity.values.size() == 0 || quantity.values.minCoeff() == quantity.values.maxCoeff();
+      if (!is_fixed) studies.push_back(Of(quantity));
+    }
+    return studies;
+  }
+
+ private:
+  QuantityStudy Of(const Quantity& quantity) const {
+    const double width = quantity.upper - quantity.lower;
+    QuantityStudy study{.name = quantity.name,
+                        .unit = quantity.unit,
+                        .has_limits = quantity.has_limits,
+                        .tolerance = std::isfinite(width) ? width : line::kNotKnown};
+    if (is_of_one_part_ && quantity.values.size() < 2) {
       study.refused = "the study has one run of one part; repeat it";
       return study;
     }
     if (is_of_one_part_) {
-      study.type1 =
-          line::FindType1Study(values, ReferenceOf(study), study.tolerance, options_.confidence);
+      study.type1 = line::FindType1Study(
+          quantity.values, ReferenceOf(study), study.tolerance, options_.confidence);
       return study;
     }
     std::vector<line::GaugeReading> readings;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const line::UnitRecord& run = runs_.data.units[static_cast<std::size_t>(places[i])];
-      readings.push_back(
-          {run.serial, line::TagOf(run, options_.study_by), values[static_cast<Eigen::Index>(i)]});
+    for (std::size_t i = 0; i < quantity.units.size(); ++i) {
+      const line::UnitRecord& run = runs_.data.units[static_cast<std::size_t>(quantity.units[i])];
+      readings.push_back({run.serial,
+                          line::TagOf(run, options_.study_by),
+                          quantity.values[static_cast<Eigen::Index>(i)]});
     }
     Result<line::GaugeStudy> found = line::FindGaugeStudy(
         readings, {.tolerance = study.tolerance, .confidence = options_.confidence});
@@ -246,45 +233,15 @@ class StudyOfRuns {
     return study;
   }
 
-  std::vector<QuantityStudy> All() const {
-    std::vector<QuantityStudy> studies;
-    for (const JudgedQuantity& judged : runs_.judged) {
-      const double width = judged.upper - judged.lower;
-      studies.push_back(Of({.name = judged.name,
-                            .unit = judged.unit,
-                            .has_limits = true,
-                            .tolerance = std::isfinite(width) ? width : line::kNotKnown},
-                           judged.units,
-                           judged.values));
-    }
-    for (std::size_t j = 0; j < runs_.data.parameters.size(); ++j) {
-      std::vector<int> places;
-      std::vector<double> values;
-      for (std::size_t i = 0; i < runs_.data.units.size(); ++i) {
-        const double value = runs_.data.units[i].values[static_cast<Eigen::Index>(j)];
-        if (std::isnan(value)) continue;
-        places.push_back(static_cast<int>(i));
-        values.push_back(value);
-      }
-      const auto [least, most] = std::minmax_element(values.begin(), values.end());
-      if (values.empty() || *least == *most) continue;  // Held fixed.
-      studies.push_back(Of({.name = runs_.data.parameters[j]},
-                           places,
-                           Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values))));
-    }
-    return studies;
-  }
-
- private:
   /// In the unit of the study's values. Of a name that a limit and a parameter have it is the
   /// limit's, which is in true units.
   double ReferenceOf(const QuantityStudy& study) const {
     const auto reference = options_.references.find(study.name);
     const bool is_of_limit =
         !study.has_limits &&
-        std::any_of(runs_.judged.begin(),
-                    runs_.judged.end(),
-                    [&study](const JudgedQuantity& judged) { return judged.name == study.name; });
+        std::any_of(runs_.judged.begin(), runs_.judged.end(), [&study](const Quantity& judged) {
+          return judged.name == study.name;
+        });
     return reference == options_.references.end() || is_of_limit ? line::kNotKnown
                                                                  : reference->second;
   }

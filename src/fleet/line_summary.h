@@ -61,13 +61,8 @@ struct Reason {
   double share = 0.0, cumulative = 0.0;  ///< Of the units that are not good.
 };
 
-/// A quantity with limits (those of the last unit), or a parameter, which has none.
-struct QuantitySummary {
-  std::string name = {};
-  std::string unit = {};  ///< Empty: none, or that of the log.
-  bool has_limits = false;
-  double lower = line::kNotKnown, target = line::kNotKnown, upper = line::kNotKnown;
-  int missed = 0, other_limits = 0;  ///< As JudgedQuantity.
+/// A quantity, without what its units have.
+struct QuantitySummary : Quantity {
   line::Capability capability = {};
 };
 

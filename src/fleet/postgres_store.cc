@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/companion.h"
+#include "base/utf8.h"
 #include "fleet/postgres_module.h"
 #include "fleet/sql_store.h"
 #include "fleet/store.h"
@@ -27,23 +28,13 @@ constexpr std::int64_t kTablesLock = 0x7472'7566'7465'6574;
 
 /// What PostgreSQL takes as text: UTF-8 without NUL; whatever else is in it becomes U+FFFD.
 std::string StorableText(std::string_view text) {
-  constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
   std::string storable;
   storable.reserve(text.size());
   while (!text.empty()) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const unsigned char first = byte(0);
-    const std::size_t size = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-    bool is_good =
-        first != 0 && (first < 0x80 || (first >= 0xC2 && first <= 0xF4)) && size <= text.size();
-    for (std::size_t i = 1; is_good && i < size; ++i) is_good = (byte(i) & 0xC0U) == 0x80;
-    if (is_good && size > 2) {
-      // Longer than it need be, half of a UTF-16 pair, or beyond the last.
-      is_good = !(first == 0xE0 && byte(1) < 0xA0) && !(first == 0xED && byte(1) >= 0xA0) &&
-                !(first == 0xF0 && byte(1) < 0x90) && !(first == 0xF4 && byte(1) >= 0x90);
-    }
-    storable += is_good ? text.substr(0, size) : kReplacement;
-    text.remove_prefix(is_good ? size : 1);
+    const std::optional<Utf8Character> character = FirstCharacter(text);
+    const std::size_t size = character ? character->size : 1;
+    storable += character && character->code != 0 ? text.substr(0, size) : "\xEF\xBF\xBD";
+    text.remove_prefix(size);
   }
   return storable;
 }

@@ -356,6 +356,13 @@ Status CheckSchemaVersion(const std::string& name, const std::string& found) {
           "; use the truetriad that wrote it, or calibrate its logs into another store");
 }
 
+Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated) {
+  if (there == stated) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               name + ": of a unit's runs counts the one by `" + PolicyText(there) + "`, not by `" +
+                   PolicyText(stated) + "`; state the same, or take another store");
+}
+
 Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated) {
   if (there == stated) return {};
   return Error(ErrorCode::kConflictingArguments,

@@ -152,6 +152,8 @@ struct TypeNames {
 /// The statements that make the tables, indices and views.
 std::string TablesSql(const TypeNames& types);
 
+/// Error (usage): of the store `name` another policy was stated.
+Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated);
 /// Error (usage): the store `name` is of `there` shards, and not of `stated`.
 Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated);
 

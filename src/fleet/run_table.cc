@@ -163,10 +163,6 @@ Json JsonField(const TableCell& cell) {
   return number == nullptr ? Json() : Json(*number);
 }
 
-std::string LineOfJson(const Json& json) {
-  return json.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace) + '\n';
-}
-
 RunSelection WithStanding(RunSelection which) {
   which.with_standing = true;
   return which;

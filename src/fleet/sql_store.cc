@@ -284,12 +284,7 @@ Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
       TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("retest_most", most)));
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, database_->Ask(kPolicyFacts, {}));
-    const std::optional<RetestPolicy> there = PolicyIn(facts);
-    if (there == policy) return {};
-    return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": of a unit's runs counts the one by `" +
-                     PolicyText(there.value_or(RetestPolicy())) + "`, not by `" +
-                     PolicyText(policy) + "`; state the same, or take another store");
+    return CheckPolicy(database_->name(), PolicyIn(facts).value_or(RetestPolicy()), policy);
   });
 }
 

@@ -3,17 +3,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
+#include <regex>
 #include <string_view>
 #include <system_error>
 
 #include "base/named_values.h"
+#include "base/utf8.h"
 #include "fleet/json_lines.h"
 #include "fleet/sql_store.h"
 #include "io/input_guard.h"
-#include "json/json.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -28,6 +28,7 @@ std::optional<int> WholeNumber(std::string_view text) {
 }  // namespace
 
 std::optional<Shard> ShardFromText(std::string_view text) {
+  if (text.empty()) return Shard();
   const std::size_t slash = text.find('/');
   if (slash == std::string_view::npos) return std::nullopt;
   const std::optional<int> index = WholeNumber(text.substr(0, slash));
@@ -50,20 +51,12 @@ constexpr NamedValues<RetestCounts, 3> kRetestCounts = {{
     {RetestCounts::kBest, "best"},
 }};
 
-bool IsUtf8Text(const std::string& text) {
-  try {
-    return !Json(text).dump().empty();
-  } catch (const Json::exception&) {
-    return false;
-  }
-}
-
 Status CheckLine(const std::string& what, const std::string& text, std::size_t longest) {
   const bool is_blank = text.find_first_not_of(" \t") == std::string::npos;
   const bool is_line = std::none_of(text.begin(), text.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });
-  if (!is_blank && is_line && IsUtf8Text(text) && text.size() <= longest) return {};
+  if (!is_blank && is_line && IsUtf8(text) && text.size() <= longest) return {};
   return Error(ErrorCode::kInvalidArgument,
                "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
                    " bytes of UTF-8");
@@ -194,83 +187,6 @@ namespace {
 
 constexpr std::string_view kScheme = "postgresql:";
 
-bool IsShown(std::string_view name) {
-  constexpr std::array<std::string_view, 5> kShown = {"host", "hostaddr", "port", "dbname", "user"};
-  return std::find(kShown.begin(), kShown.end(), name) != kShown.end();
-}
-
-/// "host=/tmp&password=x" with what may be shown.
-std::string ShownQuery(std::string_view query) {
-  std::string shown;
-  while (!query.empty()) {
-    const std::string_view item = query.substr(0, query.find('&'));
-    query.remove_prefix(std::min(query.size(), item.size() + 1));
-    if (!IsShown(item.substr(0, item.find('=')))) continue;
-    shown.append(shown.empty() ? "?" : "&").append(item);
-  }
-  return shown;
-}
-
-/// "host:5432/day"; without what stands for the port and is no number.
-std::string WithoutOddPort(std::string_view place) {
-  const std::size_t slash = std::min(place.find('/'), place.size());
-  const std::size_t colon = std::min(place.find(':'), slash);
-  const std::string_view port = place.substr(colon, slash - colon);
-  const bool is_odd = port.find_first_not_of(":0123456789") != std::string_view::npos;
-  return std::string(place.substr(0, is_odd ? colon : slash)).append(place.substr(slash));
-}
-
-std::string ShownUri(std::string_view rest) {
-  const std::size_t question = rest.find('?');
-  const std::string_view place = rest.substr(0, question);
-  const std::string_view query =
-      question == std::string_view::npos ? "" : rest.substr(question + 1);
-  // A @ after the question mark: part of a value, or the mark is part of a password.
-  if (query.find('@') != std::string_view::npos) return "postgresql://";
-  const std::size_t at = place.rfind('@');
-  if (at == std::string_view::npos) {
-    // IPv6 addresses have colons.
-    return "postgresql://" + std::string(place.starts_with('[') ? place : WithoutOddPort(place)) +
-           ShownQuery(query);
-  }
-  const std::string_view user = place.substr(0, std::min(place.find(':'), at));
-  return "postgresql://" + std::string(user) + std::string(place.substr(at)) + ShownQuery(query);
-}
-
-/// "host=/tmp dbname='a b' password=x" with what may be shown.
-std::string ShownValues(std::string_view text) {
-  std::string shown(kScheme);
-  while (true) {
-    text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-    const std::size_t equals = text.find('=');
-    if (equals == std::string_view::npos) break;
-    std::string_view name = text.substr(0, equals);
-    while (!name.empty() && std::isspace(static_cast<unsigned char>(name.back())) != 0) {
-      name.remove_suffix(1);
-    }
-    std::size_t end = std::min(text.find_first_not_of(" \t\r\n", equals + 1), text.size());
-    const std::size_t begin = end;
-    const bool is_quoted = end < text.size() && text[end] == '\'';
-    if (is_quoted) ++end;
-    for (; end < text.size(); ++end) {
-      if (text[end] == '\\') {
-        ++end;
-      } else if (is_quoted ? text[end] == '\''
-                           : std::isspace(static_cast<unsigned char>(text[end])) != 0) {
-        break;
-      }
-    }
-    if (is_quoted) ++end;
-    end = std::min(end, text.size());
-    if (IsShown(name)) {
-      shown += shown.size() > kScheme.size() ? " " : "";
-      shown.append(name).append("=").append(text.substr(begin, end - begin));
-    }
-    text.remove_prefix(end);
-  }
-  return shown;
-}
-
 }  // namespace
 
 std::optional<std::string> PostgresOptions(const std::string& url) {
@@ -304,10 +220,25 @@ Status CheckStoreUrl(const std::string& url) {
 }
 
 std::string ShownPostgres(const std::string& url) {
-  const std::size_t slashes = url.find("://");
-  const bool is_uri = slashes != std::string::npos && slashes < kScheme.size();
-  return is_uri ? ShownUri(std::string_view(url).substr(slashes + 3))
-                : ShownValues(std::string_view(url).substr(kScheme.size()));
+  // User, password, and server with port and database; then parameters.
+  static const std::regex kUri(
+      R"(postgres(?:ql)?://(?:([^:@/?]*)(?::[^@/?]*)?@)?)"
+      R"(((?:\[[0-9A-Fa-f:]*\]|[^:@/?]*)(?::[0-9]*)?(?:/[^?@]*)?)(?:\?[^@]*)?)");
+  static const std::regex kValue(R"((?:^|\s)((?:host|hostaddr|port|dbname|user)=\S+))");
+  if (!url.starts_with(kScheme) || url.starts_with("postgresql://")) {
+    std::smatch parts;
+    if (!std::regex_match(url, parts, kUri)) return "postgresql://";
+    return "postgresql://" + (parts[1].matched ? parts.str(1) + "@" : "") + parts.str(2);
+  }
+  std::string shown(kScheme);
+  const std::string values = url.substr(kScheme.size());
+  // A value may have blanks in it, which look like the next one.
+  if (values.find_first_of("'\\") != std::string::npos) return shown;
+  for (std::sregex_iterator value(values.begin(), values.end(), kValue), end; value != end;
+       ++value) {
+    shown += (shown.ends_with(':') ? "" : " ") + value->str(1);
+  }
+  return shown;
 }
 
 }  // namespace truetriad::fleet

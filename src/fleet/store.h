@@ -25,9 +25,9 @@ struct Shard {
 };
 inline constexpr int kMostShards = 1'000'000;
 
-/// "2/8"; unset: it is no such text, or the index is not below the count.
+/// "2/8"; empty: the only one. Unset: it is no such text, or the index is not below the count.
 std::optional<Shard> ShardFromText(std::string_view text);
-/// The same the other way; empty: it is the only one.
+/// The same the other way.
 std::string ShardText(const Shard& shard);
 
 /// The last run that was made of a log, by which another is known to be the same.
@@ -254,7 +254,8 @@ std::optional<std::string> PostgresOptions(const std::string& url);
 Status CheckStoreUrl(const std::string& url);
 
 /// A URL of PostgreSQL for messages: server, port, database and user, and nothing else that it may
-/// hold. Where it is not clear what is which, as in a password with a bare @ or ?, less of it.
+/// hold. Where it is not clear what is which, as in a password with a bare @, / or ?, or values in
+/// quotes, none of it.
 std::string ShownPostgres(const std::string& url);
 
 }  // namespace truetriad::fleet

@@ -226,16 +226,9 @@ std::string LineOf(const UnitRun& run) {
   }
   json["findings"] = ToJson(run.findings);
   json["judgements"] = TreesOf(run.judgements);
-  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
+  return LineOfJson(json);
 }
 
-Result<UnitRun> ReadLine(std::string_view line) {
-  try {
-    return UnitRunFrom(Json::parse(line));
-  } catch (const std::exception& failure) {
-    return Error(ErrorCode::kWrongFormat,
-                 std::string("is no line of a fleet's run: ") + failure.what());
-  }
-}
+Result<UnitRun> ReadLine(std::string_view line) { return FromLine(line, UnitRunFrom); }
 
 }  // namespace truetriad::fleet
