@@ -14,6 +14,13 @@
 #include "json/json.h"
 
 namespace truetriad::fleet {
+
+void Fields(auto&& visit, Like<LineCounts> auto& counts) {
+  visit("runs", counts.runs);
+  visit("dispositions", counts.dispositions);
+  visit("station_checks", counts.station_checks);
+}
+
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/runs";
@@ -54,10 +61,6 @@ Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
                    std::to_string(shards.count));
 }
 
-LineCounts CountsFrom(const Json& json) {
-  return {json.at("runs"), json.at("dispositions"), json.at("station_checks")};
-}
-
 std::string TextOf(const LineCounts& counts) {
   return std::to_string(counts.runs) + " runs, " + std::to_string(counts.dispositions) +
          " decisions and " + std::to_string(counts.station_checks) + " checks of stations";
@@ -73,7 +76,7 @@ class LinesReader {
     read_.is_ended = false;
     try {
       const Json json = Json::parse(line);
-      if (json.contains("end")) return End(CountsFrom(json["end"]));
+      if (json.contains("end")) return End(ThingFrom<LineCounts>(json["end"]));
       if (json.contains("disposition")) {
         Disposition disposition = ThingFrom<Disposition>(json["disposition"]);
         disposition.serial = json["disposition"].at("serial");
@@ -155,46 +158,32 @@ std::string LineOf(const StationCheck& check) {
   return LineOfJson({{"station_check", TreeOf(check)}});
 }
 
-std::string EndLine(const LineCounts& above) {
-  return LineOfJson({{"end",
-                      {{"runs", above.runs},
-                       {"dispositions", above.dispositions},
-                       {"station_checks", above.station_checks}}}});
-}
+std::string EndLine(const LineCounts& above) { return LineOfJson({{"end", TreeOf(above)}}); }
 
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
   TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(
       path, header.contains(kSchemaVersionName) ? header[kSchemaVersionName].dump() : ""));
-  LinesHeader stated;
-  const auto number = [&](const char* name) {
-    const Json value = header.value(name, Json());
-    return value.is_number_integer() ? value.get<std::int64_t>() : -1;
-  };
-  const std::int64_t count = number("shards");
-  if (count < 1 || count > kMostShards) return NoHeader(path);
-  stated.shards.count = static_cast<int>(count);
-  if (header.contains("shard")) {
-    const std::int64_t only = number("shard");
-    if (only < 0 || only >= count) return NoHeader(path);
-    stated.shards.only = static_cast<int>(only);
-  }
-  const auto text = [&](const char* name) {
-    const Json value = header.value(name, Json(""));
-    return value.is_string() ? value.get<std::string>() : "?";
-  };
-  stated.store = text("store");
-  if (header.contains("retest_counts")) {
-    const std::optional<RetestCounts> counts = RetestCountsFromName(text("retest_counts"));
-    if (!counts) return NoHeader(path);
-    stated.policy = {*counts, std::nullopt};
-    if (header.contains("retest_most")) {
-      stated.policy->most = number("retest_most");
-      if (*stated.policy->most < 0) return NoHeader(path);
+  try {
+    LinesHeader stated;
+    stated.shards.count = header.at("shards");
+    if (header.contains("shard")) stated.shards.only = header["shard"].get<int>();
+    stated.store = header.value("store", "");
+    if (header.contains("retest_counts")) {
+      const std::string counts = header["retest_counts"];
+      stated.policy = {RetestCountsFromName(counts).value(), std::nullopt};
+      if (header.contains("retest_most")) stated.policy->most = header["retest_most"];
     }
+    const int only = stated.shards.only.value_or(0);
+    const bool is_policy = !stated.policy || stated.policy->most.value_or(0) >= 0;
+    if (only >= 0 && only < stated.shards.count && stated.shards.count <= kMostShards &&
+        is_policy) {
+      return stated;
+    }
+  } catch (const std::exception&) {  // What is stated is of another type, or has no such name.
   }
-  return stated;
+  return NoHeader(path);
 }
 
 bool IsCutHeader(std::string_view text) {

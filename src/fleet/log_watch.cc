@@ -113,16 +113,12 @@ std::vector<FolderEvents::Event> FolderEvents::Take() {
 std::string_view FileSystemWithoutEvents(const std::string& folder) {
   struct statfs about {};
   if (statfs(folder.c_str(), &about) != 0) return "";
-  switch (static_cast<unsigned long>(about.f_type) & 0xFFFFFFFFUL) {
-    case 0x65735546:
-      return "FUSE";
-    case 0x786F4256:
-      return "VirtualBox";
-    case 0x73757245:
-      return "Coda";
-    default:
-      return NetworkFileSystemName(about.f_type);
+  constexpr std::array<std::pair<unsigned long, std::string_view>, 3> kSilent = {
+      {{0x65735546, "FUSE"}, {0x786F4256, "VirtualBox"}, {0x73757245, "Coda"}}};
+  for (const auto& [known, name] : kSilent) {
+    if ((static_cast<unsigned long>(about.f_type) & 0xFFFFFFFFUL) == known) return name;
   }
+  return NetworkFileSystemName(about.f_type);
 }
 
 namespace {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/run_table.h"
 
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <map>
-#include <optional>
-#include <type_traits>
 #include <utility>
-#include <variant>
 
 #include "fleet/fields.h"
 #include "fleet/json_lines.h"
@@ -20,67 +15,42 @@
 namespace truetriad::fleet {
 namespace {
 
-/// A field; nothing, text, or a number.
-using TableCell = std::variant<std::monostate, std::string, std::int64_t, double>;
+/// A column of the table, of a type as Parquet has them.
+struct Column {
+  std::string name;
+  std::string_view type;
+};
+
+constexpr std::string_view kText = "STRING", kWhole = "INT64", kReal = "DOUBLE",
+                           kTime = "TIMESTAMP";
 
 /// What every run has, and of the run that counts what its unit amounts to, in their order.
-constexpr std::array<std::string_view, 24> kFixedColumns = {
-    "run",           "serial",           "created",  "verdict",
-    "final_verdict", "first_verdict",    "attempts", "disposed_by",
-    "code",          "message",          "mode",     "log",
-    "log_bytes",     "log_modified_ns",  "software", "config_sha256",
-    "shard",         "folder",           "wall_s",   "cpu_s",
-    "effective_dof", "temperature_degc", "recorded", "recorded_by"};
-
-bool IsTime(std::string_view column) { return column == "created" || column == "recorded"; }
-
-/// The fields of a thing as cells of those columns, and what type they are of.
-struct FixedCells {
-  std::map<std::string_view, TableCell> cells = {};
-  std::map<std::string_view, std::string_view> types = {};
-
-  template <typename Field>
-  void operator()(std::string_view name, const Field& field) {
-    if constexpr (std::is_same_v<Field, std::int64_t>) {
-      Put(name, "INT64", field);
-    } else if constexpr (std::is_same_v<Field, double>) {
-      Put(name, "DOUBLE", std::isfinite(field) ? TableCell(field) : TableCell());
-    } else if constexpr (std::is_same_v<Field, Verdict>) {
-      Put(name, "STRING", std::string(VerdictName(field)));
-    } else if constexpr (std::is_same_v<Field, std::string>) {
-      const bool is_time = IsTime(name);
-      Put(name,
-          is_time ? "TIMESTAMP" : "STRING",
-          is_time && field.empty() ? TableCell() : TableCell(field));
-    }
-  }
-  void Put(std::string_view name, std::string_view type, TableCell cell) {
-    cells[name] = std::move(cell);
-    types[name] = type;
-  }
-};
+const std::vector<Column>& FixedColumns() {
+  static const auto& columns =
+      *new std::vector<Column>{{"run", kText},           {"serial", kText},
+                               {"created", kTime},       {"verdict", kText},
+                               {"final_verdict", kText}, {"first_verdict", kText},
+                               {"attempts", kWhole},     {"disposed_by", kText},
+                               {"code", kText},          {"message", kText},
+                               {"mode", kText},          {"log", kText},
+                               {"log_bytes", kWhole},    {"log_modified_ns", kWhole},
+                               {"software", kText},      {"config_sha256", kText},
+                               {"shard", kText},         {"folder", kText},
+                               {"wall_s", kReal},        {"cpu_s", kReal},
+                               {"effective_dof", kReal}, {"temperature_degc", kReal},
+                               {"recorded", kTime},      {"recorded_by", kText}};
+  return columns;
+}
 
 /// The table of a store's runs: all have the same columns.
 class RunTable {
  public:
-  struct Column {
-    std::string name;
-    std::string_view type;
-  };
-
   /// Looks which parameters and judgements there are.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
-    FixedCells fixed;
-    const UnitRun run;
-    const Standing standing;
-    Fields(fixed, run);
-    Fields(fixed, standing);
-    for (const std::string_view name : kFixedColumns) {
-      table.columns_.push_back({std::string(name), fixed.types.at(name)});
-    }
+    table.columns_ = FixedColumns();
     for (const std::string_view tag : TagNames()) {
-      table.columns_.push_back({std::string(tag), "STRING"});
+      table.columns_.push_back({std::string(tag), kText});
     }
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table names,
@@ -88,8 +58,8 @@ class RunTable {
     for (const auto& row : names.rows) {
       const std::string name = row[0].value_or("");
       table.places_[name] = table.columns_.size();
-      table.columns_.push_back({name, "DOUBLE"});
-      table.columns_.push_back({name + ".sigma", "DOUBLE"});
+      table.columns_.push_back({name, kReal});
+      table.columns_.push_back({name + ".sigma", kReal});
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const Table judged,
                                store.Query("SELECT name, component FROM judgement GROUP BY name, "
@@ -97,20 +67,23 @@ class RunTable {
     for (const auto& row : judged.rows) {
       const std::string name = JudgedName(row[0].value_or(""), row[1].value_or(""));
       table.places_[name] = table.columns_.size();
-      table.columns_.push_back({name, "DOUBLE"});
+      table.columns_.push_back({name, kReal});
     }
     return table;
   }
 
   const std::vector<Column>& columns() const { return columns_; }
 
-  std::vector<TableCell> RowOf(const UnitRun& run) const {
-    std::vector<TableCell> row;
+  /// Each text, a number, or null.
+  std::vector<Json> RowOf(const UnitRun& run) const {
+    Json fixed = TreeOf(run);
+    if (run.standing) fixed.update(TreeOf(*run.standing));
+    std::vector<Json> row;
     row.reserve(columns_.size());
-    FixedCells fixed;
-    Fields(fixed, run);
-    if (run.standing) Fields(fixed, *run.standing);
-    for (const std::string_view name : kFixedColumns) row.push_back(fixed.cells[name]);
+    for (const Column& column : FixedColumns()) {
+      Json cell = fixed.value(column.name, Json());
+      row.push_back(column.type == kTime && cell == "" ? Json() : std::move(cell));
+    }
     TagFields([&row](std::string_view, const std::string& value) { row.emplace_back(value); },
               run.tags);
     row.resize(columns_.size());
@@ -149,18 +122,10 @@ std::string CsvField(std::string text) {
   return quoted + '"';
 }
 
-std::string CsvField(const TableCell& cell) {
-  if (const auto* const text = std::get_if<std::string>(&cell)) return CsvField(*text);
-  if (const auto* const whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
-  const auto* const number = std::get_if<double>(&cell);
-  return number == nullptr ? "" : NumberText(*number);
-}
-
-Json JsonField(const TableCell& cell) {
-  if (const auto* const text = std::get_if<std::string>(&cell)) return *text;
-  if (const auto* const whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
-  const auto* const number = std::get_if<double>(&cell);
-  return number == nullptr ? Json() : Json(*number);
+std::string CsvField(const Json& cell) {
+  if (cell.is_string()) return CsvField(cell.get<std::string>());
+  if (cell.is_number_integer()) return cell.dump();
+  return cell.is_null() ? "" : NumberText(cell.get<double>());
 }
 
 RunSelection WithStanding(RunSelection which) {
@@ -195,13 +160,13 @@ Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std
   constexpr std::string_view kLineEnd = "\r\n";
   TRUETRIAD_ASSIGN_OR_RETURN(const RunTable table, RunTable::Of(store));
   std::string head;
-  for (const RunTable::Column& column : table.columns()) {
+  for (const Column& column : table.columns()) {
     head += (head.empty() ? "" : ",") + CsvField(column.name);
   }
   return WriteRuns(
       store, WithStanding(which), path, head.append(kLineEnd), [&](const UnitRun& run) {
         std::string line;
-        for (const TableCell& cell : table.RowOf(run)) line += CsvField(cell) + ',';
+        for (const Json& cell : table.RowOf(run)) line += CsvField(cell) + ',';
         line.pop_back();
         return line.append(kLineEnd);
       });
@@ -246,12 +211,15 @@ Result<std::size_t> ExportTypedTable(Store& store,
                                      const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const RunTable table, RunTable::Of(store));
   Json head = Json::array();
-  for (const RunTable::Column& column : table.columns()) {
+  for (const Column& column : table.columns()) {
     head.push_back({{"name", column.name}, {"type", column.type}});
   }
   return WriteRuns(store, WithStanding(which), path, LineOfJson(head), [&](const UnitRun& run) {
     Json row = Json::array();
-    for (const TableCell& cell : table.RowOf(run)) row.push_back(JsonField(cell));
+    // No digit of a whole number is lost as text.
+    for (const Json& cell : table.RowOf(run)) {
+      row.push_back(cell.is_number_integer() ? Json(cell.dump()) : cell);
+    }
     return LineOfJson(row);
   });
 }

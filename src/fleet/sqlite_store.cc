@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -278,28 +279,22 @@ class SqliteDatabase : public Database {
 }  // namespace
 
 std::string_view NetworkFileSystemName(long magic) {
-  switch (static_cast<unsigned long>(magic) & 0xFFFFFFFFUL) {
-    case 0x6969:
-      return "NFS";
-    case 0x517B:
-    case 0xFF534D42:
-    case 0xFE534D42:
-      return "SMB";
-    case 0x00C36400:
-      return "CephFS";
-    case 0x0BD00BD0:
-      return "Lustre";
-    case 0x47504653:
-      return "GPFS";
-    case 0x19830326:
-      return "BeeGFS";
-    case 0x5346414F:
-      return "AFS";
-    case 0x01021997:
-      return "9P";
-    default:
-      return "";
+  // As statfs(2) and the kernel's linux/magic.h have them.
+  constexpr std::array<std::pair<unsigned long, std::string_view>, 10> kNetworks = {
+      {{0x6969, "NFS"},
+       {0x517B, "SMB"},
+       {0xFF534D42, "SMB"},
+       {0xFE534D42, "SMB"},
+       {0x00C36400, "CephFS"},
+       {0x0BD00BD0, "Lustre"},
+       {0x47504653, "GPFS"},
+       {0x19830326, "BeeGFS"},
+       {0x5346414F, "AFS"},
+       {0x01021997, "9P"}}};
+  for (const auto& [known, name] : kNetworks) {
+    if ((static_cast<unsigned long>(magic) & 0xFFFFFFFFUL) == known) return name;
   }
+  return "";
 }
 
 Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access) {
