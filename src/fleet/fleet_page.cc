@@ -122,13 +122,15 @@ using Order = std::vector<std::size_t>;
 class WordColumn {
  public:
   void Set(std::size_t run, const std::string& word) {
-    const auto [found, is_new] = places_.try_emplace(word, places_.size());
+    const auto [found, is_new] =
+        places_.try_emplace(word, static_cast<std::uint32_t>(places_.size()));
     of_.resize(run + 1, kUnset);
     of_[run] = found->second;
   }
   Json ToJson(const Order& order) {
     of_.resize(order.size(), kUnset);
-    if (std::ranges::find(of_, kUnset) != of_.end()) places_.try_emplace("", places_.size());
+    if (std::ranges::find(of_, kUnset) != of_.end())
+      places_.try_emplace("", static_cast<std::uint32_t>(places_.size()));
     std::vector<std::uint32_t> sorted(places_.size());
     Json words = Json::array();
     for (const auto& [word, place] : places_) {
@@ -144,9 +146,9 @@ class WordColumn {
   }
 
  private:
-  static constexpr auto kUnset = static_cast<std::size_t>(-1);
-  std::map<std::string, std::size_t> places_;
-  std::vector<std::size_t> of_;
+  static constexpr auto kUnset = static_cast<std::uint32_t>(-1);
+  std::map<std::string, std::uint32_t> places_;
+  std::vector<std::uint32_t> of_;
 };
 
 /// A moment of each run, in whole seconds.
@@ -174,15 +176,14 @@ class MomentColumn {
 class NumberColumn {
  public:
   void Set(std::size_t run, double value) {
-    values_.resize(run + 1, line::kNotKnown);
-    values_[run] = value;
+    values_.resize(run + 1, kNone);
+    values_[run] = static_cast<float>(value);
   }
   std::string ToText(const Order& order) {
-    values_.resize(order.size(), line::kNotKnown);
+    values_.resize(order.size(), kNone);
     std::vector<std::uint32_t> numbers;
     for (const std::size_t run : order) {
-      const auto value = static_cast<float>(values_[run]);
-      constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+      const float value = values_[run];
       constexpr std::uint32_t kHalf = 2;  // Of the two bits that go.
       numbers.push_back(std::isfinite(value) ? (std::bit_cast<std::uint32_t>(value) + kHalf) >> 2U
                                              : std::bit_cast<std::uint32_t>(kNone) >> 2U);
@@ -191,7 +192,8 @@ class NumberColumn {
   }
 
  private:
-  std::vector<double> values_;
+  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> values_;
 };
 
 /// A unit of the page.

@@ -139,8 +139,8 @@ class LineReader {
                            .code = code},
                   .course = std::move(course),
                   .log = run.log,
-                  .judged = {},
                   .values = {},
+                  .number = records_.size(),
                   .counts = counts,
                   .is_measured = is_measured};
     TagFields(
@@ -148,6 +148,7 @@ class LineReader {
           if (!value.empty()) record.unit.tags[std::string(name)] = value;
         },
         run.tags);
+    record.values.reserve(run.parameters.size());
     for (std::size_t place = 0; place < run.parameters.size(); ++place) {
       const Parameter& parameter = run.parameters[place];
       if (parameter.name.starts_with("reference.")) continue;
@@ -156,7 +157,16 @@ class LineReader {
       known->second.first = std::min(known->second.first, place);
       record.values.push_back({known->second.second, parameter.value, parameter.sigma});
     }
-    if (counts) record.judged = run.judgements;
+    for (const LimitCheck& check : run.judgements) {
+      if (!counts) break;
+      judged_[check.FullName()].push_back({record.number,
+                                           check.limit.lower,
+                                           check.limit.upper,
+                                           check.limit.target.value_or(kNone),
+                                           check.worst,
+                                           check.sigma,
+                                           check.pass});
+    }
     records_.push_back(std::move(record));
   }
 
@@ -171,7 +181,7 @@ class LineReader {
     LineReading reading;
     const std::vector<Eigen::Index> places = PlacesOfParameters(&reading.data.parameters);
     reading.measured.parameters = reading.data.parameters;
-    std::map<std::string, std::vector<std::pair<int, LimitCheck>>> judged;
+    std::vector<std::size_t> unit_of(records_.size());
     for (Record& record : records_) {
       record.unit.values.setConstant(std::ssize(places), kNone);
       record.unit.sigma.setConstant(std::ssize(places), kNone);
@@ -182,13 +192,15 @@ class LineReader {
       record.values = {};
       if (record.is_measured) reading.measured.units.push_back(record.unit);
       if (!record.counts) continue;
-      for (LimitCheck& check : record.judged) {
-        judged[check.FullName()].emplace_back(reading.data.units.size(), std::move(check));
-      }
+      unit_of[record.number] = reading.data.units.size();
       reading.data.units.push_back(std::move(record.unit));
       reading.courses.push_back(std::move(record.course));
     }
-    for (const auto& [name, checks] : judged) reading.judged.push_back(QuantityOf(name, checks));
+    for (auto& [name, checks] : judged_) {
+      for (Judged& check : checks) check.unit = unit_of[check.unit];
+      std::ranges::sort(checks, {}, &Judged::unit);
+      reading.judged.push_back(QuantityOf(name, checks));
+    }
     for (Eigen::Index place = 0; place < std::ssize(places); ++place) {
       reading.parameters.push_back(ParameterOf(reading.data, place));
     }
@@ -200,12 +212,17 @@ class LineReader {
     std::size_t parameter;  ///< In the order in which they came.
     double value, sigma;
   };
+  struct Judged {
+    std::size_t unit;  ///< Record::number, in the end the place among the units.
+    double lower, upper, target, value, sigma;
+    bool pass;
+  };
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
     std::string log;
-    std::vector<LimitCheck> judged;
     std::vector<Value> values;
+    std::size_t number;  ///< In the order in which they came.
     bool counts, is_measured;
   };
 
@@ -238,14 +255,12 @@ class LineReader {
     return quantity;
   }
 
-  static Quantity QuantityOf(const std::string& name,
-                             const std::vector<std::pair<int, LimitCheck>>& checks) {
+  static Quantity QuantityOf(const std::string& name, const std::vector<Judged>& checks) {
     Quantity quantity;
     quantity.name = name;
     quantity.has_limits = true;
-    const Limit& last = checks.back().second.limit;
-    quantity.lower = last.lower, quantity.upper = last.upper;
-    quantity.target = last.target.value_or(kNone);
+    const Judged& last = checks.back();
+    quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
     if (const Result<LimitName> parsed = ParseLimitName(name)) {
       quantity.unit = parsed->Unit();
       // "within ± 0.5" is "at most 0.5" of what is never negative.
@@ -255,20 +270,19 @@ class LineReader {
     }
     quantity.values.resize(std::ssize(checks));
     quantity.sigma.resize(std::ssize(checks));
-    for (const auto& [unit, check] : checks) {
+    for (const Judged& check : checks) {
       const auto at = std::ssize(quantity.units);
-      quantity.units.push_back(unit);
-      quantity.values[at] = check.worst;
+      quantity.units.push_back(static_cast<int>(check.unit));
+      quantity.values[at] = check.value;
       quantity.sigma[at] = check.sigma;
       if (!check.pass) ++quantity.missed;
-      if (check.limit.lower != last.lower || check.limit.upper != last.upper) {
-        ++quantity.other_limits;
-      }
+      if (check.lower != last.lower || check.upper != last.upper) ++quantity.other_limits;
     }
     return quantity;
   }
 
   std::vector<Record> records_;
+  std::map<std::string, std::vector<Judged>> judged_;
   /// By name: the least place in a run, and a number.
   std::map<std::string, std::pair<std::size_t, std::size_t>> parameters_;
 };
