@@ -2,7 +2,6 @@
 #include "fleet/collect.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -14,14 +13,11 @@
 #include <utility>
 
 #include "fleet/json_lines.h"
-#include "fleet/json_lines_store.h"
 #include "fleet/rows.h"
 #include "fleet/run_check.h"
-#include "fleet/run_reader.h"
-#include "fleet/shard.h"
+#include "fleet/sql_store.h"
 #include "fleet/store.h"
-#include "fleet/store_url.h"
-#include "fleet/unit_decisions.h"
+#include "fleet/unit_folders.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -50,8 +46,8 @@ struct Survey {
   std::unordered_map<std::size_t, std::size_t> contents;
 };
 
-/// All of a run but its findings, of which older stores keep less, and its message, of which
-/// PostgreSQL may (what is no UTF-8).
+/// All of a run but its findings and its message, of which PostgreSQL may keep less (what is no
+/// UTF-8).
 std::string ContentOf(UnitRun run) {
   run.findings.clear();
   run.message.clear();
@@ -119,26 +115,16 @@ Status TakePolicy(Store& store, const std::string& name, bool has_runs, Survey* 
   return {};
 }
 
-/// Notes the decisions and checks of a store.
+/// Looks at the decisions and checks of a store, and notes them.
 Status TakeDecisions(const std::string& source, Store& store, Survey* survey) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
   for (const Disposition& one : decisions.dispositions) {
+    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
     TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "decision " + one.id, ContentOf(one), survey));
   }
   for (const StationCheck& one : decisions.checks) {
+    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
     TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "station check " + one.id, LineOf(one), survey));
-  }
-  return {};
-}
-
-/// Decisions of a source that is not looked at line by line.
-Status CheckDecisions(const std::string& source, Store& store) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
-  for (const Disposition& disposition : decisions.dispositions) {
-    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(disposition), source));
-  }
-  for (const StationCheck& check : decisions.checks) {
-    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(check), source));
   }
   return {};
 }
@@ -169,8 +155,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
 
 /// The shard of a run, which is one of `count`.
 Result<int> IndexOf(const UnitRun& run, int count, const std::string& source) {
-  const std::optional<Shard> shard =
-      run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
+  const std::optional<Shard> shard = ShardFromText(run.shard);
   if (shard && shard->count == count) return shard->index;
   return Error(ErrorCode::kDoesNotMatch,
                {ShownStore(source)},
@@ -211,7 +196,6 @@ Status Look(const std::string& source, bool takes_unfinished, Survey* survey) {
     if (!takes_unfinished) return ended;
     survey->unfinished.push_back(ShownStore(source));
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckDecisions(source, *store));
   TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(source, *store, survey));
   return TakePolicy(*store, source, survey->runs > before, survey);
 }
@@ -259,20 +243,14 @@ Status AddFrom(const std::string& source, Store& target) {
 
 Result<std::size_t> CountRuns(Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query("SELECT count(*) FROM run"));
-  const std::string text = table.rows.at(0).at(0).value_or("0");
-  std::size_t count = 0;
-  std::from_chars(text.data(), text.data() + text.size(), count);
-  return count;
+  return NumberOf(table.rows.at(0).at(0), std::size_t{0});
 }
 
 /// Of `count`, those that are not in `present`, nor the store has runs of.
 Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> present) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query("SELECT DISTINCT shard FROM run"));
   for (const auto& row : table.rows) {
-    const std::string text = row[0].value_or("");
-    if (const auto shard = text.empty() ? std::optional(Shard()) : ShardFromText(text)) {
-      present.insert(shard->index);
-    }
+    if (const auto shard = ShardFromText(row[0].value_or(""))) present.insert(shard->index);
   }
   std::vector<int> missing;
   for (int i = 0; i < count; ++i) {

@@ -8,7 +8,6 @@
 #include <system_error>
 #include <utility>
 
-#include "fleet/unit_decisions.h"
 #include "fleet/unit_folders.h"
 
 namespace truetriad::fleet {

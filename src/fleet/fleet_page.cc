@@ -2,171 +2,525 @@
 #include "fleet/fleet_page.h"
 
 #include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <optional>
 #include <string_view>
+#include <system_error>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "fleet/fields.h"
 #include "fleet/fleet_page_assets.h"
-#include "fleet/fleet_page_folder.h"
-#include "fleet/fleet_page_html.h"
-#include "fleet/fleet_page_line.h"
-#include "fleet/fleet_page_reader.h"
-#include "fleet/fleet_page_script.h"
+#include "fleet/line_reader.h"
+#include "fleet/line_summary.h"
+#include "fleet/unit_folders.h"
+#include "io/whole_file.h"
+#include "io/yaml_reader.h"
+#include "line/line_data.h"
 #include "report/format.h"
+#include "report/svg.h"
+#include "truetriad/base/version.h"
+#include "truetriad/io/calibration_file.h"
 #include "truetriad/model/limits.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad::fleet {
 namespace {
 
-/// Of numbers that are drawn: more than float has, none lost.
-constexpr int kDrawnDigits = 8;
+namespace fs = std::filesystem;
 
-template <typename Number>
-void AppendIntegers(const std::vector<Number>& numbers, std::string* script) {
-  AppendList(
-      numbers, [](Number number, std::string* text) { *text += std::to_string(number); }, script);
-}
+/// Points of a chart, the last ones: what a screen can show.
+constexpr int kPointsOfChart = 400;
 
-void AppendWords(const PageWords& words, std::string* script) {
-  *script += "{\"name\":";
-  AppendText(words.name, script);
-  *script += ",\"words\":";
-  AppendList(words.words, AppendText, script);
-  *script += ",\"of\":";
-  AppendIntegers(words.of, script);
-  *script += '}';
-}
-
-void AppendColumn(const PageColumn& column, std::string* script) {
-  const auto limit = [](const std::string& text) {
-    return text.empty() ? std::string("null") : text;
-  };
-  *script += "\n{\"name\":";
-  AppendText(column.name, script);
-  if (const Result<LimitName> limit_name = ParseLimitName(column.name);
-      column.is_judged && limit_name && limit_name->Unit() != "1") {
-    *script += ",\"unit\":";
-    AppendText(DisplayUnit(limit_name->Unit()), script);
-  }
-  *script += std::string(",\"judged\":") + (column.is_judged ? "true" : "false") +
-             ",\"differ\":" + (column.limits_differ ? "true" : "false") +
-             ",\"lower\":" + limit(column.lower) + ",\"target\":" + limit(column.target) +
-             ",\"upper\":" + limit(column.upper) + '}';
-}
-
-/// What the table of units shows and what it is filtered by.
-std::string DataScript(const PageUnits& units, const Json& line) {
-  std::string script = "var truetriadFleet={\"part\":" + std::to_string(kUnitsInPart);
-  script += ",\n\"serials\":";
-  AppendList(units.serials, AppendText, &script);
-  // Since the first of them; -1: not known.
-  std::int64_t base = std::numeric_limits<std::int64_t>::max();
-  for (const std::int64_t time : units.recorded_s) base = time > 0 ? std::min(base, time) : base;
-  std::vector<std::int64_t> recorded = units.recorded_s;
-  for (std::int64_t& time : recorded) time = time > 0 ? time - base : -1;
-  script += ",\n\"recorded\":{\"base\":" + std::to_string(base) + ",\"of\":";
-  AppendIntegers(recorded, &script);
-  script += '}';
-  for (const PageWords* words : {&units.verdict, &units.first_verdict, &units.code}) {
-    script += ",\n\"" + words->name + "\":";
-    AppendWords(*words, &script);
-  }
-  script += ",\n\"tags\":";
-  AppendList(units.tags, AppendWords, &script);
-  script += ",\n\"runs\":";
-  AppendIntegers(units.run_count, &script);
-  script += ",\n\"columns\":";
-  AppendList(units.columns, AppendColumn, &script);
-  script += ",\n\"line\":";
-  AppendJson(line, &script);
-  return script + "};\n";
-}
-
-std::string ColumnScript(std::size_t place, const PageColumn& column) {
-  std::string script = "truetriadColumn(" + std::to_string(place) + ",";
-  AppendList(
-      column.values,
-      [](float value, std::string* text) { AppendNumber(value, kDrawnDigits, text); },
-      &script);
-  return script + ");\n";
-}
-
-Status WriteAssets(WholeFolder& folder) {
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("assets/report.css", ReportStyleSheet()));
-  for (const PageAsset& asset : FleetPageAssets()) {
-    TRUETRIAD_RETURN_IF_ERROR(folder.Write(std::string(asset.name), asset.text));
-  }
-  for (const PageAsset& asset : ChartAssets()) {
-    TRUETRIAD_RETURN_IF_ERROR(folder.Write(std::string(asset.name), asset.text));
-  }
-  return {};
-}
-
-/// index.html and the lots' pages; the number of lots.
-Result<std::size_t> WritePages(const PageUnits& units, WholeFolder& folder) {
-  PageScope scope{.title = "Units", .draws_charts = !ChartAssets().empty()};
-  scope.units.resize(units.size());
-  std::iota(scope.units.begin(), scope.units.end(), std::size_t{0});
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("index.html", FleetPageHtml(units, scope)));
-  std::size_t lots = 0;
-  for (const PageWords& tag : units.tags) {
-    if (tag.name != "lot") continue;
-    std::vector<std::vector<std::size_t>> units_of(tag.words.size());
-    for (std::size_t i = 0; i < units.size(); ++i) units_of[tag.of[i]].push_back(i);
-    for (std::size_t i = 0; i < tag.words.size(); ++i) {
-      if (tag.words[i].empty()) continue;
-      scope.title = "Lot " + tag.words[i];
-      scope.root = "../";
-      scope.lot = tag.words[i];
-      scope.units = units_of[i];
-      TRUETRIAD_RETURN_IF_ERROR(folder.Write(FileOfLot(tag.words[i]), FleetPageHtml(units, scope)));
-      ++lots;
+/// `path` as it stands in a link: byte by byte, but for what is plain.
+std::string LinkOf(const std::string& path) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string link;
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte < 0x80 && std::isalnum(byte) != 0) ||
+        std::string_view("-_./~").find(c) != std::string_view::npos) {
+      link += c;
+    } else {
+      link += {'%', kDigits[byte >> 4], kDigits[byte & 15U]};
     }
   }
-  return lots;
+  return link;
+}
+
+/// Where the report of a run is.
+class Reports {
+ public:
+  Reports(const std::string& store, const std::string& page)
+      : page_(Canonical(fs::absolute(page))), units_(fs::absolute(store).parent_path() / "units") {
+    if (!page_.has_filename()) page_ = page_.parent_path();
+  }
+
+  /// Two parts of a link from the page's folder to a run's: to the units, and from there; empty:
+  /// there is no report.
+  std::pair<std::string, std::string> LinkTo(const std::string& folder) {
+    if (folder.empty()) return {};
+    const fs::path place = fs::absolute(FolderOf(folder, units_));
+    std::error_code ignored;
+    if (!fs::is_regular_file(place / "report.html", ignored)) return {};
+    const fs::path unit = place.parent_path();
+    const fs::path units = Canonical(unit.parent_path()).lexically_relative(page_);
+    return {LinkOf(units.generic_string()),
+            LinkOf((unit.filename() / place.filename()).generic_string())};
+  }
+
+ private:
+  /// Without links, so that the way from one to the other is the short one.
+  const fs::path& Canonical(const fs::path& folder) {
+    const auto [found, is_new] = canonical_.try_emplace(folder);
+    if (is_new) {
+      std::error_code failure;
+      const fs::path canonical = fs::weakly_canonical(folder, failure);
+      found->second = (failure ? folder : canonical).lexically_normal();
+    }
+    return found->second;
+  }
+
+  std::map<fs::path, fs::path> canonical_;
+  fs::path page_, units_;
+};
+
+/// A number of each item in digits of base 64 ("A" is 0), all of as many as the greatest needs.
+std::string Packed(const std::vector<std::uint32_t>& numbers) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  constexpr std::uint32_t kBase = kDigits.size();
+  std::size_t width = 0;
+  for (std::uint32_t most = numbers.empty() ? 0 : *std::ranges::max_element(numbers); most > 0;
+       most /= kBase) {
+    ++width;
+  }
+  std::string text(width * numbers.size(), 'A');
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    std::uint32_t rest = numbers[i];
+    for (std::size_t place = (i + 1) * width; rest > 0; rest /= kBase) {
+      text[--place] = kDigits[rest % kBase];
+    }
+  }
+  return text;
+}
+
+/// In which order the page has the runs, which are numbered as they are read.
+using Order = std::vector<std::size_t>;
+
+/// A word of each run, the empty one where none is set; the list has each word once, sorted.
+class WordColumn {
+ public:
+  void Set(std::size_t run, const std::string& word) {
+    const auto [found, is_new] =
+        places_.try_emplace(word, static_cast<std::uint32_t>(places_.size()));
+    of_.resize(run + 1, kUnset);
+    of_[run] = found->second;
+  }
+  Json ToJson(const Order& order) {
+    of_.resize(order.size(), kUnset);
+    if (std::ranges::find(of_, kUnset) != of_.end())
+      places_.try_emplace("", static_cast<std::uint32_t>(places_.size()));
+    std::vector<std::uint32_t> sorted(places_.size());
+    Json words = Json::array();
+    for (const auto& [word, place] : places_) {
+      sorted[place] = static_cast<std::uint32_t>(words.size());
+      words.push_back(word);
+    }
+    std::vector<std::uint32_t> numbers;
+    // The empty word is the first of all.
+    for (const std::size_t run : order) {
+      numbers.push_back(of_[run] == kUnset ? 0 : sorted[of_[run]]);
+    }
+    return {{"words", words}, {"of", Packed(numbers)}};
+  }
+
+ private:
+  static constexpr auto kUnset = static_cast<std::uint32_t>(-1);
+  std::map<std::string, std::uint32_t> places_;
+  std::vector<std::uint32_t> of_;
+};
+
+/// A moment of each run, in whole seconds.
+class MomentColumn {
+ public:
+  void Add(const std::string& moment) { seconds_.push_back(line::SecondsOf(moment)); }
+  /// 0: it is not known, 1: it is `from`.
+  Json ToJson(const Order& order) const {
+    double from = line::kNotKnown;
+    for (const double one : seconds_) from = std::fmin(from, one);
+    std::vector<std::uint32_t> numbers;
+    for (const std::size_t run : order) {
+      const double after = seconds_[run] - from;
+      numbers.push_back(std::isfinite(after) ? 1 + static_cast<std::uint32_t>(after) : 0);
+    }
+    return {{"from", from}, {"of", Packed(numbers)}};
+  }
+
+ private:
+  std::vector<double> seconds_;
+};
+
+/// A number of each run that has it, with as many digits as the page shows: the first 30 bits of a
+/// float have a precision of 2⁻²².
+class NumberColumn {
+ public:
+  void Set(std::size_t run, double value) {
+    values_.resize(run + 1, kNone);
+    values_[run] = static_cast<float>(value);
+  }
+  std::string ToText(const Order& order) {
+    values_.resize(order.size(), kNone);
+    std::vector<std::uint32_t> numbers;
+    for (const std::size_t run : order) {
+      const float value = values_[run];
+      constexpr std::uint32_t kHalf = 2;  // Of the two bits that go.
+      numbers.push_back(std::isfinite(value) ? (std::bit_cast<std::uint32_t>(value) + kHalf) >> 2U
+                                             : std::bit_cast<std::uint32_t>(kNone) >> 2U);
+    }
+    return Packed(numbers);
+  }
+
+ private:
+  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> values_;
+};
+
+/// A unit of the page.
+struct PageUnit {
+  std::string serial, run;  ///< run: that counts.
+  std::string verdict, code, first_verdict;
+  bool is_decided = false;  ///< A decision holds.
+};
+
+/// Of a run what says where it stands: behind runs of the unit that were measured before it.
+struct PageRun {
+  std::size_t unit = 0;
+  std::string recorded, log, id;
+
+  auto operator<=>(const PageRun&) const = default;
+};
+
+/// A parameter, or what units were judged by: then with limits.
+struct PageColumn {
+  std::string name;
+  bool is_judged = false;
+  NumberColumn values = {};
+  WordColumn sigmas = {};  ///< With two digits.
+  WordColumn limits = {};  ///< "[lower,target,upper,inside]"; null: open.
+};
+
+bool IsGood(const std::string& verdict) {
+  const std::optional<Verdict> known = VerdictFromName(verdict);
+  return known && !IsRed(*known);
+}
+
+/// The units that are selected, and all their runs.
+class PageData {
+ public:
+  PageData(Store& store, const FleetPageOptions& options)
+      : store_(store), where_(options.where), reports_(options.store, options.folder) {}
+
+  Status Read() {
+    TRUETRIAD_RETURN_IF_ERROR(ReadUnits());
+    TRUETRIAD_RETURN_IF_ERROR(ReadDecisions());
+    return store_.ForEachRun({.is_whole = false}, [this](const UnitRun& run) -> Status {
+      if (const auto unit = places_.find(run.serial); unit != places_.end()) {
+        Take(run, unit->second);
+      }
+      return {};
+    });
+  }
+
+  FleetPageSummary Summary() const {
+    FleetPageSummary summary{.units = units_.size(),
+                             .runs = runs_.size(),
+                             .reports = links_,
+                             .draws_charts = !ChartAssets().empty()};
+    for (const PageUnit& unit : units_) {
+      summary.good += IsGood(unit.verdict) ? 1 : 0;
+      summary.good_at_first += IsGood(unit.first_verdict) ? 1 : 0;
+    }
+    return summary;
+  }
+
+  /// The data of the page's scripts, with what `line` says.
+  std::string Script(Json line) {
+    Order order(runs_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [this](std::size_t run) -> const PageRun& { return runs_[run]; });
+    Json data = {{"serials", Json::array()}};
+    std::vector<std::uint32_t> runs(units_.size()), counting(units_.size());
+    Json decided = Json::object();
+    for (std::size_t place = 0; place < order.size(); ++place) {
+      const PageRun& run = runs_[order[place]];
+      if (run.id == units_[run.unit].run) counting[run.unit] = runs[run.unit];
+      ++runs[run.unit];
+      const auto found = decided_.find(run.id);
+      if (found != decided_.end()) decided[std::to_string(place)] = std::move(found->second);
+    }
+    WordColumn verdicts, codes;
+    for (std::size_t i = 0; i < units_.size(); ++i) {
+      data["serials"].push_back(units_[i].serial);
+      verdicts.Set(i, units_[i].verdict);
+      codes.Set(i, units_[i].code);
+    }
+    Order units(units_.size());
+    std::iota(units.begin(), units.end(), std::size_t{0});
+    data["verdict"] = verdicts.ToJson(units);
+    data["code"] = codes.ToJson(units);
+    data["runs"] = Packed(runs);
+    data["counting"] = Packed(counting);
+    Json& of_runs = data["of_runs"] = {{"recorded", recorded_.ToJson(order)},
+                                       {"created", created_.ToJson(order)},
+                                       {"decided", std::move(decided)},
+                                       {"report", Json::array()}};
+    for (auto& [name, words] : words_) of_runs[name] = words.ToJson(order);
+    for (const std::size_t run : order) of_runs["report"].push_back(std::move(reports_of_[run]));
+    data["tags"] = Json::array();
+    const Tags names;
+    TagFields(
+        [&](std::string_view name, const std::string&) {
+          const auto found = tags_.find(name);
+          if (found == tags_.end()) return;
+          data["tags"].push_back(found->second.ToJson(order));
+          data["tags"].back()["name"] = name;
+        },
+        names);
+    data["columns"] = Json::array();
+    for (PageColumn& column : columns_) {
+      Json json = {{"name", column.name},
+                   {"values", column.values.ToText(order)},
+                   {"sigmas", column.sigmas.ToJson(order)}};
+      if (column.is_judged) json["limits"] = column.limits.ToJson(order);
+      const Result<LimitName> name = ParseLimitName(column.name);
+      if (column.is_judged && name && name->Unit() != "1") json["unit"] = DisplayUnit(name->Unit());
+      data["columns"].push_back(std::move(json));
+    }
+    data["line"] = std::move(line);
+    return "var truetriadFleet=" + ScriptOf(data) + ";\n";
+  }
+
+ private:
+  Status ReadUnits() {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table table,
+        store_.Query("SELECT serial, run, final_verdict, " + std::string(kReason) +
+                     ", first_verdict, disposed_by" + FromWhere("standing", {.where = where_}) +
+                     " ORDER BY serial"));
+    for (const auto& row : table.rows) {
+      const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
+      places_[text(0)] = units_.size();
+      units_.push_back({text(0), text(1), text(2), text(3), text(4), row[5].has_value()});
+    }
+    return {};
+  }
+
+  /// Each by its run, with what has become of it: nothing, "later" (another decision), or the run
+  /// by which it is lifted.
+  Status ReadDecisions() {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store_.ReadDecisions());
+    std::unordered_map<std::string, std::string> last;
+    for (const Disposition& one : decisions.dispositions) last[one.serial] = one.id;
+    for (const Disposition& one : decisions.dispositions) {
+      const auto unit = places_.find(one.serial);
+      if (unit == places_.end()) continue;
+      const PageUnit& of = units_[unit->second];
+      const std::string end = last[one.serial] != one.id ? "later" : of.is_decided ? "" : of.run;
+      Json& list = decided_.try_emplace(one.run, Json::array()).first->second;
+      list.push_back({one.created, one.who, VerdictName(one.verdict), one.why, end});
+    }
+    return {};
+  }
+
+  PageColumn& ColumnOf(const std::string& name, bool is_judged) {
+    const auto [found, is_new] = column_of_.try_emplace({is_judged, name}, columns_.size());
+    if (is_new) columns_.push_back({.name = name, .is_judged = is_judged});
+    return columns_[found->second];
+  }
+
+  void Take(const UnitRun& run, std::size_t unit) {
+    const std::size_t number = runs_.size();
+    runs_.push_back({unit, run.recorded, run.recorded.empty() ? "" : run.log, run.id});
+    recorded_.Add(run.recorded);
+    created_.Add(run.created);
+    auto [folder, report] = reports_.LinkTo(run.folder);
+    links_ += report.empty() ? 0 : 1;
+    words_["folder"].Set(number, folder);
+    reports_of_.push_back(std::move(report));
+    words_["verdict"].Set(number, std::string(VerdictName(run.verdict)));
+    words_["code"].Set(number, run.code);
+    words_["message"].Set(number, run.message);
+    words_["by"].Set(number, run.recorded_by);
+    TagFields(
+        [&](std::string_view name, const std::string& value) {
+          if (!value.empty()) tags_[std::string(name)].Set(number, value);
+        },
+        run.tags);
+    const auto set = [&](PageColumn* column, double value, double sigma) {
+      column->values.Set(number, value);
+      column->sigmas.Set(number, sigma > 0.0 ? Significant(sigma, 2) : "");
+    };
+    for (const Parameter& parameter : run.parameters) {
+      set(&ColumnOf(parameter.name, false), parameter.value, parameter.sigma);
+    }
+    for (const LimitCheck& check : run.judgements) {
+      PageColumn& column = ColumnOf(check.FullName(), true);
+      set(&column, check.worst, check.sigma);
+      // "within ± 0.5" is "at most 0.5" of what is never negative.
+      const Result<LimitName> name = ParseLimitName(check.FullName());
+      const bool is_open = name && name->IsNeverNegative() && !(check.limit.lower > 0.0);
+      const auto side = [](double limit) { return std::isfinite(limit) ? Json(limit) : Json(); };
+      const Json limits = {is_open ? Json() : side(check.limit.lower),
+                           check.limit.target ? Json(*check.limit.target) : Json(),
+                           side(check.limit.upper),
+                           check.pass};
+      column.limits.Set(number, limits.dump());
+    }
+  }
+
+  Store& store_;
+  std::string where_;
+  Reports reports_;
+  std::vector<PageUnit> units_;                          ///< By serial number.
+  std::unordered_map<std::string, std::size_t> places_;  ///< Of the units.
+  std::unordered_map<std::string, Json> decided_;        ///< By run.
+  std::vector<PageRun> runs_;
+  MomentColumn recorded_, created_;
+  std::vector<std::string> reports_of_;      ///< By run.
+  std::map<std::string, WordColumn> words_;  ///< Other columns of runs.
+  std::map<std::string, WordColumn, std::less<>> tags_;
+  std::vector<PageColumn> columns_;
+  std::map<std::pair<bool, std::string>, std::size_t> column_of_;
+  std::size_t links_ = 0;
+};
+
+/// What the line's statistics say of the units that `where` lets through, as of the last of them.
+Result<Json> LineJson(Store& store, const std::string& where) {
+  SummaryOptions options{.selection = {.where = where}, .chart_points = kPointsOfChart};
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table last,
+      store.Query("SELECT max(created)" + FromWhere("standing", {.where = where})));
+  if (!last.rows.empty()) options.now = last.rows[0][0].value_or("");
+  TRUETRIAD_ASSIGN_OR_RETURN(const LineSummary summary, Summarise(store, options));
+  Json json = ToJson(summary);
+  for (const char* const elsewhere : {"reasons", "parameters"}) json.erase(elsewhere);
+  // Six digits are a pixel of any screen.
+  const auto rounded = [](const Json& value) {
+    const double number = value.is_null() ? line::kNotKnown : value.get<double>();
+    return std::isfinite(number) ? Json(std::strtod(Significant(number, 6).c_str(), nullptr))
+                                 : Json();
+  };
+  for (Json& station : json["charts"]) {
+    for (Json& chart : station["charts"]) {
+      for (Json& point : chart["points"]) {
+        point = {point["serial"],
+                 rounded(point["value"]),
+                 rounded(point["lower"]),
+                 rounded(point["upper"])};
+      }
+    }
+  }
+  return json;
+}
+
+/// By which the index of such a page is known.
+constexpr std::string_view kDataScript = "<script defer src=\"data.js\"></script>";
+
+/// Error (bad input): the index of something else is there.
+Status CheckIndex(const std::string& index) {
+  std::error_code failure;
+  if (!fs::exists(index, failure)) return {};
+  const Result<std::string> text = LookAtSmallFile(index);
+  if (text && text->find(kDataScript) != std::string::npos) return {};
+  return Error(ErrorCode::kOutputInTheWay,
+               {index},
+               "is none that `fleet report` has written; name another folder for the page");
+}
+
+std::string PageHtml(const FleetPageSummary& page) {
+  const auto share = [&page](std::size_t part) {
+    return Fixed(100.0 * static_cast<double>(part) / static_cast<double>(page.units), 1) + " %";
+  };
+  const std::map<std::string_view, std::string> parts = {
+      {"chart_style",
+       page.draws_charts ? "<link rel=\"stylesheet\" href=\"assets/uplot.css\">\n" : ""},
+      {"chart_script",
+       page.draws_charts ? "<script defer src=\"assets/uplot.js\"></script>\n" : ""},
+      {"grade", page.good == page.units ? "good" : "caution"},
+      {"headline", share(page.good) + " good"},
+      {"explanation",
+       std::to_string(page.good) + " of " + std::to_string(page.units) + " units; " +
+           share(page.good_at_first) + " at the first run."},
+      {"origin",
+       EscapeMarkup(
+           std::to_string(page.units) + " units, " + std::to_string(page.runs) +
+           " runs; of each unit the run that counts. Times are UTC. Written by truetriad " +
+           std::string(Version()) +
+           (page.draws_charts ? "; charts by uPlot (assets/uplot-license.txt)." : "."))}};
+  const std::string_view frame = FleetPageFrame();
+  std::string html;
+  for (std::size_t at = 0; at < frame.size();) {
+    const std::size_t open = std::min(frame.find('{', at), frame.size());
+    html += frame.substr(at, open - at);
+    if (open == frame.size()) break;
+    const std::size_t close = frame.find('}', open);
+    html += parts.at(frame.substr(open + 1, close - open - 1));
+    at = close + 1;
+  }
+  return html;
 }
 
 }  // namespace
 
+std::string ScriptOf(const Json& json) {
+  std::string script;
+  for (const char c : json.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace)) {
+    if (c == '<') {
+      script += "\\u003c";
+    } else {
+      script += c;
+    }
+  }
+  return script;
+}
+
 Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& options) {
-  TRUETRIAD_ASSIGN_OR_RETURN(WholeFolder folder, WholeFolder::Begin(options.folder));
-  const auto add_part = [&](std::size_t part, const std::string& script) {
-    return folder.Write("data/part-" + std::to_string(part) + ".js", script);
+  const auto path = [&options](std::string_view name) {
+    return (fs::path(options.folder) / name).string();
   };
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const PageUnits units,
-      ReadPageUnits(store, options.store, options.where, options.folder, add_part));
-  if (units.size() == 0) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckIndex(path("index.html")));
+  PageData data(store, options);
+  TRUETRIAD_RETURN_IF_ERROR(data.Read());
+  const FleetPageSummary summary = data.Summary();
+  if (summary.units == 0) {
     return Error(ErrorCode::kNoReadings,
                  {ShownStore(options.store)},
                  options.where.empty() ? "has no runs yet; `truetriad fleet run` adds them"
                                        : "has no units with --where=" + options.where);
   }
-  for (std::size_t i = 0; i < units.columns.size(); ++i) {
-    TRUETRIAD_RETURN_IF_ERROR(folder.Write("data/column-" + std::to_string(i) + ".js",
-                                           ColumnScript(i, units.columns[i])));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Json line, LineJson(store, options.where));
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(path("assets")));
+  WholeFiles files;
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("assets/report.css"), ReportStyleSheet()));
+  for (const auto* const assets : {&FleetPageAssets(), &ChartAssets()}) {
+    for (const PageAsset& asset : *assets) {
+      TRUETRIAD_RETURN_IF_ERROR(files.Write(path(asset.name), asset.text));
+    }
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const PageLine line, LineOfPage(store, options.where));
-  for (std::size_t i = 0; i < line.charts.size(); ++i) {
-    std::string script = "truetriadStation(" + std::to_string(i) + ",";
-    AppendJson(line.charts[i], &script);
-    TRUETRIAD_RETURN_IF_ERROR(
-        folder.Write("data/station-" + std::to_string(i) + ".js", script + ");\n"));
-  }
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("data.js", DataScript(units, line.summary)));
-  TRUETRIAD_RETURN_IF_ERROR(WriteAssets(folder));
-  FleetPageSummary summary{
-      .units = units.size(), .reports = units.reports, .draws_charts = !ChartAssets().empty()};
-  TRUETRIAD_ASSIGN_OR_RETURN(summary.lots, WritePages(units, folder));
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    summary.good += IsGood(units.verdict, i) ? 1 : 0;
-    summary.runs += units.run_count[i];
-  }
-  TRUETRIAD_RETURN_IF_ERROR(folder.Commit());
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("data.js"), data.Script(line)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("index.html"), PageHtml(summary)));
+  TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return summary;
 }
 

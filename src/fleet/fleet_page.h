@@ -5,6 +5,7 @@
 #include <string>
 
 #include "fleet/store.h"
+#include "json/json.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
@@ -18,16 +19,20 @@ struct FleetPageOptions {
 
 /// What a page was made of.
 struct FleetPageSummary {
-  std::size_t units = 0, good = 0, runs = 0, lots = 0;
+  std::size_t units = 0, good = 0, good_at_first = 0, runs = 0;
   std::size_t reports = 0;    ///< Runs whose own report is linked.
   bool draws_charts = false;  ///< This program has what draws them.
 };
 
-/// Writes the folder: index.html, a page a lot, data and assets. The folder appears whole or stays
-/// as it was. Nothing in it depends on when or where it is made, but for links to runs' reports,
-/// which lead from it to their place. Errors (bad input): the store cannot be read, has no such
-/// units, or the folder cannot be written or has files that no page has. Error (usage): `where` is
-/// not understood.
+/// Text of a script that is `json`, in ASCII: what ends a script, a line or a string in any browser
+/// (<, quotes, U+2028) is escaped. What is no UTF-8 becomes U+FFFD. (A page from the disk may load
+/// scripts, but no JSON.)
+std::string ScriptOf(const Json& json);
+
+/// Writes index.html, data.js and assets into the folder, once all of them are whole. Nothing in it
+/// depends on when or where it is made, but for links to runs' reports, which lead from it to their
+/// place. Errors (bad input): the store cannot be read, has no such units, or the folder cannot be
+/// written or has another index.html. Error (usage): `where` is not understood.
 Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& options);
 
 }  // namespace truetriad::fleet

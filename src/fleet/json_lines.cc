@@ -2,22 +2,28 @@
 #include "fleet/json_lines.h"
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <unordered_set>
 #include <utility>
 
+#include "fleet/fields.h"
 #include "fleet/run_check.h"
-#include "fleet/shard.h"
+#include "fleet/store.h"
 #include "json/json.h"
 
 namespace truetriad::fleet {
+
+void Fields(auto&& visit, Like<LineCounts> auto& counts) {
+  visit("runs", counts.runs);
+  visit("dispositions", counts.dispositions);
+  visit("station_checks", counts.station_checks);
+}
+
 namespace {
 
-constexpr std::string_view kFormat = "truetriad/runs/";
+constexpr std::string_view kFormat = "truetriad/runs";
 constexpr std::size_t kLongestHeader = 4096;  // Bytes; that of today has some 50.
 
 Error NoHeader(const std::string& path) {
@@ -26,7 +32,7 @@ Error NoHeader(const std::string& path) {
       {path, 1},
       "is no file of runs: expected the header that `fleet run --store=NAME.jsonl` writes, "
       "{\"format\":\"" +
-          std::string(kFormat) + std::to_string(kJsonLinesVersion) + "\",…}");
+          std::string(kFormat) + "\",…}");
 }
 
 Error Unreadable(const std::string& path) {
@@ -44,22 +50,8 @@ Result<std::ifstream> Opened(const std::string& path) {
   return file;
 }
 
-/// The number behind kFormat.
-std::optional<int> VersionOf(const Json& header) {
-  if (!header.is_object() || !header.contains("format") || !header["format"].is_string()) {
-    return std::nullopt;
-  }
-  const std::string format = header["format"];
-  int version = 0;
-  if (!format.starts_with(kFormat)) return std::nullopt;
-  const char* const end = format.data() + format.size();
-  const auto [stop, failure] = std::from_chars(format.data() + kFormat.size(), end, version);
-  return failure == std::errc() && stop == end ? std::optional(version) : std::nullopt;
-}
-
 Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
-  const std::optional<Shard> shard =
-      run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
+  const std::optional<Shard> shard = ShardFromText(run.shard);
   if (shard && shard->count == shards.count && shard->index == shards.only.value_or(shard->index)) {
     return {};
   }
@@ -69,47 +61,9 @@ Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
                    std::to_string(shards.count));
 }
 
-Disposition DispositionFrom(const Json& json) {
-  const std::string name = json.at("verdict");
-  return {.id = json.at("disposition"),
-          .serial = json.at("serial"),
-          .created = json.at("created"),
-          .who = json.at("who"),
-          .why = json.at("why"),
-          // Of another, CheckStored says that people do not decide it.
-          .verdict = VerdictFromName(name).value_or(Verdict::kNoResult),
-          .run = json.at("run")};
-}
-
-StationCheck StationCheckFrom(const Json& json) {
-  const auto number = [&](const char* name) {
-    const Json& value = json.at(name);
-    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-  };
-  return {.id = json.at("station_check"),
-          .station = json.at("station"),
-          .serial = json.at("serial"),
-          .created = json.at("created"),
-          .agrees = json.at("agrees"),
-          .p = number("p"),
-          .largest = number("largest"),
-          .parameter = json.at("parameter"),
-          .log = json.at("log"),
-          .recording = json.at("recording"),
-          .repeatability = json.at("repeatability")};
-}
-
-LineCounts CountsFrom(const Json& json) {
-  return {json.at("runs"), json.at("dispositions"), json.at("station_checks")};
-}
-
 std::string TextOf(const LineCounts& counts) {
   return std::to_string(counts.runs) + " runs, " + std::to_string(counts.dispositions) +
          " decisions and " + std::to_string(counts.station_checks) + " checks of stations";
-}
-
-std::string TextOfLine(const Json& json) {
-  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
 }
 
 /// Reads the lines of a file behind its first.
@@ -122,9 +76,15 @@ class LinesReader {
     read_.is_ended = false;
     try {
       const Json json = Json::parse(line);
-      if (json.contains("end")) return End(CountsFrom(json["end"]));
-      if (json.contains("disposition")) return Keep(DispositionFrom(json["disposition"]));
-      if (json.contains("station_check")) return Keep(StationCheckFrom(json["station_check"]));
+      if (json.contains("end")) return End(ThingFrom<LineCounts>(json["end"]));
+      if (json.contains("disposition")) {
+        Disposition disposition = ThingFrom<Disposition>(json["disposition"]);
+        disposition.serial = json["disposition"].at("serial");
+        return Keep(std::move(disposition));
+      }
+      if (json.contains("station_check")) {
+        return Keep(ThingFrom<StationCheck>(json["station_check"]));
+      }
       run_ = UnitRunFrom(json);
     } catch (const std::exception& failure) {  // The JSON reader's, or UnitRunFrom's own.
       return Error(ErrorCode::kWrongFormat,
@@ -179,91 +139,55 @@ class LinesReader {
 }  // namespace
 
 std::string HeaderLine(const LinesHeader& header) {
-  Json json = {{"format", std::string(kFormat) + std::to_string(kJsonLinesVersion)},
-               {"shards", header.shards.count}};
+  Json json = {
+      {"format", kFormat}, {kSchemaVersionName, kSchemaVersion}, {"shards", header.shards.count}};
   if (header.shards.only) json["shard"] = *header.shards.only;
   if (!header.store.empty()) json["store"] = header.store;
   if (header.policy) json["retest_counts"] = RetestCountsName(header.policy->counts);
   if (header.policy && header.policy->most) json["retest_most"] = *header.policy->most;
-  return json.dump() + '\n';
+  return LineOfJson(json);
 }
 
 std::string LineOf(const Disposition& disposition) {
-  return TextOfLine({{"disposition",
-                      {{"disposition", disposition.id},
-                       {"run", disposition.run},
-                       {"serial", disposition.serial},
-                       {"created", disposition.created},
-                       {"who", disposition.who},
-                       {"verdict", VerdictName(disposition.verdict)},
-                       {"why", disposition.why}}}});
+  Json json = TreeOf(disposition);
+  json["serial"] = disposition.serial;
+  return LineOfJson({{"disposition", json}});
 }
 
 std::string LineOf(const StationCheck& check) {
-  return TextOfLine({{"station_check",
-                      {{"station_check", check.id},
-                       {"station", check.station},
-                       {"serial", check.serial},
-                       {"created", check.created},
-                       {"agrees", check.agrees},
-                       {"p", check.p},
-                       {"largest", check.largest},
-                       {"parameter", check.parameter},
-                       {"log", check.log},
-                       {"recording", check.recording},
-                       {"repeatability", check.repeatability}}}});
+  return LineOfJson({{"station_check", TreeOf(check)}});
 }
 
-std::string EndLine(const LineCounts& above) {
-  return TextOfLine({{"end",
-                      {{"runs", above.runs},
-                       {"dispositions", above.dispositions},
-                       {"station_checks", above.station_checks}}}});
-}
+std::string EndLine(const LineCounts& above) { return LineOfJson({{"end", TreeOf(above)}}); }
 
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-  const std::optional<int> version = VersionOf(header);
-  if (!version || *version < 1) return NoHeader(path);
-  if (*version > kJsonLinesVersion) {
-    return Error(ErrorCode::kWrongFormat,
-                 {path, 1},
-                 "has version " + std::to_string(*version) +
-                     " of such files, and this program knows " + std::to_string(kJsonLinesVersion) +
-                     "; use the newer truetriad that wrote it");
-  }
-  LinesHeader stated;
-  const auto number = [&](const char* name) {
-    const Json value = header.value(name, Json());
-    return value.is_number_integer() ? value.get<std::int64_t>() : -1;
-  };
-  const std::int64_t count = number("shards");
-  if (count < 1 || count > kMostShards) return NoHeader(path);
-  stated.shards.count = static_cast<int>(count);
-  if (header.contains("shard")) {
-    const std::int64_t only = number("shard");
-    if (only < 0 || only >= count) return NoHeader(path);
-    stated.shards.only = static_cast<int>(only);
-  }
-  const auto text = [&](const char* name) {
-    const Json value = header.value(name, Json(""));
-    return value.is_string() ? value.get<std::string>() : "?";
-  };
-  stated.store = text("store");
-  if (header.contains("retest_counts")) {
-    const std::optional<RetestCounts> counts = RetestCountsFromName(text("retest_counts"));
-    if (!counts) return NoHeader(path);
-    stated.policy = {*counts, std::nullopt};
-    if (header.contains("retest_most")) {
-      stated.policy->most = number("retest_most");
-      if (*stated.policy->most < 0) return NoHeader(path);
+  if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
+  TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(
+      path, header.contains(kSchemaVersionName) ? header[kSchemaVersionName].dump() : ""));
+  try {
+    LinesHeader stated;
+    stated.shards.count = header.at("shards");
+    if (header.contains("shard")) stated.shards.only = header["shard"].get<int>();
+    stated.store = header.value("store", "");
+    if (header.contains("retest_counts")) {
+      const std::string counts = header["retest_counts"];
+      stated.policy = {RetestCountsFromName(counts).value(), std::nullopt};
+      if (header.contains("retest_most")) stated.policy->most = header["retest_most"];
     }
+    const int only = stated.shards.only.value_or(0);
+    const bool is_policy = !stated.policy || stated.policy->most.value_or(0) >= 0;
+    if (only >= 0 && only < stated.shards.count && stated.shards.count <= kMostShards &&
+        is_policy) {
+      return stated;
+    }
+  } catch (const std::exception&) {  // What is stated is of another type, or has no such name.
   }
-  return stated;
+  return NoHeader(path);
 }
 
 bool IsCutHeader(std::string_view text) {
-  const std::string start = "{\"format\":\"" + std::string(kFormat);
+  const std::string start = "{\"format\":\"" + std::string(kFormat) + '"';
   return text.starts_with(start) || start.starts_with(text);
 }
 

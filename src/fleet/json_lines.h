@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,9 +19,6 @@ namespace truetriad::fleet {
 // decided about it in lines behind its own; checks of stations anywhere. A last line says how many
 // of each are above it: without it something is missing. What is added later ends with another one.
 
-/// Version of the lines; a file of a later one is neither read nor written to.
-inline constexpr int kJsonLinesVersion = 3;
-
 /// What the first line says of the store that the runs are, or were, in.
 struct LinesHeader {
   StatedShards shards;
@@ -28,9 +26,10 @@ struct LinesHeader {
   std::optional<RetestPolicy> policy = {};  ///< Store::StatedRetestPolicy.
 };
 
-/// {"format":"truetriad/runs/3","shards":8,"shard":2,"store":"…","retest_counts":"last"}
+/// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
+/// "retest_counts":"last"}
 std::string HeaderLine(const LinesHeader& header);
-/// Error (bad input): none of these files begins so, or a newer one.
+/// Error (bad input): none of these files begins so, or it has another version.
 Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line);
 /// `text`, which has no line end, is what a writer that was killed left of a header.
 bool IsCutHeader(std::string_view text);
@@ -64,5 +63,16 @@ Result<LinesHeader> ReadJsonLinesHeader(const std::string& path);
 Status ForEachLine(const std::string& path,
                    const std::function<Status(UnitRun)>& take,
                    LinesRead* read = nullptr);
+
+/// A store in one text file (json_lines.h): each run is a line, appended whole and flushed to the
+/// disk. For one writer at a time, so that it does on a network folder where shards write a file
+/// each. What a writer that was killed left of a line the next one takes away. Runs can be added
+/// and read, but no questions asked, nor dispositions or station checks added. `Add` does not look
+/// whether the run is there: it is a new one. Errors as OpenStore; error (bad input): another
+/// process is writing to it.
+Result<std::unique_ptr<Store>> OpenJsonLines(const std::string& path, Access access);
+
+/// The file that a URL names: jsonl:PATH, or NAME.jsonl. Unset: another kind of store.
+std::optional<std::string> JsonLinesPath(const std::string& url);
 
 }  // namespace truetriad::fleet

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/json_lines_store.h"
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -19,7 +17,7 @@
 
 #include "fleet/json_lines.h"
 #include "fleet/rows.h"
-#include "fleet/shard.h"
+#include "fleet/store.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -239,11 +237,7 @@ class JsonLinesStore : public Store {
   /// Kept in the first line: what was stated later than that cannot be.
   Status StateRetestPolicy(const RetestPolicy& policy) override {
     if (header_.shards.count == 0) header_.policy = policy;
-    if (header_.policy.value_or(RetestPolicy()) == policy) return {};
-    return Error(ErrorCode::kConflictingArguments,
-                 path_ + ": of a unit's runs counts the one by `" +
-                     PolicyText(header_.policy.value_or(RetestPolicy())) + "`, not by `" +
-                     PolicyText(policy) + "`; state the same, or take another store");
+    return CheckPolicy(path_, header_.policy.value_or(RetestPolicy()), policy);
   }
   Result<std::optional<RetestPolicy>> StatedRetestPolicy() override { return header_.policy; }
 
@@ -281,7 +275,7 @@ class JsonLinesStore : public Store {
 
   Status ForEachRun(const RunSelection& which,
                     const std::function<Status(UnitRun)>& take) override {
-    if (which.only_standing || !which.where.empty()) return NoQuestions();
+    if (which.only_standing || which.with_standing || !which.where.empty()) return NoQuestions();
     LinesRead read;
     TRUETRIAD_RETURN_IF_ERROR(ForEachLine(path_, take, &read));
     read_ = std::move(read);

@@ -2,276 +2,353 @@
 #include "fleet/line_reader.h"
 
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
+#include "fleet/fields.h"
+#include "fleet/run_check.h"
 #include "truetriad/model/limits.h"
 
 namespace truetriad::fleet {
 namespace {
 
-/// Runs that are asked for at once: their rows are some megabytes.
-constexpr std::size_t kRunsAtOnce = 500;
-constexpr std::string_view kReference = "reference.";
+/// Names of values that a message lists.
+constexpr std::size_t kMostListed = 8;
 
-using Field = std::optional<std::string>;
-
-double NumberOf(const Field& field, double otherwise) {
-  double number = otherwise;
-  if (field) std::from_chars(field->data(), field->data() + field->size(), number);
-  return number;
+/// "2026-11-24T06:00" of that, with a blank for the T, or a Z behind it: what is stored begins so.
+Result<std::string> MomentOf(const std::string& flag, const std::string& stated) {
+  constexpr std::string_view kForm = "0000-00-00T00:00:00", kFirst = "2000-01-01T00:00:00";
+  std::string moment = stated;
+  if (moment.size() > 10 && moment[10] == ' ') moment[10] = 'T';
+  if (moment.size() > 10 && moment.back() == 'Z') moment.pop_back();
+  for (const std::size_t length : {4, 7, 10, 13, 16, 19}) {
+    if (!HasForm(moment, kForm.substr(0, length))) continue;
+    if (std::isfinite(line::SecondsOf(moment + std::string(kFirst.substr(length))))) return moment;
+  }
+  return Error(ErrorCode::kInvalidArgument,
+               "--" + flag + "=" + stated +
+                   " is no moment; expected one in UTC, or how it begins, as in 2026-11-24 or "
+                   "2026-11-24T06:00");
 }
 
-/// Puts together what the tables say of the selected runs.
+Status CheckIsThere(Store& store, const std::string& tag, const std::string& value) {
+  if (value.empty()) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             store.Query("SELECT DISTINCT value FROM tag WHERE name = " +
+                                         SqlText(tag) + " ORDER BY value"));
+  std::string there;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const std::string name = table.rows[i][0].value_or("");
+    if (name == value) return {};
+    if (i < kMostListed) there += (i > 0 ? ", " : "") + name;
+  }
+  if (table.rows.size() > kMostListed) there += ", …";
+  return Error(ErrorCode::kUnknownName,
+               "--" + tag + "=" + value + ": no run in the store has this " + tag +
+                   (there.empty() ? ", or any" : "; there are " + there));
+}
+
+}  // namespace
+
+Result<LineSelection> CheckedSelection(Store& store, LineSelection selection) {
+  if (!selection.since.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(selection.since, MomentOf("since", selection.since));
+  }
+  if (!selection.until.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(selection.until, MomentOf("until", selection.until));
+  }
+  if (!selection.since.empty() && !selection.until.empty() && selection.since >= selection.until) {
+    return Error(ErrorCode::kConflictingArguments,
+                 "--since=" + selection.since + " is not before --until=" + selection.until);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "lot", selection.lot));
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "station", selection.station));
+  return selection;
+}
+
+Status CheckIsTag(std::string_view flag, const std::string& tag) {
+  std::string tags;
+  for (const std::string_view key : TagNames()) {
+    if (key == tag) return {};
+    tags.append(tags.empty() ? "" : ", ").append(key);
+  }
+  return Error(ErrorCode::kInvalidArgument,
+               "--" + std::string(flag) + "=" + tag + " is no tag; there are " + tags);
+}
+
+std::string OrderOfTime(const std::string& of) {
+  return of + ".recorded, CASE WHEN " + of + ".recorded <> '' THEN " + of + ".log END, " + of +
+         ".run";
+}
+
+std::string SqlText(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + '\'';
+}
+
+std::string ConditionOf(const LineSelection& selection) {
+  std::string conditions;
+  const auto add = [&conditions](const std::string& condition) {
+    conditions += (conditions.empty() ? "" : " AND ") + condition;
+  };
+  if (!selection.since.empty()) add("recorded >= " + SqlText(selection.since));
+  if (!selection.until.empty()) add("recorded < " + SqlText(selection.until));
+  if (!selection.lot.empty()) add("lot = " + SqlText(selection.lot));
+  if (!selection.station.empty()) add("station = " + SqlText(selection.station));
+  // On a line of its own, so that a comment ends with it.
+  if (!selection.where.empty()) add("(" + selection.where + "\n)");
+  return conditions;
+}
+
+std::string FromWhere(std::string_view source, const LineSelection& selection) {
+  std::string from = " FROM (SELECT source.*";
+  for (const std::string_view key : TagNames()) {
+    const std::string name(key);
+    from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
+            "') AS \"" + name + '"';
+  }
+  const std::string condition = ConditionOf(selection);
+  from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE ");
+  return from + (condition.empty() ? "TRUE" : condition);
+}
+
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Puts runs together, in the order of time.
 class LineReader {
  public:
-  explicit LineReader(Store& store) : store_(store) {}
-
-  /// `counting`, `measured`: statements that begin with OfUnit or kOfRun.
-  Result<LineReading> Read(const std::string& counting, const std::string& measured) {
-    TRUETRIAD_RETURN_IF_ERROR(ReadRuns(counting, &Record::counts));
-    if (!measured.empty()) {
-      TRUETRIAD_RETURN_IF_ERROR(ReadFirstStations());
-      TRUETRIAD_RETURN_IF_ERROR(ReadRuns(measured, &Record::is_measured));
+  /// `code`: why the run, or its unit, is not good.
+  void Take(const UnitRun& run,
+            const std::string& code,
+            UnitCourse course,
+            bool counts,
+            bool is_measured) {
+    Record record{.unit = {.serial = run.serial,
+                           .run = run.id,
+                           .recorded = run.recorded,
+                           .verdict = std::string(VerdictName(run.verdict)),
+                           .code = code},
+                  .course = std::move(course),
+                  .log = run.log,
+                  .values = {},
+                  .number = records_.size(),
+                  .counts = counts,
+                  .is_measured = is_measured};
+    TagFields(
+        [&record](std::string_view name, const std::string& value) {
+          if (!value.empty()) record.unit.tags[std::string(name)] = value;
+        },
+        run.tags);
+    record.values.reserve(run.parameters.size());
+    for (std::size_t place = 0; place < run.parameters.size(); ++place) {
+      const Parameter& parameter = run.parameters[place];
+      if (parameter.name.starts_with("reference.")) continue;
+      const auto [known, is_new] =
+          parameters_.try_emplace(parameter.name, place, parameters_.size());
+      known->second.first = std::min(known->second.first, place);
+      record.values.push_back({known->second.second, parameter.value, parameter.sigma});
     }
-    std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
+    for (const LimitCheck& check : run.judgements) {
+      if (!counts) break;
+      judged_[check.FullName()].push_back({record.number,
+                                           check.limit.lower,
+                                           check.limit.upper,
+                                           check.limit.target.value_or(kNone),
+                                           check.worst,
+                                           check.sigma,
+                                           check.pass});
+    }
+    records_.push_back(std::move(record));
+  }
+
+  LineReading Finish() {
+    std::ranges::sort(records_, [](const Record& one, const Record& other) {
       // This is OrderOfTime; units of one second come in the order of their serial numbers.
       const bool is_same = one.unit.recorded == other.unit.recorded;
       if (is_same && one.unit.recorded.empty()) return one.unit.run < other.unit.run;
       return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
              std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
     });
-    for (std::size_t begin = 0; begin < records_.size(); begin += kRunsAtOnce) {
-      const std::size_t end = std::min(begin + kRunsAtOnce, records_.size());
-      TRUETRIAD_RETURN_IF_ERROR(ReadPiece(begin, end));
+    LineReading reading;
+    const std::vector<Eigen::Index> places = PlacesOfParameters(&reading.data.parameters);
+    reading.measured.parameters = reading.data.parameters;
+    std::vector<std::size_t> unit_of(records_.size());
+    for (Record& record : records_) {
+      record.unit.values.setConstant(std::ssize(places), kNone);
+      record.unit.sigma.setConstant(std::ssize(places), kNone);
+      for (const auto& [parameter, value, sigma] : record.values) {
+        record.unit.values[places[parameter]] = value;
+        record.unit.sigma[places[parameter]] = sigma;
+      }
+      record.values = {};
+      if (record.is_measured) reading.measured.units.push_back(record.unit);
+      if (!record.counts) continue;
+      unit_of[record.number] = reading.data.units.size();
+      reading.data.units.push_back(std::move(record.unit));
+      reading.courses.push_back(std::move(record.course));
     }
-    return Finish();
+    for (auto& [name, checks] : judged_) {
+      for (Judged& check : checks) check.unit = unit_of[check.unit];
+      std::ranges::sort(checks, {}, &Judged::unit);
+      reading.judged.push_back(QuantityOf(name, checks));
+    }
+    for (Eigen::Index place = 0; place < std::ssize(places); ++place) {
+      reading.parameters.push_back(ParameterOf(reading.data, place));
+    }
+    return reading;
   }
 
  private:
+  struct Value {
+    std::size_t parameter;  ///< In the order in which they came.
+    double value, sigma;
+  };
+  struct Judged {
+    std::size_t unit;  ///< Record::number, in the end the place among the units.
+    double lower, upper, target, value, sigma;
+    bool pass;
+  };
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
     std::string log;
-    std::vector<double> values, sigma;  // by parameter, as far as it has them
-    bool counts = false, is_measured = false;
-    int unit_place = -1;  // in LineReading::data
-  };
-  struct Judged {
-    int record;
-    double lower, upper, target, value, sigma;
-    bool pass;
+    std::vector<Value> values;
+    std::size_t number;  ///< In the order in which they came.
+    bool counts, is_measured;
   };
 
-  /// Those that are there already have the property, too.
-  Status ReadRuns(const std::string& select, bool Record::*property) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store_.Query(select));
-    places_.clear();
-    for (std::size_t i = 0; i < records_.size(); ++i) places_[records_[i].unit.run] = i;
-    records_.reserve(records_.size() + table.rows.size());
-    for (const std::vector<Field>& row : table.rows) {
-      if (const auto known = places_.find(row[0].value_or("")); known != places_.end()) {
-        records_[known->second].*property = true;
-        continue;
-      }
-      const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
-      Record record;
-      record.unit.run = text(0), record.unit.serial = text(1), record.unit.recorded = text(2);
-      record.unit.verdict = text(3), record.unit.code = text(4);
-      record.course = {.first_verdict = text(5),
-                       .final_verdict = text(6),
-                       .attempts = static_cast<int>(NumberOf(row[7], 1.0)),
-                       .wall_s = NumberOf(row[8], 0.0),
-                       .cpu_s = NumberOf(row[9], 0.0)};
-      record.log = text(10), record.course.recorded_by = text(11);
-      record.*property = true;
-      records_.push_back(std::move(record));
+  /// By their least place in a run and by name, whichever run came first.
+  std::vector<Eigen::Index> PlacesOfParameters(std::vector<std::string>* names) const {
+    std::map<std::pair<std::size_t, std::string>, std::size_t> ordered;
+    for (const auto& [name, known] : parameters_) ordered[{known.first, name}] = known.second;
+    std::vector<Eigen::Index> places(ordered.size());
+    for (const auto& [key, number] : ordered) {
+      places[number] = std::ssize(*names);
+      names->push_back(key.second);
     }
-    return {};
+    return places;
   }
 
-  Status ReadFirstStations() {
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const Table table,
-        store_.Query("SELECT serial, station" + FromWhere("run", {}) +
-                     " AND run IN (SELECT run FROM (SELECT run, row_number() OVER (PARTITION BY "
-                     "serial ORDER BY " +
-                     OrderOfTime("run") + ") AS nth FROM run) AS placed WHERE nth = 1)"));
-    std::unordered_map<std::string_view, std::string> stations;
-    for (const std::vector<Field>& row : table.rows) stations[*row[0]] = row[1].value_or("");
-    for (Record& record : records_) {
-      record.course.first_station = stations[record.unit.serial];
+  static Quantity ParameterOf(const line::LineData& data, Eigen::Index place) {
+    Quantity quantity;
+    quantity.name = data.parameters[static_cast<std::size_t>(place)];
+    for (std::size_t i = 0; i < data.units.size(); ++i) {
+      if (!std::isnan(data.units[i].values[place])) quantity.units.push_back(static_cast<int>(i));
     }
-    return {};
-  }
-
-  Status ReadPiece(std::size_t begin, std::size_t end) {
-    places_.clear();
-    for (std::size_t i = begin; i < end; ++i) places_[records_[i].unit.run] = i;
-    const std::string of_these = Of(begin, end);
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table tags,
-                               store_.Query("SELECT run, name, value FROM tag" + of_these));
-    for (const std::vector<Field>& row : tags.rows) {
-      records_[places_[*row[0]]].unit.tags[*row[1]] = row[2].value_or("");
-    }
-    TRUETRIAD_RETURN_IF_ERROR(ReadParameters(of_these));
-    return ReadJudgements(of_these);
-  }
-
-  std::string Of(std::size_t begin, std::size_t end) const {
-    std::string condition = " WHERE run IN (";
-    for (std::size_t i = begin; i < end; ++i) {
-      condition += (i > begin ? "," : "") + SqlText(records_[i].unit.run);
-    }
-    return condition + ")";
-  }
-
-  /// In an order that does not depend on that of the work, as names are numbered as they come.
-  Status ReadParameters(const std::string& of_these) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                               store_.Query("SELECT run, name, value, sigma FROM parameter" +
-                                            of_these + " ORDER BY place, name, run"));
-    for (const std::vector<Field>& row : table.rows) {
-      if (row[1]->starts_with(kReference)) continue;
-      const int parameter = PlaceOfParameter(*row[1]);
-      Record& record = records_[places_[*row[0]]];
-      Put(parameter, NumberOf(row[2], kNone), &record.values);
-      Put(parameter, NumberOf(row[3], kNone), &record.sigma);
-    }
-    return {};
-  }
-
-  Status ReadJudgements(const std::string& of_these) {
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const Table table,
-        store_.Query("SELECT run, name, component, lower, upper, target, value, sigma, pass "
-                     "FROM judgement" +
-                     of_these));
-    for (const std::vector<Field>& row : table.rows) {
-      const std::string name = *row[1] + (row[2]->empty() ? "" : "." + *row[2]);
-      if (!records_[places_[*row[0]]].counts) continue;
-      judged_[name].push_back({static_cast<int>(places_[*row[0]]),
-                               NumberOf(row[3], -kInfinity),
-                               NumberOf(row[4], kInfinity),
-                               NumberOf(row[5], kNone),
-                               NumberOf(row[6], kNone),
-                               NumberOf(row[7], kNone),
-                               row[8] == "1"});
-    }
-    return {};
-  }
-
-  int PlaceOfParameter(const std::string& name) {
-    const auto [at, is_new] = parameters_.try_emplace(name, static_cast<int>(names_.size()));
-    if (is_new) names_.push_back(name);
-    return at->second;
-  }
-
-  static void Put(int place, double value, std::vector<double>* values) {
-    const auto at = static_cast<std::size_t>(place);
-    if (at >= values->size()) values->resize(at + 1, kNone);
-    (*values)[at] = value;
-  }
-
-  LineReading Finish() {
-    LineReading reading;
-    const auto size = static_cast<Eigen::Index>(names_.size());
-    for (Record& record : records_) {
-      for (const auto& [from, to] :
-           {std::pair(&record.values, &record.unit.values), {&record.sigma, &record.unit.sigma}}) {
-        from->resize(names_.size(), kNone);
-        *to = Eigen::Map<Eigen::VectorXd>(from->data(), size);
-        from->clear(), from->shrink_to_fit();
-      }
-      if (record.is_measured) reading.measured.units.push_back(record.unit);
-      if (!record.counts) continue;
-      record.unit_place = static_cast<int>(reading.data.units.size());
-      reading.data.units.push_back(std::move(record.unit));
-      reading.courses.push_back(std::move(record.course));
-    }
-    reading.data.parameters = reading.measured.parameters = names_;
-    for (auto& [name, rows] : judged_) reading.judged.push_back(QuantityOf(name, &rows));
-    return reading;
-  }
-
-  JudgedQuantity QuantityOf(const std::string& name, std::vector<Judged>* rows) const {
-    std::sort(rows->begin(), rows->end(), [](const Judged& one, const Judged& other) {
-      return one.record < other.record;
-    });
-    JudgedQuantity quantity;
-    quantity.name = name;
-    const Judged& last = rows->back();
-    quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
-    if (const Result<LimitName> parsed = ParseLimitName(name)) {
-      quantity.unit = parsed->Unit();
-      // "within ± 0.5" is "at most 0.5" of what is never negative.
-      if (parsed->IsNeverNegative() && quantity.lower <= 0.0) quantity.lower = -kInfinity;
-    }
-    quantity.values.resize(std::ssize(*rows));
-    quantity.sigma.resize(std::ssize(*rows));
-    for (const Judged& row : *rows) {
-      const auto at = std::ssize(quantity.units);
-      quantity.units.push_back(records_[static_cast<std::size_t>(row.record)].unit_place);
-      quantity.values[at] = row.value;
-      quantity.sigma[at] = row.sigma;
-      if (!row.pass) ++quantity.missed;
-      if (row.lower != last.lower || row.upper != last.upper) ++quantity.other_limits;
+    quantity.values.resize(std::ssize(quantity.units));
+    quantity.sigma.resize(std::ssize(quantity.units));
+    for (Eigen::Index at = 0; at < quantity.values.size(); ++at) {
+      const line::UnitRecord& unit =
+          data.units[static_cast<std::size_t>(quantity.units[static_cast<std::size_t>(at)])];
+      quantity.values[at] = unit.values[place];
+      quantity.sigma[at] = unit.sigma[place];
     }
     return quantity;
   }
 
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  static Quantity QuantityOf(const std::string& name, const std::vector<Judged>& checks) {
+    Quantity quantity;
+    quantity.name = name;
+    quantity.has_limits = true;
+    const Judged& last = checks.back();
+    quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
+    if (const Result<LimitName> parsed = ParseLimitName(name)) {
+      quantity.unit = parsed->Unit();
+      // "within ± 0.5" is "at most 0.5" of what is never negative.
+      if (parsed->IsNeverNegative() && quantity.lower <= 0.0) {
+        quantity.lower = -std::numeric_limits<double>::infinity();
+      }
+    }
+    quantity.values.resize(std::ssize(checks));
+    quantity.sigma.resize(std::ssize(checks));
+    for (const Judged& check : checks) {
+      const auto at = std::ssize(quantity.units);
+      quantity.units.push_back(static_cast<int>(check.unit));
+      quantity.values[at] = check.value;
+      quantity.sigma[at] = check.sigma;
+      if (!check.pass) ++quantity.missed;
+      if (check.lower != last.lower || check.upper != last.upper) ++quantity.other_limits;
+    }
+    return quantity;
+  }
 
-  Store& store_;
-  std::vector<Record> records_;                          // by time
-  std::unordered_map<std::string, std::size_t> places_;  // of the piece's runs, in records_
-  std::vector<std::string> names_;
-  std::unordered_map<std::string, int> parameters_;
+  std::vector<Record> records_;
   std::map<std::string, std::vector<Judged>> judged_;
+  /// By name: the least place in a run, and a number.
+  std::map<std::string, std::pair<std::size_t, std::size_t>> parameters_;
 };
 
-/// Of the unit's run that counts, and of a run alone, as if it were a unit: columns of ReadRuns.
-std::string OfUnit() {
-  return "SELECT run, serial, recorded, verdict, " + std::string(kReason) +
-         ", first_verdict, final_verdict, attempts, wall_s, cpu_s, log, recorded_by";
-}
-constexpr std::string_view kOfRun =
-    "SELECT run, serial, recorded, verdict, code, verdict, verdict, 1, wall_s, cpu_s, log, "
-    "recorded_by";
-/// The first calibration of each unit at each station.
-std::string FirstAtStation() {
-  return " AND run IN (SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY serial, "
-         "tag.value ORDER BY " +
-         OrderOfTime("run") +
-         ") AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND tag.name = 'station' WHERE "
-         "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)) AS placed WHERE nth = 1)";
+/// The first run of each of what `partition` tells apart, of those that `condition` is true of.
+std::string FirstRuns(const std::string& partition, const std::string& condition) {
+  return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
+         " ORDER BY " + OrderOfTime("run") +
+         ") AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND tag.name = 'station' WHERE " +
+         condition + ") AS placed WHERE nth = 1";
 }
 
-bool IsGoodVerdict(const std::string& name) {
-  const std::optional<Verdict> verdict = VerdictFromName(name);
-  return verdict && !IsRed(*verdict);
+UnitCourse CourseOf(const UnitRun& run) {
+  const Standing alone{
+      .run = {}, .first_verdict = run.verdict, .final_verdict = run.verdict, .attempts = 1};
+  const Standing& unit = run.standing ? *run.standing : alone;
+  return {.first_verdict = unit.first_verdict,
+          .final_verdict = unit.final_verdict,
+          .recorded_by = run.recorded_by,
+          .attempts = static_cast<int>(unit.attempts),
+          .wall_s = run.wall_s,
+          .cpu_s = run.cpu_s};
 }
 
 }  // namespace
 
-bool UnitCourse::IsGoodAtFirst() const { return IsGoodVerdict(first_verdict); }
-bool UnitCourse::IsGood() const { return IsGoodVerdict(final_verdict); }
-
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
-  return LineReader(store).Read(
-      OfUnit() + FromWhere("standing", selection),
-      std::string(kOfRun) + FromWhere("run", selection) + FirstAtStation());
+  std::unordered_map<std::string, std::string> first_stations;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table firsts,
+                             store.Query("SELECT serial, station" + FromWhere("run", {}) +
+                                         " AND run IN (" + FirstRuns("serial", "TRUE") + ")"));
+  for (const auto& row : firsts.rows) first_stations[*row[0]] = row[1].value_or("");
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table measured,
+      store.Query(FirstRuns("serial, tag.value",
+                            "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)")));
+  std::unordered_set<std::string> at_station;
+  for (const auto& row : measured.rows) at_station.insert(*row[0]);
+  LineReader reader;
+  TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
+      {.where = ConditionOf(selection), .with_standing = true, .is_whole = false},
+      [&](const UnitRun& run) -> Status {
+        const bool is_measured = at_station.contains(run.id);
+        if (!run.standing && !is_measured) return {};
+        UnitCourse course = CourseOf(run);
+        course.first_station = first_stations[run.serial];
+        const bool is_decided = run.standing && run.standing->final_verdict != run.verdict;
+        reader.Take(run,
+                    is_decided ? "decided by " + run.standing->disposed_by : run.code,
+                    std::move(course),
+                    run.standing.has_value(),
+                    is_measured);
+        return {};
+      }));
+  return reader.Finish();
 }
 
 Result<LineReading> ReadRuns(Store& store, const LineSelection& selection) {
-  return LineReader(store).Read(std::string(kOfRun) + FromWhere("run", selection), "");
+  LineReader reader;
+  TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun({.where = ConditionOf(selection), .is_whole = false},
+                                             [&reader](const UnitRun& run) -> Status {
+                                               reader.Take(
+                                                   run, run.code, CourseOf(run), true, false);
+                                               return {};
+                                             }));
+  return reader.Finish();
 }
 
 }  // namespace truetriad::fleet

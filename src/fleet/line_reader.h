@@ -1,33 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "fleet/line_selection.h"
 #include "fleet/store.h"
 #include "line/line_data.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 
+/// Which units (or runs) are looked at; what is empty does not matter.
+struct LineSelection {
+  /// Measured since and until: moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
+  std::string since = {}, until = {};
+  std::string lot = {}, station = {};
+  std::string where = {};  ///< SQL over the columns of `run` and the tags, each by its name.
+};
+
+/// The same with moments as FromWhere compares them. Error (usage): a moment that is none, or a lot
+/// or station that no run of the store has.
+Result<LineSelection> CheckedSelection(Store& store, LineSelection selection);
+
+/// Error (usage): `tag`, which `flag` states, is not the name of a tag.
+Status CheckIsTag(std::string_view flag, const std::string& tag);
+
+/// Column of `standing`: why a unit is not good, by its run or by who decided otherwise.
+inline constexpr std::string_view kReason =
+    "CASE WHEN final_verdict <> verdict THEN 'decided by ' || disposed_by ELSE code END";
+
+/// The order in which runs were measured, for ORDER BY; `of` is a name of the table in the
+/// question.
+std::string OrderOfTime(const std::string& of);
+/// A text in SQL, whatever is in it.
+std::string SqlText(std::string_view text);
+/// Of runs with a column for each tag; empty of all.
+std::string ConditionOf(const LineSelection& selection);
+/// " FROM … WHERE …": what is selected of the table or view `source`, with a column for each tag.
+std::string FromWhere(std::string_view source, const LineSelection& selection);
+
 /// What became of a unit, beside the run that counts.
 struct UnitCourse {
-  std::string first_verdict, final_verdict;
+  Verdict first_verdict = Verdict::kNoResult, final_verdict = Verdict::kNoResult;
   std::string first_station = {};  ///< Of its first run.
   std::string recorded_by = {};    ///< As UnitRun.
   int attempts = 1;
   double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 
-  bool IsGoodAtFirst() const;
-  bool IsGood() const;
+  bool IsGoodAtFirst() const { return !IsRed(first_verdict); }
+  bool IsGood() const { return !IsRed(final_verdict); }
 };
 
-/// What limits were set on: of all units that were judged by it.
-struct JudgedQuantity {
+/// A number of all units that have it: one that limits were set on, or a parameter, which has none.
+struct Quantity {
   std::string name;  ///< "accelerometer.bias.x".
-  std::string unit;  ///< "m/s^2"; empty: none.
+  std::string unit;  ///< "m/s^2"; empty: none, or that of the log.
+  bool has_limits = false;
   /// Those of the last unit; infinite: open. target: NaN where there is none.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
@@ -40,16 +71,17 @@ struct JudgedQuantity {
 
 /// Units in the order in which they were measured.
 struct LineReading {
-  line::LineData data;                 ///< Each unit by the run that counts.
-  std::vector<UnitCourse> courses;     ///< Of data.units.
-  std::vector<JudgedQuantity> judged;  ///< By name.
+  line::LineData data;               ///< Each unit by the run that counts.
+  std::vector<UnitCourse> courses;   ///< Of data.units.
+  std::vector<Quantity> judged;      ///< What has limits, by name.
+  std::vector<Quantity> parameters;  ///< In the order of the data.
   /// Each unit by its first calibration at each station, whether it counts or not: with what was
   /// only good the second time, or elsewhere, a station would look better than it is.
   line::LineData measured;
 };
 
-/// The units of the store, each by the run that counts. Read piece by piece: needs the memory of
-/// the numbers, not that of the store. Error: as Store::Query; usage: `where` is no condition.
+/// The units of the store, each by the run that counts. Needs the memory of the numbers, not that
+/// of the store. Error: as Store::Query; usage: `where` is no condition.
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection = {});
 
 /// All runs, whether they count or not, each as if it were a unit; `measured` is empty.

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
-#include "fleet/line_selection.h"
-#include "fleet/line_study.h"
+#include "fleet/line_reader.h"
 #include "fleet/rows.h"
 
 namespace truetriad::fleet {
@@ -73,7 +77,8 @@ std::vector<Reason> ReasonsOf(const LineReading& line) {
   for (std::size_t i = 0; i < line.courses.size(); ++i) {
     if (line.courses[i].IsGood()) continue;
     const line::UnitRecord& unit = line.data.units[i];
-    ++counts[unit.code.empty() ? line.courses[i].final_verdict : unit.code];
+    ++counts[unit.code.empty() ? std::string(VerdictName(line.courses[i].final_verdict))
+                               : unit.code];
     ++all;
   }
   std::vector<Reason> reasons;
@@ -103,46 +108,18 @@ std::vector<std::string> SubgroupsOf(const line::LineData& data,
   return subgroups;
 }
 
-QuantitySummary SummaryOf(const JudgedQuantity& judged,
+QuantitySummary SummaryOf(Quantity quantity,
                           const line::LineData& data,
                           const SummaryOptions& options) {
-  QuantitySummary summary{.name = judged.name,
-                          .unit = judged.unit,
-                          .has_limits = true,
-                          .lower = judged.lower,
-                          .target = judged.target,
-                          .upper = judged.upper,
-                          .missed = judged.missed,
-                          .other_limits = judged.other_limits};
-  summary.capability =
-      line::FindCapability({.values = judged.values,
-                            .sigma = judged.sigma,
-                            .subgroups = SubgroupsOf(data, judged.units, options.subgroup),
-                            .lower = judged.lower,
-                            .upper = judged.upper},
+  line::Capability capability =
+      line::FindCapability({.values = quantity.values,
+                            .sigma = quantity.sigma,
+                            .subgroups = SubgroupsOf(data, quantity.units, options.subgroup),
+                            .lower = quantity.lower,
+                            .upper = quantity.upper},
                            options.confidence);
-  return summary;
-}
-
-QuantitySummary SummaryOfParameter(Eigen::Index parameter,
-                                   const line::LineData& data,
-                                   const SummaryOptions& options) {
-  std::vector<int> units;
-  std::vector<double> values, sigma;
-  for (std::size_t i = 0; i < data.units.size(); ++i) {
-    const double value = data.units[i].values[parameter];
-    if (std::isnan(value)) continue;
-    units.push_back(static_cast<int>(i));
-    values.push_back(value);
-    sigma.push_back(data.units[i].sigma[parameter]);
-  }
-  QuantitySummary summary{.name = data.parameters[static_cast<std::size_t>(parameter)]};
-  summary.capability = line::FindCapability(
-      {.values = Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values)),
-       .sigma = Eigen::Map<Eigen::VectorXd>(sigma.data(), std::ssize(sigma)),
-       .subgroups = SubgroupsOf(data, units, options.subgroup)},
-      options.confidence);
-  return summary;
+  quantity.units = {}, quantity.values = {}, quantity.sigma = {};
+  return {std::move(quantity), std::move(capability)};
 }
 
 Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::string& station) {
@@ -153,7 +130,7 @@ Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::stri
   std::vector<line::StationCheck> checks;
   for (const auto& row : table.rows) {
     const auto number = [&row](std::size_t column) {
-      return row[column] ? std::strtod(row[column]->c_str(), nullptr) : line::kNotKnown;
+      return NumberOf(row[column], line::kNotKnown);
     };
     line::StationCheck check{.station = row[0].value_or(""),
                              .serial = row[1].value_or(""),
@@ -179,11 +156,11 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   LineSummary summary;
   summary.yield = YieldOf(line, options.confidence);
   summary.reasons = ReasonsOf(line);
-  for (const JudgedQuantity& judged : line.judged) {
-    summary.limits.push_back(SummaryOf(judged, line.data, options));
+  for (Quantity& quantity : line.judged) {
+    summary.limits.push_back(SummaryOf(std::move(quantity), line.data, options));
   }
-  for (Eigen::Index j = 0; j < std::ssize(line.data.parameters); ++j) {
-    summary.parameters.push_back(SummaryOfParameter(j, line.data, options));
+  for (Quantity& quantity : line.parameters) {
+    summary.parameters.push_back(SummaryOf(std::move(quantity), line.data, options));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<line::StationCheck> checks,
                              ReadChecks(store, options.selection.station));
@@ -198,6 +175,157 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   summary.charts = line::ControlCharts(line.measured, chart_options);
   summary.measured = std::move(line.measured);
   return summary;
+}
+
+namespace {
+
+/// The runs of a study, and what one quantity of them says.
+class StudyOfRuns {
+ public:
+  StudyOfRuns(const LineReading& runs, const SummaryOptions& options)
+      : runs_(runs), options_(options) {
+    std::set<std::string> parts;
+    for (const line::UnitRecord& run : runs.data.units) parts.insert(run.serial);
+    is_of_one_part_ = parts.size() == 1;
+  }
+
+  std::vector<QuantityStudy> All() const {
+    std::vector<QuantityStudy> studies;
+    for (const Quantity& quantity : runs_.judged) studies.push_back(Of(quantity));
+    for (const Quantity& quantity : runs_.parameters) {
+      const bool is_fixed =
+          quantity.values.size() == 0 || quantity.values.minCoeff() == quantity.values.maxCoeff();
+      if (!is_fixed) studies.push_back(Of(quantity));
+    }
+    return studies;
+  }
+
+ private:
+  QuantityStudy Of(const Quantity& quantity) const {
+    const double width = quantity.upper - quantity.lower;
+    QuantityStudy study{.name = quantity.name,
+                        .unit = quantity.unit,
+                        .has_limits = quantity.has_limits,
+                        .tolerance = std::isfinite(width) ? width : line::kNotKnown};
+    if (is_of_one_part_ && quantity.values.size() < 2) {
+      study.refused = "the study has one run of one part; repeat it";
+      return study;
+    }
+    if (is_of_one_part_) {
+      study.type1 = line::FindType1Study(
+          quantity.values, ReferenceOf(study), study.tolerance, options_.confidence);
+      return study;
+    }
+    std::vector<line::GaugeReading> readings;
+    for (std::size_t i = 0; i < quantity.units.size(); ++i) {
+      const line::UnitRecord& run = runs_.data.units[static_cast<std::size_t>(quantity.units[i])];
+      readings.push_back({run.serial,
+                          line::TagOf(run, options_.study_by),
+                          quantity.values[static_cast<Eigen::Index>(i)]});
+    }
+    Result<line::GaugeStudy> found = line::FindGaugeStudy(
+        readings, {.tolerance = study.tolerance, .confidence = options_.confidence});
+    if (found) {
+      study.gauge = *std::move(found);
+    } else {
+      study.refused = found.error().message;
+    }
+    return study;
+  }
+
+  /// In the unit of the study's values. Of a name that a limit and a parameter have it is the
+  /// limit's, which is in true units.
+  double ReferenceOf(const QuantityStudy& study) const {
+    const auto reference = options_.references.find(study.name);
+    const bool is_of_limit =
+        !study.has_limits &&
+        std::any_of(runs_.judged.begin(), runs_.judged.end(), [&study](const Quantity& judged) {
+          return judged.name == study.name;
+        });
+    return reference == options_.references.end() || is_of_limit ? line::kNotKnown
+                                                                 : reference->second;
+  }
+
+  const LineReading& runs_;
+  const SummaryOptions& options_;
+  bool is_of_one_part_ = false;
+};
+
+Status CheckReferences(const std::vector<QuantityStudy>& studies,
+                       const std::map<std::string, double>& references) {
+  for (const auto& [name, value] : references) {
+    if (std::none_of(studies.begin(), studies.end(), [&name = name](const QuantityStudy& study) {
+          return study.name == name;
+        })) {
+      return Error(ErrorCode::kUnknownName,
+                   "the study's runs have no quantity `" + name + "` for a reference");
+    }
+  }
+  return {};
+}
+
+Error SameRecording(const std::string& one, const std::string& other, const std::string& of) {
+  return Error(ErrorCode::kConflictingArguments,
+               "the study has the same recording twice, as runs " + one + " and " + other + " (" +
+                   of + "); measure each unit anew, or leave one out with --study");
+}
+
+/// What was measured again differs somewhere, if only in the last bit: runs that do not are of the
+/// same samples, whatever their files are (compressed, in parts).
+Status CheckValuesAreDifferent(const LineReading& runs) {
+  std::map<std::vector<std::pair<Eigen::Index, double>>, const line::UnitRecord*> known;
+  for (const line::UnitRecord& run : runs.data.units) {
+    std::vector<std::pair<Eigen::Index, double>> estimated;
+    for (Eigen::Index i = 0; i < run.values.size(); ++i) {
+      if (run.sigma[i] > 0.0) estimated.emplace_back(i, run.values[i]);
+    }
+    if (estimated.empty()) continue;
+    const auto [first, is_new] = known.try_emplace(std::move(estimated), &run);
+    if (!is_new) return SameRecording(first->second->run, run.run, "of " + run.serial);
+  }
+  return {};
+}
+
+/// A recording that is calibrated twice has no repeatability to show.
+Status CheckAreDifferent(Store& store, const LineSelection& study, const LineReading& runs) {
+  std::unordered_map<std::string, std::string> run_of;  // by what was read
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT sha256, input.run, serial, log FROM input JOIN (SELECT run, serial, log" +
+                  FromWhere("run", study) +
+                  ") AS its ON its.run = input.run WHERE samples > 0 ORDER BY input.run"));
+  for (const auto& row : table.rows) {
+    const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
+    if (is_new || first->second == *row[1]) continue;
+    return SameRecording(
+        first->second, *row[1], row[3].value_or("") + " of " + row[2].value_or(""));
+  }
+  return CheckValuesAreDifferent(runs);
+}
+
+}  // namespace
+
+Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("by", options.study_by));
+  TRUETRIAD_ASSIGN_OR_RETURN(LineSelection selection, CheckedSelection(store, options.selection));
+  selection.where = options.study;
+  TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, selection));
+  if (runs.data.units.empty()) {
+    return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, selection, runs));
+  StudySummary summary{.where = options.study,
+                       .by = options.study_by,
+                       .runs = static_cast<int>(runs.data.units.size()),
+                       .quantities = StudyOfRuns(runs, options).All()};
+  TRUETRIAD_RETURN_IF_ERROR(CheckReferences(summary.quantities, options.references));
+  const bool is_any = std::any_of(summary.quantities.begin(),
+                                  summary.quantities.end(),
+                                  [](const QuantityStudy& study) { return study.refused.empty(); });
+  if (is_any) return summary;
+  return Error(ErrorCode::kNotEnoughData,
+               summary.quantities.empty() ? "the runs of the study have no calibration"
+                                          : summary.quantities.front().refused);
 }
 
 }  // namespace truetriad::fleet

@@ -61,13 +61,8 @@ struct Reason {
   double share = 0.0, cumulative = 0.0;  ///< Of the units that are not good.
 };
 
-/// A quantity with limits (those of the last unit), or a parameter, which has none.
-struct QuantitySummary {
-  std::string name = {};
-  std::string unit = {};  ///< Empty: none, or that of the log.
-  bool has_limits = false;
-  double lower = line::kNotKnown, target = line::kNotKnown, upper = line::kNotKnown;
-  int missed = 0, other_limits = 0;  ///< As JudgedQuantity.
+/// A quantity, without what its units have.
+struct QuantitySummary : Quantity {
   line::Capability capability = {};
 };
 
@@ -103,6 +98,11 @@ struct LineSummary {
 /// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not
 /// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
+
+/// The gauge study of the runs that `options.study` selects: parts are the serial numbers,
+/// appraisers what the tag `options.study_by` says. Error (not enough): no quantity makes a study,
+/// and what the first lacks; usage: a reference is of no quantity.
+Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options);
 
 /// As in output.json, "fleet-summary"; without `measured`.
 Json ToJson(const LineSummary& summary);

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cmath>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
-#include "fleet/line_summary_parts.h"
+#include "fleet/line_summary.h"
+#include "fleet/rows.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -182,6 +188,118 @@ Json ToJson(const StudySummary& study) {
           {"quantities", JsonListOf(study.quantities)}};
 }
 
+/// Indices of the reports become names and serial numbers.
+class ChartsJson {
+ public:
+  explicit ChartsJson(const LineSummary& summary) : summary_(summary) {}
+
+  Json Stations() const {
+    Json stations = Json::array();
+    for (const line::StationCharts& station : summary_.charts.stations) {
+      Json charts = Json::array(), alarms = Json::array(), outliers = Json::array();
+      for (const line::Chart& chart : station.charts) charts.push_back(OfChart(chart));
+      for (const line::ChartAlarm& alarm : station.alarms) alarms.push_back(OfAlarm(alarm));
+      for (const int unit : station.baseline_outliers) outliers.push_back(Measured(unit).serial);
+      stations.push_back({{"station", station.station},
+                          {"units", station.units},
+                          {"baseline_units", station.baseline_units},
+                          {"baseline_outliers", outliers},
+                          {"constant", Names(station.constant)},
+                          {"sparse", Names(station.sparse)},
+                          {"dependent", Names(station.dependent)},
+                          {"note", station.note},
+                          {"alarms", alarms},
+                          {"charts", charts}});
+    }
+    return stations;
+  }
+
+ private:
+  /// Null: of all parameters together.
+  Json Name(int parameter) const {
+    if (parameter < 0) return nullptr;
+    return summary_.measured.parameters[static_cast<std::size_t>(parameter)];
+  }
+  Json Names(const std::vector<int>& parameters) const {
+    Json list = Json::array();
+    for (const int parameter : parameters) list.push_back(Name(parameter));
+    return list;
+  }
+  const line::UnitRecord& Measured(int unit) const {
+    return summary_.measured.units[static_cast<std::size_t>(unit)];
+  }
+  Json OfChart(const line::Chart& chart) const {
+    Json points = Json::array();
+    for (const line::ChartPoint& point : chart.points) {
+      points.push_back({{"serial", Measured(point.unit).serial},
+                        {"recorded", Measured(point.unit).recorded},
+                        {"value", point.value},
+                        {"lower", point.lower},
+                        {"upper", point.upper}});
+    }
+    return {{"kind", line::NameOf(chart.kind)},
+            {"parameter", Name(chart.parameter)},
+            {"line", chart.line},
+            {"run_length", chart.run_length},
+            {"centre", chart.centre},
+            {"sigma", chart.sigma},
+            {"points", points}};
+  }
+
+  Json OfAlarm(const line::ChartAlarm& alarm) const {
+    return {{"kind", line::NameOf(alarm.kind)},
+            {"parameter", Name(alarm.parameter)},
+            {"serial", Measured(alarm.unit).serial},
+            {"recorded", Measured(alarm.unit).recorded},
+            {"last_serial", Measured(alarm.last_unit).serial},
+            {"value", alarm.value},
+            {"limit", alarm.limit},
+            {"most", Name(alarm.most)}};
+  }
+
+  const LineSummary& summary_;
+};
+
+/// A column of the CSV and where its number stands in a quantity's tree.
+struct NumberColumn {
+  std::string_view name;
+  const char* place;
+};
+constexpr std::array<NumberColumn, 15> kNumbers = {{
+    {"units", "/units"},
+    {"mean", "/mean"},
+    {"lowest", "/lowest"},
+    {"highest", "/highest"},
+    {"sigma_within", "/observed/within/sigma/value"},
+    {"sigma_overall", "/observed/overall/sigma/value"},
+    {"sigma_calibration", "/calibration_sigma"},
+    {"process_sigma_within", "/process/within/sigma/value"},
+    {"process_sigma_overall", "/process/overall/sigma/value"},
+    {"normality_p", "/normality_p"},
+    {"lower", "/lower"},
+    {"target", "/target"},
+    {"upper", "/upper"},
+    {"missed", "/missed"},
+    {"expected_outside", "/observed/overall/expected_outside"},
+}};
+/// The same of estimates: a column each for value, lower and upper end.
+constexpr std::array<NumberColumn, 7> kEstimates = {{
+    {"cp", "/observed/within/cp"},
+    {"cpk", "/observed/within/cpk"},
+    {"pp", "/observed/overall/pp"},
+    {"ppk", "/observed/overall/ppk"},
+    {"process_cpk", "/process/within/cpk"},
+    {"process_pp", "/process/overall/pp"},
+    {"process_ppk", "/process/overall/ppk"},
+}};
+
+/// ",1.25"; of what is not there, or not finite, ",".
+std::string CsvNumber(const Json& quantity, const std::string& place) {
+  const Json::json_pointer at(place);
+  const double number = quantity.contains(at) ? quantity.at(at).get<double>() : line::kNotKnown;
+  return "," + (std::isfinite(number) ? ShortestText(number) : std::string());
+}
+
 }  // namespace
 
 Json ToJson(const LineSummary& summary) {
@@ -189,10 +307,36 @@ Json ToJson(const LineSummary& summary) {
                {"reasons", JsonListOf(summary.reasons)},
                {"limits", JsonListOf(summary.limits)},
                {"parameters", JsonListOf(summary.parameters)}};
-  json.update(ProcessJson(summary));
+  json["charts"] = ChartsJson(summary).Stations();
   json["golden"] = JsonListOf(summary.golden);
   if (summary.study) json["study"] = ToJson(*summary.study);
   return json;
+}
+
+std::string SummaryCsv(const LineSummary& summary) {
+  // Names are this program's own, without commas and quotes.
+  const Json tree = ToJson(summary);
+  std::string text = "name,kind,unit";
+  for (const NumberColumn& column : kNumbers) text.append(",").append(column.name);
+  for (const NumberColumn& column : kEstimates) {
+    for (const char* const end : {"", "_lower", "_upper"}) {
+      text.append(",").append(column.name).append(end);
+    }
+  }
+  text += '\n';
+  for (const auto& [kind, list] : {std::pair("limit", "limits"), {"parameter", "parameters"}}) {
+    for (const Json& quantity : tree[list]) {
+      text += quantity["name"].get<std::string>() + "," + kind + "," + quantity.value("unit", "");
+      for (const NumberColumn& column : kNumbers) text += CsvNumber(quantity, column.place);
+      for (const NumberColumn& column : kEstimates) {
+        for (const char* const end : {"/value", "/lower", "/upper"}) {
+          text += CsvNumber(quantity, std::string(column.place) + end);
+        }
+      }
+      text += '\n';
+    }
+  }
+  return text;
 }
 
 }  // namespace truetriad::fleet

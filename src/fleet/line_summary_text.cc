@@ -5,14 +5,28 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/line_summary_parts.h"
+#include "fleet/line_summary.h"
 #include "report/format.h"
+#include "report/table.h"
 
 namespace truetriad::fleet {
 namespace {
 
 /// Rows of a table that a terminal shows; the rest is in JSON and CSV.
 constexpr std::size_t kMostRows = 12;
+/// Below this p, what was assumed is doubted.
+constexpr double kDoubt = 0.01;
+
+/// A heading and the first rows below it; nothing of none.
+std::string Section(const std::string& heading, truetriad::Table table) {
+  if (table.rows.empty()) return "";
+  const std::size_t count = table.rows.size();
+  table.rows.resize(std::min(count, kMostRows));
+  std::string text = '\n' + heading + '\n' + TextOf(table);
+  if (count > kMostRows) text += "  and " + std::to_string(count - kMostRows) + " more (--json)\n";
+  return text;
+}
+
 std::string Counted(int count, const std::string& thing) {
   return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
 }
@@ -151,6 +165,67 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
   return text;
 }
 
+/// "a, b, c, d and 3 more (--json)".
+std::string ListOf(const std::vector<std::string>& items) {
+  constexpr std::size_t kMostItems = 4;
+  std::string list;
+  for (std::size_t k = 0; k < std::min(items.size(), kMostItems); ++k) {
+    list += (k == 0 ? "" : ", ") + items[k];
+  }
+  if (items.size() <= kMostItems) return list;
+  return list + " and " + std::to_string(items.size() - kMostItems) + " more (--json)";
+}
+/// The last alarms first: they are what is to be done now.
+std::string ChartsText(const LineSummary& summary) {
+  const auto name_of = [&summary](int parameter) {
+    return summary.measured.parameters[static_cast<std::size_t>(parameter)];
+  };
+  const auto serial_of = [&summary](int unit) {
+    return summary.measured.units[static_cast<std::size_t>(unit)].serial;
+  };
+  truetriad::Table table{
+      {"station", "chart", "parameter", "from unit", "to unit", "value", "limit"}, "llllrrr", {}};
+  std::vector<std::pair<int, std::vector<std::string>>> rows;
+  std::string quiet;
+  for (const line::StationCharts& station : summary.charts.stations) {
+    const std::string name = station.station.empty() ? "(no station)" : station.station;
+    if (station.charts.empty()) {
+      quiet += Wrapped(name + ": " + (station.note.empty() ? "no charts" : station.note));
+    } else {
+      std::vector<std::string> sparse;
+      for (const int parameter : station.sparse) sparse.push_back(name_of(parameter));
+      if (station.alarms.empty()) {
+        quiet += Wrapped(name + ": in control, " + std::to_string(station.units) + " units, " +
+                         std::to_string(station.charts.size()) + " charts");
+      }
+      if (!sparse.empty()) {
+        quiet += Wrapped(name + ": no charts of " + ListOf(sparse) + ": fewer than " +
+                         std::to_string(line::kLeastBaselineUnits) + " units have a value");
+      }
+      if (!station.note.empty()) quiet += Wrapped(name + ": " + station.note);
+    }
+    for (const line::ChartAlarm& alarm : station.alarms) {
+      const std::string most = alarm.most < 0 ? "" : ", most " + name_of(alarm.most);
+      rows.emplace_back(
+          alarm.unit,
+          std::vector<std::string>{name,
+                                   line::NameOf(alarm.kind),
+                                   alarm.parameter < 0 ? "all" + most : name_of(alarm.parameter),
+                                   serial_of(alarm.unit),
+                                   serial_of(alarm.last_unit),
+                                   Significant(alarm.value, 3),
+                                   Significant(alarm.limit, 3)});
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const auto& one, const auto& other) {
+    return one.first > other.first;
+  });
+  for (auto& [unit, row] : rows) table.rows.push_back(std::move(row));
+  const std::string heading = "Control charts";
+  return quiet.empty() || !table.rows.empty() ? Section(heading, std::move(table)) + quiet
+                                              : '\n' + heading + '\n' + quiet;
+}
+
 /// "12 min", "5.3 h", "9.1 days".
 std::string AgeText(double hours) {
   if (hours < 0.0) return "to come";  // A clock is wrong.
@@ -257,18 +332,9 @@ std::string StudyText(const StudySummary& study) {
 
 }  // namespace
 
-std::string Section(const std::string& heading, truetriad::Table table) {
-  if (table.rows.empty()) return "";
-  const std::size_t count = table.rows.size();
-  table.rows.resize(std::min(count, kMostRows));
-  std::string text = '\n' + heading + '\n' + TextOf(table);
-  if (count > kMostRows) text += "  and " + std::to_string(count - kMostRows) + " more (--json)\n";
-  return text;
-}
-
 std::string SummaryText(const LineSummary& summary) {
   std::string text = YieldText(summary.yield) + ReasonsText(summary.reasons) +
-                     LimitsText(summary.limits) + ProcessText(summary) + GoldenText(summary.golden);
+                     LimitsText(summary.limits) + ChartsText(summary) + GoldenText(summary.golden);
   if (summary.study) text += StudyText(*summary.study);
   return text;
 }

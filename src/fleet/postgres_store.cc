@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/postgres_store.h"
-
 #include <algorithm>
 #include <charconv>
 #include <chrono>
@@ -14,11 +12,10 @@
 #include <vector>
 
 #include "base/companion.h"
+#include "base/utf8.h"
 #include "fleet/postgres_module.h"
-#include "fleet/rows.h"
-#include "fleet/schema.h"
 #include "fleet/sql_store.h"
-#include "fleet/store_url.h"
+#include "fleet/store.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -27,28 +24,17 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 /// Of the one lock under which tables are made: no other program's, hopefully.
-constexpr std::int64_t kMigrationLock = 0x7472'7566'7465'6574;
-constexpr std::string_view kSchemaVersionFact = "schema_version";
+constexpr std::int64_t kTablesLock = 0x7472'7566'7465'6574;
 
 /// What PostgreSQL takes as text: UTF-8 without NUL; whatever else is in it becomes U+FFFD.
 std::string StorableText(std::string_view text) {
-  constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
   std::string storable;
   storable.reserve(text.size());
   while (!text.empty()) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const unsigned char first = byte(0);
-    const std::size_t size = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-    bool is_good =
-        first != 0 && (first < 0x80 || (first >= 0xC2 && first <= 0xF4)) && size <= text.size();
-    for (std::size_t i = 1; is_good && i < size; ++i) is_good = (byte(i) & 0xC0U) == 0x80;
-    if (is_good && size > 2) {
-      // Longer than it need be, half of a UTF-16 pair, or beyond the last.
-      is_good = !(first == 0xE0 && byte(1) < 0xA0) && !(first == 0xED && byte(1) >= 0xA0) &&
-                !(first == 0xF0 && byte(1) < 0x90) && !(first == 0xF4 && byte(1) >= 0x90);
-    }
-    storable += is_good ? text.substr(0, size) : kReplacement;
-    text.remove_prefix(is_good ? size : 1);
+    const std::optional<Utf8Character> character = FirstCharacter(text);
+    const std::size_t size = character ? character->size : 1;
+    storable += character && character->code != 0 ? text.substr(0, size) : "\xEF\xBF\xBD";
+    text.remove_prefix(size);
   }
   return storable;
 }
@@ -80,19 +66,17 @@ class PostgresDatabase : public Database {
 
   /// Afterwards a lost connection is opened anew for that long.
   Status Open(Access access, Seconds patience) {
-    std::optional<std::int64_t> version;
-    const auto look = [&]() -> Status {
-      TRUETRIAD_ASSIGN_OR_RETURN(version, SchemaVersion());
+    bool has_tables = false;
+    TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
+      TRUETRIAD_ASSIGN_OR_RETURN(has_tables, HasTables());
       return {};
-    };
-    TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, look));
-    if (!version && access == Access::kRead) {
+    }));
+    if (!has_tables && access == Access::kRead) {
       return Error(ErrorCode::kStoreFailure, {name_}, "has no tables that `fleet run` has made");
     }
-    TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(name_, version.value_or(0)));
-    if (version != kSchemaVersion) {
-      // Whoever comes first does it; the others wait, and see what is done.
-      TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kWrite, [&] { return Migrate(); }));
+    // Whoever comes first makes them; the others wait, and see what is done.
+    if (!has_tables) {
+      TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kWrite, [&] { return MakeTables(); }));
     }
     patience_ = patience;
     return {};
@@ -100,7 +84,7 @@ class PostgresDatabase : public Database {
 
   const std::string& name() const override { return name_; }
   // Each statement is a journey to the server and back; it takes 65535 values, and the widest table
-  // has 18 columns.
+  // has 21 columns.
   std::size_t rows_at_once() const override { return 1000; }
 
   Status Transact(Access access, const std::function<Status()>& work) override {
@@ -233,34 +217,27 @@ class PostgresDatabase : public Database {
     return answer;
   }
 
-  /// Unset: there are no such tables.
-  Result<std::optional<std::int64_t>> SchemaVersion() {
-    // Not to_regclass, which may still say what was true before the lock of Migrate was had.
+  Result<bool> HasTables() {
+    // Not to_regclass, which may still say what was true before the lock of MakeTables was had.
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table fact,
         Ask("SELECT 1 FROM pg_class WHERE relname = 'fact' AND pg_table_is_visible(oid)", {}));
-    if (fact.rows.empty()) return std::optional<std::int64_t>();
-    const Value name[] = {kSchemaVersionFact};
+    if (fact.rows.empty()) return false;
+    const Value name[] = {kStoreFact};
     TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, Ask(kFactsOf, name));
-    std::int64_t version = 0;
-    if (!facts.rows.empty()) {
-      const std::string text = facts.rows[0][0].value_or("");
-      std::from_chars(text.data(), text.data() + text.size(), version);
-    }
-    if (version > 0) return std::optional(version);
+    if (!facts.rows.empty()) return true;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
                  "has a table `fact`, but none that `fleet run` has made; name another database");
   }
 
-  Status Migrate() {
-    const Value lock[] = {kMigrationLock};
+  Status MakeTables() {
+    const Value lock[] = {kTablesLock};
     TRUETRIAD_RETURN_IF_ERROR(Ask("SELECT pg_advisory_xact_lock($1)", lock));
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<std::int64_t> version, SchemaVersion());
-    if (version == kSchemaVersion) return {};
-    const std::string tables = MigrationsFrom(
-        version.value_or(0),
-        {.text = "TEXT COLLATE \"C\"", .real = "DOUBLE PRECISION", .bytes = "BYTEA"});
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool has_tables, HasTables());
+    if (has_tables) return {};
+    const std::string tables =
+        TablesSql({.text = "TEXT COLLATE \"C\"", .real = "DOUBLE PRECISION", .bytes = "BYTEA"});
     if (const auto failure = connection_->RunAll(tables)) {
       const Error error = Failed(*failure);
       constexpr std::string_view kDuplicateTable = "42P07";
@@ -271,11 +248,6 @@ class PostgresDatabase : public Database {
     }
     const Value store[] = {kStoreFact, NewRunId()};
     TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
-    const std::string now = std::to_string(kSchemaVersion);
-    const Value fact[] = {kSchemaVersionFact, std::string_view(now)};
-    TRUETRIAD_RETURN_IF_ERROR(Run(
-        "INSERT INTO fact VALUES ($1, $2) ON CONFLICT (name) DO UPDATE SET value = EXCLUDED.value",
-        fact));
     return {};
   }
 
@@ -311,7 +283,7 @@ Result<std::unique_ptr<Store>> OpenPostgres(const PostgresModule& module,
   auto database = std::make_unique<PostgresDatabase>(
       module, PostgresOptions(url).value_or(""), ShownPostgres(url));
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));
-  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
+  return SqlStore::Open(std::move(database));
 }
 
 Result<const PostgresModule*> LoadedPostgresModule() {

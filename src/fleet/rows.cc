@@ -2,162 +2,291 @@
 #include "fleet/rows.h"
 
 #include <array>
+#include <bit>
 #include <charconv>
-#include <cmath>
 #include <utility>
 
-#include "fleet/schema.h"
 #include "json/verb_json.h"
 
 namespace truetriad::fleet {
 namespace {
 
-Value Text(std::string_view text) { return text; }
-Value Integer(std::int64_t number) { return number; }
-/// Open sides of limits, and numbers that are none, are NULL.
-Value Real(double number) { return std::isfinite(number) ? Value(number) : Value(); }
+/// Indices and views over the tables, for SQLite and PostgreSQL alike.
+///
+/// A run is never changed; `latest` has the last of each unit by name, `standing` what counts.
+/// covariance: of the run's parameters in their order, lower triangle row by row, doubles, least
+/// significant byte first.
+///
+/// `measured` has of each run the first of the unit that is of the same recording: of the same log,
+/// untouched, or of all the files that its samples are from. An attempt is a recording, however
+/// often it is calibrated.
+///
+/// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
+/// "file". Runs are in the order of that, those of one second in that of their logs' names; those
+/// without it come first, in the order of their names.
+///
+/// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
+/// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
+/// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the
+/// window at all. A unit with one run costs some ten microseconds, one with 200 some ten
+/// milliseconds. A decision holds unless the run that counts is a later one and of another
+/// recording: none of the unit's runs before the decision, whether they counted or not, was of the
+/// same log, untouched, or of all the files that its samples are from. (What was exported of the
+/// runs that count alone may name a run that is later than the decision.)
+constexpr std::string_view kViews = R"sql(
+CREATE INDEX run_of_unit ON run (serial, run, verdict);
+CREATE INDEX run_of_log ON run (log, run);
+CREATE INDEX input_of_content ON input (sha256, run);
+CREATE INDEX disposition_of_run ON disposition (run, disposition);
+CREATE INDEX check_of_station ON station_check (station, station_check);
+CREATE VIEW measured AS
+  SELECT
+    one.run,
+    one.serial,
+    one.verdict,
+    CASE WHEN one.run = (SELECT min(seen.run) FROM run AS seen WHERE seen.serial = one.serial)
+    THEN one.run
+    ELSE (
+      SELECT min(seen.run) FROM (
+        SELECT (
+          SELECT same.run FROM run AS same
+          WHERE same.log = one.log AND same.serial = one.serial
+            AND same.log_bytes = one.log_bytes AND same.log_modified_ns = one.log_modified_ns
+          ORDER BY same.run LIMIT 1
+        ) AS run
+        UNION ALL
+        SELECT (
+          SELECT shared.run FROM input AS shared CROSS JOIN run AS same
+          WHERE shared.sha256 = (
+              SELECT made_from.sha256 FROM input AS made_from
+              WHERE made_from.run = one.run AND made_from.samples > 0
+              ORDER BY made_from.place LIMIT 1
+            )
+            AND shared.run <= one.run AND same.run = shared.run AND same.serial = one.serial
+            AND NOT EXISTS (
+              SELECT 1 FROM input AS made_from
+              WHERE made_from.run = one.run AND made_from.samples > 0 AND NOT EXISTS (
+                SELECT 1 FROM input AS known
+                WHERE known.run = shared.run AND known.sha256 = made_from.sha256
+              )
+            )
+          ORDER BY shared.run LIMIT 1
+        ) AS run
+      ) AS seen
+    ) END AS first_run
+  FROM run AS one;
+CREATE VIEW latest AS
+  SELECT * FROM run AS one
+  WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
+CREATE VIEW standing AS
+  SELECT
+    run.*,
+    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial
+      ORDER BY one.recorded, CASE WHEN one.recorded <> '' THEN one.log END, one.run LIMIT 1)
+      AS first_verdict,
+    (SELECT count(*) FROM measured AS one
+      WHERE one.serial = unit.serial AND one.first_run = one.run) AS attempts,
+    COALESCE(decision.verdict, run.verdict) AS final_verdict,
+    decision.who AS disposed_by,
+    decision.why AS disposed_why
+  FROM unit
+  CROSS JOIN run
+  LEFT JOIN disposition AS decision ON decision.disposition = (
+      SELECT max(one.disposition)
+      FROM run AS its CROSS JOIN disposition AS one
+      WHERE its.serial = unit.serial AND one.run = its.run
+    )
+    AND (
+      EXISTS (
+        SELECT 1 FROM run AS seen
+        WHERE seen.serial = unit.serial
+          AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+          AND seen.log = run.log AND seen.log_bytes = run.log_bytes
+          AND seen.log_modified_ns = run.log_modified_ns
+      )
+      OR (
+        EXISTS (
+          SELECT 1 FROM input AS made_from WHERE made_from.run = run.run AND made_from.samples > 0
+        )
+        AND NOT EXISTS (
+          SELECT 1 FROM input AS made_from
+          WHERE made_from.run = run.run AND made_from.samples > 0 AND NOT EXISTS (
+            SELECT 1 FROM run AS seen CROSS JOIN input AS known
+            WHERE seen.serial = unit.serial
+              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+              AND known.run = seen.run AND known.sha256 = made_from.sha256
+          )
+        )
+      )
+    )
+  WHERE run.serial = unit.serial AND run.run = (
+    SELECT counted.run
+    FROM (
+      SELECT one.run, one.verdict, one.recorded, one.log FROM run AS one
+      WHERE one.serial = unit.serial AND NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
+      UNION ALL
+      SELECT placed.run, placed.verdict, its.recorded, its.log
+      FROM (
+        SELECT
+          one.run,
+          one.verdict,
+          count(*) FILTER (WHERE one.first_run = one.run) OVER (
+            ORDER BY
+              (SELECT its.recorded FROM run AS its WHERE its.run = one.first_run),
+              (SELECT its.log FROM run AS its WHERE its.run = one.first_run AND its.recorded <> ''),
+              one.first_run
+            GROUPS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING
+          ) AS before
+        FROM (
+          SELECT * FROM measured
+          WHERE serial = unit.serial AND EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
+          ORDER BY run LIMIT 1000000000
+        ) AS one
+      ) AS placed CROSS JOIN run AS its
+      WHERE its.run = placed.run AND placed.before <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
+    ) AS counted
+    ORDER BY
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
+        CASE counted.verdict
+          WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
+        END
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.recorded
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' AND counted.recorded <> ''
+      THEN
+        counted.log
+      END,
+      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
+        counted.run
+      END,
+      counted.recorded DESC,
+      CASE WHEN counted.recorded <> '' THEN counted.log END DESC,
+      counted.run DESC
+    LIMIT 1
+  );
+)sql";
 
-void Append(const Finding& finding,
-            std::string_view run,
-            std::int64_t place,
-            std::vector<Value>* values) {
+FindingRow RowFor(const Finding& finding) {
   constexpr std::string_view kAxes = "xyz";
+  FindingRow row{.code = FindingCodeName(finding.code),
+                 .severity = SeverityName(finding.severity),
+                 .pose = finding.pose,
+                 .text = finding.text};
+  if (finding.sensor) row.sensor = TriadName(*finding.sensor);
+  if (finding.axis) row.axis = kAxes.substr(static_cast<std::size_t>(*finding.axis), 1);
+  if (!finding.remedy.empty()) row.remedy = finding.remedy;
+  if (finding.treatment != Treatment::kNone) row.treatment = TreatmentName(finding.treatment);
   const Json json = ToJson(finding);
-  values->insert(
-      values->end(),
-      {run,
-       place,
-       FindingCodeName(finding.code),
-       SeverityName(finding.severity),
-       finding.sensor ? Text(TriadName(*finding.sensor)) : Value(),
-       finding.axis ? Text(kAxes.substr(static_cast<std::size_t>(*finding.axis), 1)) : Value(),
-       finding.pose ? Integer(*finding.pose) : Value(),
-       Text(finding.text),
-       finding.remedy.empty() ? Value() : Text(finding.remedy),
-       json.contains("values")
-           ? Value(json["values"].dump(-1, ' ', false, Json::error_handler_t::replace))
-           : Value(),
-       finding.treatment == Treatment::kNone ? Value() : Text(TreatmentName(finding.treatment))});
+  if (json.contains("values")) {
+    row.values = json["values"].dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+  return row;
+}
+template <typename Thing>
+const Thing& RowFor(const Thing& thing) {
+  return thing;
 }
 
-void Append(const LimitCheck& check,
-            std::string_view run,
-            std::int64_t place,
-            std::vector<Value>* values) {
-  values->insert(values->end(),
-                 {run,
-                  place,
-                  Text(check.name),
-                  Text(check.component),
-                  Real(check.limit.lower),
-                  check.limit.target ? Real(*check.limit.target) : Value(),
-                  Real(check.limit.upper),
-                  Real(check.worst),
-                  Real(check.sigma),
-                  Real(check.outside),
-                  Integer(check.pass ? 1 : 0)});
+template <typename Thing>
+std::size_t CountOfColumns() {
+  std::size_t count = 0;
+  const Thing none{};
+  Fields([&count](const char*, const auto&) { ++count; }, none);
+  return count;
 }
 
-void Append(const InputFile& input,
-            std::string_view run,
-            std::int64_t place,
-            std::vector<Value>* values) {
-  values->insert(values->end(),
-                 {run, place, Text(input.file), Text(input.sha256), Integer(input.samples)});
+template <typename Thing>
+TableRows OneRow(std::string_view table, const Thing& thing) {
+  TableRows rows{table, CountOfColumns<Thing>(), {}};
+  Fields(RowWriter{&rows.values}, thing);
+  return rows;
 }
 
-void Append(const Parameter& parameter,
-            std::string_view run,
-            std::int64_t place,
-            std::vector<Value>* values) {
-  values->insert(values->end(),
-                 {run, place, Text(parameter.name), parameter.value, parameter.sigma});
-}
-
-/// One row an item, numbered from 1 on.
-template <typename Items>
-TableRows RowsOfItems(std::string_view table,
-                      std::size_t columns,
-                      std::string_view run,
-                      const Items& items) {
-  TableRows rows{table, columns, {}};
-  rows.values.reserve(columns * items.size());
+/// One row an item, numbered from 1 on, behind the name of the run.
+template <typename Row, typename Items>
+TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& items) {
+  TableRows rows{table, 2 + CountOfColumns<Row>(), {}};
+  rows.values.reserve(rows.columns * items.size());
   std::int64_t place = 0;
-  for (const auto& item : items) Append(item, run, ++place, &rows.values);
+  for (const auto& item : items) {
+    rows.values.insert(rows.values.end(), {std::string_view(run.id), ++place});
+    const auto& row = RowFor(item);
+    Fields(RowWriter{&rows.values}, row);
+  }
   return rows;
 }
 
 TableRows RowsOfTags(const UnitRun& run) {
   TableRows rows{"tag", 3, {}};
-  const auto add = [&](const TagKey& tag) {
-    if ((run.tags.*tag.value).empty()) return;
-    rows.values.insert(rows.values.end(), {Text(run.id), tag.key, Text(run.tags.*tag.value)});
-  };
-  for (const TagKey& tag : kDeviceTags) add(tag);
-  for (const TagKey& tag : kRunTags) add(tag);
+  TagFields(
+      [&](std::string_view name, const std::string& value) {
+        if (value.empty()) return;
+        rows.values.insert(rows.values.end(),
+                           {std::string_view(run.id), name, std::string_view(value)});
+      },
+      run.tags);
   return rows;
+}
+
+/// "name {text} NOT NULL, …" of a thing's columns.
+template <typename Thing>
+std::string DefinitionsOf() {
+  std::string sql;
+  const Thing none{};
+  Fields(
+      [&sql]<typename Field>(const char* name, const Field&) {
+        sql.append("  ").append(name);
+        if constexpr (std::is_same_v<Field, double> ||
+                      std::is_same_v<Field, std::optional<double>>) {
+          sql += " {real},\n";
+        } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
+          sql += " {bytes},\n";
+        } else if constexpr (std::is_same_v<Field, std::optional<std::int64_t>>) {
+          sql += " BIGINT,\n";
+        } else if constexpr (std::is_arithmetic_v<Field>) {
+          sql += " BIGINT NOT NULL,\n";
+        } else if constexpr (std::is_same_v<Field, Verdict> ||
+                             std::is_convertible_v<Field, std::string_view>) {
+          sql += " {text} NOT NULL,\n";
+        } else {
+          sql += " {text},\n";
+        }
+      },
+      none);
+  return sql;
+}
+
+std::string TableSql(std::string_view name, const std::string& columns, std::string_view keys) {
+  return std::string("CREATE TABLE ").append(name) + " (\n" + columns + "  " + std::string(keys) +
+         "\n);\n";
+}
+
+constexpr std::string_view kOfRun = "FOREIGN KEY (run) REFERENCES run (run), ";
+
+/// What a run has several of.
+template <typename Row>
+std::string PartSql(std::string_view name) {
+  return TableSql(name,
+                  "  run {text} NOT NULL,\n  place BIGINT NOT NULL,\n" + DefinitionsOf<Row>(),
+                  std::string(kOfRun) + "PRIMARY KEY (run, place)");
 }
 
 }  // namespace
 
 std::vector<TableRows> RowsOf(const UnitRun& run) {
-  return {{"unit", 1, {Text(run.serial)}},
-          {kRunTable,
-           21,
-           {Text(run.id),
-            Text(run.serial),
-            Text(run.log),
-            Integer(run.log_bytes),
-            Integer(run.log_modified_ns),
-            Text(run.created),
-            Text(run.software_version),
-            Text(run.config_sha256),
-            Text(run.shard),
-            Text(run.folder),
-            VerdictName(run.verdict),
-            Text(run.code),
-            Text(run.message),
-            Text(run.mode),
-            Real(run.wall_s),
-            Real(run.cpu_s),
-            Real(run.effective_dof),
-            run.covariance.empty() ? Value() : Value(&run.covariance),
-            Real(run.temperature_degc),
-            Text(run.recorded),
-            Text(run.recorded_by)}},
+  return {{"unit", 1, {std::string_view(run.serial)}},
+          OneRow(kRunTable, run),
           RowsOfTags(run),
-          RowsOfItems("input", 5, run.id, run.inputs),
-          RowsOfItems("parameter", 5, run.id, run.parameters),
-          RowsOfItems("finding", 11, run.id, run.findings),
-          RowsOfItems("judgement", 11, run.id, run.judgements)};
+          RowsOfItems<InputFile>("input", run, run.inputs),
+          RowsOfItems<Parameter>("parameter", run, run.parameters),
+          RowsOfItems<FindingRow>("finding", run, run.findings),
+          RowsOfItems<LimitCheck>("judgement", run, run.judgements)};
 }
 
-TableRows RowOf(const Disposition& disposition) {
-  return {"disposition",
-          6,
-          {Text(disposition.id),
-           Text(disposition.run),
-           Text(disposition.created),
-           Text(disposition.who),
-           VerdictName(disposition.verdict),
-           Text(disposition.why)}};
-}
-
-TableRows RowOf(const StationCheck& check) {
-  return {"station_check",
-          11,
-          {Text(check.id),
-           Text(check.station),
-           Text(check.serial),
-           Text(check.created),
-           Integer(check.agrees ? 1 : 0),
-           Real(check.p),
-           Real(check.largest),
-           Text(check.parameter),
-           Text(check.log),
-           Text(check.recording),
-           Text(check.repeatability)}};
-}
+TableRows RowOf(const Disposition& disposition) { return OneRow("disposition", disposition); }
+TableRows RowOf(const StationCheck& check) { return OneRow("station_check", check); }
 
 TableRows FactRow(std::string_view name, std::string_view value) {
   return {"fact", 2, {name, value}};
@@ -187,11 +316,25 @@ std::string RunsOfSameReadings(std::size_t files) {
          runs + ") ORDER BY run LIMIT 100";
 }
 
-std::string MigrationsFrom(std::int64_t version, const TypeNames& types) {
-  std::string sql;
-  for (; version < kSchemaVersion; ++version) {
-    sql += kMigrations.at(static_cast<std::size_t>(version));
-  }
+std::string TablesSql(const TypeNames& types) {
+  std::string sql =
+      TableSql("unit", "  serial {text} NOT NULL,\n", "PRIMARY KEY (serial)") +
+      TableSql(kRunTable,
+               DefinitionsOf<UnitRun>(),
+               "PRIMARY KEY (run), FOREIGN KEY (serial) REFERENCES unit (serial)") +
+      TableSql("tag",
+               "  run {text} NOT NULL,\n  name {text} NOT NULL,\n  value {text} NOT NULL,\n",
+               std::string(kOfRun) + "PRIMARY KEY (run, name)") +
+      PartSql<InputFile>("input") + PartSql<Parameter>("parameter") +
+      PartSql<FindingRow>("finding") + PartSql<LimitCheck>("judgement") +
+      TableSql("disposition",
+               DefinitionsOf<Disposition>(),
+               std::string(kOfRun) + "PRIMARY KEY (disposition)") +
+      TableSql("station_check", DefinitionsOf<StationCheck>(), "PRIMARY KEY (station_check)") +
+      TableSql(
+          "fact", "  name {text} NOT NULL,\n  value {text} NOT NULL,\n", "PRIMARY KEY (name)") +
+      std::string(kViews) + "INSERT INTO fact VALUES ('" + std::string(kSchemaVersionName) +
+      "', '" + std::to_string(kSchemaVersion) + "');\n";
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{text}", types.text},
         {"{real}", types.real},
@@ -203,13 +346,21 @@ std::string MigrationsFrom(std::int64_t version, const TypeNames& types) {
   return sql;
 }
 
-Status CheckSchemaVersion(const std::string& store, std::int64_t version) {
-  if (version <= kSchemaVersion) return {};
-  return Error(ErrorCode::kStoreFailure,
-               {store},
-               "has version " + std::to_string(version) +
-                   " of the tables, and this program knows " + std::to_string(kSchemaVersion) +
-                   "; use the newer truetriad that wrote it");
+Status CheckSchemaVersion(const std::string& name, const std::string& found) {
+  if (found == std::to_string(kSchemaVersion)) return {};
+  return Error(
+      ErrorCode::kStoreFailure,
+      {name},
+      (found.empty() ? "states no version of its schema" : "has the schema of version " + found) +
+          ", and this program reads and writes version " + std::to_string(kSchemaVersion) +
+          "; use the truetriad that wrote it, or calibrate its logs into another store");
+}
+
+Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated) {
+  if (there == stated) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               name + ": of a unit's runs counts the one by `" + PolicyText(there) + "`, not by `" +
+                   PolicyText(stated) + "`; state the same, or take another store");
 }
 
 Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated) {
@@ -223,6 +374,22 @@ Status CheckShards(const std::string& name, std::int64_t there, std::int64_t sta
 std::string ShortestText(double number) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr};
+}
+
+std::vector<double> RealsFromHex(std::string_view digits) {
+  constexpr std::size_t kDigits = 16;
+  std::vector<double> reals;
+  reals.reserve(digits.size() / kDigits);
+  for (; digits.size() >= kDigits; digits.remove_prefix(kDigits)) {
+    std::uint64_t bits = 0;
+    for (std::size_t byte = kDigits; byte > 0; byte -= 2) {
+      unsigned value = 0;
+      std::from_chars(digits.data() + byte - 2, digits.data() + byte, value, 16);
+      bits = bits << 8U | value;
+    }
+    reals.push_back(std::bit_cast<double>(bits));
+  }
+  return reals;
 }
 
 std::string HexOf(std::span<const unsigned char> bytes) {

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
+#include "fleet/fields.h"
 #include "fleet/store.h"
-#include "fleet/unit_run.h"
 
 namespace truetriad::fleet {
 
@@ -38,39 +41,98 @@ TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
 TableRows FactRow(std::string_view name, std::string_view value);
 
+/// The shortest text that reads back to the same number.
+std::string ShortestText(double number);
+/// Doubles from the digits of their bytes, the least significant first.
+std::vector<double> RealsFromHex(std::string_view digits);
+/// "0a1f…".
+std::string HexOf(std::span<const unsigned char> bytes);
+
+/// Appends fields to a row; text is not owned.
+struct RowWriter {
+  std::vector<Value>* values;
+
+  template <typename Field>
+  void operator()(std::string_view /*name*/, const Field& field) const {
+    if constexpr (std::is_convertible_v<Field, std::string_view>) {
+      values->emplace_back(std::string_view(field));
+    } else if constexpr (std::is_same_v<Field, Verdict>) {
+      values->emplace_back(VerdictName(field));
+    } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
+      values->push_back(field.empty() ? Value() : Value(&field));
+    } else if constexpr (std::is_same_v<Field, double>) {
+      values->push_back(std::isfinite(field) ? Value(field) : Value());
+    } else if constexpr (std::is_same_v<Field, bool> || std::is_same_v<Field, std::int64_t>) {
+      values->emplace_back(std::int64_t{field});
+    } else {  // Optional.
+      values->push_back(field ? Value(*field) : Value());
+    }
+  }
+};
+
+/// Reads fields from the cells of a row, from `at` on; NULL leaves a field as it was.
+struct RowReader {
+  std::span<const Cell> row;
+  std::size_t at = 0;
+  std::string odd_verdict = {};  ///< A verdict that is none.
+
+  template <typename Field>
+  void operator()(std::string_view /*name*/, Field& field) {
+    const Cell& cell = row[at++];
+    if (!cell) return;
+    if constexpr (std::is_same_v<Field, Verdict>) {
+      if (const std::optional<Verdict> verdict = VerdictFromName(*cell)) {
+        field = *verdict;
+      } else {
+        odd_verdict = *cell;
+      }
+    } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
+      field = RealsFromHex(*cell);
+    } else if constexpr (std::is_same_v<Field, bool>) {
+      field = *cell != "0";
+    } else if constexpr (std::is_assignable_v<Field&, const std::string&>) {
+      field = *cell;
+    } else if constexpr (std::is_arithmetic_v<Field>) {
+      field = NumberOf(cell, field);
+    } else {
+      field = NumberOf(cell, typename Field::value_type());
+    }
+  }
+};
+
+/// A thing from a row; of an odd verdict what it was made with.
+template <typename Thing>
+Thing FromRow(std::span<const Cell> row, std::size_t at = 0) {
+  Thing thing{};
+  Fields(RowReader{row, at}, thing);
+  return thing;
+}
+
+/// "name, value, sigma"; with a table before each, where one is named.
+template <typename Thing>
+std::string ColumnsOf(const std::string& table = "") {
+  std::string columns;
+  const Thing none{};
+  Fields(
+      [&](const char* name, const auto&) {
+        columns += (columns.empty() ? "" : ", ") + (table.empty() ? "" : table + ".") + name;
+      },
+      none);
+  return columns;
+}
+
 /// INSERT INTO table VALUES ($1, $2), ($3, $4) ON CONFLICT DO NOTHING.
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
 
 inline constexpr std::string_view kRunTable = "run";
 /// The fact that is a store's identity.
 inline constexpr std::string_view kStoreFact = "store";
-/// Of each log the last run, from the log after $1 on, some at a time: of a million they need not
-/// all be here at once. A row for each of its tags, or one.
-inline constexpr std::string_view kLastRuns =
-    "SELECT log, log_bytes, log_modified_ns, config_sha256, software, verdict, serial, tag.name, "
-    "tag.value, code, recorded FROM (SELECT run, log, log_bytes, log_modified_ns, config_sha256, "
-    "software, "
-    "verdict, "
-    "serial, code, recorded FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT 1 FROM run AS "
-    "later WHERE "
-    "later.log = one.log AND later.run > one.run) ORDER BY log LIMIT 10000) AS last "
-    "LEFT JOIN tag ON tag.run = last.run ORDER BY log";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
-inline constexpr std::string_view kStandingRun =
-    "SELECT run, verdict FROM standing WHERE serial = $1";
-inline constexpr std::string_view kFoldersOfUnit =
-    "SELECT run, folder, verdict FROM run WHERE serial = $1 AND folder <> '' ORDER BY run";
 inline constexpr std::string_view kUnitsHeldBack =
     "SELECT serial FROM standing WHERE disposed_by <> '' OR (final_verdict IN ('FAIL', "
     "'NO_RESULT') "
     "AND EXISTS (SELECT 1 FROM run WHERE run.serial = standing.serial AND run.run <> "
     "standing.run AND run.verdict <> 'NO_RESULT' AND run.folder <> '')) ORDER BY serial";
-inline constexpr std::string_view kLastRunOfUnit = "SELECT max(run) FROM run WHERE serial = $1";
-inline constexpr std::string_view kStandingOf =
-    "SELECT run, first_verdict, final_verdict, attempts, disposed_by, disposed_why, "
-    "(SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) FROM "
-    "disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1) FROM standing WHERE "
-    "serial = $1";
 inline constexpr std::string_view kLatestRun =
     "SELECT max(run) FROM (SELECT max(run) AS run FROM run WHERE serial = $1 UNION ALL "
     "SELECT max(run) FROM run WHERE log = $2 UNION ALL "
@@ -78,42 +140,21 @@ inline constexpr std::string_view kLatestRun =
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 /// Runs not of the unit $1 nor of the log $2 that were made from all `files` with samples: $3, ….
 std::string RunsOfSameReadings(std::size_t files);
-inline constexpr std::string_view kDispositions =
-    "SELECT disposition, serial, disposition.created, who, why, disposition.verdict, "
-    "disposition.run FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";
-inline constexpr std::string_view kStationChecks =
-    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
-    "recording, repeatability FROM station_check ORDER BY station_check";
 /// Of checks that are called `one`: those that count. A recording that was checked again does not.
 inline const std::string kChecksThatCount =
     "station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM station_check AS "
     "prior WHERE prior.station = one.station AND prior.recording = one.recording AND "
     "prior.station_check < one.station_check))";
-inline const std::string kLastStationCheck =
-    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
-    "recording, repeatability FROM " +
-    kChecksThatCount + " AND station = $1 ORDER BY station_check DESC LIMIT 1";
-inline constexpr std::string_view kFirstCheckOfRecording =
-    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log, "
-    "recording, repeatability FROM station_check WHERE station = $1 AND recording = $2 "
-    "ORDER BY station_check LIMIT 1";
-
 /// Names of types where the two differ.
 struct TypeNames {
   std::string_view text, real, bytes;
 };
-/// What takes a store of `version` to that of this program.
-std::string MigrationsFrom(std::int64_t version, const TypeNames& types);
+/// The statements that make the tables, indices and views.
+std::string TablesSql(const TypeNames& types);
 
-/// Error (bad input): `version` is later than this program's.
-Status CheckSchemaVersion(const std::string& store, std::int64_t version);
-
+/// Error (usage): of the store `name` another policy was stated.
+Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated);
 /// Error (usage): the store `name` is of `there` shards, and not of `stated`.
 Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated);
-
-/// The shortest text that reads back to the same number.
-std::string ShortestText(double number);
-/// "0a1f…".
-std::string HexOf(std::span<const unsigned char> bytes);
 
 }  // namespace truetriad::fleet

@@ -2,50 +2,15 @@
 #include "fleet/run_check.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <chrono>
 #include <cmath>
-#include <iterator>
 #include <set>
+
+#include "line/line_data.h"
 
 namespace truetriad::fleet {
 namespace {
 
 Error Wrong(const std::string& what) { return Error(ErrorCode::kWrongFormat, what); }
-
-/// `text` has digits where `form` has 0, hexadecimal ones where it has x, and else the same.
-bool HasForm(std::string_view text, std::string_view form) {
-  if (text.size() != form.size()) return false;
-  for (std::size_t i = 0; i < form.size(); ++i) {
-    const bool is_digit = text[i] >= '0' && text[i] <= '9';
-    const bool is_hex = is_digit || (text[i] >= 'a' && text[i] <= 'f');
-    if (form[i] == '0' ? !is_digit : form[i] == 'x' ? !is_hex : text[i] != form[i]) return false;
-  }
-  return true;
-}
-
-/// A moment there is: `digits` are its year, month, …, second, of four and two digits each.
-bool IsMoment(std::string_view digits) {
-  std::array<unsigned, 6> parts{};
-  for (unsigned& part : parts) {
-    const std::size_t size = &part == parts.data() ? 4 : 2;
-    std::from_chars(digits.data(), digits.data() + size, part);
-    digits.remove_prefix(size);
-  }
-  const auto& [year, month, day, hour, minute, second] = parts;
-  const std::chrono::year_month_day date{
-      std::chrono::year(static_cast<int>(year)), std::chrono::month(month), std::chrono::day(day)};
-  return date.ok() && hour < 24 && minute < 60 && second < 60;
-}
-
-std::string DigitsOf(std::string_view text) {
-  std::string digits;
-  std::copy_if(text.begin(), text.end(), std::back_inserter(digits), [](char c) {
-    return c >= '0' && c <= '9';
-  });
-  return digits;
-}
 
 /// For messages: what may be anything.
 std::string InWords(std::string_view text) {
@@ -65,7 +30,7 @@ Status CheckName(std::string_view name) {
 }
 
 Status CheckTime(const std::string& time, const std::string& name = "created") {
-  if (HasForm(time, "0000-00-00T00:00:00Z") && IsMoment(DigitsOf(time))) return {};
+  if (HasForm(time, "0000-00-00T00:00:00Z") && std::isfinite(line::SecondsOf(time))) return {};
   return Wrong(name + " is " + InWords(time) + ", expected a time as in 2026-11-24T23:59:59Z");
 }
 
@@ -123,8 +88,22 @@ Status CheckVerdict(const UnitRun& run) {
 
 }  // namespace
 
+bool HasForm(std::string_view text, std::string_view form) {
+  if (text.size() != form.size()) return false;
+  for (std::size_t i = 0; i < form.size(); ++i) {
+    const bool is_digit = text[i] >= '0' && text[i] <= '9';
+    const bool is_hex = is_digit || (text[i] >= 'a' && text[i] <= 'f');
+    if (form[i] == '0' ? !is_digit : form[i] == 'x' ? !is_hex : text[i] != form[i]) return false;
+  }
+  return true;
+}
+
 bool IsRunId(std::string_view name) {
-  return HasForm(name, "00000000T000000.000000Z-xxxxxxxx") && IsMoment(DigitsOf(name));
+  if (!HasForm(name, "00000000T000000.000000Z-xxxxxxxx")) return false;
+  std::string moment(name.substr(0, 15));
+  for (const std::size_t place : {4, 7}) moment.insert(place, "-");
+  for (const std::size_t place : {13, 16}) moment.insert(place, ":");
+  return std::isfinite(line::SecondsOf(moment));
 }
 
 Status CheckRun(const UnitRun& run) {

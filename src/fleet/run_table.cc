@@ -3,13 +3,11 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <map>
-#include <optional>
 #include <utility>
-#include <variant>
 
+#include "fleet/fields.h"
 #include "fleet/json_lines.h"
 #include "fleet/rows.h"
 #include "json/json.h"
@@ -17,95 +15,51 @@
 namespace truetriad::fleet {
 namespace {
 
-/// A field; nothing, text, or a number.
-using TableCell = std::variant<std::monostate, std::string, std::int64_t, double>;
+/// A column of the table, of a type as Parquet has them.
+struct Column {
+  std::string name;
+  std::string_view type;
+};
 
-/// What every run has, in the order of the columns.
-struct FixedColumn {
-  std::string_view name, type;
-  TableCell (*cell)(const UnitRun& run);
-};
-template <std::string UnitRun::*kField>
-TableCell TextCell(const UnitRun& run) {
-  return run.*kField;
+constexpr std::string_view kText = "STRING", kWhole = "INT64", kReal = "DOUBLE",
+                           kTime = "TIMESTAMP";
+
+/// What every run has, and of the run that counts what its unit amounts to, in their order.
+const std::vector<Column>& FixedColumns() {
+  static const auto& columns =
+      *new std::vector<Column>{{"run", kText},           {"serial", kText},
+                               {"created", kTime},       {"verdict", kText},
+                               {"final_verdict", kText}, {"first_verdict", kText},
+                               {"attempts", kWhole},     {"disposed_by", kText},
+                               {"code", kText},          {"message", kText},
+                               {"mode", kText},          {"log", kText},
+                               {"log_bytes", kWhole},    {"log_modified_ns", kWhole},
+                               {"software", kText},      {"config_sha256", kText},
+                               {"shard", kText},         {"folder", kText},
+                               {"wall_s", kReal},        {"cpu_s", kReal},
+                               {"effective_dof", kReal}, {"temperature_degc", kReal},
+                               {"recorded", kTime},      {"recorded_by", kText}};
+  return columns;
 }
-/// What the unit amounts to, of the run that counts.
-template <Verdict Standing::*kField>
-TableCell StandingVerdict(const UnitRun& run) {
-  if (!run.standing) return {};
-  return std::string(VerdictName((*run.standing).*kField));
-}
-constexpr FixedColumn kFixedColumns[] = {
-    {"run", "STRING", TextCell<&UnitRun::id>},
-    {"serial", "STRING", TextCell<&UnitRun::serial>},
-    {"created", "TIMESTAMP", TextCell<&UnitRun::created>},
-    {"verdict",
-     "STRING",
-     [](const UnitRun& run) -> TableCell { return std::string(VerdictName(run.verdict)); }},
-    {"final_verdict", "STRING", StandingVerdict<&Standing::final_verdict>},
-    {"first_verdict", "STRING", StandingVerdict<&Standing::first_verdict>},
-    {"attempts",
-     "INT64",
-     [](const UnitRun& run) -> TableCell {
-       return run.standing ? TableCell(run.standing->attempts) : TableCell();
-     }},
-    {"disposed_by",
-     "STRING",
-     [](const UnitRun& run) -> TableCell {
-       return run.standing ? TableCell(run.standing->disposed_by) : TableCell();
-     }},
-    {"code", "STRING", TextCell<&UnitRun::code>},
-    {"message", "STRING", TextCell<&UnitRun::message>},
-    {"mode", "STRING", TextCell<&UnitRun::mode>},
-    {"log", "STRING", TextCell<&UnitRun::log>},
-    {"log_bytes", "INT64", [](const UnitRun& run) -> TableCell { return run.log_bytes; }},
-    {"log_modified_ns",
-     "INT64",
-     [](const UnitRun& run) -> TableCell { return run.log_modified_ns; }},
-    {"software", "STRING", TextCell<&UnitRun::software_version>},
-    {"config_sha256", "STRING", TextCell<&UnitRun::config_sha256>},
-    {"shard", "STRING", TextCell<&UnitRun::shard>},
-    {"folder", "STRING", TextCell<&UnitRun::folder>},
-    {"wall_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.wall_s; }},
-    {"cpu_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.cpu_s; }},
-    {"effective_dof", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.effective_dof; }},
-    {"temperature_degc",
-     "DOUBLE",
-     [](const UnitRun& run) -> TableCell {
-       if (std::isnan(run.temperature_degc)) return {};
-       return run.temperature_degc;
-     }},
-    {"recorded",
-     "TIMESTAMP",
-     [](const UnitRun& run) -> TableCell {
-       return run.recorded.empty() ? TableCell() : TableCell(run.recorded);
-     }},
-    {"recorded_by", "STRING", TextCell<&UnitRun::recorded_by>},
-};
 
 /// The table of a store's runs: all have the same columns.
 class RunTable {
  public:
-  struct Column {
-    std::string name;
-    std::string_view type;
-  };
-
   /// Looks which parameters and judgements there are.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
-    for (const FixedColumn& column : kFixedColumns) {
-      table.columns_.push_back({std::string(column.name), column.type});
+    table.columns_ = FixedColumns();
+    for (const std::string_view tag : TagNames()) {
+      table.columns_.push_back({std::string(tag), kText});
     }
-    for (const TagKey* tag : TagKeys()) table.columns_.push_back({std::string(tag->key), "STRING"});
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table names,
         store.Query("SELECT name FROM parameter GROUP BY name ORDER BY min(place), name"));
     for (const auto& row : names.rows) {
       const std::string name = row[0].value_or("");
       table.places_[name] = table.columns_.size();
-      table.columns_.push_back({name, "DOUBLE"});
-      table.columns_.push_back({name + ".sigma", "DOUBLE"});
+      table.columns_.push_back({name, kReal});
+      table.columns_.push_back({name + ".sigma", kReal});
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const Table judged,
                                store.Query("SELECT name, component FROM judgement GROUP BY name, "
@@ -113,18 +67,25 @@ class RunTable {
     for (const auto& row : judged.rows) {
       const std::string name = JudgedName(row[0].value_or(""), row[1].value_or(""));
       table.places_[name] = table.columns_.size();
-      table.columns_.push_back({name, "DOUBLE"});
+      table.columns_.push_back({name, kReal});
     }
     return table;
   }
 
   const std::vector<Column>& columns() const { return columns_; }
 
-  std::vector<TableCell> RowOf(const UnitRun& run) const {
-    std::vector<TableCell> row;
+  /// Each text, a number, or null.
+  std::vector<Json> RowOf(const UnitRun& run) const {
+    Json fixed = TreeOf(run);
+    if (run.standing) fixed.update(TreeOf(*run.standing));
+    std::vector<Json> row;
     row.reserve(columns_.size());
-    for (const FixedColumn& column : kFixedColumns) row.push_back(column.cell(run));
-    for (const TagKey* tag : TagKeys()) row.emplace_back(run.tags.*tag->value);
+    for (const Column& column : FixedColumns()) {
+      Json cell = fixed.value(column.name, Json());
+      row.push_back(column.type == kTime && cell == "" ? Json() : std::move(cell));
+    }
+    TagFields([&row](std::string_view, const std::string& value) { row.emplace_back(value); },
+              run.tags);
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {
       const auto found = places_.find(parameter.name);
@@ -142,12 +103,6 @@ class RunTable {
  private:
   static std::string JudgedName(const std::string& name, const std::string& component) {
     return name + (component.empty() ? "" : "." + component) + ".judged";
-  }
-  static std::vector<const TagKey*> TagKeys() {
-    std::vector<const TagKey*> tags;
-    for (const TagKey& tag : kDeviceTags) tags.push_back(&tag);
-    for (const TagKey& tag : kRunTags) tags.push_back(&tag);
-    return tags;
   }
 
   std::vector<Column> columns_;
@@ -167,22 +122,10 @@ std::string CsvField(std::string text) {
   return quoted + '"';
 }
 
-std::string CsvField(const TableCell& cell) {
-  if (const auto* const text = std::get_if<std::string>(&cell)) return CsvField(*text);
-  if (const auto* const whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
-  const auto* const number = std::get_if<double>(&cell);
-  return number == nullptr ? "" : NumberText(*number);
-}
-
-Json JsonField(const TableCell& cell) {
-  if (const auto* const text = std::get_if<std::string>(&cell)) return *text;
-  if (const auto* const whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
-  const auto* const number = std::get_if<double>(&cell);
-  return number == nullptr ? Json() : Json(*number);
-}
-
-std::string LineOfJson(const Json& json) {
-  return json.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace) + '\n';
+std::string CsvField(const Json& cell) {
+  if (cell.is_string()) return CsvField(cell.get<std::string>());
+  if (cell.is_number_integer()) return cell.dump();
+  return cell.is_null() ? "" : NumberText(cell.get<double>());
 }
 
 RunSelection WithStanding(RunSelection which) {
@@ -217,13 +160,13 @@ Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std
   constexpr std::string_view kLineEnd = "\r\n";
   TRUETRIAD_ASSIGN_OR_RETURN(const RunTable table, RunTable::Of(store));
   std::string head;
-  for (const RunTable::Column& column : table.columns()) {
+  for (const Column& column : table.columns()) {
     head += (head.empty() ? "" : ",") + CsvField(column.name);
   }
   return WriteRuns(
       store, WithStanding(which), path, head.append(kLineEnd), [&](const UnitRun& run) {
         std::string line;
-        for (const TableCell& cell : table.RowOf(run)) line += CsvField(cell) + ',';
+        for (const Json& cell : table.RowOf(run)) line += CsvField(cell) + ',';
         line.pop_back();
         return line.append(kLineEnd);
       });
@@ -268,12 +211,15 @@ Result<std::size_t> ExportTypedTable(Store& store,
                                      const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const RunTable table, RunTable::Of(store));
   Json head = Json::array();
-  for (const RunTable::Column& column : table.columns()) {
+  for (const Column& column : table.columns()) {
     head.push_back({{"name", column.name}, {"type", column.type}});
   }
   return WriteRuns(store, WithStanding(which), path, LineOfJson(head), [&](const UnitRun& run) {
     Json row = Json::array();
-    for (const TableCell& cell : table.RowOf(run)) row.push_back(JsonField(cell));
+    // No digit of a whole number is lost as text.
+    for (const Json& cell : table.RowOf(run)) {
+      row.push_back(cell.is_number_integer() ? Json(cell.dump()) : cell);
+    }
     return LineOfJson(row);
   });
 }

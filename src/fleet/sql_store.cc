@@ -2,64 +2,48 @@
 #include "fleet/sql_store.h"
 
 #include <algorithm>
-#include <charconv>
-#include <limits>
+#include <map>
 #include <span>
+#include <unordered_map>
 
-#include "fleet/rows.h"
+#include "fleet/line_reader.h"
+#include "json/json.h"
 
 namespace truetriad::fleet {
 namespace {
 
-using Cell = std::optional<std::string>;
+/// Units whose runs are in memory at once.
+constexpr int kUnitsAPage = 100;
 
-template <typename Number>
-Number NumberOf(const Cell& cell, Number otherwise) {
-  Number number = otherwise;
-  if (cell) std::from_chars(cell->data(), cell->data() + cell->size(), number);
-  return number;
+constexpr std::string_view kPolicyFacts =
+    "SELECT name, value FROM fact WHERE name IN ('retest_counts', 'retest_most')";
+
+template <typename Thing>
+std::vector<Thing> ThingsIn(const Table& table) {
+  std::vector<Thing> things;
+  things.reserve(table.rows.size());
+  for (const auto& row : table.rows) things.push_back(FromRow<Thing>(row));
+  return things;
 }
 
-KnownRun KnownRunOf(const std::vector<Cell>& row) {
-  return {row[0].value_or(""),
-          NumberOf<std::int64_t>(row[1], 0),
-          NumberOf<std::int64_t>(row[2], 0),
-          row[3].value_or(""),
-          row[4].value_or(""),
-          VerdictFromName(row[5].value_or("")).value_or(Verdict::kNoResult),
-          row[6].value_or(""),
-          {},
-          row[9].value_or(""),
-          row[10].value_or("")};
+/// The first thing of a table; unset: there is none.
+template <typename Thing>
+std::optional<Thing> FirstIn(const Table& table) {
+  return table.rows.empty() ? std::nullopt : std::optional(FromRow<Thing>(table.rows[0]));
 }
 
-StationCheck StationCheckOf(const std::vector<Cell>& row) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  return {.id = row[0].value_or(""),
-          .station = row[1].value_or(""),
-          .serial = row[2].value_or(""),
-          .created = row[3].value_or(""),
-          .agrees = row[4] == "1",
-          .p = NumberOf(row[5], kUnknown),
-          .largest = NumberOf(row[6], kUnknown),
-          .parameter = row[7].value_or(""),
-          .log = row[8].value_or(""),
-          .recording = row[9].value_or(""),
-          .repeatability = row[10].value_or("")};
-}
+/// The first field of a table; unset: there is none.
+Cell FieldIn(const Table& table) { return table.rows.empty() ? Cell() : table.rows[0][0]; }
 
-Verdict VerdictIn(const Cell& name) {
-  return VerdictFromName(name.value_or("")).value_or(Verdict::kNoResult);
-}
-
-Disposition DispositionOf(const std::vector<Cell>& row) {
-  return {.id = row[0].value_or(""),
-          .serial = row[1].value_or(""),
-          .created = row[2].value_or(""),
-          .who = row[3].value_or(""),
-          .why = row[4].value_or(""),
-          .verdict = VerdictIn(row[5]),
-          .run = row[6].value_or("")};
+/// What was stated; unset: nothing.
+std::optional<RetestPolicy> PolicyIn(const Table& facts) {
+  std::map<std::string, Cell> stated;
+  for (const auto& row : facts.rows) stated[row[0].value_or("")] = row[1];
+  const Cell counts = stated["retest_counts"], most = stated["retest_most"];
+  if (!counts) return std::nullopt;
+  RetestPolicy policy{RetestCountsFromName(*counts).value_or(RetestCounts::kLast), std::nullopt};
+  if (most) policy.most = NumberOf<std::int64_t>(most, 0);
+  return policy;
 }
 
 /// Error (usage): good is only what has a calibration.
@@ -72,19 +56,137 @@ Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
                    "`; measure it again, or decide `FAIL`");
 }
 
-Standing StandingFrom(const std::vector<Cell>& row) {
-  Standing standing{.run = row[0].value_or(""),
-                    .first_verdict = VerdictIn(row[1]),
-                    .final_verdict = VerdictIn(row[2]),
-                    .attempts = NumberOf<std::int64_t>(row[3], 0),
-                    .disposed_by = row[4].value_or(""),
-                    .disposed_why = row[5].value_or(""),
-                    .disposed_at = row[7].value_or("")};
-  if (row[6]) standing.most = NumberOf<std::int64_t>(row[6], 0);
-  return standing;
+/// What belongs to runs, a row each behind its run's name, and where it goes.
+struct Part {
+  std::string columns;
+  std::string_view table, order;
+  void (*take)(std::span<const Cell> row, UnitRun* run);
+  bool is_of_whole = false;  ///< RunSelection::is_whole.
+};
+
+template <typename Thing, std::vector<Thing> UnitRun::*kList>
+Part PartOf(std::string_view table, bool is_of_whole = false) {
+  return {
+      ColumnsOf<Thing>(),
+      table,
+      "place",
+      [](std::span<const Cell> row, UnitRun* run) { (run->*kList).push_back(FromRow<Thing>(row)); },
+      is_of_whole};
+}
+
+Finding FindingOf(const FindingRow& row) {
+  Json json = {{"code", row.code}, {"severity", row.severity}, {"text", row.text}};
+  if (row.sensor) json["sensor"] = *row.sensor;
+  if (row.axis) json["axis"] = *row.axis;
+  if (row.pose) json["pose"] = *row.pose;
+  if (row.remedy) json["remedy"] = *row.remedy;
+  if (row.values) json["values"] = Json::parse(*row.values);
+  if (row.treatment) json["treatment"] = *row.treatment;
+  return FindingFrom(json);
+}
+
+const std::vector<Part>& Parts() {
+  static const auto& parts =
+      *new std::vector<Part>{{"name, value",
+                              "tag",
+                              "name",
+                              [](std::span<const Cell> row, UnitRun* run) {
+                                SetTag(row[0].value_or(""), row[1].value_or(""), &run->tags);
+                              }},
+                             PartOf<InputFile, &UnitRun::inputs>("input", true),
+                             PartOf<Parameter, &UnitRun::parameters>("parameter"),
+                             {ColumnsOf<FindingRow>(),
+                              "finding",
+                              "place",
+                              [](std::span<const Cell> row, UnitRun* run) {
+                                run->findings.push_back(FindingOf(FromRow<FindingRow>(row)));
+                              },
+                              true},
+                             PartOf<LimitCheck, &UnitRun::judgements>("judgement")};
+  return parts;
+}
+
+/// A thing of a run from a row. Error (bad input): a verdict is none.
+template <typename Thing>
+Result<Thing> CheckedFromRow(std::span<const Cell> row) {
+  Thing thing;
+  RowReader reader{row};
+  Fields(reader, thing);
+  if (reader.odd_verdict.empty()) return thing;
+  return Error(ErrorCode::kWrongFormat,
+               "run " + row[0].value_or("") + ": its verdict is `" + reader.odd_verdict +
+                   "`, which is none; the store has been changed by another program");
+}
+
+/// What is selected of the store's runs.
+std::string SourceOf(const RunSelection& which) {
+  const std::string source = which.only_standing ? "standing" : "run";
+  // Tags cost a question each: only where somebody may ask for them.
+  if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
+  return FromWhere(source, {.where = which.where});
+}
+
+/// What units amount to, for those of their runs that count.
+Status TakeStandings(Store& store, const std::string& condition, std::vector<UnitRun>* runs) {
+  if (runs->empty()) return {};
+  std::unordered_map<std::string_view, UnitRun*> by_name;
+  for (UnitRun& run : *runs) by_name[run.id] = &run;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT " + ColumnsOf<Standing>() + " FROM standing WHERE " + condition));
+  for (const auto& row : table.rows) {
+    const auto found = by_name.find(*row[0]);
+    if (found == by_name.end()) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(found->second->standing, CheckedFromRow<Standing>(row));
+  }
+  return {};
+}
+
+/// The runs that `condition`, on columns of `run` alone, is true of.
+Result<std::vector<UnitRun>> RunsOfPage(Store& store,
+                                        const RunSelection& which,
+                                        const std::string& condition) {
+  std::string columns = ColumnsOf<UnitRun>();
+  constexpr std::string_view kCovariance = "covariance";
+  if (!which.is_whole) columns.replace(columns.find(kCovariance), kCovariance.size(), "NULL");
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             store.Query("SELECT " + columns + SourceOf(which) + " AND " +
+                                         condition + " ORDER BY serial, run"));
+  std::vector<UnitRun> runs;
+  std::map<std::string_view, UnitRun*> by_name;
+  runs.reserve(table.rows.size());
+  for (const auto& row : table.rows) {
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run, CheckedFromRow<UnitRun>(row));
+    runs.push_back(std::move(run));
+    by_name[runs.back().id] = &runs.back();
+  }
+  if (runs.empty()) return runs;
+  for (const Part& part : Parts()) {
+    if (part.is_of_whole && !which.is_whole) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table rows,
+        store.Query("SELECT run, " + part.columns + " FROM " + std::string(part.table) +
+                    " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
+                    std::string(part.order)));
+    for (const auto& row : rows.rows) {
+      // Runs that are not wanted have none.
+      const auto found = by_name.find(*row[0]);
+      if (found != by_name.end()) part.take(std::span(row).subspan(1), found->second);
+    }
+  }
+  return runs;
 }
 
 }  // namespace
+
+Result<std::unique_ptr<Store>> SqlStore::Open(std::unique_ptr<Database> database) {
+  std::unique_ptr<SqlStore> store(new SqlStore(std::move(database)));
+  const Value name[] = {kSchemaVersionName};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table stated, store->Asked(kFactsOf, name));
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckSchemaVersion(store->database_->name(), FieldIn(stated).value_or("")));
+  return std::unique_ptr<Store>(std::move(store));
+}
 
 Result<std::int64_t> SqlStore::Insert(const TableRows& rows) {
   const std::size_t count = rows.values.size() / rows.columns;
@@ -105,12 +207,6 @@ Result<std::int64_t> SqlStore::Insert(const TableRows& rows) {
   return inserted;
 }
 
-Result<Cell> SqlStore::Fact(std::string_view name) {
-  const Value values[] = {name};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kFactsOf, values));
-  return table.rows.empty() ? Cell() : table.rows[0][0];
-}
-
 Status SqlStore::InsertRun(const UnitRun& run) {
   for (const TableRows& rows : RowsOf(run)) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
@@ -127,51 +223,51 @@ Status SqlStore::AddAll(std::span<const UnitRun> runs) {
   });
 }
 
-Result<bool> SqlStore::Has(const std::string& run) {
-  bool has = false;
+Result<Table> SqlStore::Asked(std::string_view sql, std::span<const Value> values) {
+  Table table;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    const Value values[] = {std::string_view(run)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                               database_->Ask("SELECT run FROM run WHERE run = $1", values));
-    has = !table.rows.empty();
+    TRUETRIAD_ASSIGN_OR_RETURN(table, database_->Ask(sql, values));
     return {};
   }));
-  return has;
+  return table;
+}
+
+Result<bool> SqlStore::Has(const std::string& run) {
+  const Value values[] = {std::string_view(run)};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Asked("SELECT run FROM run WHERE run = $1", values));
+  return !table.rows.empty();
 }
 
 Result<std::vector<KnownRun>> SqlStore::LastRuns() {
+  // From the log after $1 on, some at a time: of a million they need not all be here at once. A row
+  // for each of its tags, or one.
+  const std::string last_runs =
+      "SELECT " + ColumnsOf<KnownRun>("last") +
+      ", tag.name, tag.value FROM (SELECT * FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT "
+      "1 FROM run AS later WHERE later.log = one.log AND later.run > one.run) ORDER BY log LIMIT "
+      "10000) AS last LEFT JOIN tag ON tag.run = last.run ORDER BY last.log";
   std::vector<KnownRun> runs;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    runs.clear();
-    for (std::string log;; log = runs.back().log) {
-      const Value after[] = {std::string_view(log)};
-      TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, after));
-      if (table.rows.empty()) return {};
-      for (const auto& row : table.rows) {
-        if (runs.empty() || runs.back().log != row[0]) runs.push_back(KnownRunOf(row));
-        SetTag(row[7].value_or(""), row[8].value_or(""), &runs.back().tags);
-      }
+  for (std::string log;; log = runs.back().log) {
+    const Value after[] = {std::string_view(log)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(last_runs, after));
+    if (table.rows.empty()) return runs;
+    for (const auto& row : table.rows) {
+      if (runs.empty() || runs.back().log != row[0]) runs.push_back(FromRow<KnownRun>(row));
+      const std::size_t tag = row.size() - 2;
+      SetTag(row[tag].value_or(""), row[tag + 1].value_or(""), &runs.back().tags);
     }
-  }));
-  return runs;
+  }
 }
 
 Status SqlStore::StateShard(const Shard& shard) {
   const std::string stated = std::to_string(shard.count);
   return database_->Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("shards", stated)));
-    TRUETRIAD_ASSIGN_OR_RETURN(const Cell there, Fact("shards"));
-    return CheckShards(database_->name(), NumberOf<std::int64_t>(there, 1), shard.count);
+    const Value name[] = {std::string_view("shards")};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table there, database_->Ask(kFactsOf, name));
+    return CheckShards(database_->name(), NumberOf<std::int64_t>(FieldIn(there), 1), shard.count);
   });
-}
-
-Result<std::optional<RetestPolicy>> SqlStore::PolicyThere() {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Cell counts, Fact("retest_counts"));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Cell most, Fact("retest_most"));
-  if (!counts) return std::optional<RetestPolicy>();
-  RetestPolicy policy{RetestCountsFromName(*counts).value_or(RetestCounts::kLast), std::nullopt};
-  if (most) policy.most = NumberOf<std::int64_t>(most, 0);
-  return std::optional(policy);
 }
 
 Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
@@ -187,43 +283,26 @@ Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
     if (inserted > 0 && policy.most) {
       TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("retest_most", most)));
     }
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> there, PolicyThere());
-    if (there == policy) return {};
-    return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": of a unit's runs counts the one by `" +
-                     PolicyText(there.value_or(RetestPolicy())) + "`, not by `" +
-                     PolicyText(policy) + "`; state the same, or take another store");
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, database_->Ask(kPolicyFacts, {}));
+    return CheckPolicy(database_->name(), PolicyIn(facts).value_or(RetestPolicy()), policy);
   });
 }
 
 Result<std::optional<RetestPolicy>> SqlStore::StatedRetestPolicy() {
-  std::optional<RetestPolicy> policy;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(policy, PolicyThere());
-    return {};
-  }));
-  return policy;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, Asked(kPolicyFacts, {}));
+  return PolicyIn(facts);
 }
 
 Result<std::string> SqlStore::Identity() {
-  std::string identity;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Cell stated, Fact(kStoreFact));
-    identity = stated.value_or("");
-    return {};
-  }));
-  return identity;
+  const Value name[] = {kStoreFact};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table stated, Asked(kFactsOf, name));
+  return FieldIn(stated).value_or("");
 }
 
 Result<std::string> SqlStore::LatestRun(const UnitRun& run) {
-  std::string latest;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    const Value values[] = {std::string_view(run.serial), std::string_view(run.log)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row, Row(kLatestRun, values));
-    latest = row.at(0).value_or("");
-    return {};
-  }));
-  return latest;
+  const Value values[] = {std::string_view(run.serial), std::string_view(run.log)};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table latest, Asked(kLatestRun, values));
+  return FieldIn(latest).value_or("");
 }
 
 Result<std::vector<RunName>> SqlStore::RunsOfSameReadings(const UnitRun& run) {
@@ -231,29 +310,25 @@ Result<std::vector<RunName>> SqlStore::RunsOfSameReadings(const UnitRun& run) {
   for (const InputFile& input : run.inputs) {
     if (input.samples > 0) values.emplace_back(std::string_view(input.sha256));
   }
-  std::vector<RunName> runs;
-  if (values.size() == 2) return runs;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const Table table, database_->Ask(fleet::RunsOfSameReadings(values.size() - 2), values));
-    runs.clear();
-    for (const auto& row : table.rows) {
-      runs.push_back({row[0].value_or(""), row[1].value_or(""), row[2].value_or("")});
-    }
-    return {};
-  }));
-  return runs;
+  if (values.size() == 2) return std::vector<RunName>();
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table runs,
+                             Asked(fleet::RunsOfSameReadings(values.size() - 2), values));
+  return ThingsIn<RunName>(runs);
 }
 
 Result<std::optional<Standing>> SqlStore::StandingOf(const std::string& serial) {
-  std::optional<Standing> standing;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    const Value values[] = {std::string_view(serial)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kStandingOf, values));
-    standing.reset();
-    if (!table.rows.empty()) standing = StandingFrom(table.rows[0]);
-    return {};
-  }));
+  const std::string standing_of =
+      "SELECT " + ColumnsOf<Standing>() +
+      ", (SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) "
+      "FROM disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1) FROM standing "
+      "WHERE serial = $1";
+  const Value values[] = {std::string_view(serial)};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(standing_of, values));
+  std::optional<Standing> standing = FirstIn<Standing>(table);
+  if (!standing) return standing;
+  const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(2);
+  if (more[0]) standing->most = NumberOf<std::int64_t>(more[0], 0);
+  standing->disposed_at = more[1].value_or("");
   return standing;
 }
 
@@ -278,28 +353,19 @@ Result<bool> SqlStore::MakeLast(const std::string& table,
 }
 
 Result<std::vector<std::string>> SqlStore::UnitsHeldBack() {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(kUnitsHeldBack, {}));
   std::vector<std::string> units;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kUnitsHeldBack, {}));
-    units.clear();
-    for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
-    return {};
-  }));
+  for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
   return units;
 }
 
 Result<std::vector<RunFolder>> SqlStore::FoldersOfUnit(const std::string& serial) {
-  std::vector<RunFolder> folders;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    const Value values[] = {std::string_view(serial)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kFoldersOfUnit, values));
-    folders.clear();
-    for (const auto& row : table.rows) {
-      folders.push_back({row[0].value_or(""), row[1].value_or(""), VerdictIn(row[2])});
-    }
-    return {};
-  }));
-  return folders;
+  const Value values[] = {std::string_view(serial)};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Asked("SELECT " + ColumnsOf<RunFolder>() +
+                                       " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
+                                   values));
+  return ThingsIn<RunFolder>(table);
 }
 
 Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
@@ -307,15 +373,18 @@ Result<Disposition> SqlStore::Dispose(const Disposition& disposition) {
   Disposition added = disposition;
   const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
     const Value serial[] = {std::string_view(disposition.serial)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> standing, Row(kStandingRun, serial));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> standing,
+                               Row("SELECT run, verdict FROM standing WHERE serial = $1", serial));
     if (standing.empty()) {
       return Error(ErrorCode::kUnknownName,
                    database_->name() + ": has no unit `" + disposition.serial +
                        "`; `truetriad fleet query` lists those that it has");
     }
     added.run = standing[0].value_or("");
-    TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(added, VerdictIn(standing[1])));
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last, Row(kLastRunOfUnit, serial));
+    TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
+        added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last,
+                               Row("SELECT max(run) FROM run WHERE serial = $1", serial));
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
                                MakeLast("disposition", last.at(0).value_or(""), &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
@@ -333,9 +402,12 @@ Result<std::optional<StationCheck>> SqlStore::AddStationCheck(const StationCheck
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     first.reset();
     if (added.recording.empty()) return {};
+    const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
+                                    " FROM station_check WHERE station = $1 AND recording = $2 "
+                                    "ORDER BY station_check LIMIT 1";
     const Value values[] = {std::string_view(added.station), std::string_view(added.recording)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row, Row(kFirstCheckOfRecording, values));
-    if (row.at(0) != added.id) first = StationCheckOf(row);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row, Row(first_check, values));
+    if (row.at(0) != added.id) first = FromRow<StationCheck>(row);
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);
@@ -343,17 +415,17 @@ Result<std::optional<StationCheck>> SqlStore::AddStationCheck(const StationCheck
 }
 
 Result<Decisions> SqlStore::ReadDecisions() {
-  Decisions decisions;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    decisions = Decisions();
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table dispositions, database_->Ask(kDispositions, {}));
-    for (const auto& row : dispositions.rows) {
-      decisions.dispositions.push_back(DispositionOf(row));
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table checks, database_->Ask(kStationChecks, {}));
-    for (const auto& row : checks.rows) decisions.checks.push_back(StationCheckOf(row));
-    return {};
-  }));
+  const std::string dispositions =
+      "SELECT " + ColumnsOf<Disposition>("disposition") +
+      ", serial FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";
+  const std::string checks =
+      "SELECT " + ColumnsOf<StationCheck>() + " FROM station_check ORDER BY station_check";
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table decided, Asked(dispositions, {}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table checked, Asked(checks, {}));
+  Decisions decisions{ThingsIn<Disposition>(decided), ThingsIn<StationCheck>(checked)};
+  for (std::size_t i = 0; i < decided.rows.size(); ++i) {
+    decisions.dispositions[i].serial = decided.rows[i].back().value_or("");
+  }
   return decisions;
 }
 
@@ -370,15 +442,39 @@ Status SqlStore::AddDecisions(const Decisions& decisions) {
 }
 
 Result<std::optional<StationCheck>> SqlStore::LastStationCheck(const std::string& station) {
-  std::optional<StationCheck> check;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    const Value values[] = {std::string_view(station)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastStationCheck, values));
-    check.reset();
-    if (!table.rows.empty()) check = StationCheckOf(table.rows[0]);
-    return {};
-  }));
-  return check;
+  const Value values[] = {std::string_view(station)};
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      Asked("SELECT " + ColumnsOf<StationCheck>() + " FROM " + kChecksThatCount +
+                " AND station = $1 ORDER BY station_check DESC LIMIT 1",
+            values));
+  return FirstIn<StationCheck>(table);
+}
+
+Status SqlStore::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
+  std::string after;  // A condition: behind the last unit that was read.
+  for (;;) {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table last,
+        Query("SELECT max(serial) FROM (SELECT serial FROM unit" +
+              (after.empty() ? "" : " WHERE " + after) + " ORDER BY serial LIMIT " +
+              std::to_string(kUnitsAPage) + ") AS page"));
+    if (!FieldIn(last)) return {};
+    const std::string quoted = SqlText(*FieldIn(last));
+    const std::string of_units = (after.empty() ? "" : after + " AND ") + "serial <= " + quoted;
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, RunsOfPage(*this, which, of_units));
+    if (which.with_standing) TRUETRIAD_RETURN_IF_ERROR(TakeStandings(*this, of_units, &runs));
+    for (UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(take(std::move(run)));
+    after = "serial > " + quoted;
+  }
+}
+
+Result<std::vector<UnitRun>> ReadNamedRuns(Store& store, const std::vector<std::string>& names) {
+  std::string condition = "run IN (";
+  for (const std::string& name : names) {
+    condition += (condition.ends_with('(') ? "" : ",") + SqlText(name);
+  }
+  return RunsOfPage(store, {}, condition + ")");
 }
 
 }  // namespace truetriad::fleet

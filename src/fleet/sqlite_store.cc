@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/sqlite_store.h"
-
+#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -15,10 +14,7 @@
 #include <sys/vfs.h>
 
 #include "base/spelling.h"
-#include "fleet/rows.h"
-#include "fleet/schema.h"
 #include "fleet/sql_store.h"
-#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -92,8 +88,8 @@ class SqliteDatabase : public Database {
   SqliteDatabase(const SqliteDatabase&) = delete;
   SqliteDatabase& operator=(const SqliteDatabase&) = delete;
 
-  /// Whether the tables are those of this program's version; to write: they are, then.
-  Result<bool> Open(Access access) {
+  /// To write: the tables are there, then.
+  Status Open(Access access) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
     // SQLite gives names like :memory: a meaning; a whole path has none.
@@ -114,11 +110,9 @@ class SqliteDatabase : public Database {
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA synchronous = FULL"));
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA foreign_keys = ON"));
       // Whoever comes first does it; the others wait, and see what is done.
-      TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return Migrate(); }));
+      TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return MakeTables(); }));
     }
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
-    TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(path_, version));
-    return version == kSchemaVersion;
+    return {};
   }
 
   const std::string& name() const override { return path_; }
@@ -188,8 +182,7 @@ class SqliteDatabase : public Database {
       std::vector<std::string_view> known;
       for (const auto& row : found->rows) known.emplace_back(*row[0]);
       if (question == kColumns) {
-        for (const TagKey& tag : kDeviceTags) known.push_back(tag.key);
-        for (const TagKey& tag : kRunTags) known.push_back(tag.key);
+        for (const std::string_view tag : TagNames()) known.push_back(tag);
       }
       const std::string_view word = complaint.substr(beginning.size());
       // `one.serial`: the column alone. Not found is the last place, and one more is 0.
@@ -217,7 +210,7 @@ class SqliteDatabase : public Database {
     table.are_bytes.assign(table.columns.size(), true);
     int code = SQLITE_ROW;
     while ((code = sqlite3_step(statement)) == SQLITE_ROW) {
-      std::vector<std::optional<std::string>> row;
+      std::vector<Cell> row;
       for (int i = 0; i < columns; ++i) row.push_back(TextOf(statement, i, &table));
       table.rows.push_back(std::move(row));
     }
@@ -249,15 +242,15 @@ class SqliteDatabase : public Database {
     return statement.Integer(0);
   }
 
-  Status Migrate() {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
-    if (version >= kSchemaVersion) return {};
+  Status MakeTables() {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t tables,
+                               Number("SELECT count(*) FROM sqlite_master"));
+    if (tables > 0) return {};
     TRUETRIAD_RETURN_IF_ERROR(
-        Execute(MigrationsFrom(version, {.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
+        Execute(TablesSql({.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
     const Value store[] = {kStoreFact, NewRunId()};
     TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
-    TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA application_id = " + std::to_string(kApplicationId)));
-    return Execute("PRAGMA user_version = " + std::to_string(kSchemaVersion));
+    return Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
   }
 
   /// With its values.
@@ -286,28 +279,22 @@ class SqliteDatabase : public Database {
 }  // namespace
 
 std::string_view NetworkFileSystemName(long magic) {
-  switch (static_cast<unsigned long>(magic) & 0xFFFFFFFFUL) {
-    case 0x6969:
-      return "NFS";
-    case 0x517B:
-    case 0xFF534D42:
-    case 0xFE534D42:
-      return "SMB";
-    case 0x00C36400:
-      return "CephFS";
-    case 0x0BD00BD0:
-      return "Lustre";
-    case 0x47504653:
-      return "GPFS";
-    case 0x19830326:
-      return "BeeGFS";
-    case 0x5346414F:
-      return "AFS";
-    case 0x01021997:
-      return "9P";
-    default:
-      return "";
+  // As statfs(2) and the kernel's linux/magic.h have them.
+  constexpr std::array<std::pair<unsigned long, std::string_view>, 10> kNetworks = {
+      {{0x6969, "NFS"},
+       {0x517B, "SMB"},
+       {0xFF534D42, "SMB"},
+       {0xFE534D42, "SMB"},
+       {0x00C36400, "CephFS"},
+       {0x0BD00BD0, "Lustre"},
+       {0x47504653, "GPFS"},
+       {0x19830326, "BeeGFS"},
+       {0x5346414F, "AFS"},
+       {0x01021997, "9P"}}};
+  for (const auto& [known, name] : kNetworks) {
+    if ((static_cast<unsigned long>(magic) & 0xFFFFFFFFUL) == known) return name;
   }
+  return "";
 }
 
 Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access) {
@@ -340,12 +327,8 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
     }
   }
   auto database = std::make_unique<SqliteDatabase>(path);
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_current, database->Open(access));
-  if (!is_current) {
-    // Of before: its tables become those of today.
-    TRUETRIAD_RETURN_IF_ERROR(OpenSqlite(path, Access::kWrite));
-  }
-  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
+  TRUETRIAD_RETURN_IF_ERROR(database->Open(access));
+  return SqlStore::Open(std::move(database));
 }
 
 }  // namespace truetriad::fleet

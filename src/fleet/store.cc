@@ -2,22 +2,47 @@
 #include "fleet/store.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <filesystem>
+#include <regex>
 #include <string_view>
 #include <system_error>
 
 #include "base/named_values.h"
-#include "fleet/database.h"
-#include "fleet/json_lines_store.h"
-#include "fleet/postgres_store.h"
-#include "fleet/run_reader.h"
-#include "fleet/shard.h"
-#include "fleet/sqlite_store.h"
-#include "fleet/store_url.h"
+#include "base/utf8.h"
+#include "fleet/json_lines.h"
+#include "fleet/sql_store.h"
 #include "io/input_guard.h"
-#include "json/json.h"
 
 namespace truetriad::fleet {
+namespace {
+
+std::optional<int> WholeNumber(std::string_view text) {
+  int number = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+}  // namespace
+
+std::optional<Shard> ShardFromText(std::string_view text) {
+  if (text.empty()) return Shard();
+  const std::size_t slash = text.find('/');
+  if (slash == std::string_view::npos) return std::nullopt;
+  const std::optional<int> index = WholeNumber(text.substr(0, slash));
+  const std::optional<int> count = WholeNumber(text.substr(slash + 1));
+  if (!index || !count || *index < 0 || *index >= *count || *count > kMostShards) {
+    return std::nullopt;
+  }
+  return Shard{*index, *count};
+}
+
+std::string ShardText(const Shard& shard) {
+  return shard.count == 1 ? "" : std::to_string(shard.index) + "/" + std::to_string(shard.count);
+}
+
 namespace {
 
 constexpr NamedValues<RetestCounts, 3> kRetestCounts = {{
@@ -26,20 +51,12 @@ constexpr NamedValues<RetestCounts, 3> kRetestCounts = {{
     {RetestCounts::kBest, "best"},
 }};
 
-bool IsUtf8Text(const std::string& text) {
-  try {
-    return !Json(text).dump().empty();
-  } catch (const Json::exception&) {
-    return false;
-  }
-}
-
 Status CheckLine(const std::string& what, const std::string& text, std::size_t longest) {
   const bool is_blank = text.find_first_not_of(" \t") == std::string::npos;
   const bool is_line = std::none_of(text.begin(), text.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });
-  if (!is_blank && is_line && IsUtf8Text(text) && text.size() <= longest) return {};
+  if (!is_blank && is_line && IsUtf8(text) && text.size() <= longest) return {};
   return Error(ErrorCode::kInvalidArgument,
                "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
                    " bytes of UTF-8");
@@ -93,10 +110,6 @@ Result<StatedShards> Store::Shards() {
   return Error(ErrorCode::kStoreFailure,
                "its fact `shards` is `" + text +
                    "`, no number of shards; it has been changed by another program");
-}
-
-Status Store::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
-  return ReadRuns(*this, which, take);
 }
 
 std::string_view RetestCountsName(RetestCounts counts) { return kRetestCounts.Name(counts); }
@@ -168,6 +181,64 @@ std::optional<std::string> FileOfStore(const std::string& url) {
   if (PostgresOptions(url)) return std::nullopt;
   if (const std::optional<std::string> path = JsonLinesPath(url)) return path;
   return url.starts_with(kSqlite) ? url.substr(kSqlite.size()) : url;
+}
+
+namespace {
+
+constexpr std::string_view kScheme = "postgresql:";
+
+}  // namespace
+
+std::optional<std::string> PostgresOptions(const std::string& url) {
+  if (url.starts_with("postgresql://") || url.starts_with("postgres://")) return url;
+  if (url.starts_with(kScheme)) return url.substr(kScheme.size());
+  return std::nullopt;
+}
+
+Status CheckStoreUrl(const std::string& url) {
+  if (PostgresOptions(url)) return {};
+  std::string_view path(url);
+  for (const std::string_view scheme : {"sqlite:", "jsonl:"}) {
+    if (!path.starts_with(scheme)) continue;
+    path.remove_prefix(scheme.size());
+    break;
+  }
+  constexpr std::array<std::string_view, 5> kOfServers = {
+      "://", "password=", "host=", "dbname=", "service="};
+  if (std::any_of(kOfServers.begin(), kOfServers.end(), [&](std::string_view part) {
+        return path.find(part) != std::string_view::npos;
+      })) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--store: what is named looks like a connection to a server; expected "
+                 "postgresql://HOST/DATABASE, \"postgresql:host=HOST dbname=DATABASE\", or a file, "
+                 "as in line.db or shard-2.jsonl");
+  }
+  if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
+  return Error(ErrorCode::kInvalidArgument,
+               "--store=" + url +
+                   " names no file, so that nothing would be kept; expected one, as in line.db");
+}
+
+std::string ShownPostgres(const std::string& url) {
+  // User, password, and server with port and database; then parameters.
+  static const std::regex kUri(
+      R"(postgres(?:ql)?://(?:([^:@/?]*)(?::[^@/?]*)?@)?)"
+      R"(((?:\[[0-9A-Fa-f:]*\]|[^:@/?]*)(?::[0-9]*)?(?:/[^?@]*)?)(?:\?[^@]*)?)");
+  static const std::regex kValue(R"((?:^|\s)((?:host|hostaddr|port|dbname|user)=\S+))");
+  if (!url.starts_with(kScheme) || url.starts_with("postgresql://")) {
+    std::smatch parts;
+    if (!std::regex_match(url, parts, kUri)) return "postgresql://";
+    return "postgresql://" + (parts[1].matched ? parts.str(1) + "@" : "") + parts.str(2);
+  }
+  std::string shown(kScheme);
+  const std::string values = url.substr(kScheme.size());
+  // A value may have blanks in it, which look like the next one.
+  if (values.find_first_of("'\\") != std::string::npos) return shown;
+  for (std::sregex_iterator value(values.begin(), values.end(), kValue), end; value != end;
+       ++value) {
+    shown += (shown.ends_with(':') ? "" : " ") + value->str(1);
+  }
+  return shown;
 }
 
 }  // namespace truetriad::fleet

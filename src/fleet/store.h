@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -12,11 +13,22 @@
 #include <string_view>
 #include <vector>
 
-#include "fleet/shard.h"
 #include "fleet/unit_run.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
+
+/// One part of several of a fleet's units, each calibrated by a run of its own.
+struct Shard {
+  int index = 0;  ///< From 0.
+  int count = 1;  ///< At most kMostShards.
+};
+inline constexpr int kMostShards = 1'000'000;
+
+/// "2/8"; empty: the only one. Unset: it is no such text, or the index is not below the count.
+std::optional<Shard> ShardFromText(std::string_view text);
+/// The same the other way.
+std::string ShardText(const Shard& shard);
 
 /// The last run that was made of a log, by which another is known to be the same.
 struct KnownRun {
@@ -41,13 +53,24 @@ struct RunFolder {
   Verdict verdict = Verdict::kNoResult;  ///< Of that run.
 };
 
-/// Rows of a question, as text; NULL is an unset value.
+/// A field of a row, as text; unset: NULL.
+using Cell = std::optional<std::string>;
+/// The number of a field; `otherwise` of NULL, or of what is none.
+template <typename Number>
+Number NumberOf(const Cell& cell, Number otherwise) {
+  if (cell) std::from_chars(cell->data(), cell->data() + cell->size(), otherwise);
+  return otherwise;
+}
+
+/// Rows of a question.
 struct Table {
   std::vector<std::string> columns;
   std::vector<bool> are_numbers;  ///< By column: every value is one.
   std::vector<bool> are_bytes;    ///< By column: every value is the digits of some.
-  std::vector<std::vector<std::optional<std::string>>> rows;
+  std::vector<std::vector<Cell>> rows;
 };
+
+enum class Access { kRead, kWrite };
 
 /// Of how many shards the runs of a store are part.
 struct StatedShards {
@@ -61,6 +84,7 @@ struct RunSelection {
   /// A condition in SQL on `run` or `standing` and the tags by their names; empty: any.
   std::string where = {};
   bool with_standing = false;  ///< UnitRun::standing is wanted.
+  bool is_whole = true;        ///< Inputs, findings and covariance are wanted.
 };
 
 /// What somebody decided about a unit, whatever the verdict of its run. Holds until a later
@@ -196,7 +220,8 @@ class Store {
   /// `take`s whole runs, one after the other, in the order of their serials and then names;
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
-  virtual Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
+  virtual Status ForEachRun(const RunSelection& which,
+                            const std::function<Status(UnitRun)>& take) = 0;
 };
 
 /// `url` for people and files: without password.
@@ -207,9 +232,9 @@ std::string NameOfStore(const std::string& url);
 
 /// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
 /// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot
-/// be reached, is none of this program's, of a newer version of it, or on a file system that SQLite
-/// cannot lock, or the file is none (a pipe, a device). Error (usage): another kind of URL, one
-/// that names no file, or this build cannot speak to PostgreSQL.
+/// be reached, is none of this program's, of another version of its schema, or on a file system
+/// that SQLite cannot lock, or the file is none (a pipe, a device). Error (usage): another kind of
+/// URL, one that names no file, or this build cannot speak to PostgreSQL.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
 /// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,
@@ -218,5 +243,19 @@ Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
 
 /// The file of a store that is one; unset: it is kept by a server.
 std::optional<std::string> FileOfStore(const std::string& url);
+
+/// What libpq takes of a store's URL: postgresql://…, postgres://…, or the name=value of
+/// postgresql:name=value …. Unset: it is none of PostgreSQL.
+std::optional<std::string> PostgresOptions(const std::string& url);
+
+/// Error (usage): `url` names no file, what SQLite would take for something else than a file, or
+/// looks like a connection to a server that was written otherwise; that is not shown, since it may
+/// hold a password.
+Status CheckStoreUrl(const std::string& url);
+
+/// A URL of PostgreSQL for messages: server, port, database and user, and nothing else that it may
+/// hold. Where it is not clear what is which, as in a password with a bare @, / or ?, or values in
+/// quotes, none of it.
+std::string ShownPostgres(const std::string& url);
 
 }  // namespace truetriad::fleet

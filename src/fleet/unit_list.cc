@@ -17,11 +17,11 @@
 
 #include "base/spelling.h"
 #include "base/utf8.h"
+#include "fleet/fields.h"
 #include "fleet/log_files.h"
 #include "io/text_file.h"
 #include "line/line_data.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -29,12 +29,12 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A line of CSV.
-struct Fields {
+struct CsvLine {
   std::vector<std::string> texts;  ///< Quotes taken off.
   bool ends_in_quotes = false;     ///< One is left open.
 };
 
-Fields FieldsOf(std::string_view line) {
+CsvLine FieldsOf(std::string_view line) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -62,8 +62,7 @@ bool NextLine(std::ifstream* file, std::string* line) {
 /// The columns that a list may have.
 std::vector<std::string_view> ListColumns() {
   std::vector<std::string_view> columns = {"log", "serial", "recorded"};
-  for (const TagKey& tag : kDeviceTags) columns.push_back(tag.key);
-  for (const TagKey& tag : kRunTags) columns.push_back(tag.key);
+  for (const std::string_view tag : TagNames()) columns.push_back(tag);
   return columns;
 }
 
@@ -175,7 +174,7 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
     if (!IsUtf8(line)) {
       return Error(ErrorCode::kWrongFormat, place, "is no UTF-8; save the list as UTF-8");
     }
-    Fields fields = FieldsOf(line);
+    CsvLine fields = FieldsOf(line);
     if (fields.ends_in_quotes) {
       return Error(ErrorCode::kWrongFormat,
                    place,

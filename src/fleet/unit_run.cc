@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "calibrate/compared_values.h"
+#include "fleet/fields.h"
 #include "json/verb_json.h"
 #include "report/content.h"
 #include "truetriad/model/limits.h"
@@ -55,52 +56,17 @@ void TakeParameters(const Calibration& calibration, UnitRun* run) {
   }
 }
 
-Json OpenAsNull(double side) { return std::isfinite(side) ? Json(side) : Json(nullptr); }
-
-Json JsonOf(const LimitCheck& check) {
-  Json json = {{"name", check.name},
-               {"component", check.component},
-               {"lower", OpenAsNull(check.limit.lower)},
-               {"upper", OpenAsNull(check.limit.upper)},
-               {"value", check.worst},
-               {"sigma", check.sigma},
-               {"outside", check.outside},
-               {"pass", check.pass}};
-  if (check.limit.target) json["target"] = *check.limit.target;
-  return json;
+/// What TreeOf makes of each.
+template <typename Thing>
+Json TreesOf(const std::vector<Thing>& things) {
+  Json list = Json::array();
+  for (const Thing& thing : things) list.push_back(TreeOf(thing));
+  return list;
 }
 
-LimitCheck LimitCheckFrom(const Json& json) {
-  LimitCheck check;
-  check.name = json.at("name");
-  check.component = json.at("component");
-  if (!json.at("lower").is_null()) check.limit.lower = json["lower"];
-  if (!json.at("upper").is_null()) check.limit.upper = json["upper"];
-  if (json.contains("target")) check.limit.target = json["target"].get<double>();
-  check.worst = json.at("value");
-  check.sigma = json.at("sigma");
-  check.outside = json.at("outside");
-  check.pass = json.at("pass");
-  return check;
-}
-
-/// The fields that are text, under their names in a line.
-constexpr std::array<std::pair<const char*, std::string UnitRun::*>, 10> kTexts = {
-    {{"run", &UnitRun::id},
-     {"serial", &UnitRun::serial},
-     {"log", &UnitRun::log},
-     {"created", &UnitRun::created},
-     {"software", &UnitRun::software_version},
-     {"config_sha256", &UnitRun::config_sha256},
-     {"shard", &UnitRun::shard},
-     {"folder", &UnitRun::folder},
-     {"code", &UnitRun::code},
-     {"message", &UnitRun::message}}};
-
-Verdict VerdictIn(const Json& json) {
-  const std::string name = json.at("verdict");
-  if (const std::optional<Verdict> verdict = VerdictFromName(name)) return *verdict;
-  throw std::runtime_error("`" + name + "` is no verdict");
+template <typename Thing>
+void TakeTrees(const Json& list, std::vector<Thing>* things) {
+  for (const Json& item : list) TakeTree(item, &things->emplace_back());
 }
 
 /// A name of NewRunId's kind for a moment, microseconds since 1970.
@@ -128,60 +94,46 @@ std::string RunIdAt(std::int64_t us) {
 
 UnitRun UnitRunFrom(const Json& json) {
   UnitRun run;
-  for (const auto& [name, field] : kTexts) run.*field = json.at(name);
-  run.verdict = VerdictIn(json);
-  run.log_bytes = json.at("log_bytes");
-  run.log_modified_ns = json.at("log_modified_ns");
-  run.mode = json.value("mode", "");
-  run.recorded = json.value("recorded", "");
-  run.recorded_by = json.value("recorded_by", "");
+  TakeTree(json, &run);
   run.tags = TagsFrom(json.at("tags"));
-  run.wall_s = json.at("wall_s");
-  run.cpu_s = json.at("cpu_s");
-  run.effective_dof = json.at("effective_dof");
-  if (json.contains("temperature_degc")) run.temperature_degc = json["temperature_degc"];
-  for (const Json& item : json.at("inputs")) {
-    run.inputs.push_back({item.at("file"), item.at("sha256"), item.at("samples")});
-  }
+  TakeTrees(json.at("inputs"), &run.inputs);
   for (const Json& item : json.at("parameters")) {
     run.parameters.push_back({item.at(0), item.at(1), item.at(2)});
   }
-  run.covariance = json.at("covariance").get<std::vector<double>>();
   for (const Json& item : json.at("findings")) run.findings.push_back(FindingFrom(item));
-  for (const Json& item : json.at("judgements")) run.judgements.push_back(LimitCheckFrom(item));
+  TakeTrees(json.at("judgements"), &run.judgements);
   return run;
 }
 
 void SetTag(std::string_view name, const std::string& value, Tags* tags) {
-  for (const TagKey& tag : kDeviceTags) {
-    if (tag.key == name) tags->*tag.value = value;
-  }
-  for (const TagKey& tag : kRunTags) {
-    if (tag.key == name) tags->*tag.value = value;
-  }
+  TagFields(
+      [&](std::string_view key, std::string& own) {
+        if (key == name) own = value;
+      },
+      *tags);
 }
 
 Json JsonOf(const Tags& tags) {
   Json json = Json::object();
-  const auto add = [&](const TagKey& tag) {
-    if (!(tags.*tag.value).empty()) json[std::string(tag.key)] = tags.*tag.value;
-  };
-  for (const TagKey& tag : kDeviceTags) add(tag);
-  for (const TagKey& tag : kRunTags) add(tag);
+  TagFields(
+      [&json](std::string_view key, const std::string& value) {
+        if (!value.empty()) json[std::string(key)] = value;
+      },
+      tags);
   return json;
 }
 
 Tags TagsFrom(const Json& json) {
   Tags tags;
   std::size_t known = 0;
-  const auto take = [&](const TagKey& tag) {
-    const auto found = json.find(tag.key);
-    if (found == json.end()) return;
-    tags.*tag.value = *found;
-    ++known;
-  };
-  for (const TagKey& tag : kDeviceTags) take(tag);
-  for (const TagKey& tag : kRunTags) take(tag);
+  TagFields(
+      [&](std::string_view key, std::string& value) {
+        const auto found = json.find(key);
+        if (found == json.end()) return;
+        value = *found;
+        ++known;
+      },
+      tags);
   if (known == json.size()) return tags;
   throw std::runtime_error("there are tags that no experiment has: " + json.dump());
 }
@@ -265,44 +217,18 @@ void Fill(const Error& error, UnitRun* run) {
 }
 
 std::string LineOf(const UnitRun& run) {
-  Json json;
-  for (const auto& [name, field] : kTexts) json[name] = run.*field;
-  json["verdict"] = VerdictName(run.verdict);
-  json["log_bytes"] = run.log_bytes;
-  json["log_modified_ns"] = run.log_modified_ns;
-  json["mode"] = run.mode;
-  if (!run.recorded.empty()) {
-    json["recorded"] = run.recorded;
-    json["recorded_by"] = run.recorded_by;
-  }
+  Json json = TreeOf(run);
   json["tags"] = JsonOf(run.tags);
-  json["wall_s"] = run.wall_s;
-  json["cpu_s"] = run.cpu_s;
-  json["effective_dof"] = run.effective_dof;
-  if (std::isfinite(run.temperature_degc)) json["temperature_degc"] = run.temperature_degc;
-  json["inputs"] = Json::array();
-  for (const InputFile& input : run.inputs) {
-    json["inputs"].push_back(
-        {{"file", input.file}, {"sha256", input.sha256}, {"samples", input.samples}});
-  }
+  json["inputs"] = TreesOf(run.inputs);
   json["parameters"] = Json::array();
   for (const Parameter& parameter : run.parameters) {
     json["parameters"].push_back({parameter.name, parameter.value, parameter.sigma});
   }
-  json["covariance"] = run.covariance;
   json["findings"] = ToJson(run.findings);
-  json["judgements"] = Json::array();
-  for (const LimitCheck& check : run.judgements) json["judgements"].push_back(JsonOf(check));
-  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
+  json["judgements"] = TreesOf(run.judgements);
+  return LineOfJson(json);
 }
 
-Result<UnitRun> ReadLine(std::string_view line) {
-  try {
-    return UnitRunFrom(Json::parse(line));
-  } catch (const std::exception& failure) {
-    return Error(ErrorCode::kWrongFormat,
-                 std::string("is no line of a fleet's run: ") + failure.what());
-  }
-}
+Result<UnitRun> ReadLine(std::string_view line) { return FromLine(line, UnitRunFrom); }
 
 }  // namespace truetriad::fleet

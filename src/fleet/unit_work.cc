@@ -15,6 +15,7 @@
 #include <system_error>
 #include <utility>
 
+#include "fleet/fields.h"
 #include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
 #include "io/recording_layout.h"
@@ -190,17 +191,6 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   return {};
 }
 
-Json ListOf(const std::vector<std::string>& items) { return Json(items); }
-
-template <typename Value>
-Result<Value> Parsed(std::string_view line, Value (*read)(const Json&)) {
-  try {
-    return read(Json::parse(line));
-  } catch (const std::exception& failure) {
-    return Error(ErrorCode::kWrongFormat, std::string("is no order of work: ") + failure.what());
-  }
-}
-
 }  // namespace
 
 Result<WorkPlan> PlanWork(const std::string& config,
@@ -339,56 +329,32 @@ std::string FolderNameOf(std::string_view serial) {
   return name.empty() ? "%" : name;
 }
 
-std::string LineOf(const WorkPlan& plan) {
-  const Json json = {{"config_path", plan.config_path},
-                     {"config_text", plan.config_text},
-                     {"overrides", ListOf(plan.overrides)},
-                     {"tags", JsonOf(plan.tags)},
-                     {"formats", ListOf(plan.formats)},
-                     {"allows_outside_limits", plan.allows_outside_limits},
-                     {"has_report", plan.has_report},
-                     {"shares_assets", plan.shares_assets},
-                     {"folder", plan.folder},
-                     {"store", plan.store},
-                     {"shard", plan.shard}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+void Fields(auto&& visit, Like<WorkPlan> auto& plan) {
+  visit("config_path", plan.config_path);
+  visit("config_text", plan.config_text);
+  visit("overrides", plan.overrides);
+  visit("tags", plan.tags);
+  visit("formats", plan.formats);
+  visit("allows_outside_limits", plan.allows_outside_limits);
+  visit("has_report", plan.has_report);
+  visit("shares_assets", plan.shares_assets);
+  visit("folder", plan.folder);
+  visit("store", plan.store);
+  visit("shard", plan.shard);
 }
 
-std::string LineOf(const UnitOrder& order) {
-  const Json json = {{"log", order.log},
-                     {"serial", order.serial},
-                     {"serial_from", order.serial_from},
-                     {"recorded", order.recorded},
-                     {"shares_name", order.shares_name},
-                     {"tags", JsonOf(order.tags)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+void Fields(auto&& visit, Like<UnitOrder> auto& order) {
+  visit("log", order.log);
+  visit("serial", order.serial);
+  visit("serial_from", order.serial_from);
+  visit("tags", order.tags);
+  visit("recorded", order.recorded);
+  visit("shares_name", order.shares_name);
 }
 
-Result<WorkPlan> ReadPlan(std::string_view line) {
-  return Parsed<WorkPlan>(line, [](const Json& json) {
-    return WorkPlan{.config_path = json.at("config_path"),
-                    .config_text = json.at("config_text"),
-                    .overrides = json.at("overrides").get<std::vector<std::string>>(),
-                    .tags = TagsFrom(json.at("tags")),
-                    .formats = json.at("formats").get<std::vector<std::string>>(),
-                    .allows_outside_limits = json.at("allows_outside_limits"),
-                    .has_report = json.at("has_report"),
-                    .shares_assets = json.at("shares_assets"),
-                    .folder = json.at("folder"),
-                    .store = json.at("store"),
-                    .shard = json.at("shard")};
-  });
-}
-
-Result<UnitOrder> ReadOrder(std::string_view line) {
-  return Parsed<UnitOrder>(line, [](const Json& json) {
-    return UnitOrder{.log = json.at("log"),
-                     .serial = json.at("serial"),
-                     .serial_from = json.at("serial_from"),
-                     .tags = TagsFrom(json.at("tags")),
-                     .recorded = json.at("recorded"),
-                     .shares_name = json.at("shares_name")};
-  });
-}
+std::string LineOf(const WorkPlan& plan) { return LineOfJson(TreeOf(plan)); }
+std::string LineOf(const UnitOrder& order) { return LineOfJson(TreeOf(order)); }
+Result<WorkPlan> ReadPlan(std::string_view line) { return FromLine(line, ThingFrom<WorkPlan>); }
+Result<UnitOrder> ReadOrder(std::string_view line) { return FromLine(line, ThingFrom<UnitOrder>); }
 
 }  // namespace truetriad::fleet

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/worker.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -167,17 +168,12 @@ WorkerPool::~WorkerPool() {
 }
 
 bool WorkerPool::HasFree() const {
-  for (const auto& worker : workers_) {
-    if (!worker->order) return true;
-  }
-  return false;
+  return std::ranges::any_of(workers_, [](const auto& worker) { return !worker->order; });
 }
 
 bool WorkerPool::IsBusy() const {
-  for (const auto& worker : workers_) {
-    if (worker->order) return true;
-  }
-  return false;
+  return std::ranges::any_of(workers_,
+                             [](const auto& worker) { return worker->order.has_value(); });
 }
 
 Status WorkerPool::Start(Worker* worker) {

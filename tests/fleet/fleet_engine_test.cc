@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "fleet/done_logs.h"
 #include "fleet/fleet_run.h"
-#include "fleet/golden_hold.h"
+#include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
 #include "fleet/worker.h"
 #include "io/temporary_folder.h"
@@ -70,6 +70,10 @@ class FailingStore : public Store {
   }
   Status AddDecisions(const Decisions& /*decisions*/) override { return {}; }
   Result<Table> Query(const std::string& /*sql*/) override { return Table(); }
+  Status ForEachRun(const RunSelection& /*which*/,
+                    const std::function<Status(UnitRun)>& /*take*/) override {
+    return {};
+  }
 
   int failures = 0;
   std::string latest;
@@ -403,14 +407,12 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   EXPECT_THAT(why(), HasSubstr("no check"));
 }
 
-TEST(StationOf, IsThatOfTheTagsOrTheExperiment) {
-  WorkPlan plan;
-  EXPECT_FALSE(StationOf(plan));
-  plan.overrides = {"run.station=\"S3\"", "robust.loss=none"};
-  EXPECT_EQ(StationOf(plan).value(), "S3");
-  plan.config_text = "experiment: 1\nrun: { station: S4 }\nsensors: { accelerometer: {} }\n";
-  plan.overrides = {};
-  EXPECT_EQ(StationOf(plan).value(), "S4");
+TEST(PlanWork, KnowsTheStationOfTheTagsOrTheExperiment) {
+  EXPECT_EQ(PlanWork("", {"run.station=\"S3\"", "robust.loss=none"}, {})->tags.station, "S3");
+  const TemporaryFolder folder;
+  const std::string experiment = folder.Write(
+      "experiment.yaml", "experiment: 1\nrun: { station: S4 }\nsensors: { accelerometer: {} }\n");
+  EXPECT_EQ(PlanWork(experiment, {}, {})->tags.station, "S4");
 }
 
 }  // namespace fleet_engine_test

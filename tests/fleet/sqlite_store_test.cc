@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/sqlite_store.h"
-
 #include <set>
 #include <string>
 #include <string_view>
@@ -11,13 +9,14 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
-#include "fleet/schema.h"
+#include "fleet/sql_store.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
 namespace sqlite_store_test {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -33,69 +32,6 @@ class SqliteStoreTest : public ::testing::Test {
   const TemporaryFolder folder_;
   const std::string path_ = folder_.Path("fleet.db");
 };
-
-// A store of the first version, with rows in it.
-TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
-  std::string tables(kMigrations[0]);
-  for (const auto& [from, to] :
-       {std::pair{"{text}", "TEXT"}, {"{real}", "REAL"}, {"{bytes}", "BLOB"}}) {
-    for (std::size_t at = 0; (at = tables.find(from)) != std::string::npos;) {
-      tables.replace(at, std::string_view(from).size(), to);
-    }
-  }
-  Execute(path_,
-          tables +
-              "INSERT INTO unit VALUES ('A1');"
-              "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'PASS', "
-              "'', '', 'poses', 0.5, 0.5, 10, x'0102');"
-              "INSERT INTO finding VALUES ('1', 1, 'message', 'note', NULL, NULL, NULL, 'told');"
-              "INSERT INTO fact VALUES ('shards', '4');"
-              "PRAGMA application_id = 1953654388; PRAGMA user_version = 1; "
-              "PRAGMA journal_mode = WAL");
-  {
-    const Result<std::unique_ptr<Store>> to_read = OpenStoreToRead(path_);
-    ASSERT_TRUE(to_read) << to_read.error().message;
-    EXPECT_THAT(Ask(**to_read, "SELECT serial, final_verdict, attempts, covariance FROM standing"),
-                ElementsAre(ElementsAre("A1", "PASS", "1", "0102")));
-    EXPECT_THAT(Ask(**to_read, "SELECT text, remedy, \"values\" FROM finding"),
-                ElementsAre(ElementsAre("told", std::nullopt, std::nullopt)));
-  }
-  const Result<std::unique_ptr<Store>> store = OpenStore(path_);
-  ASSERT_TRUE(store);
-  EXPECT_FALSE((*store)->StateShard({0, 5}));
-  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
-  EXPECT_THAT(Ask(**store, "SELECT run FROM standing"), ElementsAre(ElementsAre("2")));
-}
-
-// One of the second version, with what people had decided.
-TEST_F(SqliteStoreTest, KeepsTheDecisionsOfAnOlderStore) {
-  {
-    // Of today, and taken back to what it was.
-    ASSERT_TRUE(OpenStore(path_));
-    Execute(path_,
-            "DROP VIEW standing; DROP VIEW latest; DROP VIEW measured; DROP INDEX input_of_content;"
-            "ALTER TABLE finding DROP COLUMN treatment;"
-            "ALTER TABLE run DROP COLUMN temperature_degc;"
-            "ALTER TABLE run DROP COLUMN recorded; ALTER TABLE run DROP COLUMN recorded_by;"
-            "ALTER TABLE station_check DROP COLUMN recording;"
-            "ALTER TABLE station_check DROP COLUMN repeatability;"
-            "DELETE FROM fact; PRAGMA user_version = 2;"
-            "CREATE VIEW latest AS SELECT * FROM run; CREATE VIEW standing AS SELECT * FROM run;"
-            "INSERT INTO unit VALUES ('A1');"
-            "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'PASS', "
-            "'', '', 'poses', 0.5, 0.5, 10, NULL);"
-            "INSERT INTO disposition VALUES ('d', '1', 'c', 'R. Roe', 'FAIL', 'bent');"
-            "INSERT INTO station_check VALUES ('k', 'S3', 'G', 'c', 1, 0.5, 2, 'p', 'l')");
-  }
-  const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
-  ASSERT_TRUE(store) << store.error().message;
-  EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
-              ElementsAre(ElementsAre("FAIL", "R. Roe", "bent")));
-  const auto check = (*store)->LastStationCheck("S3");
-  ASSERT_TRUE(check && *check);
-  EXPECT_EQ((*check)->recording, "");
-  EXPECT_NE(*(*store)->Identity(), "");
-}
 
 TEST_F(SqliteStoreTest, SaysThatItsNumberOfShardsIsNone) {
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
@@ -145,13 +81,26 @@ TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
   EXPECT_THAT(other.error().message, HasSubstr("none that `fleet run` has written"));
   EXPECT_FALSE(OpenStore(folder_.Write("log.csv", "time[s],accel_x[m/s^2]\n0,1\n")));
   EXPECT_FALSE(OpenStore("mysql://host/x"));
+}
+
+TEST_F(SqliteStoreTest, RefusesAnotherVersion) {
   ASSERT_TRUE(OpenStore(path_));
-  Execute(path_, "PRAGMA user_version = 99");
-  const auto newer = OpenStore(path_);
-  ASSERT_FALSE(newer);
-  EXPECT_THAT(newer.error().message, HasSubstr("version 99 of the tables"));
-  EXPECT_EQ(newer.error().code, ErrorCode::kStoreFailure);
-  EXPECT_FALSE(OpenStoreToRead(path_));
+  for (const auto& [change, found] :
+       {std::pair{"UPDATE fact SET value = '99' WHERE name = 'schema_version'",
+                  "has the schema of version 99"},
+        std::pair{"DELETE FROM fact WHERE name = 'schema_version'", "states no version"}}) {
+    Execute(path_, change);
+    for (const auto& open : {OpenStore, OpenStoreToRead}) {
+      const auto other = open(path_);
+      ASSERT_FALSE(other);
+      EXPECT_EQ(other.error().code, ErrorCode::kStoreFailure);
+      EXPECT_THAT(other.error().message,
+                  AllOf(HasSubstr(path_),
+                        HasSubstr(found),
+                        HasSubstr("this program reads and writes version 1"),
+                        HasSubstr("calibrate its logs into another store")));
+    }
+  }
 }
 
 TEST_F(SqliteStoreTest, SaysWhereItsLocksDoNotHold) {

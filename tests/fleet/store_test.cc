@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "fleet/done_logs.h"
+#include "fleet/log_files.h"
 #include "fleet/rows.h"
 #include "fleet/run_samples.h"
 #include "fleet/store_samples.h"

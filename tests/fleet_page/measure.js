@@ -35,7 +35,7 @@ const kActs = {
   'search that every unit matches': "const s = document.getElementById('search'); s.value = s.value === 'u' ? '' : 'u'; s.dispatchEvent(new Event('input'));",
   'filter by verdict': "const s = document.getElementById('verdict'); s.value = s.value === 'not-good' ? '' : 'not-good'; s.dispatchEvent(new Event('change'));",
   'filter by station': "const s = document.querySelector('[data-tag=station]'); s.selectedIndex = s.selectedIndex === 2 ? 0 : 2; s.dispatchEvent(new Event('change'));",
-  'sort by time': "[...document.querySelectorAll('#units th button')].find((b) => b.textContent.startsWith('Time')).click();",
+  'sort by time': "[...document.querySelectorAll('#units th button')].find((b) => b.textContent.startsWith('Measured')).click();",
   'scroll to the end': "const v = document.getElementById('units'); v.scrollTop = v.scrollTop > 0 ? 0 : 1e9;",
 };
 

@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "fleet/golden_hold.h"
+#include "fleet/fleet_run.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/format_flags.h"
@@ -143,11 +143,12 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
   if (FLAGS_require_golden.empty()) return GoldenHold();
   TRUETRIAD_ASSIGN_OR_RETURN(const double age_s,
                              ParseDuration("require-golden", FLAGS_require_golden));
-  std::string station;
-  if (needs_station) {
-    TRUETRIAD_ASSIGN_OR_RETURN(station, fleet::StationOf(plan));
+  if (needs_station && plan.tags.station.empty()) {
+    return Error(
+        ErrorCode::kMissingArgument,
+        "no station is named whose golden unit is to be required; give --tag=station=NAME");
   }
-  return GoldenHold([=, &store](const std::string& of_unit) {
+  return GoldenHold([station = plan.tags.station, age_s, &store](const std::string& of_unit) {
     return fleet::GoldenHold(store, of_unit.empty() ? station : of_unit, age_s);
   });
 }

@@ -4,7 +4,7 @@
 'use strict';
 (() => {
   const { units, text, element, charts, overview } = window.fleet;
-  const { tableOf, heading, cell } = overview;
+  const { row, tableIn, section, cell } = overview;
   const line = units.line;
   const kAlarms = 50; // Shown, the last ones.
 
@@ -13,9 +13,6 @@
     t2: 'all parameters together (Hotelling T²)',
   };
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
-  const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);
-  const scroll = (label, table) => element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, table);
-  const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
   const unitLink = (serial) => element('a', { href: `#unit=${encodeURIComponent(serial)}` }, text.flat(serial));
   const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
   const interval = (estimate, digits = 3) =>
@@ -28,6 +25,17 @@
     return element('p', {}, `Of ${text.count(line.yield.units)} units ${percent(good)} are good, ${percent(first)} were at the first run; in brackets, here and below, 95 % intervals.`);
   };
 
+  // By lot and by station; a lot leads to its units.
+  const yieldByTag = () =>
+    Object.entries(line.yield.by_tag).map(([tag, counts]) => {
+      const rows = counts.map((count) => {
+        const name = count.value || `no ${tag}`;
+        const link = tag === 'lot' && count.value ? element('a', { href: `#${new URLSearchParams({ [`tag.${tag}`]: count.value })}` }, name) : name;
+        return row(link, cell(text.count(count.units), 'r'), cell(text.percent(count.good_at_first, count.units), 'r'), cell(text.percent(count.good, count.units), 'r'));
+      });
+      return section(`Yield by ${tag}`, tableIn(`Yield by ${tag}`, [tag, '>units', '>at the first run', '>good'], rows));
+    });
+
   // The index that matters: of the process itself where calibrations say their σ, else as measured.
   const limitsOf = () => {
     if (!line.limits?.length) return [];
@@ -39,40 +47,41 @@
         cell(interval(pair?.within?.cpk), 'r'),
         cell(element('span', { class: ppk < 1 ? 'badge is-bad' : '' }, `${ppk < 1 ? '✕ ' : ''}${interval(pair?.overall?.ppk)}`), 'r'),
         cell(share(each.outside), 'r')));
-    return [section('Within the limits', scroll('Capability', tableOf([heading('limit'), heading('allowed'), heading('mean', 'r'), heading('Cpk', 'r'), heading('Ppk', 'r'), heading('outside', 'r')], rows)),
+    return [section('Within the limits', tableIn('Capability', ['limit', 'allowed', '>mean', '>Cpk', '>Ppk', '>outside'], rows),
       element('p', { class: 'soft' }, 'The least capable first; the variance of the calibrations is taken out where it is known. Were they normal, up to 0.27 % of the units would be outside at 1, up to 4.6 % at 0.67, up to 13 % at 0.5.'))];
   };
 
   const drawChart = (place, caption, chart) => {
-    const n = chart.value.length;
-    const isOut = (k) => (known(chart.upper[k]) && chart.value[k] > chart.upper[k]) || (known(chart.lower[k]) && chart.value[k] < chart.lower[k]);
+    const n = chart.points.length;
+    const [serial, value, lower, upper] = [0, 1, 2, 3].map((k) => chart.points.map((point) => point[k]));
+    const isOut = (k) => (known(upper[k]) && value[k] > upper[k]) || (known(lower[k]) && value[k] < lower[k]);
     const name = nameOf(chart.kind, chart.parameter);
-    const out = chart.value.filter((value, k) => isOut(k)).length;
+    const out = value.filter((one, k) => isOut(k)).length;
     const hover = element('span', { class: 'hover', 'aria-hidden': 'true' });
     caption.replaceChildren(`${name}${chart.parameter ? `, in σ of the process${known(chart.sigma) ? ` (${text.number(chart.sigma, 3)})` : ''}` : ''}: the last ${text.count(n)} points, ${text.count(out)} beyond the limits.`, hover);
     charts.draw(place, {
-      x: chart.value.map((value, k) => k + 1),
+      x: value.map((one, k) => k + 1),
       isTime: false,
       lines: [
-        { values: chart.upper, kind: 'dashed', colour: 'cross', bare: true },
-        { values: chart.lower, kind: 'dashed', colour: 'cross', bare: true },
+        { values: upper, kind: 'dashed', colour: 'cross', bare: true },
+        { values: lower, kind: 'dashed', colour: 'cross', bare: true },
       ],
-      points: { values: chart.value.map((value) => value ?? NaN), isBad: isOut },
+      points: { values: value.map((one) => one ?? NaN), isBad: isOut },
       marks: [{ value: chart.line, label: '', colour: 'soft' }],
       label: `${name}. ${out} of ${n} points are beyond the limits.`,
       onHover: (k) => {
-        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(chart.serial[k])}: ${text.number(chart.value[k], 4)}`;
+        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(serial[k])}: ${text.number(value[k], 4)}`;
       },
       onPick: (k) => {
-        location.hash = `unit=${encodeURIComponent(chart.serial[k])}`;
+        location.hash = `unit=${encodeURIComponent(serial[k])}`;
       },
     });
   };
 
   // Charts of a station, chosen from lists; that of its last alarm first.
   const chartsOf = () => {
-    if (!line.stations?.length) return [];
-    const station = element('select', {}, ...line.stations.map((each, k) => element('option', { value: k }, each.station || 'no station')));
+    if (!line.charts?.length) return [];
+    const station = element('select', {}, ...line.charts.map((each, k) => element('option', { value: k }, each.station || 'no station')));
     const which = element('select', {});
     const place = element('div', { class: 'chart' });
     const caption = element('figcaption', { role: 'status' });
@@ -82,14 +91,12 @@
       if (which.parentElement) which.parentElement.hidden = list.length === 0;
       place.hidden = list.length === 0;
       if (list.length > 0) drawChart(place, caption, list[Number(which.value)]);
-      else caption.textContent = line.stations[Number(station.value)].note || 'There are no charts of this station.';
+      else caption.textContent = line.charts[Number(station.value)].note || 'There are no charts of this station.';
     };
-    const change = async () => {
+    const change = () => {
       const at = Number(station.value);
-      const about = line.stations[at];
-      const loaded = await units.loadStation(at).catch(() => []);
-      if (at !== Number(station.value)) return;
-      list = loaded;
+      const about = line.charts[at];
+      list = about.charts;
       which.replaceChildren(...list.map((chart, k) => element('option', { value: k }, nameOf(chart.kind, chart.parameter))));
       const last = about.alarms[about.alarms.length - 1];
       const isOfAlarm = (chart) => last && chart.kind === last.kind && chart.parameter === last.parameter;
@@ -106,16 +113,16 @@
       alarms.replaceChildren(...(list.length === 0 ? [] : rows.length === 0
         ? [element('p', {}, `No alarm in ${text.count(about.units)} ${about.units === 1 ? 'unit' : 'units'}.`)]
         : [element('p', {}, `${text.count(about.alarms.length)} ${about.alarms.length === 1 ? 'alarm' : 'alarms'} in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
-          scroll('Alarms', tableOf([heading('measured, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));
+          tableIn('Alarms', ['measured, UTC', 'unit', 'chart', 'most by', '>value (limit)'], rows)]));
       draw();
     };
     // What is to be done now comes first.
     const since = (each) => each.alarms[each.alarms.length - 1]?.recorded || '';
-    const latest = line.stations.reduce((most, each, k) => (since(each) > since(line.stations[most]) ? k : most), 0);
+    const latest = line.charts.reduce((most, each, k) => (since(each) > since(line.charts[most]) ? k : most), 0);
     station.value = String(latest);
     station.addEventListener('change', change);
     which.addEventListener('change', draw);
-    change();
+    requestAnimationFrame(change); // A chart is as wide as its place, once that is on the page.
     return [section('Control charts',
       element('p', { class: 'controls' }, element('label', {}, 'Station ', station), ' ', element('label', {}, 'Chart ', which)),
       element('figure', {}, place, caption), alarms)];
@@ -130,15 +137,13 @@
   const goldenOf = () => {
     if (!line.golden?.length) return [];
     const rows = line.golden.map((each) => row(each.station || 'no station', cell(each.state === 'good' ? '✓ good' : `✕ ${each.state}`), cell(age(each.age_h), 'r'), cell(String(each.checks.length), 'r'), cell(String(each.disagreed), 'r')));
-    return [section('Golden units', scroll('Golden units', tableOf([heading('station'), heading('state'), heading('last check, before the last unit', 'r'), heading('checks', 'r'), heading('disagreed', 'r')], rows)))];
+    return [section('Golden units', tableIn('Golden units', ['station', 'state', '>last check, before the last unit', '>checks', '>disagreed'], rows))];
   };
 
   window.fleet.line = {
     show: () => {
-      // Of the whole line, on its own page alone.
-      if (!line || document.body.dataset.lot) return;
       document.getElementById('line').hidden = false;
-      document.getElementById('line-content').replaceChildren(yieldOf(), ...limitsOf(), ...chartsOf(), ...goldenOf());
+      document.getElementById('line-content').replaceChildren(yieldOf(), ...yieldByTag(), ...limitsOf(), ...chartsOf(), ...goldenOf());
     },
   };
 })();

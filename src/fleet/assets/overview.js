@@ -10,6 +10,13 @@
   const tableOf = (headings, rows) =>
     element('table', {}, element('thead', {}, element('tr', {}, ...headings)), element('tbody', {}, ...rows));
 
+  const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);
+  // A table that scrolls where it is too wide; `headings`: names, those of numbers with a > before.
+  const tableIn = (label, headings, rows) =>
+    element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label },
+      tableOf(headings.map((name) => (name.startsWith('>') ? heading(name.slice(1), 'r') : heading(name))), rows));
+  const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
+
   const countBy = (of, shown, isMeant) => {
     const counts = new Uint32Array(of.words.length);
     for (const i of shown) if (isMeant(i)) ++counts[of.of[i]];
@@ -114,8 +121,9 @@
       showReasons(shown, filter, choose);
     },
     showYield,
-    tableOf,
-    heading,
+    row,
+    tableIn,
+    section,
     cell,
     swatch,
     countGood: (shown) => {

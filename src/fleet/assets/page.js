@@ -13,10 +13,9 @@
   const option = (value, label) => element('option', { value }, label ?? value);
   verdict.append(option('', 'all'), option('good', 'good'), option('not-good', 'not good'));
   verdict.append(element('optgroup', { label: 'one' }, ...units.verdict.words.map((word) => option(word))));
-  // The lot of a lot's page is settled; what tells apart few units is found by searching.
+  // What tells apart few units is found by searching.
   const kMostWords = 2000;
   for (const tag of units.tags) {
-    if (tag.name === 'lot' && document.body.dataset.lot) continue;
     if (tag.words.length < 2 || tag.words.length > kMostWords) continue;
     const select = element('select', { 'data-tag': tag.name, onchange: () => choose({ tags: { ...filter.tags, [tag.name]: select.value } }) },
       option('', 'all'), ...tag.words.filter(Boolean).map((word) => option(word)));
@@ -80,9 +79,12 @@
     search.focus();
   });
   window.addEventListener('hashchange', () => {
-    const { serial } = readAddress();
+    const { stated, serial } = readAddress();
     if (serial === null) {
       unit.close();
+      Object.assign(filter, stated);
+      showFilter();
+      refresh();
       return;
     }
     history.replaceState(null, '', address({ unit: serial }));

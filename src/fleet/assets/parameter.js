@@ -9,7 +9,6 @@
   const caption = document.getElementById('parameter-caption');
   const ends = document.getElementById('parameter-ends');
   let shown = units.all;
-  let asked = 0;
 
   const group = (label, isMember) => {
     const options = units.columns
@@ -18,18 +17,13 @@
       .map(([column, k]) => element('option', { value: k }, column.name));
     if (options.length > 0) select.append(element('optgroup', { label }, ...options));
   };
-  group('Judged by limits', (column) => column.judged);
-  group('Parameters, as calibrated', (column) => !column.judged);
+  group('Judged by limits', (column) => column.limits);
+  group('Parameters, as calibrated', (column) => !column.limits);
   units.hasColumns = units.columns.length > 0;
 
-  const limitsOf = (column) => {
-    const marks = [];
-    if (column.differ) return marks;
-    for (const [name, colour] of [['lower', 'cross'], ['upper', 'cross'], ['target', 'soft']]) {
-      if (column[name] !== null) marks.push({ value: column[name], label: `${name === 'target' ? 'target' : `${name} limit`} ${text.number(column[name])}`, colour });
-    }
-    return marks;
-  };
+  const marksOf = (limits) =>
+    ['lower limit', 'target', 'upper limit'].map((name, k) => [name, limits?.[k] ?? null]).filter(([, value]) => value !== null)
+      .map(([name, value]) => ({ value, label: `${name} ${text.number(value)}`, colour: name === 'target' ? 'soft' : 'cross' }));
 
   const statisticsOf = (values) => {
     let n = 0;
@@ -46,17 +40,10 @@
 
   const linkTo = (i) => element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}` }, text.flat(units.serials[i]));
 
-  const draw = async () => {
-    const mine = ++asked;
+  const draw = () => {
     const column = units.columns[Number(select.value)];
-    let all;
-    try {
-      all = await units.loadColumn(Number(select.value));
-    } catch (failure) {
-      caption.textContent = failure.message;
-      return;
-    }
-    if (mine !== asked) return;
+    const all = units.valuesOf(column);
+    const limits = units.limitsOf(column);
     const isTime = over.value === 'time';
     const time = (i) => units.recorded[i] || 0; // Units whose time is not known come first.
     const order = Uint32Array.from(shown).filter((i) => Number.isFinite(all[i]) && (!isTime || time(i) > 0))
@@ -67,13 +54,13 @@
     const hover = element('span', { class: 'hover', 'aria-hidden': 'true' });
     caption.replaceChildren(
       overview.swatch('dot', 'round'), ' good ', element('span', { class: 'cross-sign', 'aria-hidden': 'true' }, '✕'), ' not good. ',
-      `${words}.${column.differ ? ' Limits differ among these units; none is drawn.' : ''}`, hover);
+      `${words}.${limits === null ? ' Limits differ among these units; none is drawn.' : ''}`, hover);
     charts.draw(document.getElementById('parameter-chart'), {
       x: Float64Array.from(order, (i, k) => (isTime ? time(i) : k + 1)),
       isTime,
       xLabel: isTime ? undefined : 'units, in the order of time',
       points: { values, isBad: (k) => !units.isGood(order[k]) },
-      marks: limitsOf(column),
+      marks: marksOf(limits),
       label: `${column.name} over ${isTime ? 'time' : 'units'}. ${words}.`,
       onHover: (k) => {
         hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(units.serials[order[k]])}: ${text.number(values[k], 6)}`;

@@ -1,45 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
-// One unit: its runs, what people decided, what it was judged by, findings, parameters over its runs.
+// One unit: its runs, what people decided, what it was judged by, parameters over its runs.
 'use strict';
 (() => {
   const { units, text, element, coded, badge, charts, overview } = window.fleet;
-  const { tableOf, heading, cell } = overview;
+  const { row, tableIn, section, cell } = overview;
   const dialog = document.getElementById('unit');
   const title = document.getElementById('unit-title');
   const content = document.getElementById('unit-content');
   const kRunsInTable = 5;
   let back = null;
 
-  const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
-  const scroll = (label, table) => element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, table);
-  const time = (run) => text.moment(run.recorded);
+  const time = (run) => text.second(run.recorded);
   const by = { list: 'by the list', recording: 'by the recording', file: 'by its file' };
 
   const runsOf = (runs) => {
     const rows = [...runs].reverse().map((run) => {
-      const links = run.report ? element('a', { href: units.root + run.report }, 'report') : '–';
+      const links = run.report ? element('a', { href: run.report }, 'report') : '–';
       const tags = run.tags.map(([name, value]) => `${name} ${value}`).join(', ');
-      return element('tr', {}, element('th', { scope: 'row' }, time(run), element('small', {}, ` ${by[run.by] ?? ''}`), run.counts && runs.length > 1 ? element('small', {}, ' counts') : ''),
-        cell(badge(run.verdict)), cell(run.code), cell(links), cell(tags || '–'), cell(text.moment(run.created)), cell(coded(run.message), 'words'));
+      const when = element('span', {}, time(run), element('small', {}, ` ${by[run.by] ?? ''}`), run.counts && runs.length > 1 ? element('small', {}, ' counts') : '');
+      return row(when,
+        cell(badge(run.verdict)), cell(run.code), cell(links), cell(tags || '–'), cell(text.second(run.created)), cell(coded(run.message), 'words'));
     });
     return section(runs.length === 1 ? 'Its run' : `Its ${runs.length} runs`,
-      scroll('Runs', tableOf(['measured, UTC', 'verdict', 'reason', 'page', 'tags', 'calibrated, UTC', 'why'].map((name) => heading(name)), rows)));
+      tableIn('Runs', ['measured, UTC', 'verdict', 'reason', 'page', 'tags', 'calibrated, UTC', 'why'], rows));
   };
 
   const dispositionsOf = (runs) => {
     const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why, end]) =>
-      element('tr', {}, element('th', { scope: 'row' }, text.moment(created)), cell(who), cell(verdict), cell(why, 'words'),
+      row(text.moment(created), cell(who), cell(verdict), cell(why, 'words'),
         cell(end === '' ? 'holds' : end === 'later' ? 'a later decision took its place' : `lifted: run ${end}, of another recording, counts`, 'words'))));
-    return rows.length === 0 ? [] : [section('What people decided', scroll('Dispositions', tableOf(['when', 'who', 'verdict', 'why', 'now'].map((name) => heading(name)), rows)))];
+    return rows.length === 0 ? [] : [section('What people decided', tableIn('Dispositions', ['when', 'who', 'verdict', 'why', 'now'], rows))];
   };
 
   const judgedOf = (run) => {
-    if (run.judged.length === 0) return [];
-    const rows = run.judged.map(([column, lower, , upper, value, sigma, pass]) =>
-      element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
-        cell(`${text.allowed(lower, upper)} ${units.columns[column].unit ?? ''}`), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
-        cell(element('span', { class: `badge ${pass ? 'is-good' : 'is-bad'}` }, pass ? '✓ inside' : '✕ outside'))));
-    return [section('Judged by', scroll('Limits', tableOf([heading('limit'), heading('allowed'), heading('value', 'r'), heading('σ', 'r'), heading('')], rows)))];
+    const rows = units.columns.map((column, k) => [column, run.numbers[k], run.judgements[k]]).filter(([, , judgement]) => judgement)
+      .map(([column, number, [lower, , upper, pass]]) =>
+        row(column.name, cell(`${text.allowed(lower, upper)} ${column.unit ?? ''}`), cell(text.number(number?.[0] ?? null), 'r'),
+          cell(number?.[1] > 0 ? `± ${text.number(number[1], 2)}` : '', 'r'),
+          cell(element('span', { class: `badge ${pass ? 'is-good' : 'is-bad'}` }, pass ? '✓ inside' : '✕ outside'))));
+    return rows.length === 0 ? [] : [section('Judged by', tableIn('Limits', ['limit', 'allowed', '>value', '>σ', ''], rows))];
   };
 
   // Of a decision that holds: who made it, and why; else what the run says.
@@ -48,70 +47,51 @@
     return decision ? `decided by ${decision[1]}: ${decision[3]}` : counting.message;
   };
 
-  const findingsOf = (run) =>
-    run.findings.length === 0 ? [] : [section('Findings', element('ul', {}, ...run.findings.map(([severity, code, words, remedy]) =>
-      element('li', {}, coded(words), remedy ? element('div', { class: 'remedy' }, 'To do: ', coded(remedy)) : ' ', element('small', {}, `${severity}, ${code}`)))))];
-
-  // By column of the parameters of a run: [value, sigma].
-  const numbersOf = (run) => {
-    const numbers = new Map();
-    for (let k = 0; k < run.parameters.length; k += 3) {
-      numbers.set(run.parameters[k], [run.parameters[k + 1], run.parameters[k + 2]]);
-    }
-    return numbers;
-  };
-
-  const drawOver = (place, runs, numbers, column) => {
-    const at = runs.map((run, k) => k).filter((k) => numbers[k].has(column));
+  const drawOver = (place, runs, k) => {
+    const at = runs.map((run, number) => number).filter((number) => runs[number].numbers[k]);
     charts.draw(place, {
-      x: at.map((k) => k + 1),
+      x: at.map((number) => number + 1),
       isTime: false,
       xLabel: 'run',
-      points: { values: at.map((k) => numbers[k].get(column)[0]), sigmas: at.map((k) => 2 * numbers[k].get(column)[1]), isBad: () => false },
+      points: { values: at.map((number) => runs[number].numbers[k][0]), sigmas: at.map((number) => 2 * runs[number].numbers[k][1]), isBad: () => false },
       range: undefined,
-      label: `${units.columns[column].name} over the runs of this unit`,
+      label: `${units.columns[k].name} over the runs of this unit`,
     });
   };
 
   const parametersOf = (runs) => {
-    const numbers = runs.map(numbersOf);
-    const names = [...new Set(numbers.flatMap((map) => [...map.keys()]))].sort((a, b) => a - b);
-    if (names.length === 0) return [];
-    const inTable = runs.map((run, k) => k).filter((k) => numbers[k].size > 0).slice(-kRunsInTable);
-    const rows = names.map((column) => element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
-      ...inTable.map((k) => {
-        const [value, sigma] = numbers[k].get(column) ?? [null, 0];
+    const isKnown = (run, k) => !units.columns[k].limits && run.numbers[k];
+    const known = [...units.columns.keys()].filter((k) => runs.some((run) => isKnown(run, k)));
+    if (known.length === 0) return [];
+    const inTable = runs.filter((run) => known.some((k) => isKnown(run, k))).slice(-kRunsInTable);
+    const rows = known.map((k) => row(units.columns[k].name,
+      ...inTable.map(({ numbers }) => {
+        const [value, sigma] = numbers[k] ?? [null, 0];
         return cell(value === null ? '–' : `${text.number(value, 6)}${sigma > 0 ? ` ± ${text.number(sigma, 2)}` : ' fixed'}`, 'r');
       })));
-    const table = tableOf([heading('parameter'), ...inTable.map((k) => heading(time(runs[k]), 'r'))], rows);
-    const parts = [scroll('Parameters', table)];
+    const parts = [tableIn('Parameters', ['parameter', ...inTable.map((run) => `>${time(run)}`)], rows)];
     if (inTable.length > 1) {
       const chart = element('div', { class: 'chart' });
-      const select = element('select', { onchange: () => drawOver(chart, runs, numbers, Number(select.value)) },
-        ...names.map((column) => element('option', { value: column }, units.columns[column].name)));
+      const select = element('select', { onchange: () => drawOver(chart, runs, Number(select.value)) },
+        ...known.map((k) => element('option', { value: k }, units.columns[k].name)));
       parts.unshift(element('p', { class: 'controls' }, element('label', {}, 'Over its runs ', select)),
         element('figure', {}, chart, element('figcaption', {}, 'Values with ±2 σ.')));
-      requestAnimationFrame(() => drawOver(chart, runs, numbers, names[0]));
+      requestAnimationFrame(() => drawOver(chart, runs, known[0]));
     }
     return [section('Parameters', element('p', { class: 'soft' }, 'In the units of the log.'), ...parts)];
   };
 
-  const open = async (serial) => {
+  const open = (serial) => {
     const i = units.serials.indexOf(serial);
     title.textContent = serial || 'no serial number';
     if (i < 0) {
       content.replaceChildren(element('p', {}, 'There is no such unit on this page.'));
     } else {
-      content.replaceChildren(element('p', { class: 'soft' }, '…'));
-      try {
-        const runs = await units.loadRuns(i);
-        const last = runs.find((run) => run.counts) ?? runs[runs.length - 1];
-        content.replaceChildren(
-          element('p', {}, badge(units.verdict.words[units.verdict.of[i]]),  ' ', coded(text.flat(reasonOf(runs, last)))),
-          runsOf(runs), ...dispositionsOf(runs), ...judgedOf(last), ...findingsOf(last), ...parametersOf(runs));
-      } catch (failure) {
-        content.replaceChildren(element('p', {}, failure.message));
-      }
+      const runs = units.runsOf(i);
+      const last = runs.find((run) => run.counts);
+      content.replaceChildren(
+        element('p', {}, badge(units.verdict.words[units.verdict.of[i]]), ' ', coded(text.flat(reasonOf(runs, last)))),
+        runsOf(runs), ...dispositionsOf(runs), ...judgedOf(last), ...parametersOf(runs));
     }
     if (!dialog.open) {
       back = document.activeElement;

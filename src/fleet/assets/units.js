@@ -1,26 +1,91 @@
 // SPDX-License-Identifier: Apache-2.0
-// The units of data.js: looking up, choosing and sorting. Words (verdicts, codes, tags) are numbers
-// into sorted lists, so all of it is arithmetic on typed arrays.
+// The units of data.js: looking up, choosing and sorting. Its columns are numbers in digits of base
+// 64; words (verdicts, codes, tags) are numbers into sorted lists, so all of it is arithmetic on
+// typed arrays. What only one unit's dialog or one chart shows is read when it is asked for.
 'use strict';
 window.fleet = {};
 (() => {
   const data = window.truetriadFleet;
   const count = data.serials.length;
-  const root = document.body.dataset.root;
+  const kDigits = 'ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/';
+  const digits = new Uint8Array(128);
+  for (let k = 0; k < 64; ++k) digits[kDigits.charCodeAt(k)] = k;
+  // The number of the item `i` of so many, which have the same count of digits each.
+  const numberAt = (packed, items, i) => {
+    const width = packed.length / items;
+    let number = 0;
+    for (let at = i * width; at < (i + 1) * width; ++at) number = 64 * number + digits[packed.charCodeAt(at)];
+    return number;
+  };
+  const ofUnits = (packed) => new Uint32Array(count).map((unused, i) => numberAt(packed, count, i));
 
-  const words = (of) => ({ name: of.name, words: of.words, of: Uint32Array.from(of.of) });
-  const recorded = Float64Array.from(data.recorded.of, (s) => (s < 0 ? NaN : data.recorded.base + s));
+  // Runs stand unit by unit, those of a unit in the order in which they were measured.
+  const runs = ofUnits(data.runs);
+  const begins = new Uint32Array(count + 1);
+  runs.forEach((number, i) => (begins[i + 1] = begins[i] + number));
+  const first = begins.subarray(0, count);
+  const counting = ofUnits(data.counting).map((place, i) => begins[i] + place);
+  const numberOf = (packed, run) => numberAt(packed, begins[count], run);
+  const wordOf = (column, run) => column.words[numberOf(column.of, run)];
+  const wordsOf = (column, which) => ({ name: column.name, words: column.words, of: which.map((run) => numberOf(column.of, run)) });
+  // s since 1970, UTC; NaN: not known.
+  const momentOf = ({ from, of }, run) => {
+    const after = numberOf(of, run);
+    return after === 0 ? NaN : from + after - 1;
+  };
+  // The first 30 bits of a float; NaN: there is none.
+  const bits = new Uint32Array(1);
+  const float = new Float32Array(bits.buffer);
+  const valueOf = (column, run) => {
+    bits[0] = 4 * numberOf(column.values, run);
+    return float[0];
+  };
+  // What it was judged by: [lower, target, upper, whether it is inside]; null: nothing.
+  const judgementOf = ({ limits }, run) => (limits && wordOf(limits, run) ? JSON.parse(wordOf(limits, run)) : null);
+
+  const of = data.of_runs;
   const units = {
     count,
     serials: data.serials,
-    recorded, // when it was measured, s since 1970, UTC; NaN: not known
-    verdict: words(data.verdict),
-    first: words(data.first),
-    code: words(data.code),
-    tags: data.tags.map(words),
-    runs: Uint32Array.from(data.runs),
+    verdict: { words: data.verdict.words, of: ofUnits(data.verdict.of) },
+    first: wordsOf(of.verdict, first),
+    code: { words: data.code.words, of: ofUnits(data.code.of) },
+    recorded: Float64Array.from(counting, (run) => momentOf(of.recorded, run)),
+    tags: data.tags.filter(({ name }) => name !== 'note').map((tag) => wordsOf(tag, counting)),
+    runs,
     columns: data.columns,
     line: data.line,
+    // The runs of a unit, the oldest first; of each column [value, σ] or null, and judgementOf.
+    runsOf: (i) => Array.from({ length: runs[i] }, (unused, k) => {
+      const run = begins[i] + k;
+      const word = (name) => wordOf(of[name], run);
+      return {
+        counts: run === counting[i],
+        recorded: momentOf(of.recorded, run),
+        created: momentOf(of.created, run),
+        verdict: word('verdict'),
+        code: word('code'),
+        message: word('message'),
+        by: word('by'),
+        report: of.report[run] && `${word('folder')}/${of.report[run]}/report.html`,
+        tags: data.tags.map((tag) => [tag.name, wordOf(tag, run)]).filter(([, value]) => value),
+        dispositions: of.decided[run] ?? [],
+        numbers: data.columns.map((column) => {
+          const value = valueOf(column, run);
+          return Number.isNaN(value) ? null : [value, Number(wordOf(column.sigmas, run))];
+        }),
+        judgements: data.columns.map((column) => judgementOf(column, run)),
+      };
+    }),
+    // Of a column by unit.
+    valuesOf: (column) => Float64Array.from(counting, (run) => valueOf(column, run)),
+    // [lower, target, upper] of a column, or null where they differ among units.
+    limitsOf: (column) => {
+      if (!column.limits) return [null, null, null];
+      const words = new Set([...counting].map((run) => wordOf(column.limits, run)).filter(Boolean));
+      const stated = new Set([...words].map((word) => JSON.stringify(JSON.parse(word).slice(0, 3))));
+      return stated.size > 1 ? null : JSON.parse([...stated][0] ?? '[null,null,null]');
+    },
   };
   const isGoodWord = (word) => word === 'PASS' || word === 'NO_LIMITS';
   const flags = (of) => Uint8Array.from(of.words, (word) => (isGoodWord(word) ? 1 : 0));
@@ -32,13 +97,7 @@ window.fleet = {};
 
   // --- what is shown
 
-  const lot = document.body.dataset.lot;
-  const lots = units.tags.find((tag) => tag.name === 'lot');
-  const all = []; // All that this page is about.
-  for (let i = 0; i < count; ++i) {
-    if (!lot || (lots && lots.words[lots.of[i]] === lot)) all.push(i);
-  }
-  units.all = Uint32Array.from(all);
+  units.all = Uint32Array.from(units.serials.keys());
 
   let order = units.all;
   let lowercase = null;
@@ -59,7 +118,7 @@ window.fleet = {};
   const textTest = (text) => {
     const terms = text.toLowerCase().split(/\s+/).filter(Boolean);
     if (terms.length === 0) return null;
-    lowercase ??= data.serials.map((serial) => serial.toLowerCase());
+    lowercase ??= units.serials.map((serial) => serial.toLowerCase());
     const fields = [units.verdict, units.code, ...units.tags];
     const tests = terms.map((term) => {
       const found = fields.map((of) => matching(of, term));
@@ -90,41 +149,6 @@ window.fleet = {};
     return tests.length === 0 ? order : order.filter((i) => tests.every((test) => test(i)));
   };
 
-  // --- what is loaded when it is wanted
-
-  const waiting = new Map();
-  const loaded = new Map();
-  const arrive = (name, content) => {
-    loaded.set(name, content);
-    for (const take of waiting.get(name) ?? []) take(content);
-    waiting.delete(name);
-  };
-  window.truetriadPart = (part, content) => arrive(`part-${part}`, content);
-  window.truetriadColumn = (column, content) =>
-    arrive(`column-${column}`, Float64Array.from(content, (value) => value ?? NaN));
-  window.truetriadStation = (station, content) => arrive(`station-${station}`, content);
-  const load = (name) =>
-    new Promise((take, fail) => {
-      if (loaded.has(name)) return take(loaded.get(name));
-      if (waiting.has(name)) return waiting.get(name).push(take);
-      waiting.set(name, [take]);
-      const script = document.createElement('script');
-      script.src = `${root}data/${name}.js`;
-      script.onerror = () => {
-        waiting.delete(name);
-        fail(new Error(`data/${name}.js is missing`));
-      };
-      document.head.append(script);
-    });
-
-  // Its control charts.
-  units.loadStation = (station) => load(`station-${station}`);
-  units.loadColumn = (column) => load(`column-${column}`);
-  // The runs of a unit, the oldest first.
-  units.loadRuns = async (i) =>
-    (await load(`part-${Math.floor(i / data.part)}`))[i % data.part];
-  units.root = root;
-
   window.fleet.units = units;
 
   // --- words for people
@@ -141,7 +165,7 @@ window.fleet = {};
       const date = new Date(1000 * seconds);
       return `${day(seconds)} ${pad(date.getUTCHours())}:${pad(date.getUTCMinutes())}`;
     },
-    second: (seconds) => new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19),
+    second: (seconds) => (Number.isFinite(seconds) ? new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19) : '–'),
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
     // "2026-11-24 06:00:00" of an ISO 8601 moment.

@@ -7,9 +7,8 @@
 
 #include <gflags/gflags.h>
 
-#include "fleet/json_lines_store.h"
+#include "fleet/json_lines.h"
 #include "fleet/store.h"
-#include "fleet/store_url.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"

@@ -6,7 +6,7 @@
 #include <gflags/gflags.h>
 
 #include "fleet/store.h"
-#include "fleet/unit_decisions.h"
+#include "fleet/unit_folders.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"

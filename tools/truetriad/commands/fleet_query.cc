@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "base/utf8.h"
-#include "fleet/line_selection.h"
+#include "fleet/line_reader.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"

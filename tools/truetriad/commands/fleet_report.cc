@@ -28,9 +28,8 @@ Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
                             {.store = FLAGS_store, .folder = FLAGS_output, .where = FLAGS_where}));
   const std::string index = (std::filesystem::path(FLAGS_output) / "index.html").string();
   std::string text = index + "\n  " + Counted(page.units, "unit") + ", " +
-                     std::to_string(page.good) + " of them good; " + Counted(page.lots, "page") +
-                     " for lots; " + std::to_string(page.reports) + " of " +
-                     Counted(page.runs, "run") + " with a report that is linked\n";
+                     std::to_string(page.good) + " of them good; " + std::to_string(page.reports) +
+                     " of " + Counted(page.runs, "run") + " with a report that is linked\n";
   if (!page.draws_charts) {
     text += "  No charts: truetriad was built without npm (docs/installing.md)\n";
   }
@@ -39,7 +38,6 @@ Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
                                {"units", page.units},
                                {"good", page.good},
                                {"runs", page.runs},
-                               {"lots", page.lots},
                                {"reports", page.reports},
                                {"charts", page.draws_charts}}};
 }
@@ -47,19 +45,20 @@ Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetReportCommand() {
-  return {.name = "fleet report",
-          .summary = "What became of the units, as pages to look into with a browser?",
-          .examples =
-              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-              "build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17\n"
-              "build/truetriad fleet report --store=out/day/fleet.db -o out/day/page",
-          .details =
-              "Writes a folder with index.html and a page a lot, for the disk or any web server; "
-              "units' reports are\nlinked where they are. A page that was written there before is "
-              "replaced, anything else never.\n",
-          .flags = {{"store", "FILE", true}, {"output", "DIR", true}, {"where", "CONDITION"}},
-          .words = {"store"},
-          .run = RunFleetReport};
+  return {
+      .name = "fleet report",
+      .summary = "What became of the units, as a page to look into with a browser?",
+      .examples =
+          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+          "build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17\n"
+          "build/truetriad fleet report --store=out/day/fleet.db -o out/day/page",
+      .details =
+          "Writes a folder with index.html, for the disk or any web server; units' reports are\n"
+          "linked where they are. A page that was written there before is "
+          "replaced, another index.html never.\n",
+      .flags = {{"store", "FILE", true}, {"output", "DIR", true}, {"where", "CONDITION"}},
+      .words = {"store"},
+      .run = RunFleetReport};
 }
 
 }  // namespace truetriad

@@ -11,8 +11,7 @@
 
 #include <gflags/gflags.h>
 
-#include "fleet/golden_hold.h"
-#include "fleet/shard.h"
+#include "fleet/store.h"
 #include "fleet/unit_folders.h"
 #include "fleet/unit_list.h"
 #include "tools/truetriad/command.h"

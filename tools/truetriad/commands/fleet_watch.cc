@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/fleet_watch.h"
-
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include <gflags/gflags.h>
 
+#include "fleet/fleet_run.h"
 #include "fleet/unit_folders.h"
 #include "fleet/unit_list.h"
 #include "tools/truetriad/command.h"

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "fleet/store.h"
+#include "json/json.h"
+
+namespace truetriad::fleet {
+
+// What a store keeps, once: Fields(visit, thing) calls visit(name, field) for each field of a
+// thing, in the order of its columns. The tables, their rows, lines of JSON and exports all follow
+// from it. A number that is not finite is not known, or a limit that is open: NULL in tables, null
+// in JSON.
+
+/// The version of all that, of the tables and of lines of JSON. A store that has another one is
+/// refused.
+inline constexpr int kSchemaVersion = 1;
+inline constexpr std::string_view kSchemaVersionName = "schema_version";
+/// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
+/// none.
+Status CheckSchemaVersion(const std::string& name, const std::string& found);
+
+template <typename Thing, typename Of>
+concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
+
+/// Of the table `run`; tags, inputs, parameters, findings and judgements have their own.
+void Fields(auto&& visit, Like<UnitRun> auto& run) {
+  visit("run", run.id);
+  visit("serial", run.serial);
+  visit("log", run.log);
+  visit("log_bytes", run.log_bytes);
+  visit("log_modified_ns", run.log_modified_ns);
+  visit("created", run.created);
+  visit("software", run.software_version);
+  visit("config_sha256", run.config_sha256);
+  visit("shard", run.shard);
+  visit("folder", run.folder);
+  visit("verdict", run.verdict);
+  visit("code", run.code);
+  visit("message", run.message);
+  visit("mode", run.mode);
+  visit("wall_s", run.wall_s);
+  visit("cpu_s", run.cpu_s);
+  visit("effective_dof", run.effective_dof);
+  visit("covariance", run.covariance);
+  visit("temperature_degc", run.temperature_degc);
+  visit("recorded", run.recorded);
+  visit("recorded_by", run.recorded_by);
+}
+
+void Fields(auto&& visit, Like<InputFile> auto& input) {
+  visit("file", input.file);
+  visit("sha256", input.sha256);
+  visit("samples", input.samples);
+}
+
+void Fields(auto&& visit, Like<Parameter> auto& parameter) {
+  visit("name", parameter.name);
+  visit("value", parameter.value);
+  visit("sigma", parameter.sigma);
+}
+
+void Fields(auto&& visit, Like<LimitCheck> auto& check) {
+  visit("name", check.name);
+  visit("component", check.component);
+  visit("lower", check.limit.lower);
+  visit("target", check.limit.target);
+  visit("upper", check.limit.upper);
+  visit("value", check.worst);
+  visit("sigma", check.sigma);
+  visit("outside", check.outside);
+  visit("pass", check.pass);
+}
+
+/// A finding as a row: the members of its JSON, of which `values` is JSON. Valid as long as what it
+/// was made of.
+struct FindingRow {
+  std::string_view code, severity;
+  std::optional<std::string_view> sensor = {}, axis = {};
+  std::optional<std::int64_t> pose = {};
+  std::string_view text = {};
+  std::optional<std::string_view> remedy = {};
+  std::optional<std::string> values = {};
+  std::optional<std::string_view> treatment = {};
+};
+void Fields(auto&& visit, Like<FindingRow> auto& row) {
+  visit("code", row.code);
+  visit("severity", row.severity);
+  visit("sensor", row.sensor);
+  visit("axis", row.axis);
+  visit("pose", row.pose);
+  visit("text", row.text);
+  visit("remedy", row.remedy);
+  visit("\"values\"", row.values);  // A word of SQL.
+  visit("treatment", row.treatment);
+}
+
+void Fields(auto&& visit, Like<Disposition> auto& disposition) {
+  visit("disposition", disposition.id);
+  visit("run", disposition.run);
+  visit("created", disposition.created);
+  visit("who", disposition.who);
+  visit("verdict", disposition.verdict);
+  visit("why", disposition.why);
+}
+
+void Fields(auto&& visit, Like<StationCheck> auto& check) {
+  visit("station_check", check.id);
+  visit("station", check.station);
+  visit("serial", check.serial);
+  visit("created", check.created);
+  visit("agrees", check.agrees);
+  visit("p", check.p);
+  visit("largest", check.largest);
+  visit("parameter", check.parameter);
+  visit("log", check.log);
+  visit("recording", check.recording);
+  visit("repeatability", check.repeatability);
+}
+
+// What is asked of a store.
+
+void Fields(auto&& visit, Like<Standing> auto& standing) {
+  visit("run", standing.run);
+  visit("first_verdict", standing.first_verdict);
+  visit("final_verdict", standing.final_verdict);
+  visit("attempts", standing.attempts);
+  visit("disposed_by", standing.disposed_by);
+  visit("disposed_why", standing.disposed_why);
+}
+
+void Fields(auto&& visit, Like<KnownRun> auto& run) {
+  visit("log", run.log);
+  visit("log_bytes", run.log_bytes);
+  visit("log_modified_ns", run.log_modified_ns);
+  visit("config_sha256", run.config_sha256);
+  visit("software", run.software_version);
+  visit("verdict", run.verdict);
+  visit("serial", run.serial);
+  visit("code", run.code);
+  visit("recorded", run.recorded);
+}
+
+void Fields(auto&& visit, Like<RunName> auto& run) {
+  visit("run", run.run);
+  visit("serial", run.serial);
+  visit("log", run.log);
+}
+
+void Fields(auto&& visit, Like<RunFolder> auto& run) {
+  visit("run", run.run);
+  visit("folder", run.folder);
+  visit("verdict", run.verdict);
+}
+
+/// Every tag's name and value.
+void TagFields(auto&& visit, Like<Tags> auto& tags) {
+  for (const TagKey& tag : kDeviceTags) visit(tag.key, tags.*tag.value);
+  for (const TagKey& tag : kRunTags) visit(tag.key, tags.*tag.value);
+}
+
+/// Their names.
+inline std::vector<std::string_view> TagNames() {
+  std::vector<std::string_view> names;
+  const Tags none;
+  TagFields([&names](std::string_view name, const auto&) { names.push_back(name); }, none);
+  return names;
+}
+
+/// A thing as an object of JSON.
+template <typename Thing>
+Json TreeOf(const Thing& thing) {
+  Json json = Json::object();
+  Fields(
+      [&json](const char* name, const auto& field) {
+        using Field = std::decay_t<decltype(field)>;
+        if constexpr (std::is_same_v<Field, Verdict>) {
+          json[name] = VerdictName(field);
+        } else if constexpr (std::is_same_v<Field, double>) {
+          json[name] = std::isfinite(field) ? Json(field) : Json();
+        } else if constexpr (std::is_same_v<Field, std::optional<double>>) {
+          json[name] = field ? Json(*field) : Json();
+        } else if constexpr (std::is_same_v<Field, Tags>) {
+          json[name] = JsonOf(field);
+        } else {
+          json[name] = field;
+        }
+      },
+      thing);
+  return json;
+}
+
+/// Fills a thing in from what TreeOf makes of it; null: as it was. An exception of the JSON
+/// library, or another that says what is wrong: it is none.
+template <typename Thing>
+void TakeTree(const Json& json, Thing* thing) {
+  Fields(
+      [&json](const char* name, auto& field) {
+        using Field = std::decay_t<decltype(field)>;
+        const Json& stated = json.at(name);
+        if constexpr (std::is_same_v<Field, Verdict>) {
+          const std::string verdict = stated;
+          const std::optional<Verdict> known = VerdictFromName(verdict);
+          if (!known) throw std::runtime_error("`" + verdict + "` is no verdict");
+          field = *known;
+        } else if constexpr (std::is_same_v<Field, double> ||
+                             std::is_same_v<Field, std::optional<double>>) {
+          if (!stated.is_null()) field = stated.get<double>();
+        } else if constexpr (std::is_same_v<Field, Tags>) {
+          field = TagsFrom(stated);
+        } else {
+          field = stated.get<Field>();
+        }
+      },
+      *thing);
+}
+
+template <typename Thing>
+Thing ThingFrom(const Json& json) {
+  Thing thing;
+  TakeTree(json, &thing);
+  return thing;
+}
+
+/// JSON as a line. What is no UTF-8 becomes U+FFFD.
+inline std::string LineOfJson(const Json& json) {
+  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
+}
+/// What `read` makes of a line's JSON. Error (bad input): its exception says why it is none.
+template <typename Read>
+auto FromLine(std::string_view line, Read read) -> Result<decltype(read(Json()))> {
+  try {
+    return read(Json::parse(line));
+  } catch (const std::exception& failure) {
+    return Error(ErrorCode::kWrongFormat,
+                 std::string("is no line of a fleet's run: ") + failure.what());
+  }
+}
+
+}  // namespace truetriad::fleet
