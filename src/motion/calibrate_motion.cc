@@ -31,6 +31,8 @@ namespace {
 // lose nothing, and a hand's accelerations stay correlated much longer.
 constexpr double kSettlingSpacingS = 0.1;
 constexpr int kMaxRounds = 20;
+// Chains that determine something take a hundred; one that does not crawls, and refuses then.
+constexpr int kMaxIterations = 500;
 // A density that changes less than this moves σ by half of it.
 constexpr double kSettledNoise = 0.02;
 // χ² of a step that is short: one of Gauss and Newton then is all that is left to go. With some
@@ -142,7 +144,10 @@ double UpdateClocks(MotionTrack* track, MotionRun* run) {
 
 // Weights, noise, clocks and solution in turn until they stay.
 void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* track, MotionRun* run) {
-  for (run->rounds = 1; run->rounds <= kMaxRounds; ++run->rounds) {
+  const auto is_over = [run] {
+    return run->rounds > kMaxRounds || run->iterations > kMaxIterations;
+  };
+  for (run->rounds = 1; !is_over(); ++run->rounds) {
     GatherAgain(options, spacing_s, track, run);
     ReducedSystem system(run->graph);
     const double change =

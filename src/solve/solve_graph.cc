@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/solve_graph.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -14,7 +13,8 @@ namespace truetriad {
 namespace {
 
 // Of all integrations together: what needs more is not determined, or far from its start.
-constexpr int kMaxIterations = 200;
+constexpr int kMaxIterations = 300;
+constexpr int kMaxIntegrations = 10;
 // Of the tolerance: an increment that is linear to this needs no integration.
 constexpr double kStillLinear = 1e-2;
 
@@ -56,14 +56,13 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
   // An increment is linear in the gyroscope's parameters only near the point where it was
   // integrated: integrated again, until the optimum stays.
   SolveOutcome whole;
-  while (whole.iterations < kMaxIterations) {
+  for (int round = 0; round < kMaxIntegrations && whole.iterations < kMaxIterations; ++round) {
     if (graph->integrated_at.size() == 0) graph->integrated_at = graph->shared;
-    const bool is_first = whole.iterations == 0;
     const SolveOutcome outcome =
         SolveAsIntegrated(graph, tolerance, kMaxIterations - whole.iterations);
-    if (is_first) whole.initial_cost = outcome.initial_cost;
+    if (round == 0) whole.initial_cost = outcome.initial_cost;
     whole.converged = outcome.converged;
-    whole.iterations += std::max(outcome.iterations, 1);
+    whole.iterations += outcome.iterations;
     whole.final_cost = outcome.final_cost;
     if (graph->increments.empty()) break;
     const double moved = ((graph->shared - graph->integrated_at).array() /
