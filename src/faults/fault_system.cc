@@ -370,7 +370,7 @@ Eigen::Matrix3d FaultSystem::BlockOfP(Eigen::Index row) const {
 }
 
 FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const {
-  double sum = 0.0, squares = 0.0, fourths = 0.0, beyond = 0.0, per_component = 0.0;
+  double sum = 0.0, squares = 0.0, fourths = 0.0, beyond = 0.0;
   std::vector<double> directions;
   const std::size_t first = factors().size() - unit.size();
   for (std::size_t i = 0; i < unit.size(); ++i) {
@@ -394,13 +394,12 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     squares += apart;
     fourths += apart * apart;
     beyond += more;
-    per_component += apart;
   }
   if (!(squares > 0.0) || sum <= 0.0) return {};
   // Few of them may have most of the variance.
   const double dof = squares * squares / fourths;
   const double ratio = sum * sum / (squares * TogetherOf(directions));
-  return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond / per_component, 0.0)};
+  return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond / squares, 0.0)};
 }
 
 Eigen::MatrixXd FaultSystem::BeyondGraph() const {

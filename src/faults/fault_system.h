@@ -46,8 +46,8 @@ using TurnVariances = std::vector<Eigen::Matrix3d>;
 //
 //   P = P_0 - U U^T      U = P_0 Z L^-T,  L L^T = Z^T P_0 Z + Λ
 //
-// so that a fault costs two products, and everything that follows reads as without it. Up to some
-// hundred rows P is formed as a matrix: columns of faults touch few rows each.
+// so that a fault costs two products, and everything that follows reads as without it. Up to
+// kMostDenseRows P is formed as a matrix: columns of faults touch few rows each.
 class FaultSystem : public ReducedSystem {
  public:
   // A row block whose variance has a component, V = rest + v_c R R^T.
@@ -119,7 +119,6 @@ class FaultSystem : public ReducedSystem {
   Eigen::Index components() const {
     return static_cast<Eigen::Index>(components_.size() + (turn_unit_.empty() ? 0 : 1));
   }
-  const std::vector<NoiseComponent>& component_names() const { return components_; }
   const std::vector<Part>& parts() const { return parts_; }
   const Eigen::VectorXd& traces() const { return traces_; }
   const Eigen::VectorXd& score() const { return score_; }

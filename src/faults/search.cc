@@ -423,7 +423,7 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
 // By likelihood ratio, at the edge of what a variance may be: half of χ² with one degree; and by
 // how turns miss along their axes, which few wild ones do not feign. True where it is there and
 // clearer than any column. Where the turns' noise is not estimated here it has what rows lost made
-// of it already, and only how turns miss tells.
+// of it already, and where rows are many P is not formed: then only how turns miss tells.
 bool FaultSearch::TakeLostRows(double clearest_score) {
   const auto& names = noise_->estimated;
   const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
@@ -440,7 +440,7 @@ bool FaultSearch::TakeLostRows(double clearest_score) {
   if (turned < kFewestTurns) return false;
   const FaultSystem::Alignment aligned = model_.system().AlignmentOf(unit);
   if (aligned.log_p > std::log(kLevelOfRun)) return false;
-  if (!is_estimated) {
+  if (!is_estimated || !model_.system().is_dense()) {
     if (aligned.log_p - lost_rows_level_ >= std::min(clearest_score, 0.0)) return false;
     findings_.lost_rows = LostRowsFound{ShareOf(aligned.component), aligned.log_p};
     return true;

@@ -14,7 +14,7 @@
 namespace truetriad {
 
 // A fault that is known beforehand to be zero, or a mean, but for a σ: it is in the model from the
-// start and never a finding. Clocks, a stated non-linearity, rounding, and:
+// start and never a finding: bends that a data sheet allows, and face curvatures.
 struct StatedFault {
   std::string name;
   FaultColumn column;

@@ -18,7 +18,6 @@ class TakenModel {
  public:
   TakenModel(PoseGraph* graph, NoiseState* noise);
 
-  const PoseGraph& graph() const { return *graph_; }
   const FaultSystem& system() const { return system_; }
   const ExcessState& excess() const { return excess_; }
   const AddedColumns& added() const { return added_; }

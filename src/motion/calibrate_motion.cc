@@ -51,7 +51,6 @@ constexpr double kMuchUntoldShare = 0.1;
 
 // Everything about one start, as far as it has come.
 struct MotionRun {
-  StartValues start;
   PoseGraph graph;
   std::vector<Moment> moments;  // its nodes
   MotionNoiseState noise;
@@ -113,7 +112,6 @@ MotionRun FirstFit(const PoseSet& poses,
                    double spacing_s,
                    MotionTrack* track) {
   MotionRun run;
-  run.start = start;
   LayOutParameters(options, start, &run.graph);
   AddPriors(options, &run.graph);
   const GyroModel gyroscope = GyroscopeOf(run.graph);

@@ -12,7 +12,7 @@ double DurationOf(const GyroReadings& readings) {
   return readings.time_s.back() - readings.time_s.front();
 }
 
-// From the first moment of a piece of the chain to the last.
+// Whether the piece of the chain that begins with `first` has readings of both vector sensors.
 bool TellsHeading(const std::vector<Moment>& moments, std::size_t first) {
   PerTriad<bool> is_seen{};
   for (std::size_t k = first; k < moments.size(); ++k) {

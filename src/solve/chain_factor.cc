@@ -42,7 +42,7 @@ void ChainFactor::SolveInPlace(StackedRows* b) const {
   }
 }
 
-// c_k = b_k - G_{k-1}^T c_{k-1}, and of c_k H_k c_k.
+// c_k = b_k - G_{k-1}^T c_{k-1} as long as anything is left of it; then each c_k becomes H_k c_k.
 void ChainFactor::HalfSolveInPlace(Panel* panel) const {
   constexpr double kNothingLeft = 1e-10;  // of the largest: 1e-20 of a square
   StackedRows& rows = panel->rows;

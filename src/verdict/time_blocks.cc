@@ -69,7 +69,8 @@ struct Step {
   Eigen::VectorXd before, after;
 };
 
-// The score test of left_out_terms.h, for h = 0 before the step and h along `directions` after it.
+// Score test of h = 0 before the step and h along `directions` after it: what h takes off χ² with
+// all else free.
 Step LikeliestStep(const Eigen::MatrixXd& directions,
                    const std::vector<TimeBlock>& blocks,
                    const Cholesky& whole) {

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "data/clock_lags.h"
 #include "faults/scan.h"
 #include "faults/scene.h"
 #include "model/mechanisms.h"

@@ -25,7 +25,6 @@ class TriadBlocks {
 
   std::vector<SharedBlock> blocks() const;
   std::size_t count() const { return terms_.size(); }
-  bool has_axis_terms() const { return terms_.back().part == Part::kAxisTerm; }
 
   // The model where the blocks have these values, in their order.
   template <typename T>
