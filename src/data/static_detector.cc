@@ -42,6 +42,10 @@ constexpr double kSameHeadingShareS = 0.02;
 constexpr double kSeenChangeSigmas = 4.0;
 // A gyroscope whose mean is further than this share of its range from the other rests turns.
 constexpr double kTurningShare = 0.005;
+// What a turn does to the leading triad is seen from so many σ of two means on.
+constexpr double kSeenTurnSigmas = 10.0;
+// An axis of turning nearer to the measured field than this (sine) may be that of the field.
+constexpr double kOffField = 0.15;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
                        std::size_t begin,
@@ -133,6 +137,7 @@ void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) 
       }
       if (means.empty()) continue;
       const auto [low, high] = CentralRange(&means);
+      if (known.triad == triads_.front().triad) centre_raw_[axis] = 0.5 * (low + high);
       range_raw_[known.triad] = std::max(range_raw_[known.triad], high - low);
     }
   }
@@ -375,6 +380,31 @@ bool StaticDetector::IsLongEnough(const Rest& rest) const {
   return (static_cast<double>(windows) + 0.5) * window_s_ >= options_.min_duration_s;
 }
 
+// True where the leading triad would have seen the unit turn at this rate and did not: it is the
+// gyroscope's bias that differs. The reading y of a fixed direction changes by -w x y in a second.
+bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
+                                 const WindowRun& run,
+                                 const Eigen::Vector3d& rate_rad_s) const {
+  const DetectorTriad& leading = triads_.front();
+  if (!(leading.si_per_raw > 0.0)) return false;
+  const auto& windows = buffer.windows(leading.triad);
+  const std::size_t third = std::max<std::size_t>(1, (run.second - run.first) / 3);
+  const Eigen::Vector3d before = MeanOf(windows, run.first, run.first + third);
+  const Eigen::Vector3d after = MeanOf(windows, run.second - third, run.second);
+  const double between_s = static_cast<double>(run.second - run.first - third) * window_s_;
+  // Hard iron may be as large as the field; an accelerometer's bias is small beside gravity.
+  const Eigen::Vector3d field_raw =
+      leading.triad == Triad::kMagnetometer ? before - centre_raw_ : before;
+  const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(field_raw);
+  const double sigma = std::sqrt(2.0 * TotalVariance(windows, run.first, run.first + third) /
+                                 static_cast<double>(third * windows[run.first].count));
+  // A turn about the field itself shows in nothing but the sensor's own bias.
+  const double least_raw = kOffField * between_s * rate_rad_s.norm() * field_raw.norm();
+  // Nearer to no change than to the expected one.
+  return expected.norm() > std::max(kSeenTurnSigmas * sigma, least_raw) &&
+         (after - before).dot(expected) < 0.5 * expected.squaredNorm();
+}
+
 // A steady turn about the vertical is invisible to an accelerometer, not to a gyroscope.
 void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const {
   for (const DetectorTriad& known : triads_) {
@@ -402,6 +432,8 @@ void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* 
     std::erase_if(*rests, [&](const Rest& rest) {
       const Eigen::Vector3d rate_raw = mean_of(rest) - typical;
       return (rate_raw.array().abs() > (5.0 * noise_raw).cwiseMax(share).array()).any() &&
+             !(StayedWhere(buffer, rest.runs.front(), known.si_per_raw * rate_raw) &&
+               Acts(Mechanism::kStayedWhere)) &&
              Acts(Mechanism::kTurningRests);
     });
   }

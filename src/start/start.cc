@@ -293,6 +293,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
 struct Pair {
   const StaticPose* pose = nullptr;
   Eigen::Vector3d up, field;
+  double up_error = 0.0, field_error = 0.0;
 };
 
 std::vector<Pair> PairsOf(const PoseSet& poses,
@@ -304,7 +305,11 @@ std::vector<Pair> PairsOf(const PoseSet& poses,
     const Eigen::Vector3d up = base.models[Triad::kAccelerometer]->TruthFromRaw(
         pose.triads[Triad::kAccelerometer]->mean_raw);
     const Eigen::Vector3d field = own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw);
-    pairs.push_back({&pose, up.normalized(), field.normalized()});
+    pairs.push_back({&pose,
+                     up.normalized(),
+                     field.normalized(),
+                     std::abs(up.norm() / base.reference[kGravity] - 1.0),
+                     std::abs(field.norm() / base.reference[kField] - 1.0)});
   }
   return pairs;
 }
@@ -315,7 +320,18 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
                                                    const CalibrateOptions& options,
                                                    const StartValues& base,
                                                    const TriadModel<double>& own) {
-  const std::vector<Pair> pairs = PairsOf(poses, base, own);
+  std::vector<Pair> pairs = PairsOf(poses, base, own);
+  std::vector<double> up_errors, field_errors;
+  for (const Pair& pair : pairs) {
+    up_errors.push_back(pair.up_error);
+    field_errors.push_back(pair.field_error);
+  }
+  // What has not the length of the field has not its direction.
+  const double wild_up = WildFrom(up_errors), wild_field = WildFrom(field_errors);
+  std::erase_if(pairs, [&](const Pair& pair) {
+    return (pair.up_error > wild_up || pair.field_error > wild_field) &&
+           Acts(Mechanism::kWildPairs);
+  });
   std::vector<Eigen::Vector3d> ups;
   std::vector<Eigen::Vector3d> fields;
   for (const Pair& pair : pairs) {

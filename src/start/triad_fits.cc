@@ -18,6 +18,9 @@
 namespace truetriad {
 namespace {
 
+// Of the field. A fit that readings scatter less about has not been drawn away by some of them.
+constexpr double kGoodMisfit = 0.01;
+
 Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
                                     MatrixModel model,
                                     double radius) {
@@ -32,6 +35,50 @@ Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings
     result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
   }
   return result;
+}
+
+double RmsOf(const TriadModel<double>& model,
+             const std::vector<Eigen::Vector3d>& readings,
+             double radius) {
+  double sum = 0.0;
+  for (const Eigen::Vector3d& reading : readings) {
+    sum += std::pow(NormError(model, reading, radius), 2);
+  }
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// Without those few that alone keep the others from fitting: each goes that makes the greatest
+// difference, as long as that is no chance.
+std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
+                                             MatrixModel model,
+                                             double radius) {
+  constexpr std::size_t kMost = 100;  // of which a fit each is cheap
+  constexpr int kMostSpoilers = 3;
+  constexpr std::size_t kFewestDof = 4;
+  // With four degrees of freedom one of 20 readings does so in 1 of 1e4 tables.
+  constexpr double kSpoils = 6.0;
+  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
+  for (int round = 0; round < kMostSpoilers; ++round) {
+    if (readings.size() > kMost || readings.size() < parameters + kFewestDof + 1) break;
+    const auto all = FitModel(readings, model, radius);
+    const double rms = all ? RmsOf(*all, readings, radius) : radius;
+    if (rms < kGoodMisfit * radius) break;
+    double least = rms / kSpoils;
+    std::size_t worst = readings.size();
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      std::vector<Eigen::Vector3d> others = readings;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      const auto without = FitModel(others, model, radius);
+      if (!without) continue;
+      const double left = RmsOf(*without, others, radius);
+      if (!(left < least)) continue;
+      least = left;
+      worst = k;
+    }
+    if (worst == readings.size() || !Acts(Mechanism::kSpoilers)) break;
+    readings.erase(readings.begin() + static_cast<std::ptrdiff_t>(worst));
+  }
+  return readings;
 }
 
 }  // namespace
@@ -56,6 +103,7 @@ TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
 Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
                                            MatrixModel model,
                                            double radius) {
+  readings = WithoutSpoilers(std::move(readings), model, radius);
   auto fitted = FitModel(readings, model, radius);
   const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
   for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {

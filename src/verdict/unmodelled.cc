@@ -14,6 +14,16 @@
 namespace truetriad {
 namespace {
 
+// Clocks that are off by more than moves can tell.
+std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
+  std::vector<ClockOffset> lags;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad) || !poses.clock_lag_s[triad]) continue;
+    lags.push_back({triad, *poses.clock_lag_s[triad], kClockLagSigmaS});
+  }
+  return lags;
+}
+
 // Bends that the sensor's data sheet lets it have.
 StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGraph& graph) {
   StatedFault bends{"stated non-linearity", {}, {}};
@@ -89,6 +99,10 @@ void FindBeyondFaults(const PoseSet& poses,
   found->by_clocks = EffectsOf(found->clocks, graph, system);
   if (!found->clocks.empty() && !Acts(Mechanism::kClockSigma)) {
     found->by_clocks.covariance.setZero();
+  }
+  const std::vector<ClockOffset> lags = LagsOf(poses, graph);
+  if (!lags.empty() && Acts(Mechanism::kLagSigma)) {
+    found->by_clocks.covariance += EffectsOf(lags, graph, system).covariance;
   }
 }
 
