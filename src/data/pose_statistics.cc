@@ -172,6 +172,21 @@ Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
   return shift;
 }
 
+// `deviation`: of the mean of the pose. A quarter's variance is four times that of the whole, half
+// of it twice.
+void AddQuarters(const TriadPoseMoments& moments,
+                 const Eigen::Vector3d& deviation,
+                 double duration_s,
+                 TriadPose* pose) {
+  const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
+  if (eighths.size() != kEighths) return;
+  const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
+  const double quarter_s = 0.25 * duration_s;
+  pose->first_quarter_raw_s = quarter_s * (0.5 * (eighths[0] + eighths[1]) - middle);
+  pose->last_quarter_raw_s = quarter_s * (0.5 * (eighths[6] + eighths[7]) - middle);
+  pose->quarter_sigma_raw_s = quarter_s * std::sqrt(4.0 + 2.0) * deviation;
+}
+
 void FillTriad(Triad triad,
                const std::vector<PerTriad<TriadPoseMoments>>& moments,
                const Eigen::Vector3d& step_raw,
@@ -179,6 +194,7 @@ void FillTriad(Triad triad,
                std::vector<StaticPose>* poses) {
   std::vector<const TriadPoseMoments*> present;
   std::vector<TriadPose*> targets;
+  std::vector<double> durations_s;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double scatter_dof = 0.0;
   for (std::size_t i = 0; i < moments.size(); ++i) {
@@ -186,6 +202,7 @@ void FillTriad(Triad triad,
     if (!target) continue;
     present.push_back(&moments[i][triad]);
     targets.push_back(&*target);
+    durations_s.push_back((*poses)[i].duration_s());
     scatter += present.back()->window_scatter_raw;
     scatter_dof += present.back()->window_dof;
   }
@@ -210,6 +227,7 @@ void FillTriad(Triad triad,
       rounding[axis] =
           RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);
     }
+    AddQuarters(*present[i], deviation, durations_s[i], targets[i]);
     targets[i]->mean_covariance_raw =
         deviation.asDiagonal() * CorrelationOf(scatter) * deviation.asDiagonal();
     targets[i]->mean_covariance_raw.diagonal() += rounding;

@@ -4,23 +4,32 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "base/messages.h"
 #include "data/pose_statistics.h"
+#include "math/distributions.h"
 #include "model/mechanisms.h"
+#include "problem/graph_rows.h"
 #include "solve/shared_information.h"
+#include "truetriad/math/rotation.h"
 #include "verdict/lost_rows.h"
 
 namespace truetriad {
 namespace {
 
-// Chance that makes so much, a hand's accelerations being no white noise to steps.
+// Chance that makes so much: of steps a tenth, a hand's accelerations being no white noise to them.
+constexpr double kLevel = 1e-4;
 constexpr double kLevelOfSteps = 1e-5;
 // Of a parameter, less than which rounding is not worth a word.
 constexpr double kRoundingSigmas = 0.5;
+
+// Turns that tell of it, and more than which are rows of a table or of a motion.
+constexpr double kFewestTurns = 8.0;
+constexpr std::size_t kMostTurns = 1000;
 
 // Stretches in which neither sensor lacks a reading that the other one has.
 void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowCounter* counter) {
@@ -72,9 +81,11 @@ Mechanism ActsAs(RecordingFaultKind kind) {
     case RecordingFaultKind::kLostRows:
       return Mechanism::kLostRows;
     case RecordingFaultKind::kRounding:
+      return Mechanism::kRounding;
+    case RecordingFaultKind::kSettling:
       break;
   }
-  return Mechanism::kRounding;
+  return Mechanism::kSettlingTurns;
 }
 
 // Adds one by which the shared entries from `at` on are off by `shift`.
@@ -135,7 +146,7 @@ void AddLostRows(const PoseSet& poses,
            covariance,
            graph.layout.sensitivity[Triad::kGyroscope],
            shift.reshaped(),
-           {Triad::kGyroscope, RecordingFaultKind::kLostRows, 0.0, share},
+           {Triad::kGyroscope, RecordingFaultKind::kLostRows, 0.0, 0.0, share},
            faults);
 }
 
@@ -149,9 +160,11 @@ std::string WordsOf(const RecordingFault& fault) {
           "their times are regular",
           100.0 * fault.share);
     case RecordingFaultKind::kRounding:
+      return "reads in steps that are larger than its noise, so its bias is known to a step only";
+    case RecordingFaultKind::kSettling:
       break;
   }
-  return "reads in steps that are larger than its noise, so its bias is known to a step only";
+  return "has turns that are all too short by about the same angle";
 }
 
 std::string RemedyOf(RecordingFaultKind kind) {
@@ -161,9 +174,11 @@ std::string RemedyOf(RecordingFaultKind kind) {
     case RecordingFaultKind::kLostRows:
       return "log the times at which readings were taken, and all of them";
     case RecordingFaultKind::kRounding:
+      return "log it with more digits, or set a smaller full-scale range";
+    case RecordingFaultKind::kSettling:
       break;
   }
-  return "log it with more digits, or set a smaller full-scale range";
+  return "wait longer before and after each move, or set a wider bandwidth";
 }
 
 }  // namespace
@@ -191,6 +206,51 @@ RecordingFaults FindRecordingFaults(const PoseSet& poses,
   return faults;
 }
 
+void AddUnsettledTurns(const PoseSet& poses,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system,
+                       RecordingFaults* faults) {
+  if (graph.nodes.size() > kMostTurns || system.rank() < system.size()) return;
+  std::map<int, const TriadPose*> rests;
+  for (const StaticPose& pose : poses.poses) {
+    const auto& seen = pose.triads[Triad::kGyroscope];
+    if (seen && !seen->quarter_sigma_raw_s.isZero(0.0)) rests[pose.number] = &*seen;
+  }
+  const auto rest_of = [&](std::size_t node) {
+    const auto at = rests.find(graph.nodes[node].number);
+    return at == rests.end() ? nullptr : at->second;
+  };
+  Eigen::VectorXd by = Eigen::VectorXd::Zero(system.size());
+  double count = 0.0, sum = 0.0, squares = 0.0, variance = 0.0;
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    if (edge.rejected || edge.stated_turn >= 0) continue;
+    const TriadPose* before = rest_of(edge.from);
+    const TriadPose* after = rest_of(edge.from + 1);
+    const Eigen::Vector3d turn = RotationLog(edge.increment.rotation);
+    if (before == nullptr || after == nullptr || !(turn.norm() > 0.0)) continue;
+    const Eigen::Vector3d axis = turn.normalized();
+    const Eigen::Vector3d in_raw = edge.at.triad.Correction().transpose() * axis;
+    const double angle = in_raw.dot(before->last_quarter_raw_s + after->first_quarter_raw_s);
+    count += 1.0, sum += angle, squares += angle * angle;
+    variance += in_raw.cwiseProduct(before->quarter_sigma_raw_s).squaredNorm() +
+                in_raw.cwiseProduct(after->quarter_sigma_raw_s).squaredNorm();
+    by += system.B().middleRows<3>(system.factors()[graph.nodes.size() + i].row).transpose() * axis;
+  }
+  if (count < kFewestTurns) return;
+  const double mean = sum / count;
+  const double scatter = std::max(variance, squares - count * mean * mean) / (count * count);
+  RecordingFault fault{Triad::kGyroscope, RecordingFaultKind::kSettling};
+  fault.p_value = 1.0 - ChiSquareCdf(mean * mean / scatter, 1.0);
+  const bool is_shown = fault.p_value < kLevel && Acts(ActsAs(fault.kind));
+  faults->tests.push_back({Triad::kGyroscope, "settling", fault.p_value, is_shown, std::nullopt});
+  if (!is_shown) return;
+  const Eigen::VectorXd moved = system.covariance() * by;
+  fault.effect_sigmas = LargestInSigmas(graph.layout, system.covariance(), mean * moved);
+  faults->covariance += (mean * mean + scatter) * moved * moved.transpose();
+  faults->found.push_back(fault);
+}
+
 Findings FindingsOf(const RecordingFaults& faults) {
   Findings findings;
   for (const RecordingFault& fault : faults.found) {
@@ -202,7 +262,8 @@ Findings FindingsOf(const RecordingFaults& faults) {
                            fault.effect_sigmas),
                 RemedyOf(fault.kind))
             .About(fault.triad)
-            .Shifting(fault.effect_sigmas, Treatment::kWidened));
+            .Shifting(fault.effect_sigmas, Treatment::kWidened)
+            .With("p_value", fault.p_value));
     if (fault.effect_sigmas < 1.0) findings.back().As(Severity::kNote);
   }
   return findings;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "data/clock_lags.h"
 #include "faults/scan.h"
 #include "faults/scene.h"
 #include "model/mechanisms.h"
@@ -94,6 +95,7 @@ void FindBeyondFaults(const PoseSet& poses,
                       Unmodelled* found) {
   found->drift = FindDriftCovariance(graph, system, settings);
   found->of_recording = FindRecordingFaults(poses, sigma_raw, graph, system.covariance());
+  AddUnsettledTurns(poses, graph, system, &found->of_recording);
   found->blocks = ScatterOf(TimeBlocksOf(graph, system), system.information(), graph);
   found->clocks = FindClockOffsets(poses, graph);
   found->by_clocks = EffectsOf(found->clocks, graph, system);

@@ -232,7 +232,9 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   FindBeyondFaults(
       run.poses, ReadingSigma(run), graph, system, quality.rests.temperature_settings, &unmodelled);
   quality.rests.clock_offsets = unmodelled.clocks;
-  quality.left_out_tests = TestsOf(unmodelled.faults);
+  quality.left_out_tests = unmodelled.of_recording.tests;
+  const std::vector<LeftOutTest> of_faults = TestsOf(unmodelled.faults);
+  quality.left_out_tests.insert(quality.left_out_tests.end(), of_faults.begin(), of_faults.end());
   quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
   const Eigen::MatrixXd covariance =

@@ -336,7 +336,7 @@ bool SaysUnsettled(double early_s, std::uint64_t seed) {
   if (!summary) return false;
   const auto& tests = summary->calibration.quality.left_out_tests;
   return std::any_of(tests.begin(), tests.end(), [](const LeftOutTest& test) {
-    return test.triad == kGyro && test.term == "turns too short" && test.is_shown;
+    return test.triad == kGyro && test.term == "settling" && test.is_shown;
   });
 }
 
@@ -344,7 +344,7 @@ TEST(Gyroscope, ThatStillTurnsWhereRestsBeginIsFound) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) EXPECT_TRUE(SaysUnsettled(0.3, seed)) << seed;
 }
 
-// One fault of some thirty at 1 % of all: of 40 more than one has a probability of 1e-4.
+// At 1e-4: of 40 more than one has a probability of 1e-5.
 TEST(Gyroscope, ThatHasComeToRestIsNotSaidToTurn) {
   int said = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) said += SaysUnsettled(0.0, seed) ? 1 : 0;

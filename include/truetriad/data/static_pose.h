@@ -35,6 +35,11 @@ struct TriadPose {
   /// Mean of its last readings less that of its first, a window of each; zero where it is too short
   /// for both. Over the pose's duration it is what the mean changes by with the sensor's clock.
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();
+  /// What its first and its last quarter read beyond its middle half, times their duration, raw
+  /// unit s, and the σ of both; zero where it is too short to tell.
+  Eigen::Vector3d first_quarter_raw_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d last_quarter_raw_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d quarter_sigma_raw_s = Eigen::Vector3d::Zero();
 };
 
 /// An attitude that somebody else measured (turntable, robot, fixture).
