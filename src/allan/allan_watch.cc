@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "allan/allan_watch.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "math/distributions.h"

@@ -388,7 +388,7 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     const double trace = Q.trace(), apart = Q.squaredNorm() - trace * trace / k;
     if (!(apart > 0.0) || !(square > 0.0)) continue;
     const double more = along.dot(turned * along) - square * trace / k;
-    // Of a direction that is as likely as any other: variance 1.
+    // Where all directions are as likely its variance is 1.
     directions.push_back(more / square * std::sqrt(0.5 * k * (k + 2.0) / apart));
     sum += std::sqrt(apart) * directions.back();
     squares += apart;

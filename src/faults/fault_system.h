@@ -85,15 +85,15 @@ class FaultSystem : public ReducedSystem {
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Of the turns: how much they miss along what such variances point to, by the directions of their
-  // misses alone,
+  // Whether the turns miss along what such variances point to. The directions of their misses alone
+  // tell it:
   //
   //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)     s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 -
   //   tr^2 Q' / k
   //
-  // of variance 1 with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
-  // block Π of P: Σ a d over its own σ. And the variance component that makes so much. Of more than
-  // 64 turns neighbours miss together, which the variance follows.
+  // has variance 1, with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
+  // block Π of P, and Σ a d is held against its own σ. More than 64 turns miss together with their
+  // neighbours, which that σ follows. `component` makes as much of q^T Q q as there is.
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;

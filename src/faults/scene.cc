@@ -52,8 +52,8 @@ double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sam
   return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
 }
 
-// What the readings of a turn add up to along the body's axes, uncorrected: a column that followed
-// its own correction would amplify noise with it.
+// The angle that a turn's readings add up to, along the body's axes. They are as they were read: a
+// column that followed its own correction would amplify noise with it.
 Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
   const TriadModel<double>& model = edge.at.triad;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -222,7 +222,7 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   const Eigen::Vector3d gains = model.sensitivity.rowwise().norm();
   const Node& from = nodes_[edge.from];
   Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d before = Eigen::Vector3d::Zero(), angle = before;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < edge.move.time_s.size(); ++i) {
     const Eigen::Vector3d raw = edge.move.reading_raw[i] - model.bias;
     const Eigen::Vector3d u = edge.at.is_bent ? model.Felt(raw) : raw;
@@ -245,7 +245,6 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
     diagonal[5] += K * (speed * u).asDiagonal();
     const Eigen::Vector3d step = R * (span_s * rate);
     sums.squared_steps += step * step.transpose();
-    angle += span_s * rate;
     sums.fastest = std::max(sums.fastest, speed);
     if (speed >= kMoving * sums.fastest) sums.last_rate = rate;
     AddSpread(K * gains.asDiagonal(), rate, &by_rate);
@@ -259,7 +258,7 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
     sums.of[Index(FaultForm::kByForce)] = by_force;
     sums.of[Index(FaultForm::kByField)] = by_field;
   }
-  if (!from.is_moment) sums.of[Index(FaultForm::kShortTurn)] = UnitOf(angle);
+  if (!from.is_moment) sums.of[Index(FaultForm::kShortTurn)] = UnitOf(AngleOf(edge));
   sums.of[Index(FaultForm::kTurn)] = Eigen::Matrix3d::Identity();
   return sums;
 }

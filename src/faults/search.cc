@@ -254,6 +254,7 @@ void FaultSearch::ShareBudget() {
   }
   for (Candidate& candidate : candidates_) candidate.log_level -= std::log(faults);
   lost_rows_level_ = std::log(kLevelOfRun / faults);
+  findings_.looked_for = static_cast<int>(faults);
 }
 
 void FaultSearch::ProjectForms() {
@@ -546,29 +547,23 @@ void FaultSearch::StateTaken() {
 void FaultSearch::StateCovariance() {
   Eigen::MatrixXd spread =
       Eigen::MatrixXd::Zero(graph_->layout.free_size(), graph_->layout.free_size());
+  const auto add = [&spread](const Eigen::VectorXd& d) { spread += d * d.transpose(); };
   Eigen::Index at = 0;
   for (const StatedFault& stated : stated_) at += stated.column.unknowns;
   for (const Taken& taken : taken_) {
     const FaultKind& kind = *candidates_[taken.candidate].kind;
     if (kind.varies != Varies::kNothing) spread += SpreadOf(taken, at);
-    if (!taken.fault.is_trusted()) {
-      const Eigen::VectorXd d = taken.per_unknown * taken.fault.h;
-      spread += d * d.transpose();
-    }
-    if (taken.by_rival.size() > 0) spread += taken.by_rival * taken.by_rival.transpose();
+    if (!taken.fault.is_trusted()) add(taken.per_unknown * taken.fault.h);
+    if (taken.by_rival.size() > 0) add(taken.by_rival);
     at += taken.fault.h.size();
   }
-  for (const Taken& taken : left_in_) {
-    const Eigen::VectorXd d = taken.per_unknown * taken.fault.h;
-    spread += d * d.transpose();
-  }
+  for (const Taken& taken : left_in_) add(taken.per_unknown * taken.fault.h);
   if (findings_.lost_rows) {
     const double share = findings_.lost_rows->share;
     Eigen::VectorXd d = Eigen::VectorXd::Zero(graph_->layout.size);
     Eigen::Map<Eigen::Matrix3d>(d.data() + graph_->layout.sensitivity[Triad::kGyroscope]) =
         share / (1.0 - share) * graph_->sensitivity(Triad::kGyroscope);
-    const Eigen::VectorXd of_free = graph_->layout.basis.transpose() * d;
-    spread += of_free * of_free.transpose();
+    add(graph_->layout.basis.transpose() * d);
   }
   findings_.beyond = model_.system().BeyondGraph() + spread;
 }

@@ -70,7 +70,7 @@ struct LostRowsFound {
   double log_p = 0.0;
 };
 
-// What χ² against the noise at rest alone says when all is done.
+// χ² against the noise at rest alone says this when all is done.
 struct OverallMisfit {
   double excess_ratio = 0.0;  // largest σ of an excess over that at rest
   // p < 1e-6, an excess above three times the noise at rest, and no fault that explains it.
@@ -92,6 +92,7 @@ struct FaultFindings {
   Eigen::MatrixXd beyond;
   // Of each that was stated: how many times larger it makes the σ that it makes the largest.
   std::vector<double> widening;
+  int looked_for = 0;  // faults that the poses show at all, lost rows among them
 };
 
 // Looks for all declared faults in a solved graph, takes in those that are there, and leaves the

@@ -268,6 +268,7 @@ TEST(FindFaults, LeavesACleanGraphAsItIs) {
   const ExcessVariance excess = settled.noise.excess;
   const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
   EXPECT_TRUE(found.faults.empty()) << ListOf(found);
+  EXPECT_GT(found.looked_for, 25);
   EXPECT_EQ(settled.graph.shared, before);
   EXPECT_LT((settled.graph.nodes[3].observations[0].variance - variance).norm(),
             1e-6 * variance.norm());
