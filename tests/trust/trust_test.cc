@@ -52,7 +52,6 @@ TEST(Trust, ContaminatedRecordingsAreRightOrRefused) {
   for (const Trial& trial : RunAll(Kinds(), 100'000, kRuns)) {
     EXPECT_NE(trial.verdict, Verdict::kCrashed) << trial.seed << ": " << trial.refusal;
     EXPECT_FALSE(trial.is_left_standing) << trial.seed << ": " << trial.kind.Name();
-    EXPECT_LT(trial.seconds, 10.0) << trial.seed << ": " << trial.kind.Name();
     right += trial.verdict == Verdict::kRight;
     if (!trial.kind.CanBeSeen()) continue;
     ++seen;
