@@ -60,7 +60,6 @@ class StreamMonitor {
   std::vector<std::int64_t> first_times_ns_;
   double usual_ns_ = 0.0;  // Known once there are enough of those.
   std::int64_t longest_usual_ns_ = 0;
-  Eigen::Vector3d last_raw_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);

@@ -151,12 +151,13 @@ FaultTest TestOf(const FaultSystem& system,
     v = v.cwiseMax(excess.least);
   }
   Eigen::MatrixXd M = Eigen::MatrixXd::Identity(test.rank, test.rank);
+  bool is_testable = true;
   for (Eigen::Index c = 0; c < count; ++c) {
     const Eigen::MatrixXd& Ec = E[static_cast<std::size_t>(c)];
     M += (v[c] - excess.v[c]) * Ec;
     const double total = excess.v[c] + excess.rest[c];
     const bool carries = Ec.trace() * total > kCarries * test.rank;
-    if (carries && 2.0 * total * total * fisher(c, c) < kFewestDof) test.is_testable = false;
+    if (carries && 2.0 * total * total * fisher(c, c) < kFewestDof) is_testable = false;
   }
   test.dof = DegreesOfFreedom(E, M, fisher, excess, v);
   double X = z.dot(Cholesky(M).SolveVector(z));
@@ -168,7 +169,7 @@ FaultTest TestOf(const FaultSystem& system,
       test.dof = left_dof;
     }
   }
-  if (test.is_testable) test.log_p = LogFisherUpper(X / test.rank, test.rank, test.dof);
+  if (is_testable) test.log_p = LogFisherUpper(X / test.rank, test.rank, test.dof);
   return test;
 }
 

@@ -37,14 +37,13 @@ struct ColumnSums {
 // so that noise which the fault itself made is no argument against it, and few degrees of freedom
 // of the noise are counted.
 struct FaultTest {
+  // 0 where too little would be left to know the noise by: 2 (v + rest)^2 F¹ < 3 of a component
+  // that it rests on.
   double log_p = 0.0;
   int rank = 0;
   double dof = std::numeric_limits<double>::infinity();  // ν
-  // Too little would be left to know the noise by: 2 (v + rest)^2 F¹ < 3 of a component that it
-  // rests on.
-  bool is_testable = true;
-  Eigen::MatrixXd T;  // unknowns x rank
-  Eigen::VectorXd h;  // -T z
+  Eigen::MatrixXd T;                                     // unknowns x rank
+  Eigen::VectorXd h;                                     // -T z
 };
 
 // T: directions of which the rows show less than 1e-4 beside the model are not seen.

@@ -68,7 +68,7 @@ Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
 
 FaultScene::FaultScene(const PoseGraph& graph) : graph_(&graph) {
   PlaceNodes();
-  PlaceTurnings();
+  PlaceSwings();
   PlaceTurns();
   PlaceStretches();
 }
@@ -103,7 +103,7 @@ void FaultScene::PlaceNodes() {
 }
 
 // The angle turned by along the body's axes and the time, summed up to each moment of a chain.
-void FaultScene::PlaceTurnings() {
+void FaultScene::PlaceSwings() {
   const std::vector<IncrementEdge>& turns = graph_->increments;
   if (turns.empty()) return;
   path_.resize(nodes_.size());
@@ -123,7 +123,7 @@ void FaultScene::PlaceTurnings() {
     if (!into || !from) continue;
     const double between_s = 0.5 * (path_[k + 2 * static_cast<std::size_t>(apart_)].time_s -
                                     path_[k - 2 * static_cast<std::size_t>(apart_)].time_s);
-    nodes_[k].turning = Turning{0.5 * (*into + *from), (*from - *into) / between_s};
+    nodes_[k].swing = Swing{0.5 * (*into + *from), (*from - *into) / between_s};
   }
 }
 
@@ -318,9 +318,9 @@ Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) c
   const bool needs_attitude = form == FaultForm::kWorld || form == FaultForm::kByForce ||
                               form == FaultForm::kByField || form == FaultForm::kByAttitude;
   const bool needs_rest = form == FaultForm::kPlay || form == FaultForm::kSettling;
-  const bool needs_turning = form == FaultForm::kLowPass || form == FaultForm::kLeverArm;
+  const bool needs_swing = form == FaultForm::kLowPass || form == FaultForm::kLeverArm;
   if (!seen.is_there || (needs_attitude && !node.has_attitude) || (needs_rest && node.is_moment) ||
-      (needs_turning && !node.turning)) {
+      (needs_swing && !node.swing)) {
     return {};
   }
   const Eigen::Array3d u = seen.u.array();
@@ -358,12 +358,12 @@ Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) c
       if (k == 0 || !nodes_[k - 1].seen[triad].is_there) return {};
       return nodes_[k - 1].seen[triad].u - seen.u;
     case FaultForm::kLowPass: {
-      const auto& [rate, acceleration] = *node.turning;
+      const auto& [rate, acceleration] = *node.swing;
       return 0.5 * seen.S * (seen.x.cross(rate).cross(rate) + seen.x.cross(acceleration));
     }
     case FaultForm::kLeverArm: {
-      const Eigen::Matrix3d W = Skew(node.turning->rate);
-      return seen.S * (Skew(node.turning->acceleration) + W * W);
+      const Eigen::Matrix3d W = Skew(node.swing->rate);
+      return seen.S * (Skew(node.swing->acceleration) + W * W);
     }
     case FaultForm::kGainByRate:
     case FaultForm::kTurn:

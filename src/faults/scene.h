@@ -89,14 +89,14 @@ class FaultScene {
     Eigen::Matrix3d turn;  // from the body at the node to what was seen
   };
   // Of a moment that two turns meet at: rad/s, rad/s^2, in its body frame.
-  struct Turning {
+  struct Swing {
     Eigen::Vector3d rate, acceleration;
   };
   struct Node {
     PerTriad<Seen> seen;
     bool has_attitude = false;
     bool is_moment = false;  // of motion: it does not come to rest
-    std::optional<Turning> turning;
+    std::optional<Swing> swing;
     Eigen::Matrix3d body_from_world;
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
@@ -104,7 +104,7 @@ class FaultScene {
   void PlaceNodes();
   void PlaceTurns();
   void SumTurns() const;
-  void PlaceTurnings();
+  void PlaceSwings();
   void PlaceStretches();
   TurnColumns SumsOf(const IncrementEdge& edge) const;
   void StateInRows(const IncrementEdge& edge, TurnColumns* sums) const;

@@ -15,7 +15,6 @@
 #include "faults/scene.h"
 #include "faults/taken_model.h"
 #include "math/dense/cholesky.h"
-#include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "truetriad/math/rotation.h"
 
@@ -783,10 +782,7 @@ std::vector<StatedFault> FaceCurvatures(const PoseGraph& graph, const Eigen::Mat
     const Eigen::MatrixXd basis = graph.layout.basis.middleRows<2>(at);
     const double less = 0.5 * Times(basis, covariance).cwiseProduct(basis).sum();
     if (!(less > 0.0)) continue;
-    StatedFault fault{"curvature of a face's tilt",
-                      {},
-                      Eigen::VectorXd::Constant(1, less),
-                      Eigen::VectorXd::Constant(1, -less)};
+    StatedFault fault{{}, Eigen::VectorXd::Constant(1, less), Eigen::VectorXd::Constant(1, -less)};
     Eigen::Index row = 0;
     for (const PoseNode& node : graph.nodes) {
       for (std::size_t i = 0; i < node.observations.size(); ++i) {

@@ -16,7 +16,6 @@ namespace truetriad {
 // A fault that is known beforehand to be zero, or a mean, but for a σ: it is in the model from the
 // start and never a finding: bends that a data sheet allows, and face curvatures.
 struct StatedFault {
-  std::string name;
   FaultColumn column;
   Eigen::VectorXd sigma;
   Eigen::VectorXd mean = {};  // empty: zero

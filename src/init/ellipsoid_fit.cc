@@ -278,13 +278,6 @@ Result<Ellipsoid> FitEllipsoid(const std::vector<Vector3d>& points) {
   return BestFit(points, {Method::kLeastSquares, Method::kConstrained});
 }
 
-Matrix3d LowerTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
-  // Reversing the order of the axes turns upper into lower.
-  Ellipsoid reversed;
-  reversed.shape = ellipsoid.shape.reverse();
-  return UpperTriangularSensitivity(reversed, radius).reverse();
-}
-
 Matrix3d UpperTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
   // A = L L^T, so A^-1 = U U^T with U = L^-T upper triangular.
   CHECK_GT(radius, 0.0);

@@ -225,16 +225,4 @@ Eigen::Quaterniond TriadAttitude(const Vector3d& first_in_world,
   return Eigen::Quaterniond(world_from_body);
 }
 
-Eigen::Quaterniond WahbaAttitude(const std::vector<Vector3d>& in_world,
-                                 const std::vector<Vector3d>& in_body,
-                                 const std::vector<double>& weights) {
-  CHECK_EQ(in_world.size(), in_body.size());
-  CHECK_EQ(in_world.size(), weights.size());
-  Matrix3d profile = Matrix3d::Zero();
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    profile += weights[i] * in_world[i] * in_body[i].transpose();
-  }
-  return Eigen::Quaterniond(NearestOrthogonal(profile, 1));
-}
-
 }  // namespace truetriad

@@ -40,10 +40,4 @@ Eigen::Quaterniond TriadAttitude(const Eigen::Vector3d& first_in_world,
                                  const Eigen::Vector3d& first_in_body,
                                  const Eigen::Vector3d& second_in_body);
 
-/// Attitude world <- body that minimises sum w_i |world_i - R body_i|^2 (Wahba's problem, by SVD;
-/// Markley 1988).
-Eigen::Quaterniond WahbaAttitude(const std::vector<Eigen::Vector3d>& in_world,
-                                 const std::vector<Eigen::Vector3d>& in_body,
-                                 const std::vector<double>& weights);
-
 }  // namespace truetriad

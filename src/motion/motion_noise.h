@@ -4,7 +4,6 @@
 #include "motion/motion_graph.h"
 #include "problem/start_values.h"
 #include "solve/reduced_system.h"
-#include "start/start.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {

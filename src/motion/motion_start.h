@@ -7,7 +7,6 @@
 
 #include "motion/track.h"
 #include "problem/start_values.h"
-#include "start/start.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/problem/options.h"

@@ -71,7 +71,6 @@ bool ThermalOptions::is_open() const {
 }
 
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
-std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }
 
 Eigen::Vector3d AllanNoise::MeanSigma(double duration_s) const {
   constexpr double kFloorVariance = 2.0 * std::numbers::ln2 / std::numbers::pi;

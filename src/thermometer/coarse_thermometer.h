@@ -45,7 +45,6 @@ class StepTrack {
           std::vector<double>* rate_degcps) const;
 
   using Lags = std::array<double, 2>;  ///< s; 0: none. The second is shorter.
-  const Lags& lags_s() const { return lags_s_; }
   double sigma_degc() const { return sigma_degc_; }
   int kinks() const { return kinks_; }
 

@@ -27,7 +27,7 @@ std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
 
 // Bends that the sensor's data sheet lets it have.
 StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGraph& graph) {
-  StatedFault bends{"stated non-linearity", {}, {}};
+  StatedFault bends;
   const FaultScene scene(graph);
   const Eigen::Vector3d gains = graph.sensitivity(triad).rowwise().norm();
   const double largest = scene.largest(triad);

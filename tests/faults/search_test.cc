@@ -285,8 +285,7 @@ TEST(FindFaults, CountsWhatIsStatedAndDoesNotFindIt) {
   SettledModel other = settled;
   const FaultScene scene(settled.graph);
   const ScannedForm form(scene.ColumnsOf(Triad::kAccelerometer, FaultForm::kSquare), true);
-  const StatedFault stated{"non-linearity",
-                           form.Column(WeightsOf(FaultShape::kThroughout, {0, 24}, scene)),
+  const StatedFault stated{form.Column(WeightsOf(FaultShape::kThroughout, {0, 24}, scene)),
                            Eigen::Vector3d::Constant(0.1)};
   const FaultFindings found = FindFaults({stated}, &settled.graph, &settled.noise);
   EXPECT_TRUE(found.faults.empty()) << ListOf(found);

@@ -208,40 +208,5 @@ TEST(TriadAttitude, ParallelVectorsLeaveSomeRotationThatFitsTheFirst) {
   EXPECT_LT((attitude * up_in_body - up).norm(), 1e-14);
 }
 
-TEST(WahbaAttitude, IsExactWithoutNoiseEvenForTwoVectors) {
-  const Quaterniond world_from_body(AngleAxisd(3.0, Vector3d(1.0, 2.0, -1.0).normalized()));
-  const std::vector<Vector3d> in_world = {Vector3d(0, 0, 1),
-                                          Vector3d(0.5, 0.0, -0.866).normalized()};
-  std::vector<Vector3d> in_body;
-  for (const Vector3d& vector : in_world) in_body.push_back(world_from_body.conjugate() * vector);
-  const Quaterniond attitude = WahbaAttitude(in_world, in_body, {1.0, 0.2});
-  EXPECT_LT(attitude.angularDistance(world_from_body), 1e-14);
-}
-
-TEST(WahbaAttitude, IsTheMinimumOfTheWeightedSquares) {
-  Random random(7);
-  const Matrix3d world_from_body = random.Rotation();
-  std::vector<Vector3d> in_world;
-  std::vector<Vector3d> in_body;
-  const std::vector<double> weights = {1.0, 5.0, 0.1, 2.0};
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    in_world.push_back(random.NormalVector().normalized());
-    in_body.push_back(world_from_body.transpose() * in_world.back() + 0.1 * random.NormalVector());
-  }
-  const auto cost = [&](const Quaterniond& attitude) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      sum += weights[i] * (in_world[i] - attitude * in_body[i]).squaredNorm();
-    }
-    return sum;
-  };
-  const Quaterniond best = WahbaAttitude(in_world, in_body, weights);
-  for (int i = 0; i < 3; ++i) {
-    for (const double angle_rad : {1e-4, -1e-4, 1.0, 3.0}) {
-      EXPECT_LT(cost(best), cost(best * Quaterniond(AngleAxisd(angle_rad, Vector3d::Unit(i)))));
-    }
-  }
-}
-
 }  // namespace frame_alignment_test
 }  // namespace truetriad

@@ -61,7 +61,6 @@ enum class FindingCode : int {
   kTurnTooLong,
   kTurnAtKnownRate,
   kTurnCut,
-  kOtherSerial,
   kWrongUnit,
   kTooSlow,
   kNotRaw,

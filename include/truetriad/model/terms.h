@@ -131,30 +131,20 @@ struct RateTermInfo {
   std::string_view words;    ///< "dT/dt".
   std::string_view letters;  ///< "T'".
   std::string_view unit;     ///< Of the coefficient, after that of the bias.
-  int tau_power, rate_power;
 
   /// In files: "linear".
   constexpr std::string_view name() const { return path.substr(path.find('.') + 1); }
 };
 
 inline constexpr std::array<RateTermInfo, kRateTermCount> kRateTerms = {{
-    {RateTerm::kLinear, ParameterKind::kRateLinear, "rate.linear", "dT/dt", "T'", "s/degC", 0, 1},
+    {RateTerm::kLinear, ParameterKind::kRateLinear, "rate.linear", "dT/dt", "T'", "s/degC"},
     {RateTerm::kQuadratic,
      ParameterKind::kRateQuadratic,
      "rate.quadratic",
      "(dT/dt)^2",
      "T'^2",
-     "s^2/degC^2",
-     0,
-     2},
-    {RateTerm::kCross,
-     ParameterKind::kRateCross,
-     "rate.cross",
-     "tau dT/dt",
-     "tau T'",
-     "s/degC^2",
-     1,
-     1},
+     "s^2/degC^2"},
+    {RateTerm::kCross, ParameterKind::kRateCross, "rate.cross", "tau dT/dt", "tau T'", "s/degC^2"},
 }};
 
 /// What a rate term's coefficient is multiplied with: a number, or an array of one an axis.

@@ -31,7 +31,6 @@ enum class MatrixModel {
   kAuto,       ///< Chosen by comparing nested models.
 };
 std::string_view MatrixModelName(MatrixModel model);
-std::optional<MatrixModel> MatrixModelFromName(std::string_view name);
 
 /// Whether a term beyond bias and sensitivity is estimated.
 enum class Wanted {
@@ -102,7 +101,6 @@ std::string_view ThermalMatrixName(ThermalMatrix shape);
 enum class RegressionFactor { kReading, kTemperature, kRate, kAmbient, kAmbientRate };
 inline constexpr std::size_t kRegressionFactors = 5;
 std::string_view RegressionFactorName(RegressionFactor factor);
-std::optional<RegressionFactor> RegressionFactorFromName(std::string_view name);
 
 /// Temperature terms of one triad (model/thermal.h). Terms that are not wanted are zero.
 struct ThermalOptions {
@@ -318,8 +316,8 @@ struct CalibrateOptions {
   /// Clocks of the sensors that the recording shows to differ are corrected. Off: they are what
   /// `time_offset_s` says, and σ allow for what it leaves.
   bool corrects_clocks = true;
-  /// A fault that was corrected refuses the unit where it moves some parameter by more of its σ than
-  /// this. Unset: what is corrected is no reason to refuse, the limits decide. Range: >= 0.
+  /// A fault that was corrected refuses the unit where it moves some parameter by more of its σ
+  /// than this. Unset: what is corrected is no reason to refuse, the limits decide. Range: >= 0.
   std::optional<double> strict_shift_sigmas;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;

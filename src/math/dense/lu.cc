@@ -26,9 +26,4 @@ Eigen::Vector3d Solve3(const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
   return A.partialPivLu().solve(b);
 }
 
-Eigen::Matrix<double, 9, 1> Solve9(const Eigen::Matrix<double, 9, 9>& A,
-                                   const Eigen::Matrix<double, 9, 1>& b) {
-  return A.partialPivLu().solve(b);
-}
-
 }  // namespace truetriad

@@ -31,8 +31,4 @@ Eigen::Vector4d SolveUpper4(const Eigen::Matrix4d& R, const Eigen::Vector4d& b);
 /// A^-1 b, with partial pivoting.
 Eigen::Vector3d Solve3(const Eigen::Matrix3d& A, const Eigen::Vector3d& b);
 
-/// Likewise, for what is solved hundreds of times.
-Eigen::Matrix<double, 9, 1> Solve9(const Eigen::Matrix<double, 9, 9>& A,
-                                   const Eigen::Matrix<double, 9, 1>& b);
-
 }  // namespace truetriad

@@ -185,7 +185,6 @@ Findings CheckFaults(const SettledRun& run, const SolvedRun& solved) {
   for (const FaultNote& note : faults.notes) {
     if (!note.is_doubtful) continue;
     findings.push_back(Finding(FindingCode::kTermInDoubt, WordsOf(note))
-                           .As(Severity::kNote)
                            .About(note.place.triad)
                            .With("p_value", std::exp(note.log_p)));
   }
