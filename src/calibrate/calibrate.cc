@@ -25,6 +25,7 @@
 #include "problem/start_values.h"
 #include "solve/field_side.h"
 #include "solve/reduced_system.h"
+#include "solve/solve_graph.h"
 #include "start/start.h"
 #include "start/why_no_start.h"
 #include "sweep/calibrate_sweep.h"

@@ -29,6 +29,7 @@ Eigen::VectorXd Centred(Eigen::VectorXd values, const FaultScene& scene) {
 std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
                                              const FaultScene& scene,
                                              const std::vector<FaultColumn>& columns) {
+  if (columns.empty()) return {};
   const int count = static_cast<int>(scene.stretches());
   std::vector<std::pair<int, int>> positions;
   switch (shape) {

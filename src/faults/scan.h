@@ -19,7 +19,7 @@ using StretchWeights = Eigen::MatrixXd;
 
 // Positions that a shape is looked for at, as stretches from `first` to before `second`. A step
 // leaves two poses on each side; a window is at most half the run.
-// `columns`: of the form; where they are empty nothing is seen, and a single pose is one by itself.
+// `columns`: of the form; where they are empty nothing is seen, and there are none.
 std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
                                              const FaultScene& scene,
                                              const std::vector<FaultColumn>& columns);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -63,11 +62,12 @@ struct Candidate {
   double Score() const { return test.log_p - log_level; }
 };
 
-// A form of a sensor, by which candidates share columns.
-struct FormKey {
+// A form of a sensor, whose columns candidates share.
+struct SensorForm {
   Triad triad = Triad::kAccelerometer;
   FaultForm form = FaultForm::kBias;
-  bool is_whole = true;  // no shape of it varies over the run
+  bool is_whole = true;                     // no shape of it varies over the run
+  std::optional<ScannedForm> scanned = {};  // once it was asked for
 };
 
 // What was taken in: which candidate, its σ of h, and what moved.
@@ -142,8 +142,7 @@ class FaultSearch {
   NoiseState* noise_;
   TakenModel model_;
   std::optional<FaultScene> scene_;
-  std::vector<FormKey> keys_;
-  std::vector<std::optional<ScannedForm>> forms_;  // as they are asked for
+  std::vector<SensorForm> forms_;
   std::vector<Candidate> candidates_;
   std::vector<Taken> taken_;
   std::vector<Taken> left_in_;  // shown, but no correction of them leads anywhere
@@ -162,21 +161,22 @@ bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
 
 void FaultSearch::ListCandidates() {
   scene_.emplace(*graph_);
-  std::map<std::pair<Triad, FaultForm>, std::vector<FaultColumn>> columns_of;
+  std::vector<std::vector<FaultColumn>> columns;  // of each form
   for (const FaultKind& kind : FaultKinds()) {
     for (const Triad triad : kind.sensors) {
       if (!graph_->layout.Has(triad) || IsOfTemperature(kind, triad)) continue;
-      const auto [at, is_new] = columns_of.try_emplace({triad, kind.form});
-      if (is_new) at->second = scene_->ColumnsOf(triad, kind.form);
-      const auto positions = PositionsOf(kind.shape, *scene_, at->second);
-      if (at->second.empty() || positions.empty()) continue;
-      if (truetriad::WeightsOf(kind.shape, positions.front(), *scene_).size() == 0) continue;
-      const auto key = std::find_if(keys_.begin(), keys_.end(), [&](const FormKey& one) {
+      const auto at = std::find_if(forms_.begin(), forms_.end(), [&](const SensorForm& one) {
         return one.triad == triad && one.form == kind.form;
       });
-      const auto form = static_cast<std::size_t>(key - keys_.begin());
-      if (key == keys_.end()) keys_.push_back({triad, kind.form, true});
-      if (kind.shape != FaultShape::kThroughout) keys_[form].is_whole = false;
+      const auto form = static_cast<std::size_t>(at - forms_.begin());
+      if (at == forms_.end()) {
+        forms_.push_back({triad, kind.form});
+        columns.push_back(scene_->ColumnsOf(triad, kind.form));
+      }
+      const auto positions = PositionsOf(kind.shape, *scene_, columns[form]);
+      if (positions.empty()) continue;
+      if (truetriad::WeightsOf(kind.shape, positions.front(), *scene_).size() == 0) continue;
+      if (kind.shape != FaultShape::kThroughout) forms_[form].is_whole = false;
       for (const auto& position : positions) {
         Candidate& candidate = candidates_.emplace_back();
         candidate.kind = &kind;
@@ -190,24 +190,23 @@ void FaultSearch::ListCandidates() {
   std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
     return a.form < b.form;
   });
-  for (const FormKey& key : keys_) {
-    forms_.emplace_back(
-        std::in_place, std::move(columns_of.at({key.triad, key.form})), key.is_whole);
+  for (std::size_t f = 0; f < forms_.size(); ++f) {
+    if (columns[f].empty()) continue;
+    forms_[f].scanned.emplace(std::move(columns[f]), forms_[f].is_whole);
   }
 }
 
 void FaultSearch::LookAtScene() {
   scene_.emplace(*graph_);
-  forms_.assign(keys_.size(), std::nullopt);
+  for (SensorForm& form : forms_) form.scanned.reset();
 }
 
 const ScannedForm& FaultSearch::FormOf(const Candidate& candidate) {
-  std::optional<ScannedForm>& form = forms_[candidate.form];
-  if (!form) {
-    const FormKey& key = keys_[candidate.form];
-    form.emplace(scene_->ColumnsOf(key.triad, key.form), key.is_whole);
+  SensorForm& form = forms_[candidate.form];
+  if (!form.scanned) {
+    form.scanned.emplace(scene_->ColumnsOf(form.triad, form.form), form.is_whole);
   }
-  return *form;
+  return *form.scanned;
 }
 
 // Of what is stated and was taken in, at the solution as it is.
@@ -258,7 +257,9 @@ void FaultSearch::ShareBudget() {
 
 void FaultSearch::ProjectForms() {
   for (const Candidate& candidate : candidates_) FormOf(candidate);
-  for (std::optional<ScannedForm>& form : forms_) form->Project(model_.system());
+  for (SensorForm& form : forms_) {
+    if (form.scanned) form.scanned->Project(model_.system());
+  }
 }
 
 void FaultSearch::TestAll() {

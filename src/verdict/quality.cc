@@ -17,81 +17,90 @@
 
 namespace truetriad {
 
+namespace {
+
+// Of one observation, in its true unit, along the axes of the solution.
+PoseResidual ResidualOf(const PoseGraph& graph,
+                        const PresentedSolution& solution,
+                        const PoseSet& poses,
+                        const PoseNode& node,
+                        const Observation& observation) {
+  const ReferenceVector reference = graph.reference();
+  const Triad triad = observation.triad;
+  const auto seen_by = [&](Triad of) -> Eigen::Vector3d {
+    return node.FieldInBody(graph.layout, of, reference, node.state.data());
+  };
+  const Eigen::Matrix3d to_solution = solution.rotation.transpose();
+  const Eigen::Vector3d field = to_solution * seen_by(triad);
+  Eigen::Vector3d reading = observation.mean_raw;
+  if (triad == Triad::kGyroscope && solution.g_sensitivity) {
+    const Eigen::Vector3d force =
+        node.role == PoseRole::kRest ? seen_by(Triad::kAccelerometer) : node.known_force_mps2;
+    reading -= *solution.g_sensitivity * (to_solution * force);
+  }
+  const Eigen::Vector3d corrected = solution.ModelAt(triad, node).TruthFromRaw(reading);
+  const double strength = WorldVector(triad, reference).norm();
+  const StreamSummary* stream = poses.Find(triad);
+  PoseResidual residual;
+  residual.pose = node.number;
+  residual.triad = triad;
+  residual.residual = corrected - field;
+  residual.direction = field.normalized();
+  residual.norm_error =
+      triad == Triad::kGyroscope ? residual.residual.norm() : corrected.norm() - strength;
+  residual.norm_error_before =
+      stream == nullptr || stream->unit.is_counts
+          ? std::numeric_limits<double>::quiet_NaN()
+          : observation.mean_raw.norm() * stream->unit.truth_per_raw - strength;
+  return residual;
+}
+
+// How far the lengths of all readings are off, and where they lie.
+struct LengthErrors {
+  PerTriad<RootMeanSquare> after, before;
+  PerTriad<std::vector<Eigen::Vector3d>> directions;
+
+  void Add(const PoseResidual& residual) {
+    after[residual.triad].Add(residual.norm_error);
+    if (std::isfinite(residual.norm_error_before)) {
+      before[residual.triad].Add(residual.norm_error_before);
+    }
+    directions[residual.triad].push_back(residual.direction);
+  }
+};
+
+}  // namespace
+
 void FillPoseQuality(const PoseGraph& graph,
                      const PresentedSolution& solution,
                      const std::vector<DeletionTest>& tests,
                      const TurnErrors& turns,
                      const PoseSet& poses,
                      Quality* quality) {
-  const ReferenceVector reference = graph.reference();
-  PerTriad<RootMeanSquare> after;
-  PerTriad<RootMeanSquare> before;
-  PerTriad<std::vector<Eigen::Vector3d>> directions;
-  PerTriad<double> strength;
-  for (const Triad triad : kTriads) {
-    if (graph.layout.Has(triad)) strength[triad] = WorldVector(triad, reference).norm();
-  }
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  LengthErrors errors;
   for (const DeletionTest& test : tests) {
     if (test.component == NoiseComponent::kTurn) continue;
     const PoseNode& node = graph.nodes[test.node];
     const Observation& observation = node.observations[test.observation];
-    const Triad triad = observation.triad;
-    const StreamSummary* stream = poses.Find(triad);
-    PoseResidual residual;
-    residual.pose = node.number;
-    residual.triad = triad;
-    const Eigen::Vector3d field =
-        solution.rotation.transpose() *
-        node.FieldInBody(graph.layout, triad, reference, node.state.data());
-    Eigen::Vector3d reading = observation.mean_raw;
-    if (triad == Triad::kGyroscope && solution.g_sensitivity) {
-      const Eigen::Vector3d force =
-          node.role == PoseRole::kRest
-              ? node.FieldInBody(graph.layout, Triad::kAccelerometer, reference, node.state.data())
-              : node.known_force_mps2;
-      reading -= *solution.g_sensitivity * (solution.rotation.transpose() * force);
-    }
-    const Eigen::Vector3d corrected = solution.ModelAt(triad, node).TruthFromRaw(reading);
-    residual.residual = corrected - field;
-    residual.direction = field.normalized();
-    residual.norm_error =
-        triad == Triad::kGyroscope ? residual.residual.norm() : corrected.norm() - strength[triad];
-    residual.norm_error_before =
-        stream == nullptr || stream->unit.is_counts
-            ? unknown
-            : observation.mean_raw.norm() * stream->unit.truth_per_raw - strength[triad];
+    PoseResidual residual = ResidualOf(graph, solution, poses, node, observation);
     residual.normalized = test.rank > 0 ? std::sqrt(test.chi2 / test.rank) : 0.0;
     residual.weight = observation.rejected ? 0.0 : observation.weight;
     quality->rests.pose_residuals.push_back(residual);
-    if (observation.rejected || triad == Triad::kGyroscope) continue;
-    after[triad].Add(residual.norm_error);
-    if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
-    directions[triad].push_back(residual.direction);
+    if (!observation.rejected && residual.triad != Triad::kGyroscope) errors.Add(residual);
   }
   for (const PoseNode& node : graph.nodes) {
     if (node.role != PoseRole::kMoment) continue;
     for (const Observation& seen : node.observations) {
-      const Triad triad = seen.triad;
-      const StreamSummary* stream = poses.Find(triad);
-      after[triad].Add(NormError(solution.ModelAt(triad, node), seen.mean_raw, strength[triad]));
-      if (stream != nullptr && !stream->unit.is_counts) {
-        before[triad].Add(seen.mean_raw.norm() * stream->unit.truth_per_raw - strength[triad]);
-      }
-      directions[triad].push_back(
-          (solution.rotation.transpose() *
-           node.FieldInBody(graph.layout, triad, reference, node.state.data()))
-              .normalized());
+      errors.Add(ResidualOf(graph, solution, poses, node, seen));
     }
   }
-  for (const double angle : turns.in_sample) after[Triad::kGyroscope].Add(angle);
-  for (const double angle : turns.nominal) before[Triad::kGyroscope].Add(angle);
+  for (const double angle : turns.in_sample) errors.after[Triad::kGyroscope].Add(angle);
+  for (const double angle : turns.nominal) errors.before[Triad::kGyroscope].Add(angle);
   for (const Triad triad : kTriads) {
-    quality->residual_rms[triad] = after[triad].value();
-    quality->residual_rms_before[triad] = before[triad].value();
-    if (!directions[triad].empty()) {
-      quality->coverage.push_back(DirectionCoverage(triad, directions[triad]));
-    }
+    quality->residual_rms[triad] = errors.after[triad].value();
+    quality->residual_rms_before[triad] = errors.before[triad].value();
+    if (errors.directions[triad].empty()) continue;
+    quality->coverage.push_back(DirectionCoverage(triad, errors.directions[triad]));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/messages.h"
 #include "data/pose_statistics.h"
@@ -74,64 +75,98 @@ std::optional<LostRowCounter> LostRows(const PoseSet& poses,
   return counter;
 }
 
-Mechanism ActsAs(RecordingFaultKind kind) {
-  switch (kind) {
-    case RecordingFaultKind::kOneSided:
-      return Mechanism::kOneSided;
-    case RecordingFaultKind::kLostRows:
-      return Mechanism::kLostRows;
-    case RecordingFaultKind::kRounding:
-      return Mechanism::kRounding;
-    case RecordingFaultKind::kSettling:
-      break;
+class RecordingSearch {
+ public:
+  RecordingSearch(const PoseSet& poses, const PoseGraph& graph, const ReducedSystem& system)
+      : poses_(poses), graph_(graph), system_(system) {
+    faults_.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
   }
-  return Mechanism::kSettlingTurns;
-}
 
-// Adds one by which the shared entries from `at` on are off by `shift`.
-void AddShift(const PoseGraph& graph,
-              const Eigen::MatrixXd& covariance,
-              int at,
-              const Eigen::VectorXd& shift,
-              RecordingFault fault,
-              RecordingFaults* faults) {
-  if (!Acts(ActsAs(fault.kind))) return;
-  const Eigen::VectorXd moved = graph.layout.basis.middleRows(at, shift.size()).transpose() * shift;
-  faults->covariance += moved * moved.transpose();
-  fault.effect_sigmas = LargestInSigmas(graph.layout, covariance, moved);
-  faults->found.push_back(fault);
+  void FindRounding();
+  void FindOneSided();
+  void FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw);
+  void FindUnsettledTurns();
+  RecordingFaults faults() && { return std::move(faults_); }
+
+ private:
+  // The free coordinates where the shared entries from `at` on are off by `shift`.
+  Eigen::VectorXd MovedBy(int at, const Eigen::VectorXd& shift) const {
+    return graph_.layout.basis.middleRows(at, shift.size()).transpose() * shift;
+  }
+  double InSigmas(const Eigen::VectorXd& moved) const {
+    return LargestInSigmas(graph_.layout, system_.covariance(), moved);
+  }
+  // By a fault for which the free coordinates are off by `moved`.
+  void Widen(const Eigen::VectorXd& moved,
+             Triad triad,
+             const std::string& words,
+             const char* remedy,
+             double p_value = 0.0);
+
+  const PoseSet& poses_;
+  const PoseGraph& graph_;
+  const ReducedSystem& system_;
+  RecordingFaults faults_;
+  bool is_coarse_ = false;  // the gyroscope rests on one step
+};
+
+void RecordingSearch::Widen(const Eigen::VectorXd& moved,
+                            Triad triad,
+                            const std::string& words,
+                            const char* remedy,
+                            double p_value) {
+  faults_.covariance += moved * moved.transpose();
+  const double sigmas = InSigmas(moved);
+  Finding finding(FindingCode::kFault,
+                  "the " + std::string(TriadName(triad)) + " " + words +
+                      Format("; it moves parameters by up to %.2g times the σ that noise alone "
+                             "gives, and σ are widened for it",
+                             sigmas),
+                  remedy);
+  finding.About(triad).Shifting(sigmas, Treatment::kWidened).With("p_value", p_value);
+  if (sigmas < 1.0) finding.As(Severity::kNote);
+  faults_.findings.push_back(std::move(finding));
 }
 
 // A gyroscope at rest whose noise is less than a step reads the same in every rest: the mean of all
 // rests is off by as much as one.
-void AddRounding(const PoseSet& poses,
-                 const PoseGraph& graph,
-                 const Eigen::MatrixXd& covariance,
-                 RecordingFaults* faults) {
-  const StreamSummary* stream = poses.Find(Triad::kGyroscope);
-  if (stream == nullptr || !graph.layout.Has(Triad::kGyroscope) || poses.poses.empty()) return;
+void RecordingSearch::FindRounding() {
+  const StreamSummary* stream = poses_.Find(Triad::kGyroscope);
+  const bool has_rests = graph_.layout.Has(Triad::kGyroscope) && !poses_.poses.empty();
+  if (stream == nullptr || !has_rests || !Acts(Mechanism::kRounding)) return;
   Eigen::Vector3d shift;
   for (int axis = 0; axis < 3; ++axis) {
     const double noise = stream->noise_sigma_raw[axis];
     shift[axis] = std::sqrt(RoundingVariance(noise * noise, stream->resolution_raw[axis]));
   }
-  const int at = graph.layout.bias[Triad::kGyroscope];
-  const Eigen::VectorXd moved = graph.layout.basis.middleRows<3>(at).transpose() * shift;
-  if (LargestInSigmas(graph.layout, covariance, moved) < kRoundingSigmas) return;
-  AddShift(
-      graph, covariance, at, shift, {Triad::kGyroscope, RecordingFaultKind::kRounding}, faults);
+  const Eigen::VectorXd moved = MovedBy(graph_.layout.bias[Triad::kGyroscope], shift);
+  is_coarse_ = InSigmas(moved) >= kRoundingSigmas;
+  if (!is_coarse_) return;
+  Widen(moved,
+        Triad::kGyroscope,
+        "reads in steps that are larger than its noise, so its bias is known to a step only",
+        "log it with more digits, or set a smaller full-scale range");
+}
+
+void RecordingSearch::FindOneSided() {
+  for (const StreamSummary& stream : poses_.streams) {
+    if (!graph_.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
+    // Between two steps readings lean to one side, which rounding has counted.
+    if (is_coarse_ && stream.triad == Triad::kGyroscope) continue;
+    if (!Acts(Mechanism::kOneSided)) continue;
+    Widen(MovedBy(graph_.layout.bias[stream.triad], stream.one_sided_raw),
+          stream.triad,
+          "has readings that are off to one side, which the means follow",
+          "look for spikes in the log");
+  }
 }
 
 // Rows are lost where steps from one row to the next show it.
-void AddLostRows(const PoseSet& poses,
-                 const PerTriad<Eigen::Vector3d>& sigma_raw,
-                 const PoseGraph& graph,
-                 const Eigen::MatrixXd& covariance,
-                 RecordingFaults* faults) {
+void RecordingSearch::FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw) {
   double share = 0.0, looked = 0.0;
   ShareOfRows steps;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    const std::optional<LostRowCounter> counter = LostRows(poses, graph, sigma_raw[triad], triad);
+    const std::optional<LostRowCounter> counter = LostRows(poses_, graph_, sigma_raw[triad], triad);
     if (!counter) continue;
     looked += 1.0;
     share = std::max(share, counter->Share());
@@ -139,91 +174,32 @@ void AddLostRows(const PoseSet& poses,
     if (random.chance < steps.chance) steps = random;
   }
   if (share == 0.0 && looked * steps.chance < kLevelOfSteps) share = steps.share;
-  if (!(share > 0.0)) return;
+  if (!(share > 0.0) || !Acts(Mechanism::kLostRows)) return;
   // The gyroscope turns further than it reads.
-  const Eigen::Matrix3d shift = share / (1.0 - share) * graph.sensitivity(Triad::kGyroscope);
-  AddShift(graph,
-           covariance,
-           graph.layout.sensitivity[Triad::kGyroscope],
-           shift.reshaped(),
-           {Triad::kGyroscope, RecordingFaultKind::kLostRows, 0.0, 0.0, share},
-           faults);
+  const Eigen::Matrix3d shift = share / (1.0 - share) * graph_.sensitivity(Triad::kGyroscope);
+  Widen(MovedBy(graph_.layout.sensitivity[Triad::kGyroscope], shift.reshaped()),
+        Triad::kGyroscope,
+        Format("turned further than its readings say: %.2g %% of the rows are missing, though "
+               "their times are regular",
+               100.0 * share),
+        "log the times at which readings were taken, and all of them");
 }
 
-std::string WordsOf(const RecordingFault& fault) {
-  switch (fault.kind) {
-    case RecordingFaultKind::kOneSided:
-      return "has readings that are off to one side, which the means follow";
-    case RecordingFaultKind::kLostRows:
-      return Format(
-          "turned further than its readings say: %.2g %% of the rows are missing, though "
-          "their times are regular",
-          100.0 * fault.share);
-    case RecordingFaultKind::kRounding:
-      return "reads in steps that are larger than its noise, so its bias is known to a step only";
-    case RecordingFaultKind::kSettling:
-      break;
-  }
-  return "has turns that are all too short by about the same angle";
-}
-
-std::string RemedyOf(RecordingFaultKind kind) {
-  switch (kind) {
-    case RecordingFaultKind::kOneSided:
-      return "look for spikes in the log";
-    case RecordingFaultKind::kLostRows:
-      return "log the times at which readings were taken, and all of them";
-    case RecordingFaultKind::kRounding:
-      return "log it with more digits, or set a smaller full-scale range";
-    case RecordingFaultKind::kSettling:
-      break;
-  }
-  return "wait longer before and after each move, or set a wider bandwidth";
-}
-
-}  // namespace
-
-RecordingFaults FindRecordingFaults(const PoseSet& poses,
-                                    const PerTriad<Eigen::Vector3d>& sigma_raw,
-                                    const PoseGraph& graph,
-                                    const Eigen::MatrixXd& covariance) {
-  RecordingFaults faults;
-  faults.covariance = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
-  AddRounding(poses, graph, covariance, &faults);
-  const bool is_coarse = !faults.found.empty();
-  for (const StreamSummary& stream : poses.streams) {
-    if (!graph.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
-    // Between two steps readings lean to one side, which rounding has counted.
-    if (is_coarse && stream.triad == Triad::kGyroscope) continue;
-    AddShift(graph,
-             covariance,
-             graph.layout.bias[stream.triad],
-             stream.one_sided_raw,
-             {stream.triad, RecordingFaultKind::kOneSided},
-             &faults);
-  }
-  AddLostRows(poses, sigma_raw, graph, covariance, &faults);
-  return faults;
-}
-
-void AddUnsettledTurns(const PoseSet& poses,
-                       const PoseGraph& graph,
-                       const ReducedSystem& system,
-                       RecordingFaults* faults) {
-  if (graph.nodes.size() > kMostTurns || system.rank() < system.size()) return;
+void RecordingSearch::FindUnsettledTurns() {
+  if (graph_.nodes.size() > kMostTurns || system_.rank() < system_.size()) return;
   std::map<int, const TriadPose*> rests;
-  for (const StaticPose& pose : poses.poses) {
+  for (const StaticPose& pose : poses_.poses) {
     const auto& seen = pose.triads[Triad::kGyroscope];
     if (seen && !seen->quarter_sigma_raw_s.isZero(0.0)) rests[pose.number] = &*seen;
   }
   const auto rest_of = [&](std::size_t node) {
-    const auto at = rests.find(graph.nodes[node].number);
+    const auto at = rests.find(graph_.nodes[node].number);
     return at == rests.end() ? nullptr : at->second;
   };
-  Eigen::VectorXd by = Eigen::VectorXd::Zero(system.size());
+  Eigen::VectorXd by = Eigen::VectorXd::Zero(system_.size());
   double count = 0.0, sum = 0.0, squares = 0.0, variance = 0.0;
-  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
-    const IncrementEdge& edge = graph.increments[i];
+  for (std::size_t i = 0; i < graph_.increments.size(); ++i) {
+    const IncrementEdge& edge = graph_.increments[i];
     if (edge.rejected || edge.stated_turn >= 0) continue;
     const TriadPose* before = rest_of(edge.from);
     const TriadPose* after = rest_of(edge.from + 1);
@@ -235,38 +211,37 @@ void AddUnsettledTurns(const PoseSet& poses,
     count += 1.0, sum += angle, squares += angle * angle;
     variance += in_raw.cwiseProduct(before->quarter_sigma_raw_s).squaredNorm() +
                 in_raw.cwiseProduct(after->quarter_sigma_raw_s).squaredNorm();
-    by += system.B().middleRows<3>(system.factors()[graph.nodes.size() + i].row).transpose() * axis;
+    by += system_.B().middleRows<3>(system_.factors()[graph_.nodes.size() + i].row).transpose() *
+          axis;
   }
   if (count < kFewestTurns) return;
   const double mean = sum / count;
   const double scatter = std::max(variance, squares - count * mean * mean) / (count * count);
-  RecordingFault fault{Triad::kGyroscope, RecordingFaultKind::kSettling};
-  fault.p_value = 1.0 - ChiSquareCdf(mean * mean / scatter, 1.0);
-  const bool is_shown = fault.p_value < kLevel && Acts(ActsAs(fault.kind));
-  faults->tests.push_back({Triad::kGyroscope, "settling", fault.p_value, is_shown, std::nullopt});
+  const double p_value = 1.0 - ChiSquareCdf(mean * mean / scatter, 1.0);
+  const bool is_shown = p_value < kLevel && Acts(Mechanism::kSettlingTurns);
+  faults_.tests.push_back({Triad::kGyroscope, "settling", p_value, is_shown, std::nullopt});
   if (!is_shown) return;
-  const Eigen::VectorXd moved = system.covariance() * by;
-  fault.effect_sigmas = LargestInSigmas(graph.layout, system.covariance(), mean * moved);
-  faults->covariance += (mean * mean + scatter) * moved * moved.transpose();
-  faults->found.push_back(fault);
+  // E mean^2 = mean^2 + its variance.
+  Widen(std::hypot(mean, std::sqrt(scatter)) * (system_.covariance() * by),
+        Triad::kGyroscope,
+        "has turns that are all too short by about the same angle",
+        "wait longer before and after each move, or set a wider bandwidth",
+        p_value);
 }
 
-Findings FindingsOf(const RecordingFaults& faults) {
-  Findings findings;
-  for (const RecordingFault& fault : faults.found) {
-    findings.push_back(
-        Finding(FindingCode::kFault,
-                "the " + std::string(TriadName(fault.triad)) + " " + WordsOf(fault) +
-                    Format("; it moves parameters by up to %.2g times the σ that noise alone "
-                           "gives, and σ are widened for it",
-                           fault.effect_sigmas),
-                RemedyOf(fault.kind))
-            .About(fault.triad)
-            .Shifting(fault.effect_sigmas, Treatment::kWidened)
-            .With("p_value", fault.p_value));
-    if (fault.effect_sigmas < 1.0) findings.back().As(Severity::kNote);
-  }
-  return findings;
+}  // namespace
+
+RecordingFaults FindRecordingFaults(const PoseSet& poses,
+                                    const PerTriad<Eigen::Vector3d>& sigma_raw,
+                                    const PoseGraph& graph,
+                                    const ReducedSystem& system,
+                                    bool has_lost_rows) {
+  RecordingSearch search(poses, graph, system);
+  search.FindRounding();
+  search.FindOneSided();
+  if (!has_lost_rows) search.FindLostRows(sigma_raw);
+  search.FindUnsettledTurns();
+  return std::move(search).faults();
 }
 
 }  // namespace truetriad

@@ -63,8 +63,7 @@ StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGra
 }  // namespace
 
 Eigen::MatrixXd Unmodelled::Covariance() const {
-  return faults.beyond + drift.covariance + of_recording.covariance + by_clocks.covariance +
-         blocks.covariance;
+  return faults.beyond + drift.covariance + of_recording.covariance + by_clocks + blocks.covariance;
 }
 
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
@@ -94,18 +93,20 @@ void FindBeyondFaults(const PoseSet& poses,
                       const std::vector<TemperatureSetting>& settings,
                       Unmodelled* found) {
   found->drift = FindDriftCovariance(graph, system, settings);
-  found->of_recording = FindRecordingFaults(poses, sigma_raw, graph, system.covariance());
-  AddUnsettledTurns(poses, graph, system, &found->of_recording);
+  found->of_recording =
+      FindRecordingFaults(poses, sigma_raw, graph, system, found->faults.lost_rows.has_value());
   found->blocks = ScatterOf(TimeBlocksOf(graph, system), system.information(), graph);
+  found->by_clocks = Eigen::MatrixXd::Zero(system.size(), system.size());
+  const auto widen = [&](const ClockOffset& clock, Mechanism mechanism) {
+    const Eigen::VectorXd moved = MovedByClock(clock, graph, system);
+    if (Acts(mechanism)) found->by_clocks += moved * moved.transpose();
+    return LargestInSigmas(graph.layout, system.covariance(), moved);
+  };
   found->clocks = FindClockOffsets(poses, graph);
-  found->by_clocks = EffectsOf(found->clocks, graph, system);
-  if (!found->clocks.empty() && !Acts(Mechanism::kClockSigma)) {
-    found->by_clocks.covariance.setZero();
+  for (const ClockOffset& clock : found->clocks) {
+    found->clock_sigmas.push_back(widen(clock, Mechanism::kClockSigma));
   }
-  const std::vector<ClockOffset> lags = LagsOf(poses, graph);
-  if (!lags.empty() && Acts(Mechanism::kLagSigma)) {
-    found->by_clocks.covariance += EffectsOf(lags, graph, system).covariance;
-  }
+  for (const ClockOffset& lag : LagsOf(poses, graph)) widen(lag, Mechanism::kLagSigma);
 }
 
 }  // namespace truetriad

@@ -7,7 +7,6 @@
 
 #include "faults/search.h"
 #include "verdict/checks/soak.h"
-#include "verdict/clock_effects.h"
 #include "verdict/recording_faults.h"
 #include "verdict/time_blocks.h"
 
@@ -18,10 +17,11 @@ struct Unmodelled {
   FaultFindings faults;
   std::vector<Triad> stated_bends;  // whose widening the faults begin with
   DriftCovariance drift;
-  RecordingFaults of_recording;     // what no residual shows
-  BlockScatter blocks;              // of long runs of rows
-  std::vector<ClockOffset> clocks;  // beyond what was taken off
-  ClockEffects by_clocks;           // in the order of `clocks`
+  RecordingFaults of_recording;      // what no residual shows
+  BlockScatter blocks;               // of long runs of rows
+  std::vector<ClockOffset> clocks;   // beyond what was taken off
+  std::vector<double> clock_sigmas;  // by which each of them moves some parameter
+  Eigen::MatrixXd by_clocks;
 
   // Of the free shared coordinates.
   Eigen::MatrixXd Covariance() const;

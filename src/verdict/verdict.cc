@@ -190,6 +190,36 @@ bool IsUsable(const SettledRun& run, const SolvedRun& solved, Findings* findings
   return true;
 }
 
+// The sensors, and what their reader should know of them.
+void StateUsable(const SettledRun& run,
+                 const SolvedRun& solved,
+                 const Eigen::MatrixXd& covariance,
+                 const TurnErrors& turns,
+                 Calibration* calibration) {
+  const CalibrateOptions& options = run.options;
+  PerTriad<TriadNoise> noise;
+  for (const Triad triad : kTriads) {
+    if (Wants(options, triad)) noise[triad] = NoiseOf(run, triad);
+  }
+  StateSolution(options, run.poses, solved.solution, noise, calibration);
+  for (const Triad triad : kTriads) {
+    std::optional<TriadCalibration>& sensor = calibration->sensors[triad];
+    if (sensor && sensor->thermal) sensor->thermal->range_degc = TemperatureRange(run.graph, triad);
+  }
+  RestQuality& rests = calibration->quality.rests;
+  if (run.of_motion == nullptr) {
+    rests.held_out = CrossValidate(run.graph, solved.system, turns, options.cross_validation_folds);
+  }
+  StateSessions(run.poses, run.graph, covariance, &rests);
+  Findings& findings = calibration->findings;
+  const auto add = [&findings](const Findings& found) {
+    findings.insert(findings.end(), found.begin(), found.end());
+  };
+  add(run.remarks);
+  for (const Check check : kRemarks) add(check(run, solved));
+  add(CheckStillDetermined(run.graph, covariance, options.observable_sigma));
+}
+
 // What explains a refusal, and nothing that is no number.
 void KeepWhatExplains(const SettledRun& run,
                       const PresentedSolution& solution,
@@ -232,9 +262,9 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   FindBeyondFaults(
       run.poses, ReadingSigma(run), graph, system, quality.rests.temperature_settings, &unmodelled);
   quality.rests.clock_offsets = unmodelled.clocks;
-  quality.left_out_tests = unmodelled.of_recording.tests;
-  const std::vector<LeftOutTest> of_faults = TestsOf(unmodelled.faults);
-  quality.left_out_tests.insert(quality.left_out_tests.end(), of_faults.begin(), of_faults.end());
+  quality.left_out_tests = TestsOf(unmodelled.faults);
+  const std::vector<LeftOutTest>& more = unmodelled.of_recording.tests;
+  quality.left_out_tests.insert(quality.left_out_tests.begin(), more.begin(), more.end());
   quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
   const Eigen::MatrixXd covariance =
@@ -267,26 +297,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
     KeepWhatExplains(run, solution, calibration->findings, &quality);
     return Conclude(options, run.poses, calibration);
   }
-  PerTriad<TriadNoise> noise;
-  for (const Triad triad : kTriads) {
-    if (Wants(options, triad)) noise[triad] = NoiseOf(run, triad);
-  }
-  StateSolution(options, run.poses, solution, noise, calibration);
-  for (const Triad triad : kTriads) {
-    std::optional<TriadCalibration>& sensor = calibration->sensors[triad];
-    if (sensor && sensor->thermal) sensor->thermal->range_degc = TemperatureRange(graph, triad);
-  }
-  if (!is_of_motion) {
-    quality.rests.held_out = CrossValidate(graph, system, turns, options.cross_validation_folds);
-  }
-  StateSessions(run.poses, graph, covariance, &quality.rests);
-  calibration->findings.insert(calibration->findings.end(), run.remarks.begin(), run.remarks.end());
-  for (const Check check : kRemarks) {
-    const Findings found = check(run, solved);
-    calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
-  }
-  const Findings doubt = CheckStillDetermined(graph, covariance, options.observable_sigma);
-  calibration->findings.insert(calibration->findings.end(), doubt.begin(), doubt.end());
+  StateUsable(run, solved, covariance, turns, calibration);
   DropSwitchedOff(&calibration->findings);
   return Conclude(options, run.poses, calibration);
 }

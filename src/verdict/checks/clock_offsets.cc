@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/messages.h"
+#include "data/readings_at.h"
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
@@ -230,6 +231,51 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
   return offset;
 }
 
+// Values of a move as they are `later_s` on; at its ends the unit rests.
+std::vector<Eigen::Vector3d> ShiftedBy(double later_s,
+                                       const std::vector<double>& time_s,
+                                       const std::vector<Eigen::Vector3d>& values) {
+  std::vector<double> wanted_s = time_s;
+  for (double& at_s : wanted_s) at_s += later_s;
+  return ReadingsAt(wanted_s, time_s, values);
+}
+
+Eigen::Vector3d ResidualOf(const IncrementEdge& edge, const PoseGraph& graph) {
+  return edge.Residual(graph.layout,
+                       graph.shared.data(),
+                       graph.nodes[edge.from].state.data(),
+                       graph.nodes[edge.from + 1].state.data());
+}
+
+// What all rows change by when the clock is corrected by `later_s`.
+Eigen::VectorXd ChangeOfRows(Triad triad,
+                             double later_s,
+                             const PoseGraph& graph,
+                             const ReducedSystem& system) {
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(system.residual().size());
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const std::vector<Observation>& seen = graph.nodes[k].observations;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i].triad != triad) continue;
+      // A row is what the model says less what was read.
+      change.segment<3>(system.factors()[k].row + 3 * static_cast<Eigen::Index>(i)) =
+          -later_s * seen[i].by_clock_raw_per_s;
+    }
+  }
+  if (triad != Triad::kAccelerometer) return change;
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    if (edge.accelerometer_raw.empty()) continue;
+    IncrementEdge corrected = edge;
+    corrected.accelerometer_raw = ShiftedBy(later_s, edge.move.time_s, edge.accelerometer_raw);
+    // Where they are integrated is where the graph stands: no derivative counts.
+    corrected.increment.rotation = corrected.RotationAt(graph.layout, graph.shared.data());
+    change.segment<3>(system.factors()[graph.nodes.size() + i].row) =
+        ResidualOf(corrected, graph) - ResidualOf(edge, graph);
+  }
+  return change;
+}
+
 // "magnetometer: its times are 60.10 ± 0.31 ms later than the gyroscope's"
 std::string OffsetWords(Triad triad,
                         double later_s,
@@ -277,6 +323,16 @@ std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph&
   return offsets;
 }
 
+Eigen::VectorXd MovedByClock(const ClockOffset& offset,
+                             const PoseGraph& graph,
+                             const ReducedSystem& system) {
+  if (system.rank() < system.size()) return Eigen::VectorXd::Zero(system.size());
+  // As long as what it may be, of which the effect is nearly a straight line.
+  const double most_s = std::hypot(offset.later_s, offset.sigma_s);
+  const Eigen::VectorXd rows = ChangeOfRows(offset.triad, most_s, graph, system);
+  return system.covariance() * (system.B().transpose() * rows);
+}
+
 bool IsNotable(const ClockOffset& offset, const PoseSet& poses) {
   const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
   if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0)) return false;
@@ -305,7 +361,7 @@ Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
   for (std::size_t k = 0; k < offsets.size(); ++k) {
     const ClockOffset& offset = offsets[k];
     if (!IsNotable(offset, poses)) continue;
-    const double effect_sigmas = solved.unmodelled.by_clocks.sigmas[k];
+    const double effect_sigmas = solved.unmodelled.clock_sigmas[k];
     findings.push_back(Finding(FindingCode::kClockOffset,
                                OffsetWords(offset.triad, offset.later_s, offset.sigma_s) +
                                    ", as the moves between the rests show; not corrected, which "

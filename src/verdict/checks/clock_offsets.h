@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "problem/graph.h"
+#include "solve/reduced_system.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 
@@ -20,6 +21,15 @@ namespace truetriad {
 // σ comes from leaving each out in turn, so that whatever else goes on in a move is counted, if it
 // differs from move to move. A sensor without enough moves has none.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
+
+// What an offset does to a solution: a clock that is late by d changes the mean of a rest by d
+// times what the readings at its ends differ by over its duration, and the forces that a
+// g-sensitivity sees during a turn. With y those changes for one second, the free coordinates move
+// by m = M^-1 J^T D y sqrt(d^2 + σ^2), which is next to nothing where rests are still to their
+// ends.
+Eigen::VectorXd MovedByClock(const ClockOffset& offset,
+                             const PoseGraph& graph,
+                             const ReducedSystem& system);
 
 // Whether an offset is neither chance nor within a reading of the gyroscope.
 bool IsNotable(const ClockOffset& offset, const PoseSet& poses);

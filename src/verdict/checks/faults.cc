@@ -196,7 +196,7 @@ Findings CheckFaults(const SettledRun& run, const SolvedRun& solved) {
   if (const auto assumed = LinearityAssumed(TestsOf(faults), stated)) findings.push_back(*assumed);
   for (const StatedBend& bend : stated) findings.push_back(FindingOf(bend));
   for (const Findings& found :
-       {FindingsOf(solved.unmodelled.of_recording), FindingsOf(solved.unmodelled.blocks)}) {
+       {solved.unmodelled.of_recording.findings, FindingsOf(solved.unmodelled.blocks)}) {
     findings.insert(findings.end(), found.begin(), found.end());
   }
   return findings;
