@@ -141,7 +141,6 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
     if (!options.HasThermal() && poses.sessions.empty()) {
       WeighReadingsAtStart(options.robust, &graph);
     }
-    WeighTurnsAtStart(options.robust, &graph);
     log->Solve(kRoundTolerance, &graph);
     if (!std::isfinite(log->final_cost)) continue;
     const double misfit = starts.size() > 1 ? RobustMisfit(graph) : 0.0;

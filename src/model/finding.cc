@@ -37,7 +37,8 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
     if (kind.name == name) return kind.code;
   }
   // Names that older calibrations have for it.
-  if (name == "magnetometer-changed" || name == "left-out-term") return FindingCode::kFault;
+  if (name == "magnetometer-changed" || name == "left-out-term" || name == "stretches-differ")
+    return FindingCode::kFault;
   return std::nullopt;
 }
 

@@ -28,8 +28,6 @@ constexpr int kMostNoisePasses = 3;
 // σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
-// Of the median, see WeighTurnsAtStart.
-constexpr double kWildAtStart = 10.0;
 // Of Gauss-Newton steps between rounds: χ² that one changes the parameters by, when nothing is left
 // of it afterwards; the share of the promised decrease that each must bring.
 constexpr double kSmallStepChi2 = 0.01;
@@ -295,25 +293,6 @@ void StartNoise(NoiseState* noise, PoseGraph* graph) {
     noise->excess[component] = ShareOfSignal(kFirstNoiseShare, component, *graph);
   }
   ApplyExcess(noise->excess, graph);
-}
-
-void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph) {
-  if (!robust.enabled || graph->increments.empty()) return;
-  std::vector<double> sizes;
-  for (const IncrementEdge& edge : graph->increments) {
-    sizes.push_back(edge.Residual(graph->layout,
-                                  graph->shared.data(),
-                                  graph->nodes[edge.from].state.data(),
-                                  graph->nodes[edge.from + 1].state.data())
-                        .norm());
-  }
-  const double wild_rad = kWildAtStart * Median(sizes);
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    IncrementEdge& edge = graph->increments[i];
-    if (edge.stated_turn >= 0 || !(sizes[i] > wild_rad)) continue;
-    if (!Acts(Mechanism::kWildTurns)) continue;
-    edge.weight = std::max(wild_rad * wild_rad / (sizes[i] * sizes[i]), kRejectedWeight);
-  }
 }
 
 void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph) {

@@ -36,11 +36,8 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Fi
 // each other. Sets the graph's variances.
 void StartNoise(NoiseState* noise, PoseGraph* graph);
 
-// Gives little weight to turns that contradict the poses at the start many times more than turns
-// do by and large: a few would pull the first solution far away. UpdateWeights judges them anew.
-void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph);
-
-// The same of readings whose length is not that of the field.
+// Gives little weight to readings whose length is far from that of the field at the start: a few
+// would pull the first solution far away. UpdateWeights judges them anew.
 void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
 // The optimisations of a run, added up.

@@ -7,13 +7,13 @@
 #include <optional>
 #include <string>
 
+#include "math/dense/products.h"
 #include "math/distributions.h"
 #include "noise/variance_components.h"
 #include "problem/parameters.h"
 #include "solve/chain_elimination.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
-#include "verdict/time_blocks.h"
 
 namespace truetriad {
 
@@ -112,14 +112,24 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
                                             const ReducedSystem& system,
                                             int folds) {
   const auto count = static_cast<std::size_t>(folds);
+  // Information and gradient that each fold adds.
+  const auto n = static_cast<Eigen::Index>(system.size());
+  std::vector<Eigen::MatrixXd> information(count, Eigen::MatrixXd::Zero(n, n));
+  std::vector<Eigen::VectorXd> gradient(count, Eigen::VectorXd::Zero(n));
+  for (const auto& factor : system.factors()) {
+    const std::size_t fold = factor.node % count;
+    const Eigen::MatrixXd J = system.J().middleRows(factor.row, factor.rows);
+    const Eigen::MatrixXd B = system.B().middleRows(factor.row, factor.rows);
+    information[fold] += TransposeTimes(J, B);
+    gradient[fold] += J.transpose() * system.projected().segment(factor.row, factor.rows);
+  }
   std::vector<SharedInformation> left;
-  for (const TimeBlock& fold :
-       BlocksOf(system, count, [count](std::size_t node) { return node % count; })) {
+  for (std::size_t fold = 0; fold < count; ++fold) {
     // Its gradient is that behind the last step.
     left.emplace_back(graph.layout,
                       graph.shared,
-                      system.information() - fold.information,
-                      system.gradient() - fold.gradient + fold.information * system.step());
+                      system.information() - information[fold],
+                      system.gradient() - gradient[fold] + information[fold] * system.step());
   }
   return left;
 }

@@ -63,7 +63,7 @@ StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGra
 }  // namespace
 
 Eigen::MatrixXd Unmodelled::Covariance() const {
-  return faults.beyond + drift.covariance + of_recording.covariance + by_clocks + blocks.covariance;
+  return faults.beyond + drift.covariance + of_recording.covariance + by_clocks;
 }
 
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
@@ -95,7 +95,6 @@ void FindBeyondFaults(const PoseSet& poses,
   found->drift = FindDriftCovariance(graph, system, settings);
   found->of_recording =
       FindRecordingFaults(poses, sigma_raw, graph, system, found->faults.lost_rows.has_value());
-  found->blocks = ScatterOf(TimeBlocksOf(graph, system), system.information(), graph);
   found->by_clocks = Eigen::MatrixXd::Zero(system.size(), system.size());
   const auto widen = [&](const ClockOffset& clock, Mechanism mechanism) {
     const Eigen::VectorXd moved = MovedByClock(clock, graph, system);

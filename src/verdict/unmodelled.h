@@ -8,7 +8,6 @@
 #include "faults/search.h"
 #include "verdict/checks/soak.h"
 #include "verdict/recording_faults.h"
-#include "verdict/time_blocks.h"
 
 namespace truetriad {
 
@@ -18,7 +17,6 @@ struct Unmodelled {
   std::vector<Triad> stated_bends;  // whose widening the faults begin with
   DriftCovariance drift;
   RecordingFaults of_recording;      // what no residual shows
-  BlockScatter blocks;               // of long runs of rows
   std::vector<ClockOffset> clocks;   // beyond what was taken off
   std::vector<double> clock_sigmas;  // by which each of them moves some parameter
   Eigen::MatrixXd by_clocks;

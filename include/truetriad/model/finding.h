@@ -134,7 +134,6 @@ enum class FindingCode : int {
   kLinearityAssumed,
   kFacesTilted,
   kPoorlyKnown,
-  kStretchesDiffer,
   kSessions,
   kOneTemperature,
   kStaticTemperature,

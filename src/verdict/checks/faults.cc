@@ -195,10 +195,8 @@ Findings CheckFaults(const SettledRun& run, const SolvedRun& solved) {
   }
   if (const auto assumed = LinearityAssumed(TestsOf(faults), stated)) findings.push_back(*assumed);
   for (const StatedBend& bend : stated) findings.push_back(FindingOf(bend));
-  for (const Findings& found :
-       {solved.unmodelled.of_recording.findings, FindingsOf(solved.unmodelled.blocks)}) {
-    findings.insert(findings.end(), found.begin(), found.end());
-  }
+  const Findings& of_readings = solved.unmodelled.of_recording.findings;
+  findings.insert(findings.end(), of_readings.begin(), of_readings.end());
   return findings;
 }
 

@@ -6,7 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/messages.h"
 #include "math/distributions.h"
@@ -30,12 +33,6 @@ constexpr double kTurnedRad = 0.35;
 // in half a turn. A factor that explains them thrice as well as what is stated is the right one.
 constexpr double kExplainedRad = 0.3;
 constexpr double kBetterBy = 3.0;
-// Factors from 1e-6 to 1e4 in steps that are half of what kExplainedRad leaves at a right angle,
-// none of them within what a gain may be.
-constexpr double kStep = 1.06;
-constexpr double kFineStep = 1.01;
-constexpr double kSmallestFactor = 1e-6, kLargestFactor = 1e4;
-constexpr double kNoGain = 1.8;
 // Turns that scatter more tell nothing of a gyroscope: they wrap around.
 constexpr double kMostTurnScatterRad = 0.3;
 // Of a unit that never rests: means of the accelerometer over this time, so far apart.
@@ -148,66 +145,37 @@ double TurnErrorAt(const std::vector<SeenTurn>& turns,
 
 struct Explanation {
   double factor = 1.0;
+  std::optional<int> axis;  // whose readings alone it is on
   double error = kExplainedRad;
 };
 
-// The smallest factor on the readings that explains the turns: a larger one may do so with whole
-// turns more, all the more where all turns are quarters.
-Explanation SmallestFactor(const std::vector<SeenTurn>& turns,
-                           const Eigen::Vector3d& bias_raw,
-                           double stated) {
-  Explanation best;
-  double first = kLargestFactor;
-  const auto consider = [&](double factor) {
-    const double error = TurnErrorAt(turns, bias_raw, Eigen::Vector3d::Constant(factor * stated));
-    if (!(error < best.error)) return;
-    best = {factor, error};
-    first = std::min(first, factor);
-  };
-  for (double factor = kSmallestFactor; factor < std::min(kLargestFactor, kNoGain * first);
-       factor *= kStep) {
-    if (factor >= kNoGain || factor <= 1.0 / kNoGain) consider(factor);
+// Known units for the stated one, that conversion done twice, and decimal points that slipped.
+std::vector<double> FactorsOf(const Unit& stated) {
+  std::vector<double> factors = {1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3};
+  for (const double truth_per_raw : KnownUnitsOf(Triad::kGyroscope)) {
+    if (truth_per_raw == stated.truth_per_raw) continue;
+    factors.push_back(truth_per_raw / stated.truth_per_raw);
+    factors.push_back(stated.truth_per_raw / truth_per_raw);
   }
-  if (best.error >= kExplainedRad) return best;
-  const double about = best.factor;
-  for (double fine = 1.0 / kStep; fine < kStep; fine *= kFineStep) consider(fine * about);
-  return best;
+  return factors;
 }
 
-// A single axis in another unit than the others.
-std::optional<Finding> WhyOneAxisIsNotAsStated(const std::vector<SeenTurn>& turns,
-                                               const Eigen::Vector3d& bias_raw,
-                                               const StreamSummary& gyroscope,
-                                               double error) {
-  // rad/s, deg/s, and a thousandth of each, as one of the others.
-  constexpr double kDeg = kRadPerDeg;
-  constexpr std::array<double, 6> kFactors = {kDeg, 1.0 / kDeg, 1e-3, 1e3, 1e-3 * kDeg, 1e3 / kDeg};
-  double least = std::min(kExplainedRad, error / kBetterBy);
-  int found = -1;
-  double found_factor = 1.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double factor : kFactors) {
-      Eigen::Vector3d truth_per_raw = Eigen::Vector3d::Constant(gyroscope.unit.truth_per_raw);
-      truth_per_raw[axis] *= factor;
-      const double left = TurnErrorAt(turns, bias_raw, truth_per_raw);
-      if (!(left < least)) continue;
-      least = left;
-      found = axis;
-      found_factor = factor;
+// The factor that explains the turns best, on all axes or on one.
+Explanation BestOf(const std::vector<SeenTurn>& turns,
+                   const Eigen::Vector3d& bias_raw,
+                   const Unit& stated) {
+  Explanation best;
+  for (const double factor : FactorsOf(stated)) {
+    for (int axis = -1; axis < 3; ++axis) {
+      Eigen::Vector3d truth_per_raw = Eigen::Vector3d::Constant(stated.truth_per_raw);
+      if (axis < 0) truth_per_raw *= factor;
+      if (axis >= 0) truth_per_raw[axis] *= factor;
+      const double error = TurnErrorAt(turns, bias_raw, truth_per_raw);
+      if (!(error < best.error)) continue;
+      best = {factor, axis < 0 ? std::nullopt : std::optional(axis), error};
     }
   }
-  if (found < 0 || !Acts(Mechanism::kUnitOfAxis)) return std::nullopt;
-  const auto unit =
-      LooksLike(Triad::kGyroscope, found_factor * gyroscope.unit.truth_per_raw, gyroscope.unit);
-  return Finding(
-             FindingCode::kWrongUnit,
-             Format("the gyroscope's turns miss gravity by %.0f deg, but by ", error * kDegPerRad) +
-                 Format("%.1f deg with the readings of its ", least * kDegPerRad) + "xyz"[found] +
-                 Format(" axis times %.3g: looks like ", found_factor) +
-                 unit.value_or("another unit") + " labelled " + gyroscope.unit.name,
-             "give all three columns one unit, and state it")
-      .About(Triad::kGyroscope)
-      .With("factor", found_factor);
+  return best;
 }
 
 }  // namespace
@@ -233,24 +201,27 @@ std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
     turns.resize(kMostTurns);
   }
   const Eigen::Vector3d bias_raw = MedianReading(poses, Triad::kGyroscope);
-  const double stated = gyroscope->unit.truth_per_raw;
-  const double error = TurnErrorAt(turns, bias_raw, Eigen::Vector3d::Constant(stated));
+  const Unit& stated = gyroscope->unit;
+  const double error =
+      TurnErrorAt(turns, bias_raw, Eigen::Vector3d::Constant(stated.truth_per_raw));
   if (error < kExplainedRad) return std::nullopt;
-  const Explanation best = SmallestFactor(turns, bias_raw, stated);
-  if (best.error >= kExplainedRad || kBetterBy * best.error > error) {
-    return WhyOneAxisIsNotAsStated(turns, bias_raw, *gyroscope, error);
-  }
-  if (!Acts(Mechanism::kUnitOfTurns)) return std::nullopt;
-  const auto unit = LooksLike(Triad::kGyroscope, best.factor * stated, gyroscope->unit);
+  const Explanation best = BestOf(turns, bias_raw, stated);
+  const bool is_explained = best.error < kExplainedRad && kBetterBy * best.error < error;
+  if (!is_explained || !Acts(Mechanism::kUnitOfTurns)) return std::nullopt;
+  const auto unit = LooksLike(Triad::kGyroscope, best.factor * stated.truth_per_raw, stated);
+  const std::string of_axis =
+      best.axis ? "the readings of its " + std::string(1, "xyz"[*best.axis]) + " axis" : "readings";
   return Finding(FindingCode::kWrongUnit,
                  "the gyroscope's turns miss those of " +
                      std::string(against_field ? "the field" : "gravity") + " by " +
                      Format("%.0f deg, but by ", error * kDegPerRad) +
-                     Format("%.1f deg with ", best.error * kDegPerRad) +
-                     Format("readings times %.3g: looks like ", best.factor) +
-                     unit.value_or("another unit or counts") + " labelled " + gyroscope->unit.name,
-                 "state the unit of the gyroscope, or that of the times; `units: trust` takes them "
-                 "as they are")
+                     Format("%.1f deg with ", best.error * kDegPerRad) + of_axis +
+                     Format(" times %.3g: looks like ", best.factor) +
+                     unit.value_or("another unit or counts") + " labelled " + stated.name,
+                 best.axis
+                     ? "give all three columns one unit, and state it"
+                     : "state the unit of the gyroscope, or that of the times; `units: trust` "
+                       "takes them as they are")
       .About(Triad::kGyroscope)
       .With("factor", best.factor);
 }

@@ -316,6 +316,14 @@ std::optional<Finding> WhyAxisIsOdd(Triad triad, const Eigen::Matrix3d& sensitiv
 
 }  // namespace
 
+std::vector<double> KnownUnitsOf(Triad triad) {
+  std::vector<double> units;
+  for (const KnownUnit& unit : kKnownUnits) {
+    if (unit.triad == triad) units.push_back(unit.truth_per_raw);
+  }
+  return units;
+}
+
 std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated) {
   const KnownUnit* nearest = nullptr;
   double least = std::log(kUnitFactor);

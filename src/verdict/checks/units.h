@@ -18,6 +18,9 @@ namespace truetriad {
 // `stated`.
 std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated);
 
+// True units to one raw unit, of all that are known of a sensor.
+std::vector<double> KnownUnitsOf(Triad triad);
+
 // Why the recording cannot be calibrated as it is stated, before anything is fitted: a field, a
 // clock, a temperature or turns that no unit could have seen; readings that were normalised.
 std::optional<Finding> WhyNotAsStated(const PoseSet& poses, const CalibrateOptions& options);
