@@ -79,8 +79,7 @@ Result<std::unique_ptr<CsvReader>> OpenTime(const fs::path& path) {
   if (csv->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
     return Error(ErrorCode::kMissingTime, path.string() + ":1: expected one column `time (sec)`");
   }
-  constexpr int kSeconds = 9;
-  TRUETRIAD_RETURN_IF_ERROR(csv->Map(0, CsvReader::Kind::kTime, kSeconds));
+  TRUETRIAD_RETURN_IF_ERROR(csv->Map(0, CsvReader::Kind::kTime, /*power=*/9));
   return csv;
 }
 
@@ -162,7 +161,9 @@ int main(int argc, char** argv) {
   const truetriad::convert::Converter converter = {
       .format = "gnss-ins-sim",
       .input = "a folder written by gnss-ins-sim (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
-      .details = "\n--instance=N converts run N: accel-N.csv and so on (default: run 0).\n",
+      .details = R"(
+--instance=N converts run N: accel-N.csv and so on (default: run 0).
+)",
       .takes_instance = true,
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);

@@ -4,6 +4,7 @@
 #include "json/json.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -25,35 +26,37 @@ namespace {
 
 constexpr int kDeepest = 8;  ///< Objects in objects.
 
-bool IsNumber(const Json& value) { return value.is_number() || value.is_null(); }
-
-double NumberOf(const Json& value) {
-  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+double NumberOf(const Json* value) {
+  const bool is_one = value != nullptr && value->is_number();
+  return is_one ? value->get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool AreNumbers(const Json& list) {
-  return std::all_of(list.begin(), list.end(), [](const Json& item) { return IsNumber(item); });
+  return std::all_of(list.begin(), list.end(), [](const Json& item) {
+    return item.is_number() || item.is_null();
+  });
 }
 
-/// A list of numbers, or of lists of as many numbers each.
-std::optional<Matrix> MatrixOf(const Json& list) {
-  if (!list.is_array() || list.empty()) return std::nullopt;
-  if (AreNumbers(list)) {
-    Matrix column{.rows = list.size(), .columns = 1, .values = {}};
-    for (const Json& item : list) column.values.push_back(NumberOf(item));
-    return column;
+/// Numbers, or lists of as many numbers each, as rows of a matrix; what is null or not there has no
+/// numbers.
+std::optional<Matrix> MatrixOf(const std::vector<const Json*>& rows) {
+  std::size_t columns = 0;
+  for (const Json* row : rows) {
+    if (row == nullptr || row->is_null()) continue;
+    const bool is_list = row->is_array() && AreNumbers(*row);
+    if (!is_list && !row->is_number()) return std::nullopt;
+    const std::size_t width = is_list ? row->size() : 1;
+    if (width == 0 || (columns != 0 && width != columns)) return std::nullopt;
+    columns = width;
   }
-  Matrix matrix{.rows = list.size(), .columns = list[0].size(), .values = {}};
-  for (const Json& row : list) {
-    if (!row.is_array() || row.size() != matrix.columns || !AreNumbers(row)) return std::nullopt;
-  }
-  matrix.values.resize(matrix.rows * matrix.columns);
-  for (std::size_t i = 0; i < matrix.rows; ++i) {
-    for (std::size_t k = 0; k < matrix.columns; ++k) {
-      matrix.values[k * matrix.rows + i] = NumberOf(list[i][k]);
+  if (columns == 0) return std::nullopt;
+  Matrix matrix{.rows = rows.size(), .columns = columns, .values = {}};
+  for (std::size_t k = 0; k < columns; ++k) {
+    for (const Json* row : rows) {
+      const bool is_list = row != nullptr && row->is_array();
+      matrix.values.push_back(NumberOf(is_list ? &(*row)[k] : row));
     }
   }
-  if (matrix.columns == 0) return std::nullopt;
   return matrix;
 }
 
@@ -78,31 +81,6 @@ void CollectFields(const Json& record,
   }
 }
 
-/// A field of records as rows of a matrix; a record without it has no numbers there.
-std::optional<Matrix> MatrixOf(const std::vector<const Json*>& field) {
-  std::size_t columns = 0;
-  for (const Json* value : field) {
-    if (value == nullptr || value->is_null()) continue;
-    const bool is_list = value->is_array() && AreNumbers(*value);
-    if (!is_list && !value->is_number()) return std::nullopt;
-    const std::size_t width = is_list ? value->size() : 1;
-    if (columns != 0 && width != columns) return std::nullopt;
-    columns = width;
-  }
-  if (columns == 0) return std::nullopt;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  Matrix matrix{.rows = field.size(), .columns = columns, .values = {}};
-  matrix.values.resize(matrix.rows * columns, nan);
-  for (std::size_t i = 0; i < field.size(); ++i) {
-    if (field[i] == nullptr || field[i]->is_null()) continue;
-    for (std::size_t k = 0; k < columns; ++k) {
-      matrix.values[k * matrix.rows + i] =
-          NumberOf(field[i]->is_array() ? (*field[i])[k] : *field[i]);
-    }
-  }
-  return matrix;
-}
-
 bool AreRecords(const Json& value) {
   return value.is_array() && !value.empty() &&
          std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_object(); });
@@ -125,28 +103,29 @@ void Collect(const Json& value,
         matrices->emplace(field, *std::move(matrix));
       }
     }
-  } else if (std::optional<Matrix> matrix = MatrixOf(value)) {
-    matrices->emplace(name.empty() ? "data" : name, *std::move(matrix));
+  } else if (value.is_array()) {
+    std::vector<const Json*> rows;
+    for (const Json& row : value) rows.push_back(&row);
+    if (std::optional<Matrix> matrix = MatrixOf(rows)) {
+      matrices->emplace(name.empty() ? "data" : name, *std::move(matrix));
+    }
   }
 }
 
 /// `text` with NaN and the infinities, which JSON does not know and Python writes, as null.
 std::string WithoutNan(const std::string& text) {
+  constexpr std::array<std::string_view, 4> kWords = {"NaN", "Infinity", "-Infinity", "-NaN"};
   std::string clean;
   clean.reserve(text.size());
   bool is_quoted = false;
   for (std::size_t i = 0; i < text.size();) {
     const std::string_view rest(text.data() + i, text.size() - i);
-    if (!is_quoted) {
-      bool is_replaced = false;
-      for (const std::string_view word : {"NaN", "Infinity", "-Infinity", "-NaN"}) {
-        if (!rest.starts_with(word)) continue;
-        clean += "null";
-        i += word.size();
-        is_replaced = true;
-        break;
-      }
-      if (is_replaced) continue;
+    const auto* const word = std::find_if(
+        kWords.begin(), kWords.end(), [&](std::string_view w) { return rest.starts_with(w); });
+    if (!is_quoted && word != kWords.end()) {
+      clean += "null";
+      i += word->size();
+      continue;
     }
     if (is_quoted && text[i] == '\\' && i + 1 < text.size()) clean += text[i++];
     if (text[i] == '"') is_quoted = !is_quoted;

@@ -191,10 +191,11 @@ int main(int argc, char** argv) {
   const truetriad::convert::Converter converter = {
       .format = "six-face",
       .input = "a folder with one recording for each face, +x.csv, -x.csv, +y.csv, …,",
-      .details =
-          "\nEach file is named after the body axis that points up: +x.csv, or x_up.csv and "
-          "x_down.csv.\nIt is a self-describing CSV or a manifest. The rests are joined one second "
-          "apart, and\nposes.yaml states which rows belong to which face.\n",
+      .details = R"(
+Each file is named after the body axis that points up: +x.csv, or x_up.csv and x_down.csv.
+It is a self-describing CSV or a manifest. The rests are joined one second apart, and
+poses.yaml states which rows belong to which face.
+)",
       .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

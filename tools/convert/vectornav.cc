@@ -49,6 +49,10 @@ struct Sentence {
   std::string_view name;  ///< Up to the first comma; empty: none.
   std::string_view body;  ///< Behind that comma, up to `*`.
   Checksum checksum = Checksum::kNone;
+  const SentenceKind* kind = nullptr;  ///< With readings; null: another.
+  bool is_named = false;        ///< It names its kind, so that it keeps that kind's place in time.
+  std::vector<double> numbers;  ///< Of its kind, if all is intact; else empty.
+  bool has_appended = false;    ///< Behind the numbers, a status or counter.
 };
 
 /// Stands for a checksum that nobody counted.
@@ -61,7 +65,7 @@ std::uint8_t XorOf(std::string_view text) {
 }
 
 std::uint16_t CrcOf(std::string_view text) {
-  constexpr unsigned kPolynomial = 0x1021;
+  constexpr unsigned kPolynomial = 0x1021;  // x^16 + x^12 + x^5 + 1
   unsigned crc = 0;
   for (const char c : text) {
     crc ^= static_cast<unsigned>(static_cast<std::uint8_t>(c)) << 8U;
@@ -79,18 +83,6 @@ bool ChecksumIsRight(std::string_view text, std::string_view digits) {
   if (failure != std::errc() || end != digits.data() + digits.size()) return false;
   if (digits.size() == 2) return stated == XorOf(text);
   return digits.size() == 4 && stated == CrcOf(text);
-}
-
-/// What is before the next comma; `rest` is unset where there is none.
-std::string_view TakeField(std::optional<std::string_view>* rest) {
-  const std::string_view text = **rest;
-  const std::size_t comma = text.find(',');
-  if (comma == std::string_view::npos) {
-    rest->reset();
-  } else {
-    *rest = text.substr(comma + 1);
-  }
-  return text.substr(0, comma);
 }
 
 bool IsStatus(std::string_view field) {
@@ -149,32 +141,20 @@ Sentence ParseSentence(std::string_view text) {
 /// The numbers of `body`; empty unless there are `count`, and all of them are numbers. Behind them
 /// may stand what register 30 appends: the status, `S` and four hexadecimal digits, and a counter
 /// or time, `T` and digits.
-std::vector<double> NumbersOf(std::string_view body, std::size_t count) {
+std::vector<double> NumbersOf(std::string_view body, std::size_t count, bool* has_appended) {
+  // An empty field at the end is one, too.
+  std::vector<std::string> fields = Split(std::string(body) + ",", ',');
+  *has_appended = fields.size() > count;
+  if (fields.size() > count && IsCounter(fields.back())) fields.pop_back();
+  if (fields.size() > count && IsStatus(fields.back())) fields.pop_back();
+  if (fields.size() != count) return {};
   std::vector<double> numbers;
-  std::optional<std::string_view> rest = body;
-  while (numbers.size() < count) {
-    if (!rest) return {};
-    std::string_view field = TakeField(&rest);
-    if (field.starts_with('+')) field.remove_prefix(1);
-    double number = 0.0;
-    const char* const end = field.data() + field.size();
-    const auto [stop, failure] = std::from_chars(field.data(), end, number);
-    if (field.empty() || failure != std::errc() || stop != end) return {};
-    numbers.push_back(number);
+  for (const std::string_view field : fields) {
+    const auto number = ParseWhole<double>(field.substr(field.starts_with('+') ? 1 : 0));
+    if (!number) return {};
+    numbers.push_back(*number);
   }
-  std::optional<std::string_view> behind = rest;
-  if (behind && IsStatus(TakeField(&behind))) rest = behind;
-  behind = rest;
-  if (behind && IsCounter(TakeField(&behind))) rest = behind;
-  return rest ? std::vector<double>() : numbers;
-}
-
-/// True where `body` ends with a status or counter of register 30.
-bool HasAppended(std::string_view body) {
-  const std::size_t comma = body.rfind(',');
-  if (comma == std::string_view::npos) return false;
-  const std::string_view last = body.substr(comma + 1);
-  return IsStatus(last) || IsCounter(last);
+  return numbers;
 }
 
 constexpr std::size_t kLongestLine = 4096;  // A sentence has some 130 characters.
@@ -189,12 +169,11 @@ struct Tally {
 /// Which sentence comes after which: a unit that writes several kinds does so in turns.
 class Turns {
  public:
+  /// `name`: empty where it is not known.
   void Learn(const std::string& name) {
-    if (!previous_.empty()) ++followers_[previous_][name];
+    if (!previous_.empty() && !name.empty()) ++followers_[previous_][name];
     previous_ = name;
   }
-  /// What came here is not known.
-  void Interrupt() { previous_.clear(); }
 
   /// The kind that comes after `name`; null where it is now one and now another.
   const std::string* After(std::string_view name) const {
@@ -243,7 +222,6 @@ Status EachSentence(const std::string& path, const Take& take) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
   ProgressLine line("Reading");
   const ProgressCallback progress = line.callback();
-  std::uint64_t count = 0;
   while (!bytes->at_end()) {
     const std::string_view ahead = bytes->Peek(kLongestLine);
     if (ahead.empty()) break;
@@ -261,16 +239,11 @@ Status EachSentence(const std::string& path, const Take& take) {
       }
     }
     bytes->Skip(std::max<std::size_t>(whole.size(), 1));
-    if (progress && ++count % 10000 == 0) progress(bytes->progress());
+    if (progress) progress(bytes->progress());
   }
   if (bytes->read_failed())
     return Error(ErrorCode::kDamagedFile, {path}, "could not be read to its end");
   return {};
-}
-
-/// Whether the bytes of a sentence may be believed. A unit can be told to write no checksums.
-bool IsIntact(const Sentence& sentence, bool has_checksums) {
-  return sentence.checksum == (has_checksums ? Checksum::kRight : Checksum::kNone);
 }
 
 bool IsName(std::string_view name) {
@@ -278,11 +251,16 @@ bool IsName(std::string_view name) {
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") == std::string_view::npos;
 }
 
-/// Whether a line names the kind of its sentence, so that it keeps that kind's place in time; a
-/// name that stands in no list needs a checksum that proves it.
-bool IsNamed(const Sentence& sentence, bool has_checksums) {
-  if (FindSentenceKind(sentence.name) != nullptr) return true;
-  return IsName(sentence.name) && IsIntact(sentence, has_checksums);
+/// A line of a log whose unit writes checksums, or was told to write none.
+Sentence Understand(std::string_view text, bool has_checksums) {
+  Sentence sentence = ParseSentence(text);
+  const bool is_intact = sentence.checksum == (has_checksums ? Checksum::kRight : Checksum::kNone);
+  sentence.kind = FindSentenceKind(sentence.name);
+  // A name that stands in no list needs a checksum that proves it.
+  sentence.is_named = sentence.kind != nullptr || (IsName(sentence.name) && is_intact);
+  if (sentence.kind != nullptr && is_intact)
+    sentence.numbers = NumbersOf(sentence.body, sentence.kind->fields, &sentence.has_appended);
+  return sentence;
 }
 
 /// Where a single sentence has a right checksum, the unit writes them, and one without is cut.
@@ -300,22 +278,16 @@ Result<Contents> Survey(const std::string& path) {
   Contents contents;
   TRUETRIAD_ASSIGN_OR_RETURN(contents.has_checksums, HasChecksums(path));
   TRUETRIAD_RETURN_IF_ERROR(EachSentence(path, [&](std::string_view text) {
-    const Sentence sentence = ParseSentence(text);
+    const Sentence sentence = Understand(text, contents.has_checksums);
     const std::string name(sentence.name);
-    const bool is_named = IsNamed(sentence, contents.has_checksums);
-    if (const SentenceKind* const kind = FindSentenceKind(name)) {
-      const bool is_whole = IsIntact(sentence, contents.has_checksums) &&
-                            !NumbersOf(sentence.body, kind->fields).empty();
+    if (sentence.kind != nullptr) {
+      const bool is_whole = !sentence.numbers.empty();
       ++(is_whole ? contents.kinds[name].intact : contents.kinds[name].bad);
-      if (is_whole && HasAppended(sentence.body)) ++contents.with_appended;
+      if (is_whole && sentence.has_appended) ++contents.with_appended;
     } else {
-      ++(is_named ? contents.others[name].intact : contents.unreadable);
+      ++(sentence.is_named ? contents.others[name].intact : contents.unreadable);
     }
-    if (is_named) {
-      contents.turns.Learn(name);
-    } else {
-      contents.turns.Interrupt();
-    }
+    contents.turns.Learn(sentence.is_named ? name : "");
     return true;
   }));
   return contents;
@@ -367,39 +339,18 @@ Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
 /// Samples a second, of --columns=time=100Hz.
 Result<double> RateOf(const Arguments& arguments) {
   constexpr std::string_view kPrefix = "time=";
-  constexpr std::string_view kUnit = "Hz";
-  constexpr double kHighest = 1e6;
   const auto found = arguments.others.find("columns");
   if (found == arguments.others.end()) {
     return Error(ErrorCode::kMissingArgument,
                  "the sentences have no time; state how many of a kind come a second, as in "
                  "--columns=time=40Hz (register 7 of the unit)");
   }
-  std::string_view text = found->second;
-  double rate_hz = 0.0;
-  if (text.starts_with(kPrefix) && text.ends_with(kUnit)) {
-    text.remove_prefix(kPrefix.size());
-    text.remove_suffix(std::min(kUnit.size(), text.size()));
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), rate_hz);
-    if (failure == std::errc() && end == text.data() + text.size() && rate_hz > 0.0 &&
-        rate_hz <= kHighest) {
-      return rate_hz;
-    }
-  }
+  const std::string& text = found->second;
+  const std::optional<double> rate_hz =
+      text.starts_with(kPrefix) ? ParseRate(text.substr(kPrefix.size())) : std::nullopt;
+  if (rate_hz) return *rate_hz;
   return Error(ErrorCode::kInvalidArgument,
-               "--columns=" + Printable(found->second) + ": expected a rate, as in time=40Hz");
-}
-
-std::string_view UnitOf(Triad triad) {
-  switch (triad) {
-    case Triad::kAccelerometer:
-      return "m/s^2";
-    case Triad::kGyroscope:
-      return "rad/s";
-    case Triad::kMagnetometer:
-      return "G";
-  }
-  return "";
+               "--columns=" + Printable(text) + ": expected a rate, as in time=40Hz");
 }
 
 /// Rows of one kind. A bad sentence takes the time that it had.
@@ -415,10 +366,10 @@ std::map<std::string_view, Route> OpenTables(const std::vector<const SentenceKin
   for (const SentenceKind* const kind : kinds) {
     std::vector<TriadColumns> columns;
     for (const Triad triad : kind->triads) {
-      TriadColumns& added = columns.emplace_back();
-      added.triad = triad;
-      added.unit = UnitOf(triad);
-      if (kind->compensated) added.applied = " unknown\n";
+      constexpr PerTriad<std::string_view> kUnits = {{"m/s^2", "rad/s", "G"}};
+      columns.push_back({.triad = triad,
+                         .unit = std::string(kUnits[triad]),
+                         .applied = kind->compensated ? " unknown\n" : ""});
     }
     std::string file(kind->name);
     std::transform(file.begin(), file.end(), file.begin(), [](char c) {
@@ -440,8 +391,8 @@ class Conversion {
   }
 
   void Take(std::string_view text) {
-    const Sentence sentence = ParseSentence(text);
-    if (!IsNamed(sentence, contents_.has_checksums)) {
+    const Sentence sentence = Understand(text, contents_.has_checksums);
+    if (!sentence.is_named) {
       TakeUnreadable();
       return;
     }
@@ -450,8 +401,7 @@ class Conversion {
     if (found == routes_.end()) return;
     Route& route = found->second;
     const std::int64_t time_ns = NextTime(&route);
-    if (!IsIntact(sentence, contents_.has_checksums)) return;
-    const std::vector<double> numbers = NumbersOf(sentence.body, route.kind->fields);
+    const std::vector<double>& numbers = sentence.numbers;
     if (numbers.empty()) return;
     if (route.kind->temperature) route.table->SetTemperature(numbers[*route.kind->temperature]);
     route.table->Add(time_ns, numbers.data() + route.kind->first);
@@ -461,8 +411,7 @@ class Conversion {
 
  private:
   std::int64_t NextTime(Route* route) const {
-    constexpr double kNsPerS = 1e9;
-    return std::llround(static_cast<double>(route->sentences++) * (kNsPerS / rate_hz_));
+    return std::llround(static_cast<double>(route->sentences++) * (1e9 / rate_hz_));
   }
 
   /// A line without a name is of the only kind that there is, or of the one whose turn it is.
@@ -554,15 +503,15 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {
-      .format = "vectornav",
-      .input = "a log of VectorNav ASCII sentences",
-      .details =
-          "\nTopics are VNYMR, VNQMR, VNMAR, VNIMU, VNMAG, VNACC and VNGYR. The sentences have "
-          "no time:\n--columns=time=40Hz states how many of a kind come a second. Bad "
-          "sentences are counted\nand keep their place in time.\n",
-      .takes_topics = true,
-      .others = {"columns"},
-      .run = truetriad::convert::Run};
+  const truetriad::convert::Converter converter = {.format = "vectornav",
+                                                   .input = "a log of VectorNav ASCII sentences",
+                                                   .details = R"(
+Topics are VNYMR, VNQMR, VNMAR, VNIMU, VNMAG, VNACC and VNGYR. The sentences have no time:
+--columns=time=40Hz states how many of a kind come a second. Bad sentences are counted
+and keep their place in time.
+)",
+                                                   .takes_topics = true,
+                                                   .others = {"columns"},
+                                                   .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

@@ -64,10 +64,10 @@ function send(kind, body, head = Buffer.alloc(0)) {
   if (kHead + size > buffer.length) {
     // Larger than the buffer: by itself.
     end();
-    const frame = Buffer.alloc(kHead);
+    const frame = Buffer.concat([Buffer.alloc(kHead), head, bytes]);
     frame[0] = kind.charCodeAt(0);
     frame.writeUInt32LE(size, 1);
-    for (const part of [frame, head, bytes]) write(part, part.length);
+    write(frame, frame.length);
     return;
   }
   const at = begin(kind, size);

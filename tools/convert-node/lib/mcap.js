@@ -34,6 +34,20 @@ class Cursor {
   rest() { return this.bytes.subarray(this.at); }
 }
 
+/** The records in `bytes` one after another, [opcode, content]; null at last where one is cut. */
+function* recordsIn(bytes) {
+  for (let at = 0; at < bytes.length;) {
+    const size = at + kRecordHead <= bytes.length ? bytes.readBigUInt64LE(at + 1) : -1n;
+    if (size < 0n || size > BigInt(bytes.length - at - kRecordHead)) {
+      yield null;
+      return;
+    }
+    const end = at + kRecordHead + Number(size);
+    yield [bytes[at], bytes.subarray(at + kRecordHead, end)];
+    at = end;
+  }
+}
+
 let crcTable = null;
 
 /** CRC-32 of `bytes` (IEEE 802.3). */
@@ -162,23 +176,13 @@ class Mcap {
         records = Buffer.from(plain.buffer, plain.byteOffset, plain.byteLength);
       }
       if (!isCut && crc !== 0 && crc32(records) !== crc) throw new RangeError(what);
-      this.chunkRecords(records, isCut);
+      for (const found of recordsIn(records)) {
+        if (found) this.record(...found);
+        else if (!isCut) this.count('cut record(s)');
+      }
     } catch (error) {
       if (error.syscall) throw error; // Nobody reads the pipe.
       this.count(what);
-    }
-  }
-
-  chunkRecords(records, isCut) {
-    for (let at = 0; at < records.length;) {
-      const size = at + kRecordHead <= records.length ? records.readBigUInt64LE(at + 1) : -1n;
-      if (size < 0n || size > BigInt(records.length - at - kRecordHead)) {
-        if (!isCut) this.count('cut record(s)');
-        return;
-      }
-      const end = at + kRecordHead + Number(size);
-      this.record(records[at], records.subarray(at + kRecordHead, end));
-      at = end;
     }
   }
 
@@ -220,14 +224,10 @@ class Mcap {
     if (begin === 0n || size <= 0n || size > BigInt(kLargestChunk)) return null;
     const summary = this.bytes(Number(begin), Number(size));
     let next = null;
-    for (let i = 0; i + kRecordHead <= summary.length;) {
-      const length = summary.readBigUInt64LE(i + 1);
-      if (length > BigInt(summary.length - i - kRecordHead)) break;
-      if (summary[i] === kOp.chunkIndex && length >= 24n) {
-        const offset = Number(summary.readBigUInt64LE(i + kRecordHead + 16));
-        if (offset > at && offset < Number(begin) && (next === null || offset < next)) next = offset;
-      }
-      i += kRecordHead + Number(length);
+    for (const found of recordsIn(summary)) {
+      if (found?.[0] !== kOp.chunkIndex || found[1].length < 24) continue;
+      const offset = Number(found[1].readBigUInt64LE(16));
+      if (offset > at && offset < Number(begin) && (next === null || offset < next)) next = offset;
     }
     return next;
   }

@@ -80,6 +80,8 @@ function decoder(subscription, stream) {
   return decode;
 }
 
+const byNameAndInstance = (a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance);
+
 /** The topics with readings that the log holds: [{ name, instance, id, rows, subscription }]. */
 function present(log) {
   const found = [];
@@ -89,12 +91,11 @@ function present(log) {
     if (!streams || !streams.some((stream) => decoder(subscription, stream))) continue;
     found.push({ id, name: subscription.name, instance: subscription.instance, rows: subscription.rows });
   }
-  return found.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance));
+  return found.sort(byNameAndInstance);
 }
 
 function list(log) {
-  const all = [...log.subscriptions.values()].filter((subscription) => subscription.rows > 0);
-  all.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance));
+  const all = [...log.subscriptions.values()].filter((subscription) => subscription.rows > 0).sort(byNameAndInstance);
   print('topic                          instance      rows');
   for (const { name, instance, rows } of all) {
     const use = !kTopics[name] ? '' : kRawTopics.includes(name) ? '  readings' : '  corrected readings';

@@ -7,7 +7,7 @@
 // messages in a row agree with.
 
 const fs = require('fs');
-const { Refusal, printable } = require('./frames.js');
+const { Refusal, count, printable } = require('./frames.js');
 
 const kMagic = Buffer.from([0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35]);
 const kSync = Buffer.from([0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12]);
@@ -288,8 +288,7 @@ class Ulog {
   /** "2 damaged places (113 bytes) were passed over", or nothing. */
   damage() {
     if (this.damagedPlaces === 0) return '';
-    const places = this.damagedPlaces === 1 ? 'place' : 'places';
-    return `${this.damagedPlaces} damaged ${places} (${this.damagedBytes} bytes) skipped`;
+    return `${count(this.damagedPlaces, 'damaged place', 'damaged places')} (${this.damagedBytes} bytes) skipped`;
   }
 
   text(key) {

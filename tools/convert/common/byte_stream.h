@@ -29,6 +29,7 @@ class ByteStream {
   /// Goes on by `count` bytes, or to the end.
   void Skip(std::uint64_t count);
 
+  /// A record of a log that is longer is taken for damage.
   static constexpr std::size_t kLookAhead = std::size_t{64} << 20U;
 
   std::uint64_t position() const { return position_; }  ///< Of the next byte.

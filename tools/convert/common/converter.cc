@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -41,11 +40,8 @@ std::string Help(const Converter& converter) {
 }
 
 std::vector<std::string> SplitList(const std::string& list) {
-  std::vector<std::string> items;
-  std::istringstream stream(list);
-  for (std::string item; std::getline(stream, item, ',');) {
-    if (!item.empty()) items.push_back(item);
-  }
+  std::vector<std::string> items = Split(list, ',');
+  std::erase(items, "");
   return items;
 }
 
@@ -58,14 +54,12 @@ Status SetFlag(const Converter& converter,
   } else if (name == "topic" && converter.takes_topics) {
     arguments->topics = SplitList(value);
   } else if (name == "instance" && converter.takes_instance) {
-    int instance = -1;
-    const char* const end = value.data() + value.size();
-    const auto [stop, failure] = std::from_chars(value.data(), end, instance);
-    if (failure != std::errc() || stop != end || instance < 0) {
+    const std::optional<std::uint32_t> instance = WholeNumber(value);
+    if (!instance || !std::in_range<int>(*instance)) {
       return Error(ErrorCode::kInvalidArgument,
                    "--instance=" + value + ": expected a whole number, 0 or more");
     }
-    arguments->instance = instance;
+    arguments->instance = static_cast<int>(*instance);
   } else if (std::find(converter.others.begin(), converter.others.end(), name) !=
              converter.others.end()) {
     arguments->others[name] = value;
@@ -159,6 +153,28 @@ Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::str
     }
   }
   return files;
+}
+
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+std::optional<std::pair<std::uint32_t, std::uint32_t>> ParseRange(std::string_view text) {
+  const std::size_t dash = text.find('-');
+  const auto first = WholeNumber(text.substr(0, dash));
+  const auto last = dash == std::string_view::npos ? first : WholeNumber(text.substr(dash + 1));
+  if (!first || !last || *first < 1 || *last < *first) return std::nullopt;
+  return std::pair(*first, *last);
+}
+
+std::optional<double> ParseRate(std::string_view text) {
+  if (!text.ends_with("Hz")) return std::nullopt;
+  text.remove_suffix(2);
+  const std::optional<double> rate_hz = ParseWhole<double>(text);
+  return rate_hz && *rate_hz > 0.0 && *rate_hz < 1e9 ? rate_hz : std::nullopt;
 }
 
 int Report(const Error& error) {

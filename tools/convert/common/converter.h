@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <charconv>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "truetriad/base/result.h"
@@ -50,6 +54,24 @@ Status Isolated(const std::vector<std::string>& paths, const std::function<Statu
 /// The inputs, where one that is a folder stands for the files in it that end with `ending`
 /// (".db3"), by the numbers in their names. Error: a folder without any.
 Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::string_view ending);
+
+/// What stands between separators; an empty item at the end is none.
+std::vector<std::string> Split(const std::string& text, char separator);
+/// The number that all of `text` is.
+template <typename Number>
+std::optional<Number> ParseWhole(std::string_view text) {
+  Number number{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+inline std::optional<std::uint32_t> WholeNumber(std::string_view text) {
+  return ParseWhole<std::uint32_t>(text);
+}
+/// "2-4" or "3" as {2, 4} or {3, 3}, if the first is not 0 and not above the second.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> ParseRange(std::string_view text);
+/// 100 of "100Hz"; unset where it is no rate up to that of a clock of nanoseconds.
+std::optional<double> ParseRate(std::string_view text);
 
 /// Says why there is nothing: on stderr, and with --json as an object on stdout. The exit code.
 int Report(const Error& error);

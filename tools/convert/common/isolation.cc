@@ -21,7 +21,7 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr int kInterrupted = 120;
+constexpr int kInterrupted = 120;  // Beside the codes of errors, and below those of shells.
 
 /// Bounded by what files of this size can sensibly hold.
 void BoundMemory([[maybe_unused]] const std::vector<std::string>& paths) {

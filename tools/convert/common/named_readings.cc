@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -23,33 +21,18 @@ namespace {
 constexpr std::array<std::string_view, 5> kRoles = {
     "time", "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
-/// Names, in lower case, that can only mean one thing.
-const std::map<std::string, std::string, std::less<>>& KnownNames() {
-  static const auto& names =
-      *new std::map<std::string, std::string, std::less<>>{{"t", "time"},
-                                                           {"time", "time"},
-                                                           {"timestamp", "time"},
-                                                           {"acc", "accelerometer"},
-                                                           {"accel", "accelerometer"},
-                                                           {"accelerometer", "accelerometer"},
-                                                           {"acceleration", "accelerometer"},
-                                                           {"gyr", "gyroscope"},
-                                                           {"gyro", "gyroscope"},
-                                                           {"gyroscope", "gyroscope"},
-                                                           {"angularvelocity", "gyroscope"},
-                                                           {"mag", "magnetometer"},
-                                                           {"magnetometer", "magnetometer"},
-                                                           {"magneticfield", "magnetometer"},
-                                                           {"temp", "temperature"},
-                                                           {"temperature", "temperature"}};
-  return names;
-}
-
-std::vector<std::string> Split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
-  return parts;
+/// What a name, in lower case, can only mean; empty where that is not clear.
+std::string_view RoleOf(std::string_view name) {
+  static const std::vector<std::vector<std::string_view>> known = {
+      {"time", "t", "timestamp"},
+      {"accelerometer", "acc", "accel", "acceleration"},
+      {"gyroscope", "gyr", "gyro", "angularvelocity"},
+      {"magnetometer", "mag", "magneticfield"},
+      {"temperature", "temp"}};
+  for (const auto& names : known) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return names[0];
+  }
+  return "";
 }
 
 std::string Shape(const Variable& variable) {
@@ -189,11 +172,11 @@ Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
         return static_cast<char>(std::tolower(c));
       });
-      const auto known = KnownNames().find(name);
-      if (known == KnownNames().end()) continue;
+      const std::string role(RoleOf(name));
+      if (role.empty()) continue;
       // A time in each of several files goes with the readings there.
-      const bool goes_along = known->second == "time" || known->second == "temperature";
-      candidates[known->second].insert(goes_along ? variable.name : files.NameOf(i, variable));
+      const bool goes_along = role == "time" || role == "temperature";
+      candidates[role].insert(goes_along ? variable.name : files.NameOf(i, variable));
     }
   }
   for (const auto& [role, names] : candidates) {
@@ -298,11 +281,7 @@ struct Vectors {
   std::size_t file = 0;
 };
 
-/// With a sample in each row, `width` columns: whichever side is as wide, else the shorter one.
-Matrix Upright(Matrix matrix, std::size_t width) {
-  if (matrix.columns == width || (matrix.rows != width && matrix.columns <= matrix.rows)) {
-    return matrix;
-  }
+Matrix Transposed(const Matrix& matrix) {
   Matrix turned{.rows = matrix.columns, .columns = matrix.rows, .values = {}};
   for (std::size_t column = 0; column < turned.columns; ++column) {
     for (std::size_t row = 0; row < turned.rows; ++row) {
@@ -312,42 +291,24 @@ Matrix Upright(Matrix matrix, std::size_t width) {
   return turned;
 }
 
+/// With a sample in each row, `width` columns: whichever side is as wide, else the shorter one.
+Matrix Upright(Matrix matrix, std::size_t width) {
+  const bool is_upright =
+      matrix.columns == width || (matrix.rows != width && matrix.columns <= matrix.rows);
+  return is_upright ? std::move(matrix) : Transposed(matrix);
+}
+
 /// Readings in turn in one list as three columns. What is left over at the end is padding where it
 /// is no number. Error (usage): it is one.
-Result<Matrix> InTurn(const Matrix& list, const std::string& part) {
-  Matrix matrix{.rows = list.values.size() / 3, .columns = 3, .values = {}};
-  for (std::size_t i = 3 * matrix.rows; i < list.values.size(); ++i) {
+Result<Matrix> InTurn(Matrix list, const std::string& part) {
+  for (std::size_t i = list.values.size() / 3 * 3; i < list.values.size(); ++i) {
     if (std::isnan(list.values[i])) continue;
     return Error(ErrorCode::kInvalidArgument,
                  "`" + part + "` has " + std::to_string(list.values.size()) +
                      " numbers, which are not x, y and z in turn");
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t row = 0; row < matrix.rows; ++row) {
-      matrix.values.push_back(list.values[3 * row + axis]);
-    }
-  }
-  return matrix;
-}
-
-/// The columns `range` ("2-4") of `matrix`, counted from 1.
-Result<std::pair<std::size_t, std::size_t>> ParseRange(const std::string& part,
-                                                       const std::string& range,
-                                                       const Matrix& matrix) {
-  std::size_t first = 1;
-  const char* const end = range.data() + range.size();
-  auto parsed = std::from_chars(range.data(), end, first);
-  std::size_t last = first;
-  if (parsed.ec == std::errc() && parsed.ptr != end && *parsed.ptr == '-') {
-    parsed = std::from_chars(parsed.ptr + 1, end, last);
-  }
-  if (parsed.ec != std::errc() || parsed.ptr != end || first < 1 || last < first ||
-      last > matrix.columns) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "`" + part + "`: expected column numbers from 1 to " +
-                     std::to_string(matrix.columns) + ", as in data:2-4, or data:xyz");
-  }
-  return std::pair(first, last);
+  return Transposed(
+      {.rows = 3, .columns = list.values.size() / 3, .values = std::move(list.values)});
 }
 
 Result<Vectors> ReadVectors(const Files& files,
@@ -363,18 +324,19 @@ Result<Vectors> ReadVectors(const Files& files,
     if (vectors.columns.empty()) vectors.file = place.file;
     TRUETRIAD_ASSIGN_OR_RETURN(Matrix matrix, files[place.file].Read(*place.variable));
     const std::string range = colon == std::string::npos ? "" : part.substr(colon + 1);
-    std::pair<std::size_t, std::size_t> wanted;
+    std::optional<std::pair<std::uint32_t, std::uint32_t>> wanted = ParseRange(range);
     if (range == "xyz") {
-      TRUETRIAD_ASSIGN_OR_RETURN(Matrix in_turn, InTurn(matrix, part));
-      matrix = std::move(in_turn);
+      TRUETRIAD_ASSIGN_OR_RETURN(matrix, InTurn(std::move(matrix), part));
       wanted = {1, 3};
     } else if (colon == std::string::npos) {
       matrix = Upright(std::move(matrix), expected / parts.size());
       wanted = {1, matrix.columns};
-    } else {
-      TRUETRIAD_ASSIGN_OR_RETURN(wanted, ParseRange(part, range, matrix));
+    } else if (!wanted || wanted->second > matrix.columns) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "`" + part + "`: expected column numbers from 1 to " +
+                       std::to_string(matrix.columns) + ", as in data:2-4, or data:xyz");
     }
-    for (std::size_t column = wanted.first; column <= wanted.second; ++column) {
+    for (std::size_t column = wanted->first; column <= wanted->second; ++column) {
       const auto begin =
           matrix.values.begin() + static_cast<std::ptrdiff_t>((column - 1) * matrix.rows);
       vectors.columns.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(matrix.rows));
@@ -400,20 +362,19 @@ Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
     return times;
   }
   if (IsRate(reference)) {
-    double rate_hz = 0.0;
-    std::from_chars(reference.data(), reference.data() + reference.size() - 2, rate_hz);
-    if (!(rate_hz > 0.0 && rate_hz < 1e9)) {
+    const std::optional<double> rate_hz = ParseRate(reference);
+    if (!rate_hz) {
       return Error(ErrorCode::kInvalidArgument,
                    "--columns: time=" + reference + ": expected a rate, as in time=100Hz");
     }
     for (std::size_t i = 0; i < count; ++i) {
-      times.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
+      times.push_back(std::llround(static_cast<double>(i) * 1e9 / *rate_hz));
     }
     return times;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Vectors vectors, ReadVectors(files, reference, 1, file));
   const double ns = *NanosecondsPer(units.at("time"));
-  constexpr double kLast = 9.2e18;
+  constexpr double kLast = 9.2e18;  // 2^63 = 9.22e18: what 64 bits of nanoseconds hold.
   for (const double value : vectors.columns[0]) {
     const double time_ns = value * ns;
     if (!(std::abs(time_ns) < kLast)) {
@@ -651,16 +612,15 @@ int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv) 
   return RunConverter(
       {.format = format.name,
        .input = format.input,
-       .details =
-           "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps "
-           "the\nsensors to a variable, a field, three of either, or a range of columns (from 1); "
-           "data:xyz is\none list of x, y and z in turn. time=100Hz if there is no time, time=none "
-           "if "
-           "every row is\none reading at rest. By default names such as acc, gyro, mag, t and temp "
-           "are recognised if\neach occurs once. Of several inputs FILE/NAME, without the file's "
-           "ending; each sensor goes\nwith the time in its own file. accelerometer=acc@t_acc has a "
-           "time of its own. --units=s,m/s^2,rad/s,uT,degC "
-           "states the units, which the\nfile does not contain. Readings are assumed to be raw.\n",
+       .details = R"(
+--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps the
+sensors to a variable, a field, three of either, or a range of columns (from 1); data:xyz is
+one list of x, y and z in turn. time=100Hz if there is no time, time=none if every row is
+one reading at rest. By default names such as acc, gyro, mag, t and temp are recognised if
+each occurs once. Of several inputs FILE/NAME, without the file's ending; each sensor goes
+with the time in its own file. accelerometer=acc@t_acc has a time of its own. --units=s,m/s^2,rad/s,uT,degC states the units, which the
+file does not contain. Readings are assumed to be raw.
+)",
        .takes_several = true,
        .others = {"columns", "units"},
        .run = [&](const Arguments& arguments) { return ConvertNamedReadings(format, arguments); }},

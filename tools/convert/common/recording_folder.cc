@@ -32,8 +32,8 @@ constexpr std::string_view kTimeColumn = "time_ns";
 constexpr std::string_view kTemperatureColumn = "temperature";
 constexpr std::string_view kManifest = "recording.yaml";
 constexpr std::string_view kPoses = "poses.yaml";
-constexpr std::size_t kChunk = std::size_t{1} << 18U;
-constexpr std::size_t kLongestNumber = 32;
+constexpr std::size_t kChunk = std::size_t{1} << 18U;  // Is written at once.
+constexpr std::size_t kLongestNumber = 32;             // A double has 24 characters, a time 20.
 
 std::string Column(const TriadColumns& triad, char axis) {
   return std::string(TriadPrefix(triad.triad)) + "_" + axis;
@@ -43,6 +43,7 @@ std::string Column(const TriadColumns& triad, char axis) {
 /// comes of damage to a log that has no checksum.
 double LargestReading(const TriadColumns& columns) {
   constexpr PerTriad<double> kLargest = {{1e5, 1e5, 1e8}};
+  // Beyond 2^53 = 9e15 a double does not hold each whole number.
   constexpr double kLargestCount = 1e15;
   const Result<Unit> unit = ParseTriadUnit(columns.triad, columns.unit);
   CHECK(unit) << columns.unit;

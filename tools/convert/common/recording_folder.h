@@ -44,8 +44,8 @@ struct TableColumns {
 /// later still is left out and counted, because a recording's time never goes back.
 class Table {
  public:
-  static constexpr std::size_t kReach = 1024;
-  static constexpr std::size_t kMostColumns = 10;
+  static constexpr std::size_t kReach = 1024;      ///< A second of 1 kHz.
+  static constexpr std::size_t kMostColumns = 10;  ///< Three triads and a temperature.
 
   Table(const std::string& folder,
         std::string file,

@@ -11,10 +11,10 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr char kMagic0 = '\xA3';
-constexpr char kMagic1 = '\x95';
-constexpr int kFormatType = 128;
-constexpr std::size_t kHeader = 3;
+// What a record begins with, before its type.
+constexpr char kMagic0 = '\xA3', kMagic1 = '\x95';
+constexpr int kFormatType = 128;             // FMT
+constexpr std::size_t kHeader = 3;           // Magic bytes and type.
 constexpr std::size_t kLongestRecord = 255;  // The length is one byte of FMT.
 
 /// What a letter of a format says of its field: how many bytes, and of what.
@@ -104,12 +104,11 @@ std::optional<std::uint64_t> IntegerIn(const MessageField& field, std::string_vi
 }
 
 double NumberIn(const MessageField& field, std::string_view record) {
-  constexpr unsigned kBitsOfByte = 8;
   const Layout layout = LayoutOf(field.letter);
   if (layout.kind == Layout::kUnsigned)
     return layout.factor * static_cast<double>(BitsIn(field, record, layout.size));
   if (layout.kind == Layout::kSigned) {
-    const auto unused = static_cast<unsigned>(kBitsOfByte * (sizeof(std::uint64_t) - layout.size));
+    const auto unused = static_cast<unsigned>(8 * (sizeof(std::uint64_t) - layout.size));
     const std::uint64_t bits = BitsIn(field, record, layout.size) << unused;
     return layout.factor * static_cast<double>(static_cast<std::int64_t>(bits) >> unused);
   }
@@ -135,7 +134,7 @@ DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move
 
 Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
-  constexpr std::size_t kBeginning = std::size_t{1} << 20U;
+  constexpr std::size_t kBeginning = std::size_t{1} << 20U;  // Logs begin with their formats.
   const std::string_view beginning = bytes->Peek(kBeginning);
   constexpr std::string_view kFormatHeader = "\xA3\x95\x80";
   if (beginning.find(kFormatHeader) == std::string_view::npos) {
@@ -189,13 +188,6 @@ void DataflashLog::Describe(std::string_view record) {
   // The first word counts: a second one for the same type is damaged.
   std::unique_ptr<MessageFormat>& known = formats_[static_cast<std::size_t>(format->type)];
   if (!known) known = std::move(format);
-}
-
-const MessageFormat* DataflashLog::Find(std::string_view name) const {
-  for (const auto& format : formats_) {
-    if (format && format->name == name) return format.get();
-  }
-  return nullptr;
 }
 
 }  // namespace truetriad::convert

@@ -61,8 +61,6 @@ class DataflashLog {
   double progress() const { return bytes_->progress(); }
   /// Whether the file could not be read to its end.
   bool read_failed() const { return bytes_->read_failed(); }
-  /// The kind of message called `name`, if the log has described it so far.
-  const MessageFormat* Find(std::string_view name) const;
 
  private:
   explicit DataflashLog(std::unique_ptr<ByteStream> bytes);

@@ -13,29 +13,24 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr std::array<std::string_view, 3> kAxes = {"X", "Y", "Z"};
-
-/// "INS_ACCOFFS", "INS_ACC2OFFS", …, "INS4_ACCOFFS": the first sensor has no number, the fourth and
-/// later ones stand in groups of their own.
-std::string InertialName(std::string_view sensor, std::string_view what, int instance) {
-  const std::string number = std::to_string(instance + 1);
-  if (instance >= 3) {
-    return "INS" + number + "_" + std::string(sensor) + std::string(what);
-  }
-  return "INS_" + std::string(sensor) + (instance == 0 ? "" : number) + std::string(what);
+/// "INS_ACCOFFS", "INS_ACC2OFFS", …, "INS4_ACCOFFS": the fourth and later sensors stand in groups
+/// of their own, and the first has no number, or `first`.
+std::string InertialName(std::string_view sensor,
+                         std::string_view what,
+                         int instance,
+                         const std::string& first = "") {
+  const std::string number = instance == 0 ? first : std::to_string(instance + 1);
+  const std::string name = instance >= 3 ? "INS" + number + "_" + std::string(sensor)
+                                         : "INS_" + std::string(sensor) + number;
+  return name + std::string(what);
 }
 
 /// "INS_TCAL1_" or "INS4_TCAL_".
-std::string ThermalPrefix(int instance) {
-  const std::string number = std::to_string(instance + 1);
-  return instance >= 3 ? "INS" + number + "_TCAL_" : "INS_TCAL" + number + "_";
-}
+std::string ThermalPrefix(int instance) { return InertialName("TCAL", "_", instance, "1"); }
 
 /// "INS_ACC1_CALTEMP" or "INS4_ACC_CALTEMP".
 std::string CalibrationTemperature(std::string_view sensor, int instance) {
-  const std::string number = std::to_string(instance + 1);
-  return instance >= 3 ? "INS" + number + "_" + std::string(sensor) + "_CALTEMP"
-                       : "INS_" + std::string(sensor) + number + "_CALTEMP";
+  return InertialName(sensor, "_CALTEMP", instance, "1");
 }
 
 /// "COMPASS_OFS", "COMPASS_OFS2".
@@ -52,12 +47,10 @@ Result<double> Value(const Parameters& parameters, const std::string& name) {
   return found->second;
 }
 
-Result<std::array<double, 3>> Vector(const Parameters& parameters, const std::string& prefix) {
-  std::array<double, 3> values{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const double value,
-                               Value(parameters, prefix + "_" + std::string(kAxes[axis])));
-    values[axis] = value;
+Result<Eigen::Vector3d> Vector(const Parameters& parameters, const std::string& prefix) {
+  Eigen::Vector3d values;
+  for (int axis = 0; axis < 3; ++axis) {
+    TRUETRIAD_ASSIGN_OR_RETURN(values[axis], Value(parameters, prefix + "_" + "XYZ"[axis]));
   }
   return values;
 }
@@ -98,18 +91,6 @@ Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
   return rotation;
 }
 
-template <typename Values>
-std::string List(const Values& values) {
-  YamlText text;
-  text << "[";
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i > 0) text << ", ";
-    text << values[i];
-  }
-  text << "]";
-  return text.str();
-}
-
 /// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
 Result<std::string> Thermal(const Parameters& parameters, std::string_view sensor, int instance) {
   const std::string prefix = ThermalPrefix(instance);
@@ -122,83 +103,62 @@ Result<std::string> Thermal(const Parameters& parameters, std::string_view senso
                              Value(parameters, CalibrationTemperature(sensor, instance)));
   if (high <= low)
     return Error(ErrorCode::kInvalidValue, prefix + "TMAX is not above " + prefix + "TMIN");
-  constexpr double kScale = 1e-6;
-  std::string coefficients;
-  for (int power = 1; power <= 3; ++power) {
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        auto row, Vector(parameters, prefix + std::string(sensor) + std::to_string(power)));
-    for (double& value : row) value *= kScale;
-    coefficients += (power > 1 ? ", " : "") + List(row);
-  }
   YamlText text;
   text << "\n    thermal: {reference_degc: 35, calibrated_degc: " << calibrated << ", range_degc: ["
-       << low << ", " << high << "], coefficients: [" << coefficients << "]}";
-  return text.str();
+       << low << ", " << high << "], coefficients: [";
+  for (int power = 1; power <= 3; ++power) {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Eigen::Vector3d row,
+        Vector(parameters, prefix + std::string(sensor) + std::to_string(power)));
+    text << (power > 1 ? ", " : "") << row * 1e-6;  // Firmware states them in millionths.
+  }
+  return (text << "]}").str();
 }
 
 /// INS_ACCSCAL of a sensor; ones for a gyroscope.
-Result<std::array<double, 3>> InertialScale(const Parameters& parameters,
-                                            std::string_view sensor,
-                                            int instance) {
-  if (sensor != "ACC") return std::array<double, 3>{1.0, 1.0, 1.0};
+Result<Eigen::Vector3d> InertialScale(const Parameters& parameters,
+                                      std::string_view sensor,
+                                      int instance) {
+  if (sensor != "ACC") return Eigen::Vector3d(Eigen::Vector3d::Ones());
   const std::string name = InertialName(sensor, "SCAL", instance);
-  Result<std::array<double, 3>> scale = Vector(parameters, name);
-  for (std::size_t axis = 0; scale && axis < 3; ++axis) {
-    if ((*scale)[axis] == 0.0)
-      return Error(ErrorCode::kInvalidValue,
-                   name + " is zero: this accelerometer has no scale calibration");
-  }
+  Result<Eigen::Vector3d> scale = Vector(parameters, name);
+  if (scale && (scale->array() == 0.0).any())
+    return Error(ErrorCode::kInvalidValue,
+                 name + " is zero: this accelerometer has no scale calibration");
   return scale;
-}
-
-/// (R·y) ∘ s − o as a manifest states it: M·(y − p) with M = diag(s)·R, p = Rᵀ·(o / s).
-std::string AfterRotation(const Eigen::Vector3d& offset,
-                          const Eigen::Vector3d& scale,
-                          const Eigen::Matrix3d& rotation) {
-  const Eigen::Vector3d subtracted = rotation.transpose() * offset.cwiseQuotient(scale);
-  const Eigen::Matrix3d product = scale.asDiagonal() * rotation;
-  YamlText text;
-  text << "\n    offset: "
-       << std::string_view(List(std::vector<double>(subtracted.begin(), subtracted.end())))
-       << "\n    matrix: " << product << "\n";
-  return text.str();
 }
 
 Result<std::string> InertialCorrection(const Parameters& parameters,
                                        CorrectionOrder order,
                                        std::string_view sensor,
                                        int instance) {
-  const Result<std::array<double, 3>> offset =
-      Vector(parameters, InertialName(sensor, "OFFS", instance));
-  TRUETRIAD_RETURN_IF_ERROR(offset);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d offset,
+                             Vector(parameters, InertialName(sensor, "OFFS", instance)));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d rotation, BoardRotation(parameters));
-  const Result<std::array<double, 3>> scale = InertialScale(parameters, sensor, instance);
-  TRUETRIAD_RETURN_IF_ERROR(scale);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d scale,
+                             InertialScale(parameters, sensor, instance));
+  YamlText text;
   if (order == CorrectionOrder::kVehicleFrame) {
-    return AfterRotation(Eigen::Vector3d(offset->data()), Eigen::Vector3d(scale->data()), rotation);
+    // (R·y) ∘ s − o as a manifest states it: M·(y − p) with M = diag(s)·R, p = Rᵀ·(o / s).
+    const Eigen::Vector3d subtracted = rotation.transpose() * offset.cwiseQuotient(scale);
+    const Eigen::Matrix3d product = scale.asDiagonal() * rotation;
+    text << "\n    offset: " << subtracted << "\n    matrix: " << product << "\n";
+    return text.str();
   }
-  std::string text = "\n    offset: " + List(*offset);
-  if (sensor == "ACC") text += "\n    scale: " + List(*scale);
-  if (!rotation.isIdentity(0.0)) {
-    YamlText matrix;
-    matrix << rotation;
-    text += "\n    matrix: " + matrix.str();
-  }
+  text << "\n    offset: " << offset;
+  if (sensor == "ACC") text << "\n    scale: " << scale;
+  if (!rotation.isIdentity(0.0)) text << "\n    matrix: " << rotation;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string thermal, Thermal(parameters, sensor, instance));
-  return text + thermal + "\n";
+  return (text << thermal << "\n").str();
 }
 
 Result<std::string> CompassCorrection(const Parameters& parameters, int instance) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto added, CompassOffsets(parameters, instance));
-  const Result<std::array<double, 9>> matrix = CompassMatrix(parameters, instance);
-  TRUETRIAD_RETURN_IF_ERROR(matrix);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d added, CompassOffsets(parameters, instance));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d matrix, CompassMatrix(parameters, instance));
   // A recording's offset is subtracted; ArduPilot's is added.
-  std::array<double, 3> offset{};
-  for (std::size_t axis = 0; axis < 3; ++axis) offset[axis] = 0.0 - added[axis];
-  const Eigen::Matrix3d rows =
-      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->data());
+  const Eigen::Vector3d offset = Eigen::Vector3d::Zero() - added;
   YamlText text;
-  text << "\n    offset: " << std::string_view(List(offset)) << "\n    matrix: " << rows << "\n";
+  text << "\n    offset: " << offset << "\n    matrix: " << matrix << "\n";
   return text.str();
 }
 
@@ -217,31 +177,23 @@ PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, in
   return ids;
 }
 
-Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance) {
+Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance) {
   return Vector(parameters, CompassName("OFS", instance));
 }
 
-Result<std::array<double, 9>> CompassMatrix(const Parameters& parameters, int instance) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto diagonal, Vector(parameters, CompassName("DIA", instance)));
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto off, Vector(parameters, CompassName("ODI", instance)));
-  const std::array<double, 3>& d = diagonal;
-  const std::array<double, 3>& o = off;
-  const bool unset = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;  // Firmware then takes ones.
-  std::array<double, 9> matrix = {unset ? 1.0 : d[0],
-                                  o[0],
-                                  o[1],
-                                  o[0],
-                                  unset ? 1.0 : d[1],
-                                  o[2],
-                                  o[1],
-                                  o[2],
-                                  unset ? 1.0 : d[2]};
-  // A scale outside of 1/1.5 … 1.5, as 0, is ignored; older firmware has none.
+Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Eigen::Vector3d d, Vector(parameters, CompassName("DIA", instance)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d o,
+                             Vector(parameters, CompassName("ODI", instance)));
+  if (d.isZero(0.0)) d.setOnes();  // As firmware does.
+  Eigen::Matrix3d matrix;
+  matrix << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
   const auto scale = parameters.find(CompassName("SCALE", instance));
+  // Firmware ignores a scale outside of 1/1.5 … 1.5, as 0; older one has none.
   constexpr double kLargestScale = 1.5;
   if (scale != parameters.end() && scale->second >= 1.0 / kLargestScale &&
       scale->second <= kLargestScale) {
-    for (double& entry : matrix) entry *= scale->second;
+    matrix *= scale->second;
   }
   return matrix;
 }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+
+#include <Eigen/Core>
 
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
@@ -40,8 +41,8 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters,
 PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance);
 
 /// Compass offset, added: x, y, z in mG. Error: missing.
-Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance);
-/// D·s, which multiplies the sum of reading and offset, row by row.
-Result<std::array<double, 9>> CompassMatrix(const Parameters& parameters, int instance);
+Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance);
+/// D·s, which multiplies the sum of reading and offset.
+Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance);
 
 }  // namespace truetriad::convert

@@ -23,8 +23,7 @@ namespace truetriad::convert {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int64_t kNsPerUs = 1000;
-constexpr int kMostImus = 5;
+constexpr int kMostImus = 5;  // INS_MAX_INSTANCES of ArduPilot.
 
 /// Messages that hold readings. Older logs number the message (IMU2), newer ones have a field I.
 constexpr std::array<std::string_view, 4> kKinds = {"IMU", "ACC", "GYR", "MAG"};
@@ -55,7 +54,7 @@ Source SourceOf(const MessageFormat& format, std::string_view record) {
 std::optional<std::int64_t> TimeOf(const MessageFormat& format,
                                    std::string_view record,
                                    std::string_view field_name) {
-  std::int64_t unit_ns = kNsPerUs;
+  std::int64_t unit_ns = 1000;
   const MessageField* field = format.Find(field_name);
   if (field == nullptr) field = format.Find("TimeUS");
   if (field == nullptr) {
@@ -88,7 +87,7 @@ struct Axes {
     }
     return axes;
   }
-  std::array<double, 3> In(std::string_view record) const {
+  Eigen::Vector3d In(std::string_view record) const {
     return {
         NumberIn(*fields[0], record), NumberIn(*fields[1], record), NumberIn(*fields[2], record)};
   }
@@ -103,9 +102,9 @@ struct Contents {
   std::map<Source, Messages> sources;
   Parameters parameters;
   std::map<std::string, std::string> changed;  ///< Parameters that changed after readings began.
-  std::map<int, std::array<double, 3>> compass_offsets;  ///< Of the first row of each magnetometer.
-  std::set<int> with_temperature;                        ///< Instances whose IMU messages have one.
-  bool in_milliseconds = false;                          ///< As firmware before 2015 logs.
+  std::map<int, Eigen::Vector3d> compass_offsets;  ///< Of the first row of each magnetometer.
+  std::set<int> with_temperature;                  ///< Instances whose IMU messages have one.
+  bool in_milliseconds = false;                    ///< As firmware before 2015 logs.
   std::string firmware;
   std::uint64_t records = 0, skipped_bytes = 0, damages = 0;
 };
@@ -208,30 +207,12 @@ std::string SourceName(const Source& source) {
   return std::string(source.kind) + " of instance " + std::to_string(source.instance);
 }
 
-/// Where each triad of a recording comes from.
+/// Which messages become a recording.
 struct Choice {
   int instance = 0;
-  std::string suffix;                   ///< Of its files: "-1".
-  bool accelerometer_raw_rate = false;  ///< From ACC, not from IMU.
-  bool gyroscope_raw_rate = false;
-  bool accelerometer = false, gyroscope = false, magnetometer = false;
+  std::string suffix;  ///< Of its files: "-1".
+  std::set<std::string_view> kinds;
 };
-
-Choice ChoiceOf(const Contents& contents, const Arguments& arguments, int instance) {
-  const auto has = [&](std::string_view kind) {
-    const auto& topics = arguments.topics;
-    return (topics.empty() || std::find(topics.begin(), topics.end(), kind) != topics.end()) &&
-           contents.sources.contains({kind, instance});
-  };
-  Choice choice;
-  choice.instance = instance;
-  choice.accelerometer_raw_rate = has("ACC");
-  choice.gyroscope_raw_rate = has("GYR");
-  choice.accelerometer = has("IMU") || has("ACC");
-  choice.gyroscope = has("IMU") || has("GYR");
-  choice.magnetometer = has("MAG");
-  return choice;
-}
 
 /// One for each instance that is asked for; at least one.
 Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& arguments) {
@@ -248,10 +229,16 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
   if (arguments.instance) instances = {*arguments.instance};
   std::vector<Choice> choices;
   for (const int instance : instances) {
-    Choice choice = ChoiceOf(contents, arguments, instance);
-    const bool is_unit = choice.accelerometer || choice.magnetometer;
+    Choice choice{.instance = instance, .suffix = {}, .kinds = {}};
+    for (const std::string_view kind : kKinds) {
+      const auto& topics = arguments.topics;
+      const bool is_asked_for =
+          topics.empty() || std::find(topics.begin(), topics.end(), kind) != topics.end();
+      if (is_asked_for && contents.sources.contains({kind, instance})) choice.kinds.insert(kind);
+    }
     // Further gyroscopes by themselves are filtered readings of the others (INS_RAW_LOG_OPT).
-    if (!is_unit && !(choice.gyroscope && choices.empty())) continue;
+    const bool is_further = choice.kinds == std::set<std::string_view>{"GYR"} && !choices.empty();
+    if (choice.kinds.empty() || is_further) continue;
     if (!choices.empty()) choice.suffix = "-" + std::to_string(instance);
     choices.push_back(choice);
   }
@@ -280,15 +267,13 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
     applied = Error(ErrorCode::kInvalidValue, std::string(name).append(" ").append(what));
   }
   if (applied && triad == Triad::kMagnetometer) {
-    // Rows state whole numbers, cut off.
-    const Result<std::array<double, 3>> offsets = CompassOffsets(contents.parameters, instance);
+    const Result<Eigen::Vector3d> offsets = CompassOffsets(contents.parameters, instance);
     const auto logged = contents.compass_offsets.find(instance);
-    for (std::size_t i = 0; offsets && logged != contents.compass_offsets.end() && i < 3; ++i) {
-      if (std::abs((*offsets)[i] - logged->second[i]) >= 1.0 + 1e-3) {
-        applied = Error(ErrorCode::kDoesNotMatch,
-                        "the offsets logged with its rows differ from the COMPASS_OFS parameters");
-        break;
-      }
+    // Rows state whole numbers, cut off.
+    if (offsets && logged != contents.compass_offsets.end() &&
+        ((*offsets - logged->second).array().abs() >= 1.0 + 1e-3).any()) {
+      applied = Error(ErrorCode::kDoesNotMatch,
+                      "the offsets logged with its rows differ from the COMPASS_OFS parameters");
     }
   }
   if (applied) return *applied;
@@ -323,33 +308,25 @@ class CompassRows {
     if (found != contents.compass_offsets.end()) first_offsets_ = found->second;
   }
 
-  std::array<double, 3> Restated(const MessageFormat& format, std::string_view record) {
-    std::array<double, 3> reading = Axes::Of(format, "Mag")->In(record);
+  Eigen::Vector3d Restated(const MessageFormat& format, std::string_view record) {
+    Eigen::Vector3d reading = Axes::Of(format, "Mag")->In(record);
     std::optional<Axes> motor = Axes::Of(format, "MO");
     if (!motor) motor = Axes::Of(format, "MOfs");
-    if (motor) {
-      const std::array<double, 3> part = motor->In(record);
-      for (std::size_t i = 0; i < 3; ++i) reading[i] -= part[i];
-    }
+    if (motor) reading -= motor->In(record);
     const std::optional<Axes> offset_fields = Axes::Of(format, "Ofs");
     if (!offset_fields || !first_offsets_ || !matrix_) return reading;
-    const std::array<double, 3> offsets = offset_fields->In(record);
-    if (offsets == *first_offsets_) return reading;
+    const Eigen::Vector3d change = *first_offsets_ - offset_fields->In(record);
+    if (change.isZero(0.0)) return reading;
     ++restated_;
-    for (std::size_t row = 0; row < 3; ++row) {
-      for (std::size_t column = 0; column < 3; ++column) {
-        reading[row] +=
-            (*matrix_)[3 * row + column] * ((*first_offsets_)[column] - offsets[column]);
-      }
-    }
+    for (int axis = 0; axis < 3; ++axis) reading += matrix_->col(axis) * change[axis];
     return reading;
   }
 
   std::uint64_t restated() const { return restated_; }
 
  private:
-  Result<std::array<double, 9>> matrix_;
-  std::optional<std::array<double, 3>> first_offsets_;
+  Result<Eigen::Matrix3d> matrix_;
+  std::optional<Eigen::Vector3d> first_offsets_;
   std::uint64_t restated_ = 0;
 };
 
@@ -371,13 +348,14 @@ class Conversion {
           folder->AddTable(file + choice.suffix + ".csv", std::move(columns), {has_temperature});
       routes_[kind] = {table, time_field, parts};
     };
+    const auto& kinds = choice.kinds;
     std::vector<Part> imu;
-    if (choice.gyroscope && !choice.gyroscope_raw_rate) imu.push_back(kGyroscope);
-    if (choice.accelerometer && !choice.accelerometer_raw_rate) imu.push_back(kAccelerometer);
-    if (!imu.empty()) add("IMU", "TimeUS", "imu", imu);
-    if (choice.gyroscope_raw_rate) add("GYR", "SampleUS", "gyroscope", {kGyroscope});
-    if (choice.accelerometer_raw_rate) add("ACC", "SampleUS", "accelerometer", {kAccelerometer});
-    if (choice.magnetometer) add("MAG", "TimeUS", "magnetometer", {kMagnetometer});
+    if (!kinds.contains("GYR")) imu.push_back(kGyroscope);
+    if (!kinds.contains("ACC")) imu.push_back(kAccelerometer);
+    if (kinds.contains("IMU") && !imu.empty()) add("IMU", "TimeUS", "imu", imu);
+    if (kinds.contains("GYR")) add("GYR", "SampleUS", "gyroscope", {kGyroscope});
+    if (kinds.contains("ACC")) add("ACC", "SampleUS", "accelerometer", {kAccelerometer});
+    if (kinds.contains("MAG")) add("MAG", "TimeUS", "magnetometer", {kMagnetometer});
   }
 
   void Take(const Source& source, const MessageFormat& format, std::string_view record) {
@@ -395,7 +373,7 @@ class Conversion {
       const bool is_field = part.triad == Triad::kMagnetometer;
       whole = whole && (axes || !is_field);
       if (whole && axes) {
-        const std::array<double, 3> values =
+        const Eigen::Vector3d values =
             is_field ? compass_.Restated(format, record) : axes->In(record);
         std::copy(values.begin(), values.end(), reading);
       }
@@ -485,14 +463,13 @@ Status Run(const Arguments& arguments) {
                                DataflashLog::Open(arguments.input));
     ProgressLine line("Converting");
     const ProgressCallback progress = line.callback();
-    std::uint64_t count = 0;
     for (auto record = log->Next(); record.format != nullptr; record = log->Next()) {
       const Source source = SourceOf(*record.format, record.bytes);
       if (source.kind.empty()) continue;
       for (Conversion& conversion : conversions) {
         conversion.Take(source, *record.format, record.bytes);
       }
-      if (progress && ++count % 10000 == 0) progress(log->progress());
+      if (progress) progress(log->progress());
     }
   }
   for (const Conversion& conversion : conversions) {
@@ -512,18 +489,17 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {
-      .format = "dataflash",
-      .input = "an ArduPilot DataFlash log (.bin)",
-      .details =
-          "\nTopics are IMU, ACC, GYR and MAG. By default ACC and GYR (raw rate) are converted if "
-          "the\nlog has them, otherwise IMU, plus MAG. Of several instances the first is "
-          "recording.yaml, the others\nrecording-N.yaml; --instance counts from 0 and picks one.\n"
-          "The firmware logs corrected readings: its corrections, read from the "
-          "parameters in the\nlog, go into `applied:` of the recording and are undone when the "
-          "recording is read.\n",
-      .takes_topics = true,
-      .takes_instance = true,
-      .run = truetriad::convert::Run};
+  const truetriad::convert::Converter converter = {.format = "dataflash",
+                                                   .input = "an ArduPilot DataFlash log (.bin)",
+                                                   .details = R"(
+Topics are IMU, ACC, GYR and MAG. By default ACC and GYR (raw rate) are converted if the
+log has them, otherwise IMU, plus MAG. Of several instances the first is recording.yaml, the others
+recording-N.yaml; --instance counts from 0 and picks one.
+The firmware logs corrected readings: its corrections, read from the parameters in the
+log, go into `applied:` of the recording and are undone when the recording is read.
+)",
+                                                   .takes_topics = true,
+                                                   .takes_instance = true,
+                                                   .run = truetriad::convert::Run};
   return truetriad::convert::RunConverter(converter, argc, argv);
 }

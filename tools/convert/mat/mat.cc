@@ -83,40 +83,30 @@ const matvar_t* FieldNamed(const matvar_t& variable, const std::string& name) {
 }
 
 template <typename T>
-void Append(const matvar_t& variable, std::size_t count, std::vector<double>* values) {
+bool CopyIf(matio_types type,
+            const matvar_t& variable,
+            std::size_t count,
+            std::vector<double>* to) {
   const T* const numbers = static_cast<const T*>(variable.data);
-  values->assign(numbers, numbers + count);
+  if (variable.data_type == type) to->assign(numbers, numbers + count);
+  return variable.data_type == type;
 }
 
-bool CopyNumbers(const matvar_t& variable, std::size_t count, std::vector<double>* values) {
-  if (variable.data == nullptr || variable.data_size <= 0 ||
-      variable.nbytes < count * static_cast<std::size_t>(variable.data_size)) {
+bool CopyNumbers(const matvar_t& of, std::size_t count, std::vector<double>* to) {
+  if (of.data == nullptr || of.data_size <= 0 ||
+      of.nbytes < count * static_cast<std::size_t>(of.data_size)) {
     return false;
   }
-  switch (variable.data_type) {
-    case MAT_T_DOUBLE:
-      return Append<double>(variable, count, values), true;
-    case MAT_T_SINGLE:
-      return Append<float>(variable, count, values), true;
-    case MAT_T_INT8:
-      return Append<std::int8_t>(variable, count, values), true;
-    case MAT_T_UINT8:
-      return Append<std::uint8_t>(variable, count, values), true;
-    case MAT_T_INT16:
-      return Append<std::int16_t>(variable, count, values), true;
-    case MAT_T_UINT16:
-      return Append<std::uint16_t>(variable, count, values), true;
-    case MAT_T_INT32:
-      return Append<std::int32_t>(variable, count, values), true;
-    case MAT_T_UINT32:
-      return Append<std::uint32_t>(variable, count, values), true;
-    case MAT_T_INT64:
-      return Append<std::int64_t>(variable, count, values), true;
-    case MAT_T_UINT64:
-      return Append<std::uint64_t>(variable, count, values), true;
-    default:
-      return false;
-  }
+  return CopyIf<double>(MAT_T_DOUBLE, of, count, to) ||
+         CopyIf<float>(MAT_T_SINGLE, of, count, to) ||
+         CopyIf<std::int8_t>(MAT_T_INT8, of, count, to) ||
+         CopyIf<std::uint8_t>(MAT_T_UINT8, of, count, to) ||
+         CopyIf<std::int16_t>(MAT_T_INT16, of, count, to) ||
+         CopyIf<std::uint16_t>(MAT_T_UINT16, of, count, to) ||
+         CopyIf<std::int32_t>(MAT_T_INT32, of, count, to) ||
+         CopyIf<std::uint32_t>(MAT_T_UINT32, of, count, to) ||
+         CopyIf<std::int64_t>(MAT_T_INT64, of, count, to) ||
+         CopyIf<std::uint64_t>(MAT_T_UINT64, of, count, to);
 }
 
 /// What the first bytes say; the library would also take a file for one of version 4, which has no
@@ -124,7 +114,7 @@ bool CopyNumbers(const matvar_t& variable, std::size_t count, std::vector<double
 enum class Version { kNone, k5, k73 };
 Version VersionOf(ByteStream* file) {
   constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
-  constexpr std::size_t kUserBlock = 512;
+  constexpr std::size_t kUserBlock = 512;  // That of MATLAB, before HDF5.
   const std::string_view beginning = file->Peek(kUserBlock + kHdf5.size());
   if (beginning.starts_with(kHdf5)) return Version::k73;
   if (beginning.size() > kUserBlock && beginning.substr(kUserBlock) == kHdf5) return Version::k73;
@@ -218,7 +208,7 @@ void MatFile::Collect(const matvar_t& variable, const std::string& name, int dep
 /// Whether so many elements can come out of a file of this size: each has a byte at least, and zlib
 /// packs at most 1032 to 1.
 bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
-  constexpr std::size_t kDensest = 1032;
+  constexpr std::size_t kDensest = 1032;  // Bytes from one, by zlib.
   std::size_t count = 1;
   for (int i = 0; i < variable.rank && variable.dims != nullptr; ++i) {
     if (variable.dims[i] != 0 && count > kMostElements / variable.dims[i]) return false;

@@ -19,8 +19,8 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr std::size_t kTag = 8;
-constexpr int kDeepest = 64;  ///< Cells in cells; the library calls itself as deep.
+constexpr std::size_t kTag = 8;  // Type and size, a word each.
+constexpr int kDeepest = 64;     ///< Cells in cells; the library calls itself as deep.
 
 std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped) {
   const auto word = LoadNumber<std::uint32_t>(bytes, offset);
@@ -64,7 +64,7 @@ class Content {
   }
 
  private:
-  static constexpr std::size_t kChunk = std::size_t{1} << 14U;
+  static constexpr std::size_t kChunk = std::size_t{1} << 14U;  // Is inflated at once.
 
   bool Inflate(std::size_t count, char* into) {
     if (!is_ready_) return false;
@@ -147,7 +147,7 @@ class Walk {
   }
 
  private:
-  static constexpr std::uint32_t kComplexFlag = 0x800U;
+  static constexpr std::uint32_t kComplexFlag = 0x800U;  // Of the array flags of version 5.
 
   /// Of a numeric matrix: as many numbers as it says, of a type that numbers have, in each part.
   bool AreSoundNumbers(const std::vector<std::uint32_t>& dimensions,
@@ -168,26 +168,9 @@ class Walk {
     return true;
   }
 
-  /// Zero: no type of numbers.
+  /// Zero: no type of numbers, which come before those of text.
   static std::uint64_t SizeOf(std::uint32_t type) {
-    switch (type) {
-      case MAT_T_INT8:
-      case MAT_T_UINT8:
-        return 1;
-      case MAT_T_INT16:
-      case MAT_T_UINT16:
-        return 2;
-      case MAT_T_INT32:
-      case MAT_T_UINT32:
-      case MAT_T_SINGLE:
-        return 4;
-      case MAT_T_DOUBLE:
-      case MAT_T_INT64:
-      case MAT_T_UINT64:
-        return 8;
-      default:
-        return 0;
-    }
+    return type > MAT_T_UINT64 ? 0 : Mat_SizeOf(static_cast<matio_types>(type));
   }
 
   std::vector<std::uint32_t> TakeWords(std::size_t count, std::uint64_t* left) {
@@ -214,8 +197,7 @@ class Walk {
     if (words.empty()) return std::nullopt;
     PlainTag tag{words[0], words[1], std::nullopt};
     if (const std::uint32_t size = words[0] >> 16U; size != 0) {
-      constexpr std::uint32_t kTypeMask = 0xFFFFU;
-      tag = {words[0] & kTypeMask, size, words[1]};
+      tag = {words[0] & 0xFFFFU, size, words[1]};
     }
     if (tag.stored() > *left) return std::nullopt;
     return tag;
@@ -234,7 +216,7 @@ class Walk {
 
   /// Empty where there are none, or more than any matrix has.
   std::vector<std::uint32_t> TakeNumbers(std::uint64_t* left) {
-    constexpr std::size_t kMost = 32;
+    constexpr std::size_t kMost = 32;  // Dimensions of NumPy; MATLAB states no bound.
     const auto tag = TakePlainTag(left);
     if (!tag) return {};
     if (tag->inside) return {*tag->inside};

@@ -11,7 +11,7 @@ struct Elements5 {
   enum class Rest { kNone, kDamaged, kTooManyCells } rest = Rest::kNone;  ///< What follows them.
 };
 
-constexpr std::size_t kHeader5 = 128;
+constexpr std::size_t kHeader5 = 128;  ///< Its text, version and byte order.
 
 /// Cells and elements of structs, in all variables together: the library takes 220 bytes for each,
 /// of which eight zeros in the file, compressed to nothing, may be all.

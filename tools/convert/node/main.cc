@@ -102,30 +102,26 @@ Status Run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using truetriad::convert::Converter;
-  const Converter ulog = {
-      .format = "ulog",
-      .input = "a PX4 log (.ulg)",
-      .details =
-          "\nTaken are sensor_accel, sensor_gyro and sensor_mag (or their _fifo), which the "
-          "firmware "
-          "has not\ncorrected. Of several instances the first is recording.yaml, the others "
-          "recording-N.yaml.\n--topic=sensor_combined, say, asks for readings that the firmware "
-          "has "
-          "corrected; the recording\nsays how.\n",
-      .takes_topics = true,
-      .takes_instance = true,
-      .run = truetriad::convert::Run};
-  const Converter parquet = {
-      .format = "parquet",
-      .input = "a Parquet table (.parquet)",
-      .details =
-          "\nColumns are named as in a self-describing CSV: time[ns], accel_x[m/s^2], …, "
-          "temperature[degC]; a\ncolumn of type TIMESTAMP called time or timestamp includes its "
-          "unit. For other "
-          "names:\n--columns=time[s]=t,accel_x[g]=acc.x,accel_y[g]=acc.y,accel_z[g]="
-          "acc.z (a.b: b inside a).\n",
-      .others = {"columns"},
-      .run = truetriad::convert::Run};
+  const Converter ulog = {.format = "ulog",
+                          .input = "a PX4 log (.ulg)",
+                          .details = R"(
+Taken are sensor_accel, sensor_gyro and sensor_mag (or their _fifo), which the firmware has not
+corrected. Of several instances the first is recording.yaml, the others recording-N.yaml.
+--topic=sensor_combined, say, asks for readings that the firmware has corrected; the recording
+says how.
+)",
+                          .takes_topics = true,
+                          .takes_instance = true,
+                          .run = truetriad::convert::Run};
+  const Converter parquet = {.format = "parquet",
+                             .input = "a Parquet table (.parquet)",
+                             .details = R"(
+Columns are named as in a self-describing CSV: time[ns], accel_x[m/s^2], …, temperature[degC]; a
+column of type TIMESTAMP called time or timestamp includes its unit. For other names:
+--columns=time[s]=t,accel_x[g]=acc.x,accel_y[g]=acc.y,accel_z[g]=acc.z (a.b: b inside a).
+)",
+                             .others = {"columns"},
+                             .run = truetriad::convert::Run};
   const bool is_ulog = ulog.format == TRUETRIAD_FORMAT;
   return truetriad::convert::RunConverter(is_ulog ? ulog : parquet, argc, argv);
 }

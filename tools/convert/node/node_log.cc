@@ -23,8 +23,8 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr int kScriptPipe = 3;  ///< As lib/read.js knows it.
-constexpr int kCannotStart = 127;
+constexpr int kScriptPipe = 3;     ///< As lib/read.js knows it.
+constexpr int kCannotStart = 127;  // As a shell says it.
 
 Error ErrorFrom(std::string_view body) {
   const Json stated = Json::parse(body, nullptr, /*allow_exceptions=*/false);
@@ -74,7 +74,7 @@ NodeLog::~NodeLog() {
 }
 
 bool NodeLog::Fill(std::size_t count) {
-  constexpr std::size_t kChunk = std::size_t{1} << 18U;
+  constexpr std::size_t kChunk = std::size_t{1} << 18U;  // As lib/frames.js writes.
   if (end_ - begin_ >= count) return true;
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
@@ -93,7 +93,7 @@ bool NodeLog::Fill(std::size_t count) {
 }
 
 Result<NodeLog::Frame> NodeLog::Next() {
-  constexpr std::size_t kHead = 5;
+  constexpr std::size_t kHead = 5;  // The letter and the length.
   for (;;) {
     const bool has_head = Fill(kHead);
     const std::size_t size =

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "io/yaml_reader.h"
@@ -20,11 +21,19 @@ namespace {
 /// What a topic of sensor_msgs is to a recording.
 enum class Role { kNone, kImu, kMagneticField, kTemperature };
 
+constexpr struct {
+  Role role;
+  std::string_view type, key;  ///< `key`: of the topic's name under `source:`.
+} kStandard[] = {{Role::kImu, "sensor_msgs/Imu", "imu topic"},
+                 {Role::kMagneticField, "sensor_msgs/MagneticField", "magnetic field topic"},
+                 {Role::kTemperature, "sensor_msgs/Temperature", "temperature topic"}};
+
 Role RoleOf(const Topic& topic) {
-  const std::string type = TypeName(topic.type);
-  if (type == "sensor_msgs/Imu") return Role::kImu;
-  if (type == "sensor_msgs/MagneticField") return Role::kMagneticField;
-  return type == "sensor_msgs/Temperature" ? Role::kTemperature : Role::kNone;
+  const std::string name = TypeName(topic.type);
+  for (const auto& [role, type, key] : kStandard) {
+    if (type == name) return role;
+  }
+  return Role::kNone;
 }
 
 std::vector<std::string> NamesAndTypes(const std::vector<Topic>& topics) {
@@ -38,15 +47,14 @@ Error NothingReadable() {
 }
 
 /// The topics of a recording: one Imu, one MagneticField, or both; and a Temperature.
-struct TopicChoice {
-  std::optional<std::size_t> imu, field, temperature;
-};
+using TopicChoice = std::map<Role, std::size_t>;
 
-/// Of `candidates` that one of `role`, or the `instance`-th; unset where there is none.
-Result<std::optional<std::size_t>> TheOnly(Role role,
-                                           const std::vector<Topic>& topics,
-                                           const std::vector<std::size_t>& candidates,
-                                           std::optional<int> instance) {
+/// Takes of `candidates` that one of `role`, or the `instance`-th, if there is one.
+Status TakeTheOnly(Role role,
+                   const std::vector<Topic>& topics,
+                   const std::vector<std::size_t>& candidates,
+                   std::optional<int> instance,
+                   TopicChoice* choice) {
   std::vector<std::size_t> found;
   std::vector<std::string> names;
   for (const std::size_t topic : candidates) {
@@ -60,7 +68,8 @@ Result<std::optional<std::size_t>> TheOnly(Role role,
                  "several topics have the same type: " + ListOf(names) +
                      "; choose one with --topic=NAME, or one of each type, separated by commas");
   }
-  return place < found.size() ? std::optional(found[place]) : std::nullopt;
+  if (place < found.size()) (*choice)[role] = found[place];
+  return {};
 }
 
 /// The topics that the user named, or the only ones there are. Error: usage where there are several
@@ -87,16 +96,12 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     candidates.push_back(static_cast<std::size_t>(found - topics.begin()));
   }
   TopicChoice choice;
-  const auto only = [&](Role role) {
-    return TheOnly(role, topics, candidates, arguments.instance);
-  };
-  TRUETRIAD_ASSIGN_OR_RETURN(choice.imu, only(Role::kImu));
-  TRUETRIAD_ASSIGN_OR_RETURN(choice.field, only(Role::kMagneticField));
-  // A temperature could be that of anything: only one that was named is the sensor's.
-  if (!arguments.topics.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(choice.temperature, only(Role::kTemperature));
+  for (const auto& [role, type, key] : kStandard) {
+    // A temperature could be that of anything: only one that was named is the sensor's.
+    if (role == Role::kTemperature && arguments.topics.empty()) continue;
+    TRUETRIAD_RETURN_IF_ERROR(TakeTheOnly(role, topics, candidates, arguments.instance, &choice));
   }
-  if (choice.imu || choice.field) return choice;
+  if (choice.contains(Role::kImu) || choice.contains(Role::kMagneticField)) return choice;
   if (arguments.instance && !candidates.empty()) {
     return Error(ErrorCode::kInvalidArgument,
                  "--instance=" + std::to_string(*arguments.instance) +
@@ -244,20 +249,19 @@ BagRecording::TakenTopic& BagRecording::Taken(std::size_t topic) {
 Status BagRecording::OpenStandard(const Arguments& arguments) {
   TRUETRIAD_ASSIGN_OR_RETURN(const TopicChoice choice, ChooseTopics(topics_, arguments));
   TRUETRIAD_RETURN_IF_ERROR(CreateFolder(arguments));
-  for (const auto& [topic, role, key] :
-       {std::tuple(choice.imu, Role::kImu, "imu topic"),
-        std::tuple(choice.field, Role::kMagneticField, "magnetic field topic"),
-        std::tuple(choice.temperature, Role::kTemperature, "temperature topic")}) {
-    if (!topic) continue;
-    SetSource(key, topics_[*topic].name);
-    TRUETRIAD_RETURN_IF_ERROR(AddStandard(*topic, role, choice.temperature.has_value()));
+  for (const auto& [role, type, key] : kStandard) {
+    const auto topic = choice.find(role);
+    if (topic == choice.end()) continue;
+    SetSource(std::string(key), topics_[topic->second].name);
+    TRUETRIAD_RETURN_IF_ERROR(
+        AddStandard(topic->second, role, choice.contains(Role::kTemperature)));
   }
   return {};
 }
 
 /// sensor_msgs: Imu.msg, MagneticField.msg, Temperature.msg.
 Status BagRecording::AddStandard(std::size_t index, Role role, bool has_temperature) {
-  constexpr double kMicroteslaPerTesla = 1e6;
+  constexpr double kMicroteslaPerTesla = 1e6;  // The message states tesla.
   TakenTopic& topic = Taken(index);
   MessageNumbers& numbers = *topic.numbers;
   if (role == Role::kTemperature) {
@@ -321,12 +325,9 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
   if (file != arguments.others.end()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(file->second));
     // What begins without a name is that of the only type there is.
-    std::vector<std::string> types;
-    for (const std::size_t topic : topics) {
-      if (std::find(types.begin(), types.end(), topics_[topic].type) == types.end())
-        types.push_back(topics_[topic].type);
-    }
-    const Status status = layouts_.Define(types.size() == 1 ? types[0] : "", text);
+    std::set<std::string> types;
+    for (const std::size_t topic : topics) types.insert(topics_[topic].type);
+    const Status status = layouts_.Define(types.size() == 1 ? *types.begin() : "", text);
     if (!status) return Error(status.error().code, {file->second}, status.error().message);
   } else if (!of_bag) {
     return Error(of_bag.error().code,
@@ -543,19 +544,19 @@ int RunBagConverter(const BagFormat& format, int argc, char** argv) {
   return RunConverter(
       {.format = format.converter,
        .input = format.input,
-       .details =
-           "\nReads topics of type Imu, MagneticField and Temperature of sensor_msgs. By default "
-           "the "
-           "only\nImu and the only MagneticField topic are converted; if there are several, choose "
-           "with\n--topic=A,B, or with --instance (from 0, in the order of --list). A Temperature "
-           "topic is\nconverted only if named. Times are those of the message headers. Bags that "
-           "were not closed\nor are cut are read as far as they are complete.\n"
-           "\nOther messages: --columns=accelerometer=/topic:fields,gyroscope=… says which fields "
-           "are the\nreadings (acc, gx+gy+gz, or data:4-6, counted from 1), `@field` behind them "
-           "which is\ntheir time, temperature=/topic:field; --units=us,m/s^2,rad/s,uT,degC. "
-           "--layout=FILE.msg has\nthe definition of the type where the bag does not. Several "
-           "bags, "
-           "or a folder of them, are\none recording.\n",
+       .details = R"(
+Reads topics of type Imu, MagneticField and Temperature of sensor_msgs. By default the only
+Imu and the only MagneticField topic are converted; if there are several, choose with
+--topic=A,B, or with --instance (from 0, in the order of --list). A Temperature topic is
+converted only if named. Times are those of the message headers. Bags that were not closed
+or are cut are read as far as they are complete.
+
+Other messages: --columns=accelerometer=/topic:fields,gyroscope=… says which fields are the
+readings (acc, gx+gy+gz, or data:4-6, counted from 1), `@field` behind them which is
+their time, temperature=/topic:field; --units=us,m/s^2,rad/s,uT,degC. --layout=FILE.msg has
+the definition of the type where the bag does not. Several bags, or a folder of them, are
+one recording.
+)",
        .takes_several = true,
        .takes_topics = true,
        .takes_instance = true,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <set>
 #include <utility>
@@ -74,13 +73,6 @@ std::string_view Trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-std::optional<std::uint32_t> WholeNumber(std::string_view text) {
-  std::uint32_t number = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 bool IsFieldName(std::string_view name) {
@@ -187,7 +179,7 @@ const std::vector<LaidOutField>* MessageLayouts::Find(std::string_view type) con
 }
 
 Status MessageLayouts::Check(const std::string& type) const {
-  constexpr std::size_t kDeepest = 20;
+  constexpr std::size_t kDeepest = 20;  // Messages of use are 5 deep at most.
   std::set<std::string> around;
   Status status;
   const auto check = [&](const auto& self, const std::string& name) -> void {
@@ -240,7 +232,7 @@ const LaidOutField* MessageNumbers::FieldAt(const std::string& path) const {
 }
 
 std::string MessageNumbers::Fields() const {
-  constexpr std::size_t kMost = 40;
+  constexpr std::size_t kMost = 40;  // Names that a message lists.
   std::vector<std::string> names;
   const auto list =
       [&](const auto& self, std::string_view type, const std::string& prefix) -> void {
@@ -279,7 +271,7 @@ Result<std::string> MessageNumbers::Single(const std::string& reference) const {
 }
 
 Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& reference) const {
-  const auto of_parts = [&](std::array<std::string, 3> parts) -> Result<Three> {
+  const auto of_parts = [&](const std::vector<std::string>& parts) -> Result<Three> {
     Three three;
     for (const std::string& part : parts) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::string path, Single(part));
@@ -287,27 +279,15 @@ Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& referenc
     }
     return three;
   };
-  const std::size_t plus = reference.find('+');
-  const std::size_t second = plus == std::string::npos ? plus : reference.find('+', plus + 1);
-  if (second != std::string::npos) {
-    return of_parts({reference.substr(0, plus),
-                     reference.substr(plus + 1, second - plus - 1),
-                     reference.substr(second + 1)});
-  }
-  const std::size_t colon = reference.find(':');
-  if (colon != std::string::npos) {
-    const std::string name = reference.substr(0, colon);
-    const std::size_t dash = reference.find('-', colon);
-    const std::string_view range = std::string_view(reference).substr(colon + 1);
-    const auto first = WholeNumber(range.substr(0, range.find('-')));
-    const auto last = dash == std::string::npos
-                          ? std::nullopt
-                          : WholeNumber(std::string_view(reference).substr(dash + 1));
-    if (first && last && *first > 0 && *last == *first + 2) {
-      return of_parts({name + ':' + std::to_string(*first),
-                       name + ':' + std::to_string(*first + 1),
-                       name + ':' + std::to_string(*last)});
-    }
+  if (const auto parts = Split(reference, '+'); parts.size() == 3) return of_parts(parts);
+  const std::size_t colon = std::min(reference.find(':'), reference.size());
+  const auto range =
+      ParseRange(std::string_view(reference).substr(std::min(colon + 1, reference.size())));
+  if (range && range->second == range->first + 2) {
+    std::vector<std::string> elements;
+    for (std::uint32_t element = range->first; element <= range->second; ++element)
+      elements.push_back(reference.substr(0, colon + 1) + std::to_string(element));
+    return of_parts(elements);
   }
   std::vector<Three> found;
   const auto consider = [&](const LaidOutField& field, const std::string& path) {
@@ -399,7 +379,7 @@ class MessageNumbers::Walk {
   /// False: no message of its type.
   bool Run() {
     if (numbers_->encoding_ == Encoding::kCdr) {
-      constexpr std::size_t kHead = 4;
+      constexpr std::size_t kHead = 4;  // Representation and options of CDR.
       // 0: big-endian, 1: little-endian; others order or align fields in other ways.
       if (left_.size() < kHead || left_[0] != 0 || (left_[1] != 0 && left_[1] != 1)) return false;
       is_swapped_ = left_[1] == 0;

@@ -82,8 +82,8 @@ bool Unpack(std::string_view compression,
 }
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr std::size_t kLongestHeader = std::size_t{1} << 20U;
-constexpr std::size_t kLongestChunk = std::size_t{1} << 30U;  ///< Unpacked.
+constexpr std::size_t kLongestHeader = std::size_t{1} << 20U;  ///< Of a record; others lie.
+constexpr std::size_t kLongestChunk = std::size_t{1} << 30U;   ///< Unpacked.
 
 // Op codes of records.
 enum Op : std::uint8_t {
@@ -220,7 +220,7 @@ Status Rosbag::ReadAll(const Take& take, const std::function<void(double)>& prog
   bytes_->Skip(kMagic.size());
   take_ = &take;
   damaged_chunks_ = damaged_records_ = skipped_bytes_ = 0;
-  constexpr std::size_t kLength = sizeof(std::uint32_t);
+  constexpr std::size_t kLength = sizeof(std::uint32_t);  // Of header and data.
   while (!bytes_->at_end()) {
     if (progress) progress(bytes_->progress());
     // The header first, then, where it is one, the data.
@@ -267,9 +267,8 @@ Status Rosbag::ReadAll(const Take& take, const std::function<void(double)>& prog
 
 /// Goes on to the next chunk, or message of one that is not packed, after damage.
 bool Rosbag::FindNextRecord() {
-  constexpr std::size_t kWindow = std::size_t{1} << 16U;
-  constexpr std::size_t kOverlap =
-      256;  // A header that the window cuts in two is found in the next.
+  // A header that the window cuts in two is found in the next.
+  constexpr std::size_t kWindow = std::size_t{1} << 16U, kOverlap = 256;
   ++damaged_records_;
   bytes_->Skip(1);
   ++skipped_bytes_;

@@ -81,7 +81,7 @@ class Db3 : public Bag {
         sqlite3_open_v2(uri.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     std::unique_ptr<Db3> bag(new Db3(path, Database(handle)));
     if (failure != SQLITE_OK) return bag->Fail("cannot be opened");
-    constexpr int kLongestBlob = 64 << 20;
+    constexpr int kLongestBlob = 64 << 20;  // As of a record of ROS 1.
     sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestBlob);
     sqlite3_exec(
         handle, "PRAGMA cell_size_check=ON; PRAGMA trusted_schema=OFF", nullptr, nullptr, nullptr);
@@ -118,15 +118,13 @@ class Db3 : public Bag {
       sqlite3_reset(statement.get());
       sqlite3_bind_int64(statement.get(), 1, from);
       int step = SQLITE_ROW;
-      for (std::uint64_t count = 0; (step = sqlite3_step(statement.get())) == SQLITE_ROW; ++count) {
+      while ((step = sqlite3_step(statement.get())) == SQLITE_ROW) {
         id = sqlite3_column_int64(statement.get(), 0);
         if (id < from) break;  // Rows of a damaged table that go round in a circle.
         TakeRow(statement.get(), take);
         if (id == std::numeric_limits<std::int64_t>::max()) return {};  // none is behind it
         from = id + 1;
-        if (progress && count % 10000 == 0 && last > 0) {
-          progress(static_cast<double>(id) / static_cast<double>(last));
-        }
+        if (progress && last > 0) progress(static_cast<double>(id) / static_cast<double>(last));
       }
       if (step == SQLITE_DONE) return {};
       const std::optional<std::int64_t> next = NextReadable(&statement, from, last);
