@@ -2,10 +2,8 @@
 #include "config/documents.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <filesystem>
-#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -36,22 +34,6 @@ Result<YamlReader> ParseOverride(const std::string& text) {
   return YamlReader::FromText(yaml, name);
 }
 
-/// Adds the errors of a document, without those about keys whose value an override replaces. An
-/// override itself has no lines to name.
-void CollectDocumentErrors(const YamlReader& document,
-                           const std::vector<std::string>& overridden,
-                           std::vector<Error>* errors) {
-  const std::string& file = document.file();
-  for (const Error& error : document.errors()) {
-    const auto concerns = [&error](const std::string& name) {
-      return error.key == name || error.key.starts_with(name + ".");
-    };
-    if (std::any_of(overridden.begin(), overridden.end(), concerns)) continue;
-    errors->push_back(file.starts_with(kOverride) ? ErrorIn(error.code, file, error.What())
-                                                  : error);
-  }
-}
-
 }  // namespace
 
 Result<Documents> Documents::Of(const YamlReader& file, const std::vector<std::string>& overrides) {
@@ -65,24 +47,29 @@ Result<Documents> Documents::Of(const YamlReader& file, const std::vector<std::s
   return documents;
 }
 
-std::set<std::string> Documents::Names() const {
-  std::set<std::string> names;
-  for (const YamlReader& document : documents_) CollectNames(document, "", &names);
-  return names;
-}
-
 void Documents::CollectErrors(std::vector<Error>* errors) const {
-  CollectDocumentErrors(documents_[0], overridden_, errors);
-  for (std::size_t i = 1; i < documents_.size(); ++i) {
-    CollectDocumentErrors(documents_[i], {}, errors);
+  for (const YamlReader& document : documents_) {
+    const bool is_override = document.file().starts_with(kOverride);
+    for (const Error& error : document.errors()) {
+      const auto concerns = [&error](const std::string& name) {
+        return error.key == name || error.key.starts_with(name + ".");
+      };
+      if (is_override) {
+        errors->push_back(ErrorIn(error.code, document.file(), error.What()));
+      } else if (std::none_of(overridden_.begin(), overridden_.end(), concerns)) {
+        errors->push_back(error);
+      }
+    }
   }
 }
 
-namespace {
+Places Documents::AllPlaces() const {
+  Places places;
+  for (const YamlReader& document : documents_) CollectPlaces(document, "", &places);
+  return places;
+}
 
-void CollectPlaces(YamlReader reader,
-                   const std::string& prefix,
-                   std::map<std::string, std::string>* places) {
+void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places) {
   if (!reader.IsMap()) return;
   for (const std::string& key : reader.Keys()) {
     YamlReader child = reader.Child(key);
@@ -93,30 +80,18 @@ void CollectPlaces(YamlReader reader,
   }
 }
 
-}  // namespace
-
-std::map<std::string, std::string> Documents::Places() const {
-  std::map<std::string, std::string> places;
-  for (const YamlReader& document : documents_) CollectPlaces(document, "", &places);
-  return places;
+bool IsOverrideOf(const YamlReader& document, std::string_view key) {
+  return document.file().starts_with(std::string(kOverride).append(key) + "=");
 }
 
-std::string PlaceOf(std::string key, const std::map<std::string, std::string>& places) {
+std::string PlaceOf(std::string key, const Places& places) {
   while (!key.empty()) {
-    if (const auto found = places.find(key); found != places.end()) return found->second;
+    const auto found = places.find(key);
+    if (found != places.end() && !found->second.empty()) return found->second;
     const std::size_t dot = key.rfind('.');
     key.erase(dot == std::string::npos ? 0 : dot);
   }
   return {};
-}
-
-void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names) {
-  if (!reader.IsMap()) return;
-  for (const std::string& key : reader.Keys()) {
-    YamlReader child = reader.Child(key);
-    names->insert(prefix + child.name());
-    CollectNames(child, prefix, names);
-  }
 }
 
 std::string Resolve(const std::string& path, const std::string& file) {

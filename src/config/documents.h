@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +10,9 @@
 #include "truetriad/base/result.h"
 
 namespace truetriad {
+
+/// Where keys stand, by their full names: "file:line", or the override; empty: nowhere.
+using Places = std::map<std::string, std::string>;
 
 /// A file that people write and the overrides (`--set=key.sub=value`, the value in YAML flow style)
 /// that are read on top of it, each a document of its own.
@@ -22,11 +24,8 @@ class Documents {
   /// The file, then the overrides in their order.
   std::vector<YamlReader>& all() { return documents_; }
 
-  /// Full names of all keys that any document has.
-  std::set<std::string> Names() const;
-
-  /// Where each of these keys stands: "file:line", or the override; of several documents the last.
-  std::map<std::string, std::string> Places() const;
+  /// Where all keys stand; of several documents the last.
+  Places AllPlaces() const;
 
   /// Adds the errors of all documents, without those of the file about keys whose value an override
   /// replaces. An override itself has no lines to name.
@@ -37,12 +36,15 @@ class Documents {
   std::vector<std::string> overridden_;  ///< Full names of the keys that the overrides replace.
 };
 
-/// Adds the full names of all keys below `reader`.
-void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names);
+/// The document is an override of this key itself, not of one below it.
+bool IsOverrideOf(const YamlReader& document, std::string_view key);
 
-/// The place of a key, or of the longest part of it that is there: of a, a.b and a.b.c for a.b.c;
+/// Notes where all keys below `reader` stand, with `prefix` in front of their names.
+void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places);
+
+/// The place of a key, or of the longest part of it that has one: of a, a.b and a.b.c for a.b.c;
 /// else empty.
-std::string PlaceOf(std::string key, const std::map<std::string, std::string>& places);
+std::string PlaceOf(std::string key, const Places& places);
 
 /// `path` as seen from the folder of `file`; empty stays empty.
 std::string Resolve(const std::string& path, const std::string& file);

@@ -1,86 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <map>
 #include <optional>
-#include <set>
 #include <string>
-#include <string_view>
 
-#include "base/named_values.h"
-#include "config/yaml_values.h"
+#include "config/documents.h"
+#include "config/fields.h"
 #include "truetriad/config/experiment.h"
 
 namespace truetriad {
-
-inline auto Gauges() {
-  return Named(GaugeName,
-               std::array{Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});
-}
-inline auto Models() {
-  return Named(MatrixModelName,
-               std::array{MatrixModel::kBias,
-                          MatrixModel::kDiagonal,
-                          MatrixModel::kSymmetric,
-                          MatrixModel::kFull,
-                          MatrixModel::kAuto});
-}
-/// Of the terms beyond bias and sensitivity.
-inline auto WantedTerms() {
-  return Named(WantedName, std::array{Wanted::kNo, Wanted::kYes, Wanted::kAuto});
-}
-inline auto NoiseSources() {
-  return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
-}
-inline auto ThermalMatrices() {
-  return Named(ThermalMatrixName,
-               std::array{ThermalMatrix::kFull, ThermalMatrix::kDiagonal, ThermalMatrix::kScale});
-}
-inline auto RegressionFactors() {
-  return Named(RegressionFactorName,
-               std::array{RegressionFactor::kReading,
-                          RegressionFactor::kTemperature,
-                          RegressionFactor::kRate,
-                          RegressionFactor::kAmbient,
-                          RegressionFactor::kAmbientRate});
-}
-inline auto RateTerms() {
-  return Named(
-      +[](RateTerm term) { return InfoOf(term).name(); },
-      std::array{RateTerm::kLinear, RateTerm::kQuadratic, RateTerm::kCross});
-}
-constexpr NamedValues<AccelerometerSign, 2> kSigns = {{
-    {AccelerometerSign::kSpecificForce, "specific_force"},
-    {AccelerometerSign::kGravity, "gravity"},
-}};
-constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
-    {ExcessNoise::kNone, "none"},
-    {ExcessNoise::kEstimate, "estimate"},
-}};
-constexpr NamedValues<bool, 2> kFixtureRotations = {{{false, "identity"}, {true, "unknown"}}};
-constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
-constexpr NamedValues<FieldSite, 2> kFieldSites = {{
-    {FieldSite::kUnknown, "unknown"},
-    {FieldSite::kClean, "clean"},
-}};
-constexpr NamedValues<bool, 2> kSessionBiases = {{{false, "shared"}, {true, "per_session"}}};
-constexpr NamedValues<bool, 2> kRateAxes = {{{true, "known"}, {false, "unknown"}}};
-constexpr NamedValues<bool, 2> kClocks = {{{true, "correct"}, {false, "as_stated"}}};
-constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
-constexpr NamedValues<TimeStamps, 3> kTimeStamps = {{
-    {TimeStamps::kAuto, "auto"},
-    {TimeStamps::kAsStamped, "as_stamped"},
-    {TimeStamps::kRegular, "regular"},
-}};
-constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
-constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
-    {InitialiseMethod::kAuto, "auto"},
-    {InitialiseMethod::kSixFaceExtremes, "six-face-extremes"},
-    {InitialiseMethod::kSixPosition, "six-position"},
-    {InitialiseMethod::kEllipsoidAxisAligned, "ellipsoid-axis-aligned"},
-    {InitialiseMethod::kEllipsoid, "ellipsoid"},
-}};
 
 /// Degrees.
 struct StatedEarthRate {
@@ -96,30 +24,31 @@ struct StatedMounting {
 /// What the documents have said so far. Each document (preset, experiment, override) is read on top
 /// of those before it, so that a later one changes just what it names.
 struct ExperimentDraft {
-  Experiment experiment;
-  std::vector<std::string> inputs;                     ///< As written.
-  std::string forces_file, attitudes_file, pose_file;  ///< As written.
-  std::string turns_file, rates_file, static_file;     ///< As written.
-  KnownMotionsConfig known_motions;                    ///< Without the files.
-  PerTriad<std::string> allan_files;                   ///< As written.
-  PerTriad<double> time_offset_s{};
+  Experiment experiment;  ///< Its files are named as they are written.
   PerTriad<std::optional<StatedMounting>> mounting;
-  std::vector<ExcludedSeconds> exclude;
-  TimeStamps time_stamps = TimeStamps::kAuto;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
-  std::map<std::string, std::string> places;  ///< Documents::Places().
-  std::set<std::string> given;                ///< Full names of all keys that any document has.
+  Places given;  ///< All keys that any document or preset has, and those that were settled.
 };
+
+/// The fields of a sensor's block. `chosen` has the models and terms that took the place of `auto`.
+template <typename Visit>
+void SensorFields(Visit& visit, Triad triad, ExperimentDraft& draft, CalibrateOptions& chosen);
+
+/// The fields of the `plan:` block.
+void PlanFields(FieldReader& visit, PlanConfig* plan);
+
+/// The sensor is not calibrated, and what is said of its limits falls away.
+void LeaveOut(Triad triad, CalibrateOptions* options);
 
 /// Reads one document, or the block of a sensor, on top of what the draft holds.
 void ReadDocument(YamlReader root, ExperimentDraft* draft);
+void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
 /// Reads the limits of a preset, which are judged where there is such a value.
 void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
-void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
 /// At the line that states a key, or in the experiment as a whole where none does.
 Error ErrorAtKey(const ExperimentDraft& draft,

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -15,8 +14,7 @@
 
 #include "config/documents.h"
 #include "config/experiment_draft.h"
-#include "config/plan.h"
-#include "config/yaml_values.h"
+#include "config/values.h"
 #include "io/yaml_reader.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
@@ -46,7 +44,8 @@ void ReadPreset(const std::string& file,
     errors->push_back(preset.error());
     return;
   }
-  ReadVersion(preset->RequireChild(version));
+  int number = kVersion;
+  ReadAs(FormatVersion(), preset->RequireChild(version), &number);
   preset->Child("description");
   read(&*preset);
   preset->RejectUnknown();
@@ -57,12 +56,12 @@ void ReadPreset(const std::string& file,
 /// components takes the place of each of them, and one of a component that of its own alone.
 /// `own`: full names of the experiment's keys.
 std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& preset,
-                                          const std::set<std::string>& own) {
+                                          const Places& own) {
   // `accelerometer: { bias: { x: 0.5 } }` is none of all components.
   const auto states = [&own](const std::string& name) {
     const std::string key = "limits." + name;
     const auto below = own.lower_bound(key + '.');
-    const bool is_leaf = below == own.end() || !below->starts_with(key + '.');
+    const bool is_leaf = below == own.end() || !below->first.starts_with(key + '.');
     return own.contains(key) &&
            (is_leaf || own.contains(key + ".upper") || own.contains(key + ".lower"));
   };
@@ -85,6 +84,13 @@ std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& pr
   return left;
 }
 
+/// What the documents say goes before.
+void NotePreset(const YamlReader& block, const std::string& prefix, Draft* draft) {
+  Places places;
+  CollectPlaces(block, prefix, &places);
+  draft->given.merge(places);
+}
+
 /// Reads the presets that the documents name, the last word of each sensor and of the limits.
 void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
@@ -98,7 +104,7 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
       for (const Triad other : kTriads) preset->Child(TriadName(other));
       if (YamlReader sensor = preset->RequireChild(name)) {
         ReadSensor(sensor, triad, draft);
-        CollectNames(sensor, "sensors.", &draft->given);
+        NotePreset(sensor, "sensors.", draft);
       }
     });
   }
@@ -111,7 +117,7 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
       ReadLimitsOfPreset(limits, &of_preset);
       of_preset.limits = LeftToPreset(of_preset.limits, draft->given);
       draft->experiment.options.limits = of_preset;
-      CollectNames(limits, "", &draft->given);
+      NotePreset(limits, "", draft);
     }
   });
 }
@@ -128,6 +134,22 @@ CalibrateOptions AsSettled(const Experiment& experiment) {
   return options;
 }
 
+/// Files stand beside the experiment.
+void ResolvePaths(Experiment* experiment) {
+  KnownMotionsConfig& motions = experiment->poses.known_motions;
+  for (std::string& input : experiment->inputs) input = Resolve(input, experiment->path);
+  if (experiment->options.attitudes.kind != AttitudeKind::kGiven) experiment->attitudes_file = "";
+  std::vector<std::string*> files = {&experiment->forces_file,
+                                     &experiment->static_file,
+                                     &experiment->attitudes_file,
+                                     &experiment->poses.file,
+                                     &motions.turns_file,
+                                     &motions.rates_file};
+  for (std::string& file : experiment->allan_files) files.push_back(&file);
+  if (experiment->plan) files.push_back(&experiment->plan->program);
+  for (std::string* const file : files) *file = Resolve(*file, experiment->path);
+}
+
 Result<Experiment> ReadOpened(YamlReader main,
                               const std::string& path,
                               const std::vector<std::string>& overrides) {
@@ -139,8 +161,7 @@ Result<Experiment> ReadOpened(YamlReader main,
 
   Draft draft;
   draft.experiment.path = path;
-  draft.given = documents.Names();
-  draft.places = documents.Places();
+  draft.given = documents.AllPlaces();
   ReadPresets(documents.all(), &draft, &errors);
   for (const YamlReader& document : documents.all()) ReadDocument(document, &draft);
   documents.CollectErrors(&errors);
@@ -150,8 +171,9 @@ Result<Experiment> ReadOpened(YamlReader main,
     const Error& error = valid.error();
     return ErrorAtKey(draft, ErrorCode::kConflictingKeys, error.key, error.message);
   }
-  draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
   Experiment experiment = draft.experiment;
+  ResolvePaths(&experiment);
+  experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
   experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
   return experiment;
 }
@@ -162,7 +184,7 @@ Error ErrorAtKey(const ExperimentDraft& draft,
                  ErrorCode code,
                  const std::string& key,
                  const std::string& message) {
-  const std::string place = PlaceOf(key, draft.places);
+  const std::string place = PlaceOf(key, draft.given);
   return ErrorIn(code, place.empty() ? draft.experiment.path : place, message).About(key);
 }
 
@@ -192,21 +214,14 @@ PerTriad<double> TimeOffsetsOf(const Calibration& calibration) {
   return offsets_s;
 }
 
-TimeStamps TimeStampsOf(const Calibration& calibration) {
-  TimeStamps time_stamps = TimeStamps::kAuto;
-  Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config");
-  if (config && config->IsMap()) ReadChoice(config->Child("time"), kTimeStamps, &time_stamps);
-  return time_stamps;
-}
-
 Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s) {
   Experiment changed = experiment;
   changed.poses.time_offset_s = offset_s;
   if (experiment.draft == nullptr) return changed;
   ExperimentDraft draft = *experiment.draft;
-  draft.time_offset_s = offset_s;
+  draft.experiment.poses.time_offset_s = offset_s;
   for (const Triad triad : kTriads) {  // no line of these is a default
-    draft.given.insert("sensors." + std::string(TriadName(triad)) + ".time_offset_s");
+    draft.given.emplace("sensors." + std::string(TriadName(triad)) + ".time_offset_s", "");
   }
   changed.resolved_yaml = ResolvedYaml(draft, experiment.options);
   changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
@@ -216,10 +231,7 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
 Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded) {
   Experiment changed = experiment;
   for (const Triad triad : kTriads) {
-    if (recorded[triad]) continue;
-    changed.options.triads[triad].enabled = false;
-    std::erase_if(changed.options.limits.limits,
-                  [&](const auto& limit) { return limit.first.starts_with(TriadName(triad)); });
+    if (!recorded[triad]) LeaveOut(triad, &changed.options);
   }
   if (experiment.draft == nullptr) return changed;
   ExperimentDraft draft = *experiment.draft;

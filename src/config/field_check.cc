@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "config/yaml_values.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kGrossStrengthShare = 0.2;
 constexpr double kGrossDipDeg = 10.0;
 
-std::string Text(const char* format, double found, double expected) {
+std::string Formatted(const char* format, double found, double expected) {
   char text[256];
   std::snprintf(text, sizeof text, format, found, expected);
   return text;
@@ -44,14 +44,15 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
       reference.field_ut && !(reference.field_nominal && magnetometer->input_unit == "counts");
   if (says_strength &&
       std::abs(*reference.field_ut - earth.strength_ut) > kGrossStrengthShare * earth.strength_ut) {
-    found = Text("a strength of %.1f uT, expected %.1f", *reference.field_ut, earth.strength_ut);
+    found =
+        Formatted("a strength of %.1f uT, expected %.1f", *reference.field_ut, earth.strength_ut);
     finding.With("strength", *reference.field_ut, "uT").With("expected", earth.strength_ut, "uT");
   }
   if (reference.dip_rad) {
     const double dip_deg = *reference.dip_rad / kRadPerDeg;
     if (std::abs(dip_deg - earth.dip_deg) > kGrossDipDeg) {
       found += (found.empty() ? "" : ", and ") +
-               Text("a dip of %.1f deg, expected %.1f", dip_deg, earth.dip_deg);
+               Formatted("a dip of %.1f deg, expected %.1f", dip_deg, earth.dip_deg);
       finding.With("dip", dip_deg, "deg").With("expected_dip", earth.dip_deg, "deg");
     }
   }

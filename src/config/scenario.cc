@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/config/scenario.h"
 
-#include <charconv>
 #include <map>
 #include <optional>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "config/documents.h"
-#include "config/quantities.h"
-#include "config/scenario_motion.h"
-#include "config/scenario_sensor.h"
-#include "config/yaml_values.h"
+#include "config/fields.h"
+#include "config/scenario_fields.h"
 #include "io/yaml_reader.h"
 
 namespace truetriad {
@@ -33,6 +29,9 @@ FilePlace PlaceOf(const YamlReader& reader) {
   return {reader.file(), is_override ? 0 : reader.line()};
 }
 
+/// A key that states radians in degrees.
+QuantityKeys InDegrees(std::string_view key) { return {{std::string(key), kRadPerDeg}}; }
+
 void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) {
   if (!list.IsSequence()) return;
   int number = 0;
@@ -41,91 +40,65 @@ void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) 
   }
 }
 
-void ReadWorld(YamlReader reader, ScenarioDraft* draft) {
-  if (!reader) return;
-  SimulatedWorld* const world = &draft->scenario.world;
-  if (YamlReader gravity = reader.Child("gravity_mps2")) {
-    draft->places["gravity "] = PlaceOf(gravity);
-    ReadNumber(gravity, kPositive, &world->gravity_mps2);
-  }
-  if (YamlReader field = reader.Child("field")) {
-    if (YamlReader strength = field.Child("strength_ut")) {
-      draft->places["field strength "] = PlaceOf(strength);
-      ReadNumber(strength, kPositive, &world->field_ut);
-    }
-    double dip_deg = 0.0;
-    if (ReadNumber(field.Child("dip_deg"), kDipDeg, &dip_deg)) {
-      world->dip_rad = dip_deg * kRadPerDeg;
-    }
-    field.RejectUnknown();
-  }
-  if (YamlReader rate = reader.Child("earth_rate"); IsWord(rate, "none")) {
-    world->earth_rate.reset();
-  } else if (rate) {
-    SimulatedWorld::EarthRate earth;
-    double degrees = 0.0;
-    if (ReadNumber(rate.RequireChild("latitude_deg"), kLatitudeDeg, &degrees)) {
-      earth.latitude_rad = degrees * kRadPerDeg;
-    }
-    if (ReadNumber(rate.Child("declination_deg"), kDeclinationDeg, &degrees)) {
-      earth.declination_rad = degrees * kRadPerDeg;
-    }
-    rate.RejectUnknown();
-    world->earth_rate = earth;
-  }
-  reader.RejectUnknown();
+/// Beside a field, where it stands, for messages that begin with `word`.
+void NotePlace(FieldReader& visit,
+               std::string_view key,
+               const std::string& word,
+               ScenarioDraft* draft) {
+  if (const YamlReader child = visit.Child(key)) draft->places[word] = PlaceOf(child);
 }
 
-void ReadDevice(YamlReader reader, Scenario* scenario) {
-  if (!reader) return;
-  reader.Optional("serial", &scenario->serial);
-  reader.Optional("model", &scenario->model);
-  reader.RejectUnknown();
+void WorldFields(FieldReader& visit, ScenarioDraft* draft) {
+  SimulatedWorld& world = draft->scenario.world;
+  NotePlace(visit, "gravity_mps2", "gravity ", draft);
+  visit("gravity_mps2", world.gravity_mps2, kPositive);
+  visit.Map("field", [&](FieldReader& field) {
+    NotePlace(field, "strength_ut", "field strength ", draft);
+    field("strength_ut", world.field_ut, kPositive);
+    field(InDegrees("dip_deg"), world.dip_rad, kDipDeg);
+  });
+  const auto earth_rate = [&](FieldReader& in) {
+    SimulatedWorld::EarthRate& rate = world.earth_rate.emplace();
+    in.Require("latitude_deg");
+    in(InDegrees("latitude_deg"), rate.latitude_rad, kLatitudeDeg);
+    in(InDegrees("declination_deg"), rate.declination_rad, kDeclinationDeg);
+  };
+  visit.Map(
+      "earth_rate", earth_rate, {.words = {{"none", false, [&] { world.earth_rate.reset(); }}}});
 }
 
-/// Reads one document on top of what the draft holds; files are relative to `file`.
-void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft) {
+/// One document on top of what the draft holds; files are relative to `file`.
+void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* draft) {
   Scenario& scenario = draft->scenario;
-  ReadVersion(root.Child("scenario"));
-  root.Optional("description", &scenario.description);
-  root.Child("base");  // Has been read before all others.
-  ReadDevice(root.Child("device"), &scenario);
-  std::string text;
-  if (YamlReader seed = root.Child("seed"); seed.Read(&text)) {
-    const char* const end = text.data() + text.size();
-    const auto [parsed_to, failure] = std::from_chars(text.data(), end, scenario.seed);
-    if (failure != std::errc() || parsed_to != end) {
-      seed.Fail("`" + text +
-                "` is not a seed; expected a whole number from 0 to 18446744073709551615");
-    }
-  }
-  if (YamlReader count = root.Child("count")) {
-    if (count.Read(&scenario.count) && (scenario.count < 1 || scenario.count > 9999)) {
-      count.Fail("expected 1 to 9999 units");
-    }
-  }
-  if (YamlReader sessions = root.Child("sessions"); sessions.Read(&scenario.sessions)) {
-    if (scenario.sessions < 1 || scenario.sessions > kMostSimulatedSessions) {
-      sessions.Fail("expected 1 to " + std::to_string(kMostSimulatedSessions) + " sessions");
-    }
-  }
-  ReadWorld(root.Child("world"), draft);
-  if (YamlReader sensors = root.Child("sensors")) {
+  int version = kVersion;
+  visit("scenario", version, FormatVersion());
+  visit("description", scenario.description, kText);
+  visit.Has("base");  // Has been read before all others.
+  visit.Map("device", [&](FieldReader& device) {
+    device("serial", scenario.serial, kText);
+    device("model", scenario.model, kText);
+  });
+  static const std::string kSessions =
+      "1 to " + std::to_string(kMostSimulatedSessions) + " sessions";
+  visit("seed", scenario.seed, Seed());
+  visit("count", scenario.count, Range{1, 9999, "1 to 9999 units"});
+  visit("sessions", scenario.sessions, Range{1, kMostSimulatedSessions, kSessions});
+  visit.Map("world", [&](FieldReader& world) { WorldFields(world, draft); });
+  visit.Map("sensors", [&](FieldReader& sensors) {
     for (const Triad triad : kTriads) {
-      const YamlReader sensor = sensors.Child(TriadName(triad));
-      if (sensor) draft->places[std::string(TriadName(triad))] = PlaceOf(sensor);
-      ReadScenarioSensor(sensor, triad, &draft->sensors[triad]);
+      NotePlace(sensors, TriadName(triad), std::string(TriadName(triad)), draft);
+      ScenarioSensorMap(sensors, triad, &draft->sensors[triad]);
     }
-    sensors.RejectUnknown();
-  }
-  NotePlaces(root.Child("motion"), "motion step", draft);
-  ReadMotion(root.Child("motion"), file, &scenario.motion);
-  ReadNumber(root.Child("first_rest_s"), kPositive, &scenario.first_rest_s);
-  if (YamlReader motion = root.Child("motion")) draft->places["the motion "] = PlaceOf(motion);
-  ReadTemperature(root.Child("temperature"), &scenario.temperature);
-  NotePlaces(root.Child("disturbances"), "disturbance", draft);
-  ReadDisturbances(root.Child("disturbances"), &scenario.disturbances);
-  root.RejectUnknown();
+  });
+  NotePlace(visit, "motion", "the motion ", draft);
+  NotePlaces(visit.Child("motion"), "motion step", draft);
+  NotePlaces(visit.Child("disturbances"), "disturbance", draft);
+  CourseFields(visit, file, &scenario);
+}
+
+void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft) {
+  FieldReader::ReadMap(std::move(root),
+                       [&](FieldReader& visit) { ScenarioFields(visit, file, draft); });
 }
 
 /// Reads the scenario that the documents name as their base, if any does.

@@ -1,102 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/scenario_sensor.h"
-
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <string_view>
 #include <utility>
+#include <vector>
 
-#include "config/quantities.h"
-#include "config/yaml_values.h"
+#include "config/scenario_fields.h"
 
 namespace truetriad {
 namespace {
 
 constexpr double kSqrtSecondsPerSqrtHour = 60.0;
 constexpr std::array<std::string_view, 3> kOrders = {"_degc", "_degc2", "_degc3"};
+constexpr Entries kEachNotNegative{kNotNegative, true};
 
 constexpr NamedValues<GyroscopeOutput, 2> kGyroscopeOutputs = {{
     {GyroscopeOutput::kMeanRate, "mean_rate"},
     {GyroscopeOutput::kInstantaneous, "instantaneous"},
 }};
 
-void ReadUnit(YamlReader& sensor, Triad triad, ScenarioSensor* draft) {
-  std::string name;
-  if (YamlReader unit = sensor.Child("unit"); unit.Read(&name)) {
-    Result<Unit> parsed = ParseTriadUnit(triad, name);
-    if (parsed) {
-      draft->unit = *parsed;
-    } else {
-      unit.Fail(parsed.error().message, parsed.error().code);
-    }
-  }
-  double value = 0.0;
-  const bool has_size = ReadNumber(sensor.Child("si_per_count"), kPositive, &value);
-  if (has_size) draft->si_per_count = value;
+void UnitFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+  visit("unit", sensor.unit, ReadingsUnit{triad});
+  const bool has_size = visit("si_per_count", sensor.si_per_count, kPositive);
   // Data sheets state it the other way round: 16384 LSB/g.
-  QuantityKeys inverse = TriadKeys("counts_per", triad);
-  for (const QuantityKey& key : inverse) {
-    YamlReader counts = sensor.Child(key.key);
-    if (!ReadNumber(counts, kPositive, &value)) continue;
-    if (has_size) counts.Fail("says the same as `si_per_count`; keep one");
-    draft->si_per_count = key.scale / value;
+  for (const auto& [key, scale] : TriadKeys("counts_per", triad)) {
+    double counts = 0.0;
+    if (!visit(key, counts, kPositive)) continue;
+    visit.Expect(!has_size, "says the same as `si_per_count`; keep one", key);
+    sensor.si_per_count = scale / counts;
   }
-  ReadQuantity(sensor, {{"zero_raw"}}, kAnyNumber, &draft->zero_raw);
+  visit("zero_raw", sensor.zero_raw, kEach);
 }
 
-void ReadMatrix(YamlReader& sensor, ScenarioSensor* draft) {
-  YamlReader whole = sensor.Child("sensitivity");
-  Eigen::Matrix3d matrix;
-  if (ReadNumbers(whole, &matrix)) draft->sensitivity = matrix;
-  const bool has_scale =
-      ReadQuantity(sensor, ShareKeys("scale_error"), kAnyNumber, &draft->scale_error);
-  const QuantityKeys angles = AngleKeys("misalignment");
-  const bool has_misalignment = ReadQuantity(sensor, angles, &draft->misalignment_rad);
-  if (has_misalignment && !draft->misalignment_rad.diagonal().isZero(0.0)) {
-    sensor.Fail("misalignment: expected zeros on the diagonal; put gains into `scale_error`");
-  }
-  if (!has_scale && !has_misalignment) return;
-  if (whole) {
-    whole.Fail("says the same as scale_error and misalignment; keep one of the two");
-  } else {
-    draft->sensitivity.reset();
-  }
+void MatrixFields(FieldReader& visit, ScenarioSensor& sensor) {
+  visit("sensitivity", sensor.sensitivity, kNumbers);
+  const bool has_scale = visit(ShareKeys("scale_error"), sensor.scale_error, kEach);
+  const bool has_angles = visit(AngleKeys("misalignment"), sensor.misalignment_rad, kNumbers);
+  visit.Expect(!has_angles || sensor.misalignment_rad.diagonal().isZero(0.0),
+               "misalignment: expected zeros on the diagonal; put gains into `scale_error`");
+  if (!has_scale && !has_angles) return;
+  visit.Expect(
+      false, "says the same as scale_error and misalignment; keep one of the two", "sensitivity");
+  if (!visit.Has("sensitivity")) sensor.sensitivity.reset();
 }
 
-void ReadThermal(YamlReader reader, Triad triad, std::optional<ThermalTerms>* thermal) {
-  if (!reader) return;
-  if (IsWord(reader, "none")) {
-    thermal->reset();
-    return;
-  }
-  if (!*thermal) thermal->emplace();
-  ThermalTerms& terms = **thermal;
-  ReadNumber(reader.Child("reference_degc"), kAnyNumber, &terms.reference_degc);
+template <typename Term>
+Term& TermOf(std::vector<Term>& terms, std::size_t order) {
+  while (terms.size() <= order) terms.push_back(Term::Zero());
+  return terms[order];
+}
+
+void ThermalFields(FieldReader& visit, Triad triad, ThermalTerms& terms) {
+  visit("reference_degc", terms.reference_degc, kAnyNumber);
   for (std::size_t i = 0; i < kOrders.size(); ++i) {
-    if (Eigen::Vector3d bias;
-        ReadQuantity(reader, TriadKeys("bias", triad, kOrders[i]), kAnyNumber, &bias)) {
-      while (terms.bias.size() <= i) terms.bias.push_back(Eigen::Vector3d::Zero());
-      terms.bias[i] = bias;
-    }
-    Eigen::Vector3d scale;
-    Eigen::Matrix3d matrix;
-    const bool has_scale = ReadQuantity(reader, ShareKeys("scale", kOrders[i]), kAnyNumber, &scale);
-    const bool has_matrix = ReadQuantity(reader, ShareKeys("matrix", kOrders[i]), &matrix);
-    if (has_scale && has_matrix) {
-      reader.Fail("scale and matrix of one order say the same; keep one");
-    }
-    if (!has_scale && !has_matrix) continue;
-    while (terms.sensitivity.size() <= i) terms.sensitivity.push_back(Eigen::Matrix3d::Zero());
-    terms.sensitivity[i] = has_matrix ? matrix : Eigen::Matrix3d(scale.asDiagonal());
+    Eigen::Vector3d bias = Eigen::Vector3d::Zero(), scale = bias;
+    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+    if (visit(TriadKeys("bias", triad, kOrders[i]), bias, kEach)) TermOf(terms.bias, i) = bias;
+    const bool has_scale = visit(ShareKeys("scale", kOrders[i]), scale, kEach);
+    const bool has_matrix = visit(ShareKeys("matrix", kOrders[i]), matrix, kNumbers);
+    visit.Expect(!(has_scale && has_matrix),
+                 "scale and matrix of one order say the same; keep one");
+    if (has_scale) matrix = scale.asDiagonal();
+    if (has_scale || has_matrix) TermOf(terms.sensitivity, i) = matrix;
   }
-  for (const auto& [keys, term] :
-       {std::pair(TriadKeys("rate", triad, "_degcps"), &terms.rate[RateTerm::kLinear]),
-        std::pair(TriadKeys("rate", triad, "_degcps2"), &terms.rate[RateTerm::kQuadratic]),
-        std::pair(TriadKeys("rate_cross", triad, "_degc_degcps"), &terms.rate[RateTerm::kCross])}) {
-    if (Eigen::Vector3d value; ReadQuantity(reader, keys, kAnyNumber, &value)) *term = value;
-  }
-  reader.RejectUnknown();
+  visit(TriadKeys("rate", triad, "_degcps"), terms.rate[RateTerm::kLinear], kEach);
+  visit(TriadKeys("rate", triad, "_degcps2"), terms.rate[RateTerm::kQuadratic], kEach);
+  visit(TriadKeys("rate_cross", triad, "_degc_degcps"), terms.rate[RateTerm::kCross], kEach);
 }
 
 QuantityKeys GSensitivityKeys() {
@@ -114,27 +84,17 @@ QuantityKeys AxisTermKeys(const AxisTermInfo& info) {
       {name + "_ug_g" + std::to_string(1 + info.power), 1e-6 / info.PowerOf(kStandardGravityMps2)}};
 }
 
-void ReadSpread(YamlReader reader, Triad triad, UnitSpread* spread) {
-  if (!reader) return;
-  if (IsWord(reader, "none")) {
-    *spread = {};
-    return;
-  }
-  ReadQuantity(reader, TriadKeys("bias", triad), kNotNegative, &spread->bias);
-  ReadQuantity(reader, ShareKeys("scale"), kNotNegative, &spread->scale);
-  ReadQuantity(reader, AngleKeys("misalignment"), kNotNegative, &spread->misalignment_rad);
-  if (triad == Triad::kGyroscope) {
-    ReadQuantity(reader, GSensitivityKeys(), kNotNegative, &spread->g_sensitivity);
-  }
+void SpreadFields(FieldReader& visit, Triad triad, UnitSpread& spread) {
+  visit(TriadKeys("bias", triad), spread.bias, kNotNegative);
+  visit(ShareKeys("scale"), spread.scale, kNotNegative);
+  visit(AngleKeys("misalignment"), spread.misalignment_rad, kNotNegative);
+  if (triad == Triad::kGyroscope) visit(GSensitivityKeys(), spread.g_sensitivity, kNotNegative);
   for (const AxisTermInfo& info : kAxisTerms) {
-    if (info.triad != triad) continue;
-    ReadQuantity(reader, AxisTermKeys(info), kNotNegative, &spread->axis_terms[info.term]);
+    if (info.triad == triad) visit(AxisTermKeys(info), spread.axis_terms[info.term], kNotNegative);
   }
-  ReadQuantity(
-      reader, TriadKeys("thermal_bias", triad, "_degc"), kNotNegative, &spread->thermal_bias);
-  ReadQuantity(reader, ShareKeys("thermal_scale", "_degc"), kNotNegative, &spread->thermal_scale);
-  ReadQuantity(reader, TriadKeys("turn_on_bias", triad), kNotNegative, &spread->turn_on_bias);
-  reader.RejectUnknown();
+  visit(TriadKeys("thermal_bias", triad, "_degc"), spread.thermal_bias, kNotNegative);
+  visit(ShareKeys("thermal_scale", "_degc"), spread.thermal_scale, kNotNegative);
+  visit(TriadKeys("turn_on_bias", triad), spread.turn_on_bias, kNotNegative);
 }
 
 QuantityKeys DensityKeys(Triad triad) {
@@ -156,98 +116,85 @@ QuantityKeys RandomWalkKeys(Triad triad) {
   return keys;
 }
 
-void ReadSensorNoise(YamlReader reader, Triad triad, ScenarioSensor* draft) {
-  if (!reader) return;
-  SensorNoise& noise = draft->settled.noise;
-  if (IsWord(reader, "none")) {
-    noise = {};
-    draft->sample_sigma.reset();
-    return;
-  }
-  const bool has_density = ReadQuantity(reader, DensityKeys(triad), kNotNegative, &noise.density);
-  if (has_density) draft->sample_sigma.reset();
-  if (Eigen::Vector3d sigma;
-      ReadQuantity(reader, TriadKeys("sample_sigma", triad), kNotNegative, &sigma)) {
-    draft->sample_sigma = sigma;
-    if (has_density) reader.Fail("a density and a sample_sigma say the same; keep one");
-  }
-  ReadQuantity(
-      reader, TriadKeys("bias_instability", triad), kNotNegative, &noise.instability_sigma);
-  ReadNumber(reader.Child("correlation_time_s"), kPositive, &noise.correlation_time_s);
-  ReadQuantity(reader, RandomWalkKeys(triad), kNotNegative, &noise.random_walk);
-  reader.RejectUnknown();
+void NoiseFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+  SensorNoise& noise = sensor.settled.noise;
+  const bool has_density = visit(DensityKeys(triad), noise.density, kEachNotNegative);
+  if (has_density) sensor.sample_sigma.reset();
+  const bool has_sigma =
+      visit(TriadKeys("sample_sigma", triad), sensor.sample_sigma, kEachNotNegative);
+  visit.Expect(!(has_density && has_sigma), "a density and a sample_sigma say the same; keep one");
+  visit(TriadKeys("bias_instability", triad), noise.instability_sigma, kEachNotNegative);
+  visit("correlation_time_s", noise.correlation_time_s, kPositive);
+  visit(RandomWalkKeys(triad), noise.random_walk, kEachNotNegative);
 }
 
-void ReadSampling(YamlReader reader, SensorSampling* sampling) {
-  if (!reader) return;
-  ReadNumber(reader.Child("rate_hz"), kPositive, &sampling->rate_hz);
-  ReadQuantity(reader, TimeKeys("jitter"), kNotNegative, &sampling->jitter_s);
-  ReadNumber(reader.Child("dropout"),
-             {0.0, std::nextafter(1.0, 0.0), "a probability from 0 to less than 1"},
-             &sampling->dropout);
-  ReadQuantity(reader, TimeKeys("clock_offset"), kAnyNumber, &sampling->clock_offset_s);
-  reader.RejectUnknown();
+void SamplingFields(FieldReader& visit, SensorSampling& sampling) {
+  visit("rate_hz", sampling.rate_hz, kPositive);
+  visit(TimeKeys("jitter"), sampling.jitter_s, kNotNegative);
+  visit("dropout",
+        sampling.dropout,
+        Range{0.0, std::nextafter(1.0, 0.0), "a probability from 0 to less than 1"});
+  visit(TimeKeys("clock_offset"), sampling.clock_offset_s, kAnyNumber);
 }
 
-void ReadOutput(YamlReader& sensor, Triad triad, ScenarioSensor* draft) {
-  double value = 0.0;
-  QuantityKeys resolution = TriadKeys("resolution", triad);
-  if (ReadQuantity(sensor, resolution, kNotNegative, &value)) {
-    draft->resolution = value;
-    draft->resolution_raw.reset();
+void OutputFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+  if (visit(TriadKeys("resolution", triad), sensor.resolution, kNotNegative)) {
+    sensor.resolution_raw.reset();
   }
-  if (YamlReader raw = sensor.Child("resolution_raw"); ReadNumber(raw, kNotNegative, &value)) {
-    draft->resolution_raw = value;
+  visit("resolution_raw", sensor.resolution_raw, kNotNegative);
+  if (visit(TriadKeys("range", triad), sensor.range, kPositive)) sensor.range_raw.reset();
+  if (std::vector<double> ends; visit("range_raw", ends, NumberList())) {
+    const bool is_range = ends.size() == 2 && ends[0] < ends[1];
+    visit.Expect(is_range, "expected two readings [lowest, highest]", "range_raw");
+    if (is_range) sensor.range_raw = Eigen::Vector2d(ends[0], ends[1]);
   }
-  if (ReadQuantity(sensor, TriadKeys("range", triad), kPositive, &value)) {
-    draft->range = value;
-    draft->range_raw.reset();
+}
+
+void SensorFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+  UnitFields(visit, triad, sensor);
+  visit(TriadKeys("bias", triad), sensor.bias, kEach);
+  MatrixFields(visit, sensor);
+  const auto thermal = [&](FieldReader& in) {
+    if (!sensor.thermal) sensor.thermal.emplace();
+    ThermalFields(in, triad, *sensor.thermal);
+  };
+  visit.Map("thermal", thermal, {.words = {{"none", false, [&] { sensor.thermal.reset(); }}}});
+  UnitSpread& spread = sensor.settled.spread;
+  visit.Map("spread",
+            [&](FieldReader& in) { SpreadFields(in, triad, spread); },
+            {.words = {{"none", false, [&] { spread = {}; }}}});
+  const auto no_noise = [&] {
+    sensor.settled.noise = {};
+    sensor.sample_sigma.reset();
+  };
+  visit.Map("noise",
+            [&](FieldReader& in) { NoiseFields(in, triad, sensor); },
+            {.words = {{"none", false, no_noise}}});
+  visit.Map("sampling", [&](FieldReader& in) { SamplingFields(in, sensor.settled.sampling); });
+  OutputFields(visit, triad, sensor);
+  if (triad == Triad::kAccelerometer) {
+    visit("lever_arm_m", sensor.settled.lever_arm_m, kNumbers);
   }
-  std::vector<double> ends;
-  if (YamlReader raw = sensor.Child("range_raw"); raw.Read(&ends)) {
-    if (ends.size() == 2 && ends[0] < ends[1]) {
-      draft->range_raw = Eigen::Vector2d(ends[0], ends[1]);
-    } else {
-      raw.Fail("expected two readings [lowest, highest]");
-    }
+  if (triad == Triad::kGyroscope) {
+    visit(GSensitivityKeys(), sensor.g_sensitivity, kNumbers);
+    visit("output", sensor.settled.gyroscope_output, kGyroscopeOutputs);
+  }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad == triad) visit(AxisTermKeys(info), sensor.axis_terms[info.term], kEach);
   }
 }
 
 }  // namespace
 
-void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSensor>* sensor) {
-  if (!reader) return;
-  if (IsWord(reader, "none")) {
-    sensor->reset();
-    return;
-  }
-  if (!*sensor) {
-    sensor->emplace();
-    (*sensor)->unit = *ParseTriadUnit(triad, TruthUnitName(triad));
-  }
-  ScenarioSensor& draft = **sensor;
-  ReadUnit(reader, triad, &draft);
-  ReadQuantity(reader, TriadKeys("bias", triad), kAnyNumber, &draft.bias);
-  ReadMatrix(reader, &draft);
-  ReadThermal(reader.Child("thermal"), triad, &draft.thermal);
-  ReadSpread(reader.Child("spread"), triad, &draft.settled.spread);
-  ReadSensorNoise(reader.Child("noise"), triad, &draft);
-  ReadSampling(reader.Child("sampling"), &draft.settled.sampling);
-  ReadOutput(reader, triad, &draft);
-  if (triad == Triad::kAccelerometer) {
-    reader.Optional("lever_arm_m", &draft.settled.lever_arm_m);
-  }
-  if (triad == Triad::kGyroscope) {
-    if (Eigen::Matrix3d value; ReadQuantity(reader, GSensitivityKeys(), &value)) {
-      draft.g_sensitivity = value;
+void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSensor>* sensor) {
+  const auto fields = [&](FieldReader& in) {
+    if (!*sensor) {
+      sensor->emplace();
+      (*sensor)->unit = *ParseTriadUnit(triad, TruthUnitName(triad));
     }
-    ReadChoice(reader.Child("output"), kGyroscopeOutputs, &draft.settled.gyroscope_output);
-  }
-  for (const AxisTermInfo& info : kAxisTerms) {
-    if (info.triad != triad) continue;
-    ReadQuantity(reader, AxisTermKeys(info), kAnyNumber, &draft.axis_terms[info.term]);
-  }
-  reader.RejectUnknown();
+    SensorFields(in, triad, **sensor);
+  };
+  visit.Map(TriadName(triad), fields, {.words = {{"none", false, [&] { sensor->reset(); }}}});
 }
 
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,

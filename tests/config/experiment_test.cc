@@ -705,14 +705,15 @@ TEST_F(ExperimentConfig, RejectsTemperatureTermsThatDoNotExistWithTheirLines) {
   EXPECT_THAT(
       ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    thermal:\n      bias_order: 8\n"
               "      matrix_order: -1\n      matrix: upper\n      rate: [cubic]\n      order: 3\n"),
-      AllOf(
-          HasSubstr(
-              ":5: sensors.accelerometer.thermal.bias_order: expected an order of 0 (none) to 7"),
-          HasSubstr(
-              ":6: sensors.accelerometer.thermal.matrix_order: expected an order of 0 (none) to 3"),
-          HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
-          HasSubstr("`cubic` is unknown; expected one of linear, quadratic, cross"),
-          HasSubstr("thermal.order")));
+      AllOf(HasSubstr(":5: sensors.accelerometer.thermal.bias_order: `8` is out of range; expected "
+                      "an order "
+                      "of 0 (none) to 7, or auto"),
+            HasSubstr(
+                ":6: sensors.accelerometer.thermal.matrix_order: `-1` is out of range; expected "
+                "an order of 0 (none) to 3, or auto"),
+            HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
+            HasSubstr("`cubic` is unknown; expected one of linear, quadratic, cross"),
+            HasSubstr("thermal.order")));
 }
 
 TEST_F(ExperimentConfig, AppliesOverridesBeforeChecking) {
@@ -741,6 +742,20 @@ TEST_F(ExperimentConfig, AppliesOverridesOfNestedKeys) {
   EXPECT_EQ(experiment.options.limits.guard_band_k, 0.0);
   EXPECT_TRUE(experiment.options.robust.enabled);
   EXPECT_EQ(experiment.serial, "B=2");
+}
+
+TEST_F(ExperimentConfig, TakesSensorsAsAWholeForThoseAlone) {
+  const std::string text =
+      "experiment: 1\nsensors: { accelerometer: {}, magnetometer: { model: diagonal } }\n"
+      "limits: { accelerometer.bias: 1, magnetometer.bias: 2 }\n"
+      "reference: { field: { strength_ut: 50 } }\n";
+  const CalibrateOptions options = LoadWell(text, {"sensors={ magnetometer: {} }"}).options;
+  EXPECT_FALSE(options.triads[Triad::kAccelerometer].enabled);
+  EXPECT_EQ(options.triads[Triad::kMagnetometer].model, MatrixModel::kDiagonal);
+  EXPECT_THAT(options.limits.limits, SizeIs(1));
+  EXPECT_TRUE(
+      LoadWell(text, {"sensors.magnetometer={}"}).options.triads[Triad::kAccelerometer].enabled);
+  EXPECT_THAT(ErrorOf(text, {"sensors={}"}), HasSubstr("sensors: is missing; list what"));
 }
 
 TEST_F(ExperimentConfig, NamesTheOverrideInsteadOfALine) {

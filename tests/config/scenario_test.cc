@@ -246,7 +246,7 @@ TEST_F(ScenarioConfig, NamesFileAndLineOfEachErrorAllAtOnce) {
                       "  - tumble: { duration_s: -1 }\n"
                       "  - wobble: {}\n"),
               AllOf(HasSubstr("scenario.yaml:2: seed: `-1` is not a seed"),
-                    HasSubstr("scenario.yaml:3: count: expected 1 to 9999 units"),
+                    HasSubstr("scenario.yaml:3: count: `0` is out of range; expected 1 to 9999"),
                     HasSubstr(":6: sensors.accelerometer.noise.noise_density_ug_rthz: `-3` is out"),
                     HasSubstr(":7: sensors.accelerometer.sampling.rate_hz: `0` is out of range"),
                     HasSubstr(":8: sensors.accelerometer.bias_mp2: is not a known key"),

@@ -4,13 +4,10 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <Eigen/Core>
 
-#include "io/yaml_reader.h"
-#include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
+#include "config/fields.h"
 #include "truetriad/sim/scenario.h"
 
 namespace truetriad {
@@ -42,11 +39,15 @@ struct ScenarioSensor {
   SimulatedTriad settled;
 };
 
-/// Reads one document's word on a sensor on top of what was said before. `none` removes it.
-void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSensor>* sensor);
+/// The block of a sensor. `none` removes it.
+void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSensor>* sensor);
 
 /// Says to `fail` what contradicts itself.
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                              const std::function<void(const std::string&)>& fail);
+
+/// What happens in a scenario: its motion, temperature and disturbances. Each list that is there
+/// takes the place of what was said before. Files are relative to `file`.
+void CourseFields(FieldReader& visit, const std::string& file, Scenario* scenario);
 
 }  // namespace truetriad
