@@ -28,7 +28,7 @@ namespace {
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
 // More than any model has.
 constexpr int kAnyRecordOrder = 99;
-constexpr double kCoverageFactor = 2.0;
+constexpr double kCoverageFactor = 2.0;  // 95 % of a normal distribution, rounded up.
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
 /// Probability that a value lies within k of its standard uncertainties.

@@ -27,8 +27,8 @@ bool HasPoseRows(const Calibration& calibration) {
 }
 
 /// Marks of what a page shows of its sources, by which a later page finds it.
-constexpr std::string_view kSourcesBegin = "<!-- sources -->\n",
-                           kSourcesEnd = "<!-- /sources -->\n";
+constexpr std::string_view kSourcesBegin = "<!-- sources --><div class=\"sources\">\n",
+                           kSourcesEnd = "</div><!-- /sources -->\n";
 
 std::string SourceSections(const Calibration& calibration, const ReportSources& sources) {
   const std::string_view page = sources.earlier_page;

@@ -155,9 +155,10 @@ Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
                        .height = kLayout.cell * count};
   Svg svg(kLayout.width, box.top + box.height + kLayout.bottom, "Differences in σ");
   Frame frame(svg, box, {-largest, largest}, {-count, 1.0});
-  frame.DrawBand({{-2.0, 1.0}, {2.0, 1.0}}, {{-2.0, -count}, {2.0, -count}});
+  const double all = 2.0 * count + 2.0;  // Beyond the frame, so to its edge.
+  frame.DrawBand({{-2.0, all}, {2.0, all}}, {{-2.0, -all}, {2.0, -all}});
   frame.Draw("", "a − b, in σ", /*has_y=*/false);
-  frame.DrawLine({{0.0, 1.0}, {0.0, -count}}, "zero");
+  frame.DrawLine({{0.0, all}, {0.0, -all}}, "zero");
   double row = 0.0;
   for (const auto& [name, value] : shown) {
     svg.Text(box.left - 6.0, frame.Y(row) + 4.0, name, "end");

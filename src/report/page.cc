@@ -113,9 +113,9 @@ std::string NameOf(const Table& table) {
 /// Its own class; whether there is room for two halves side by side on paper, and whether it needs
 /// narrow columns.
 std::string ClassesOf(const Table& table) {
-  // Half of A4 is wide enough for five columns, and fewer rows take no more room whole; nine of the
-  // usual width are as wide as a page.
-  constexpr std::size_t kFewColumns = 5, kManyRows = 12, kManyColumns = 9;
+  // Half of A4 is wide enough for five columns, and fewer rows take no more room whole; ten of the
+  // usual width are wider than a page.
+  constexpr std::size_t kFewColumns = 5, kManyRows = 12, kManyColumns = 10;
   const std::size_t columns = table.alignment.size();
   return table.style + (columns <= kFewColumns && table.rows.size() >= kManyRows ? " long" : "") +
          (columns >= kManyColumns ? " wide" : "");

@@ -72,6 +72,7 @@ class BiasSurface {
     const Frame::Box box{.width = Reach(kColumns), .height = Reach(kRows)};
     Frame frame(*svg, box, degc_, rates_);
     svg->Rectangle(box.left, box.top, box.width, box.height, "track");
+    frame.Draw(title, "°C; up: °C/s");
     // All cells of a shade at once: a page has thousands.
     constexpr int kShades = 20;  // On each side of the middle: more the eye does not tell apart.
     std::map<int, Points> shades;
@@ -87,7 +88,6 @@ class BiasSurface {
                  Colour(share),
                  "about " + Significant(middle() + 0.5 * share * values_.span(), 4) + " " + unit);
     }
-    frame.Draw(title, "°C; up: °C/s");
   }
 
  private:
