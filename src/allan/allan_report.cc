@@ -201,7 +201,7 @@ void AddBullets(const std::string& title,
                 const std::vector<std::string>& points,
                 PageContent* content) {
   if (points.empty()) return;
-  PageSection& section = content->sections.emplace_back(PageSection{title, {}});
+  Section& section = content->sections.emplace_back(Section{title, {}});
   for (const std::string& point : points) section.blocks.emplace_back(Bullet{point});
 }
 
@@ -291,7 +291,8 @@ std::string AllanHtml(const AllanResult& result) {
     content.headline = {Grade::kBad, "NOT AT REST: " + moved.front(), std::string(kNoCoefficients)};
     AddBullets("", {moved.begin() + 1, moved.end()}, &content);
   }
-  content.sections.push_back({"Curves", {}, {AllanDrawing(result)}});
+  content.sections.push_back(
+      {"Curves", {}, [&result] { return std::vector{AllanDrawing(result)}; }});
   for (const AllanTriad& triad : result.triads) {
     auto [head, table] = WordsOf(triad);
     content.sections.push_back({TriadTitle(triad.triad), {std::move(head)}});

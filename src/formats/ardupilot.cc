@@ -21,11 +21,10 @@
 namespace truetriad {
 namespace {
 
+// Of P(T) above; the firmware has parameters of three compasses and of five inertial sensors.
 constexpr int kArduPilotOrder = 3;
-constexpr double kCentreDegc = 35.0;
-constexpr double kTermScale = 1e-6;
-constexpr int kCompasses = 3;
-constexpr int kArduPilotInstances = 5;
+constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;
+constexpr int kCompasses = 3, kArduPilotInstances = 5;
 
 /// Names of the parameters of one IMU, numbered from 1.
 struct ImuNames {
@@ -155,9 +154,7 @@ Status WriteImu(const WriteRequest& request,
       const Eigen::Vector3d scale = sensor->model.Correction().diagonal();
       out->Vector(names.scale, scale);
       // Limits of the firmware's arming checks.
-      constexpr double kMaxOffsetMps2 = 3.5;
-      constexpr double kMinAccelScale = 0.8;
-      constexpr double kMaxAccelScale = 1.2;
+      constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
       if (sensor->model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
           scale.minCoeff() < kMinAccelScale || scale.maxCoeff() > kMaxAccelScale) {
         warnings->emplace_back(

@@ -73,6 +73,7 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
   constexpr int kMaxDegree = 8;
   // Four and more between the zeros of the highest polynomial.
   constexpr int kChecks = 33;
+  // A tenth of what rounding to float32 does.
   constexpr double kFitTolerance = 0.1 * std::numeric_limits<float>::epsilon();
   const double size = correction_at(low).norm();
   std::vector<Eigen::Matrix3d> terms;

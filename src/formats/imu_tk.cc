@@ -78,7 +78,7 @@ Result<std::vector<double>> Numbers(const ExportedFile& file) {
 
 Result<Carried> ReadImuTk(const ReadRequest& request) {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  constexpr std::size_t kNumbers = 9 + 9 + 3;
+  constexpr std::size_t kNumbers = 9 + 9 + 3;  // Two matrices and a bias.
   Carried carried;
   for (const ExportedFile& file : request.files) {
     const ImuTkFile* kind = nullptr;

@@ -8,7 +8,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kExportFormat = "truetriad/export/1";
-constexpr int kAnyJsonOrder = 99;
+constexpr int kAnyJsonOrder = 99;  // More than any model has.
 
 Result<std::vector<ExportedFile>> WriteJsonExport(const WriteRequest& request,
                                                   std::vector<std::string>* /*warnings*/) {

@@ -37,7 +37,7 @@ Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
   for (const char row : kAxisLetters) {
     for (const char col : kAxisLetters) list(name + ".sensitivity." + row + col);
   }
-  constexpr std::size_t kEntries = 12;
+  constexpr std::size_t kEntries = 12;  // A bias and a matrix.
   if (places.size() != kEntries) return {};
   return covariance.matrix(places, places);
 }

@@ -117,8 +117,7 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
                   correction(axis, axis));
       }
       // Limits of the sources named above.
-      constexpr double kLeastScale = 0.1;
-      constexpr double kMostScale = 3.0;
+      constexpr double kLeastScale = 0.1, kMostScale = 3.0;
       if (correction.diagonal().minCoeff() < kLeastScale ||
           correction.diagonal().maxCoeff() > kMostScale) {
         warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");

@@ -28,7 +28,7 @@ namespace {
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
 // More than any model has.
 constexpr int kAnyRecordOrder = 99;
-constexpr double kCoverageFactor = 2.0;
+constexpr double kCoverageFactor = 2.0;  // 95 % of a normal distribution, rounded up.
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
 /// Probability that a value lies within k of its standard uncertainties.
@@ -223,7 +223,7 @@ class ResultRows {
         covariance_(covariance),
         raw_(DisplayUnit(sensor.input_unit)),
         truth_(DisplayUnit(sensor.output_unit)),
-        table_{{TriadTitle(triad), "x", "y", "z", "unit"}, "lrrrl", {}} {
+        table_(Headed(TriadTitle(triad) + "; x; y; z; unit", "lrrrl")) {
     Add("bias b", sensor.model.bias, sensor.bias_sigma, raw_);
     AddMatrix("sensitivity S",
               sensor.model.sensitivity,
@@ -254,13 +254,7 @@ class ResultRows {
            const Eigen::Vector3d& values,
            const Eigen::Vector3d& sigmas,
            const std::string& unit) {
-    std::vector<std::string> row = {label};
-    for (int i = 0; i < 3; ++i) {
-      row.push_back(sigmas[i] > 0.0 ? WithSigma(values[i], kCoverageFactor * sigmas[i])
-                                    : Significant(values[i], 6));
-    }
-    row.push_back(unit);
-    table_.rows.push_back(row);
+    table_.Add() << label << WithSigma(values, kCoverageFactor * sigmas) << unit;
   }
   void AddMatrix(const std::string& label,
                  const Eigen::Matrix3d& matrix,
@@ -340,7 +334,7 @@ std::string LaboratoryHtml(const Laboratory& laboratory, const std::string& crea
   Table table{{}, "ll", {}};
   for (const auto& key : kLaboratoryKeys) {
     const std::string& value = laboratory.*key.value;
-    if (!value.empty()) table.rows.push_back({std::string(key.key), value});
+    if (!value.empty()) table.Add() << key.key << value;
   }
   std::string html = Element("h2", "Laboratory and equipment") + HtmlOf(table);
   if (laboratory.equipment.empty()) return html;
@@ -359,20 +353,20 @@ std::string LaboratoryHtml(const Laboratory& laboratory, const std::string& crea
 std::string RecordPage(const WriteRequest& request, std::string json) {
   const Calibration& calibration = request.calibration;
   Table conditions{{}, "ll", {}};
-  conditions.rows.push_back({"poses",
-                             std::to_string(calibration.quality.poses) + ", " +
-                                 std::to_string(calibration.quality.rests.rejected_poses.size()) +
-                                 " rejected"});
-  conditions.rows.push_back({"temperature", Temperatures(calibration)});
-  Table references{{"reference", "value ± U, k = 2", "how known"}, "lll", {}};
-  for (const Reference& reference : References(calibration)) {
-    references.rows.push_back({reference.name, reference.value, reference.source});
+  conditions.Add() << "poses"
+                   << std::to_string(calibration.quality.poses) + ", " +
+                          std::to_string(calibration.quality.rests.rejected_poses.size()) +
+                          " rejected";
+  conditions.Add() << "temperature" << Temperatures(calibration);
+  Table references = Headed("reference; value ± U, k = 2; how known", "lll");
+  for (const auto& [name, value, source] : References(calibration)) {
+    references.Add() << name << value << source;
   }
   std::string body;
   for (const Decision& decision : calibration.decisions) {
     body += Element("p", "Decided: " + DecisionText(decision) + ".");
   }
-  body += HtmlOf(IdentityTable(calibration), "identity");
+  body += HtmlOf(IdentityTable(calibration));
   if (request.options.laboratory) {
     body += LaboratoryHtml(*request.options.laboratory, calibration.created);
   }
@@ -388,10 +382,8 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
                       " Values without U are fixed by the gauge or by the experiment.");
   const Section limits = LimitsSection(calibration, kCoverageFactor);
   body += Element("h2", limits.title) + HtmlOf(limits.blocks);
-  Table inputs{{"recording", "SHA-256"}, "ll", {}};
-  for (const InputFile& input : calibration.inputs) {
-    inputs.rows.push_back({input.file, input.sha256});
-  }
+  Table inputs = Headed("recording; SHA-256", "ll");
+  for (const InputFile& input : calibration.inputs) inputs.Add() << input.file << input.sha256;
   body += Element("h2", "Recordings") + HtmlOf(inputs);
   body +=
       "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div><div>Approved "

@@ -22,7 +22,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kIndent = "    ";
-constexpr double kTeslaPerMicrotesla = 1e-6;
+constexpr double kTeslaPerMicrotesla = 1e-6;  // sensor_msgs/MagneticField is in tesla.
 
 std::string_view CovarianceName(Triad triad) {
   switch (triad) {

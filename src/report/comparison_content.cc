@@ -38,29 +38,27 @@ Headline HeadlineFor(const Comparison& comparison) {
 
 PageContent ContentOf(const Comparison& comparison, const std::vector<std::string>& about) {
   PageContent content{"Comparison of two calibrations", HeadlineFor(comparison), {}};
-  PageSection head;
-  for (const std::string& line : about) head.blocks.emplace_back(line);
+  Section head;
+  for (const std::string& line : about) head.Add(line);
   if (!comparison.not_compared.empty()) {
     std::string names;
     for (const std::string& name : comparison.not_compared) {
       names += (names.empty() ? "" : ", ") + name;
     }
-    head.blocks.emplace_back("NOT COMPARED: " + names + ".");
+    head.Add("NOT COMPARED: " + names + ".");
   }
   if (comparison.field_scale_taken_out) {
-    head.blocks.emplace_back(
+    head.Add(
         "The field strength was nominal in at least one of them, so the magnetometer's common "
         "scale was removed before comparing.");
   }
   if (!head.blocks.empty()) content.sections.push_back(std::move(head));
-  Table table{{"parameter", "a", "b", "difference a - b", "in σ"}, "lrrrr", {}};
+  Table table = Headed("parameter; a; b; difference a - b; in σ", "lrrrr");
   for (const ComparisonEntry& entry : comparison.entries) {
-    table.rows.push_back(
-        {entry.parameter,
-         Significant(entry.a, 6),
-         Significant(entry.b, 6),
-         WithSigma(entry.difference, entry.sigma),
-         entry.sigma > 0.0 ? Fixed(std::abs(entry.difference) / entry.sigma, 1) : "–"});
+    const double size = std::abs(entry.difference) / entry.sigma;
+    table.Add() << entry.parameter << Significant(entry.a, 6) << Significant(entry.b, 6)
+                << WithSigma(entry.difference, entry.sigma)
+                << (entry.sigma > 0.0 ? Fixed(size, 1) : "–");
   }
   if (table.rows.empty()) return content;
   content.sections.push_back(
@@ -71,9 +69,7 @@ PageContent ContentOf(const Comparison& comparison, const std::vector<std::strin
               "and C^T C (gram); the two are assumed to be independent."
             : "The body frames are aligned before comparing; the two are assumed to be "
               "independent."},
-       {{DifferenceChart(comparison.entries),
-         "Each difference in its σ, with ±1 σ (line). Shaded: ±2 σ, in which 95 of 100 lie by "
-         "chance."}}});
+       [&comparison] { return std::vector{DifferenceDrawing(comparison.entries)}; }});
   return content;
 }
 

@@ -13,20 +13,21 @@
 #include "base/messages.h"
 #include "base/utf8.h"
 #include "math/distributions.h"
-#include "report/corrected_error_content.h"
+#include "report/charts.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
-#include "report/rests_content.h"
-#include "report/soak_content.h"
-#include "report/sweep_content.h"
+#include "report/sections.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
+/// Of findings of one kind, and of correlations, the first few are listed: the others say the same.
+constexpr std::size_t kFewAlike = 3;
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
-/// Correlations above this are worth a sentence.
+/// Correlations above this are worth a sentence: the difference of two such parameters is known to
+/// √(2 · 0.1) = 0.45 of their σ.
 constexpr double kStrongCorrelation = 0.9;
 
 std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion) {
@@ -63,11 +64,7 @@ std::string IntervalSentence(double dof) {
 
 /// The most correlated pairs in words, or empty.
 std::string CorrelationSentence(const NamedCovariance& covariance) {
-  struct Pair {
-    double rho;
-    std::string words;
-  };
-  std::vector<Pair> strong;
+  std::vector<std::pair<double, std::string>> strong;  // How strong, and which.
   Eigen::MatrixXd matrix = covariance.matrix;
   const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
   if (matrix.rows() != size || matrix.cols() != size) return "";
@@ -86,22 +83,21 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
       const double rho = matrix(i, j) / std::sqrt(matrix(i, i) * matrix(j, j));
       // Tied entries have ±1 by design; NaN belongs to fixed ones.
       if (!(std::abs(rho) > kStrongCorrelation) || std::abs(rho) > 1.0 - 1e-9) continue;
-      strong.push_back({rho,
-                        covariance.parameters[static_cast<std::size_t>(j)] + " with " +
-                            covariance.parameters[static_cast<std::size_t>(i)] + " (" +
-                            Fixed(rho, 3) + ")"});
+      strong.emplace_back(std::abs(rho),
+                          covariance.parameters[static_cast<std::size_t>(j)] + " with " +
+                              covariance.parameters[static_cast<std::size_t>(i)] + " (" +
+                              Fixed(rho, 3) + ")");
     }
   }
   if (strong.empty()) return "";
-  std::stable_sort(strong.begin(), strong.end(), [](const Pair& a, const Pair& b) {
-    return std::abs(a.rho) > std::abs(b.rho);
-  });
-  constexpr std::size_t kShown = 3;
+  std::stable_sort(
+      strong.begin(), strong.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::string text = "Strongly correlated, so nearly indistinguishable: ";
-  for (std::size_t i = 0; i < std::min(strong.size(), kShown); ++i) {
-    text += (i ? ", " : "") + strong[i].words;
+  for (std::size_t i = 0; i < std::min(strong.size(), kFewAlike); ++i) {
+    text += (i ? ", " : "") + strong[i].second;
   }
-  if (strong.size() > kShown) text += " and " + std::to_string(strong.size() - kShown) + " more";
+  if (strong.size() > kFewAlike)
+    text += " and " + std::to_string(strong.size() - kFewAlike) + " more";
   return text + ".";
 }
 
@@ -133,50 +129,41 @@ std::string GuardedText(const LimitCheck& check) {
   return " (" + AllowedText(check.name, left) + ")";
 }
 
-/// P of a value beyond its limit.
-std::string OutsideText(const LimitCheck& check) {
-  if (!(check.sigma > 0.0)) return "–";
-  return Probability(check.outside);
-}
-
 }  // namespace
 
 Section LimitsSection(const Calibration& calibration, double coverage_factor) {
-  Section section{SectionKind::kLimits, "Limits", {}};
+  Section section{"Limits", {}};
   if (!calibration.IsUsable()) {
-    section.blocks.emplace_back(std::string("Not checked: the calibration is not usable."));
+    section.Add("Not checked: the calibration is not usable.");
     return section;
   }
   const std::vector<LimitCheck>& limits = calibration.quality.limits;
   if (limits.empty()) {
-    section.blocks.emplace_back(
-        std::string("No limits were set, so only usability was checked. To pass or fail units, "
-                    "state `limits:` in the experiment."));
+    section.Add(
+        "No limits were set, so only usability was checked. To pass or fail units, state "
+        "`limits:` in the experiment.");
     return section;
   }
-  // Files of before do not say it.
-  const double k = limits.front().guard_band_k;
   const std::string sign =
       coverage_factor == 1.0 ? "± σ" : "± U, k = " + Significant(coverage_factor, 2);
-  Table table{
-      {"limit", "result", "allowed", "worst found " + sign, "unit", "P outside"}, "llrrlr", {}};
+  Table table =
+      Headed("limit; result; allowed; worst found " + sign + "; unit; P outside", "llrrlr");
   for (const LimitCheck& check : limits) {
-    table.rows.push_back({check.FullName(),
-                          check.pass ? "pass" : "FAIL",
-                          AllowedText(check.name, check.limit) + GuardedText(check),
-                          WithSigma(check.worst, coverage_factor * check.sigma),
-                          LimitUnit(check.name),
-                          OutsideText(check)});
+    table.Add() << check.FullName() << (check.pass ? "pass" : "FAIL")
+                << AllowedText(check.name, check.limit) + GuardedText(check)
+                << WithSigma(check.worst, coverage_factor * check.sigma) << LimitUnit(check.name)
+                << (check.sigma > 0.0 ? Probability(check.outside) : "–");
   }
-  section.blocks.emplace_back(std::move(table));
-  section.blocks.emplace_back(std::string(
-      "In true units, so a bias is divided by its gain. P outside: the probability that "
-      "a true value is beyond its limit, of any axis and at its worst temperature."));
-  if (k > 0.0) {
-    section.blocks.emplace_back(
-        "A guard band is set: a value passes only if it is inside its limit by " +
-        Significant(k, 3) + " σ, so within what stands in brackets.");
+  section.Add(std::move(table));
+  section.Add(
+      "In true units, so a bias is divided by its gain. P outside: the probability that a "
+      "true value is beyond its limit, of any axis and at its worst temperature.");
+  // Files of before do not say it.
+  if (const double k = limits.front().guard_band_k; k > 0.0) {
+    section.Add("A guard band is set: a value passes only if it is inside its limit by " +
+                Significant(k, 3) + " σ, so within what stands in brackets.");
   }
+  section.draw = [limits] { return std::vector{LimitDrawing(limits)}; };
   return section;
 }
 
@@ -218,31 +205,28 @@ std::vector<SharedFinding> SharedFindings(const Findings& findings, Severity sev
 
 /// Refusals, then warnings, then notes; of many of one kind the first few.
 Section FindingsSection(const Calibration& calibration) {
-  constexpr std::size_t kShown = 3;
-  Section section{SectionKind::kFindings, calibration.IsUsable() ? "Findings" : "Why", {}};
+  Section section{calibration.IsUsable() ? "Findings" : "Why", {}};
   for (const Severity severity : {Severity::kRefusal, Severity::kWarning, Severity::kNote}) {
     const std::vector<SharedFinding> shared = SharedFindings(calibration.findings, severity);
-    std::map<FindingCode, std::size_t> left;
+    std::map<FindingCode, std::size_t> left, shown;
     for (const SharedFinding& each : shared) ++left[each.finding->code];
-    std::map<FindingCode, std::size_t> shown;
     for (const auto& [finding, sensors] : shared) {
       const FindingCode code = finding->code;
       const std::string tag =
           std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(code));
       // One more than the few takes no more room than to say so.
-      if (code != FindingCode::kMessage && shown[code] == kShown && left[code] > 1) {
-        section.blocks.emplace_back(Bullet{
+      if (code != FindingCode::kMessage && shown[code] == kFewAlike && left[code] > 1) {
+        section.Add(Bullet{
             std::to_string(left[code]) + " more like the last; calibration.yaml has all", tag});
         left[code] = 0;
       }
       if (left[code] == 0) continue;
       --left[code], ++shown[code];
       const std::string message = finding->Message();
-      Bullet bullet{sensors.size() < 2
-                        ? message
-                        : Listed(sensors) + ": " + std::string(WithoutSensor(*finding, message))};
-      if (code != FindingCode::kMessage) bullet.tag = tag;
-      section.blocks.emplace_back(std::move(bullet));
+      section.Add(Bullet{sensors.size() < 2 ? message
+                                            : Listed(sensors) + ": " +
+                                                  std::string(WithoutSensor(*finding, message)),
+                         code == FindingCode::kMessage ? "" : tag});
     }
   }
   return section;
@@ -250,65 +234,65 @@ Section FindingsSection(const Calibration& calibration) {
 
 /// What a unit's firmware does, in one place.
 void AddCorrections(const Calibration& calibration, Section* section) {
-  section->blocks.emplace_back(Subtitle{"Correction: corrected = C (raw − b)"});
+  section->Add(Subtitle{"Correction: corrected = C (raw − b)"});
   bool has_more = false;
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
-    Table table = CorrectionTable(*sensor, triad);
-    table.header.front() = std::string(TriadName(triad));
-    section->blocks.emplace_back(std::move(table));
+    section->Add(CorrectionTable(*sensor, triad));
     has_more = has_more || sensor->thermal || sensor->g_sensitivity ||
                std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const AxisTermInfo& info) {
                  return sensor->axis_term_sigma[info.term].has_value();
                });
   }
   if (has_more) {
-    section->blocks.emplace_back(std::string(
-        "At the reference temperature, without the further terms above; `export` writes all."));
+    section->Add(
+        "At the reference temperature, without the further terms above; `export` writes all.");
   }
 }
 
 Section ParametersSection(const Calibration& calibration) {
-  Section section{SectionKind::kParameters, "Parameters and predicted uncertainty", {}};
+  Section section{"Parameters and predicted uncertainty", {}};
   if (!calibration.IsUsable()) return section;
   const Propagation propagation(calibration.covariance);
   const double dof = calibration.quality.effective_dof;
   const bool from_motion = calibration.mode == Mode::kMotion;
-  section.blocks.emplace_back(IntervalSentence(dof));
+  section.Add(IntervalSentence(dof));
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
-    section.blocks.emplace_back(Subtitle{TriadTitle(triad)});
+    section.Add(Subtitle{TriadTitle(triad)});
     Table table = ParameterTable(*sensor, triad, propagation);
     if (from_motion) table.rows.back().front() = "noise σ";
-    section.blocks.emplace_back(std::move(table));
-    section.blocks.emplace_back(NoiseSentence(sensor->noise, triad, from_motion));
-    section.blocks.emplace_back(MisalignmentTable(*sensor, triad, propagation));
+    section.Add(std::move(table));
+    section.Add(NoiseSentence(sensor->noise, triad, from_motion));
+    section.Add(MisalignmentTable(*sensor, triad, propagation));
     AddSessions(calibration.quality.rests, triad, sensor->input_unit, &section);
     if (sensor->thermal) {
-      section.blocks.emplace_back(
-          "τ is the temperature above " + Significant(sensor->thermal->reference_degc, 4) +
-          " °C; calibrated from " + Significant(sensor->thermal->range_degc(0), 3) + " to " +
-          Significant(sensor->thermal->range_degc(1), 3) + " °C.");
+      section.Add("τ is the temperature above " + Significant(sensor->thermal->reference_degc, 4) +
+                  " °C; calibrated from " + Significant(sensor->thermal->range_degc(0), 3) +
+                  " to " + Significant(sensor->thermal->range_degc(1), 3) + " °C.");
     }
   }
   AddCorrections(calibration, &section);
-  section.blocks.emplace_back(Subtitle{"References"});
-  section.blocks.emplace_back(ReferenceTable(calibration.reference, propagation));
+  section.Add(Subtitle{"References"});
+  section.Add(ReferenceTable(calibration.reference, propagation));
   if (std::string words = CorrelationSentence(calibration.covariance); !words.empty()) {
-    section.blocks.emplace_back(std::move(words));
+    section.Add(std::move(words));
   }
+  section.draw = [&covariance = calibration.covariance] {
+    return std::vector{CorrelationDrawing(covariance)};
+  };
   return section;
 }
 
 Section WeakDirectionsSection(const Quality& quality) {
-  Section section{SectionKind::kWeakDirections, "Weak directions", {}};
+  Section section{"Weak directions", {}};
   for (const WeakDirection& weak : quality.weak_directions) {
     std::string text = weak.description;
     if (weak.sigma > 0.0) text += " (σ " + Percent(weak.sigma) + " of the signal)";
     if (!weak.advice.empty()) text += "; " + weak.advice;
-    section.blocks.emplace_back(Bullet{text + "."});
+    section.Add(Bullet{text + "."});
   }
   return section;
 }
@@ -441,46 +425,42 @@ Headline HeadlineOf(const Calibration& calibration) {
   return {Grade::kBad, head + ReasonOf(calibration), std::string(ScopeOf(calibration.outcome))};
 }
 
-std::vector<Section> SectionsOf(const Calibration& calibration) {
+std::vector<Section> SectionsOf(const Calibration& calibration, bool turns) {
   const Quality& quality = calibration.quality;
-  std::vector<Section> sections;
-  for (Section& section : std::vector<Section>{LimitsSection(calibration, 1.0),
-                                               FindingsSection(calibration),
-                                               CorrectedErrorSection(calibration),
-                                               ParametersSection(calibration),
-                                               SoakSection(calibration),
-                                               SweepSection(calibration),
-                                               WeakDirectionsSection(quality),
-                                               ModelChoiceSection(quality),
-                                               HeldOutSection(calibration),
-                                               ResidualsSection(calibration),
-                                               LeftOutSection(quality),
-                                               CoverageSection(quality)}) {
-    if (!section.blocks.empty()) sections.push_back(std::move(section));
-  }
+  std::vector<Section> sections = {LimitsSection(calibration, 1.0),
+                                   FindingsSection(calibration),
+                                   CorrectedErrorSection(calibration, turns),
+                                   ParametersSection(calibration),
+                                   SoakSection(calibration),
+                                   SweepSection(calibration),
+                                   WeakDirectionsSection(quality),
+                                   ModelChoiceSection(quality),
+                                   HeldOutSection(calibration),
+                                   ResidualsSection(calibration),
+                                   LeftOutSection(quality),
+                                   CoverageSection(calibration)};
   // A reader of a failure wants the reason and the cure before the limits.
   if (!calibration.IsUsable()) {
-    std::stable_partition(sections.begin(), sections.end(), [](const Section& section) {
-      return section.kind == SectionKind::kFindings || section.kind == SectionKind::kWeakDirections;
-    });
+    std::rotate(sections.begin() + 2, sections.begin() + 6, sections.begin() + 7);
+    std::rotate(sections.begin(), sections.begin() + 1, sections.begin() + 3);
   }
+  std::erase_if(sections, [](const Section& section) { return section.blocks.empty(); });
   return sections;
 }
 
 Table IdentityTable(const Calibration& calibration) {
-  Table table{{}, "ll", {}};
+  Table table{.header = {}, .alignment = "ll", .rows = {}, .style = "identity"};
   const auto add = [&](std::string_view label, const std::string& value) {
-    if (!value.empty()) table.rows.push_back({std::string(label), value});
+    if (!value.empty()) table.Add() << label << value;
   };
   add("device", calibration.serial.empty() ? "no serial number" : calibration.serial);
   add("model", calibration.model);
   for (const TagKey& tag : kDeviceTags) add(tag.key, calibration.tags.*tag.value);
   for (const TagKey& tag : kRunTags) add(tag.key, calibration.tags.*tag.value);
   for (const InputFile& input : calibration.inputs) {
+    // A manifest names files and has none itself.
     add("input",
-        input.file +
-            // A manifest names files and has none itself.
-            (input.samples > 0 ? ", " + std::to_string(input.samples) + " samples" : "") +
+        input.file + (input.samples > 0 ? ", " + std::to_string(input.samples) + " samples" : "") +
             (input.sha256.empty() ? "" : ", sha256 " + input.sha256.substr(0, 12)));
   }
   add("body frame",
@@ -489,39 +469,6 @@ Table IdentityTable(const Calibration& calibration) {
   add("created", calibration.created);
   add("software",
       calibration.software_version.empty() ? "" : "truetriad " + calibration.software_version);
-  return table;
-}
-
-Table TableOfPoses(const Quality& quality) {
-  Table table{{"pose",
-               "sensor",
-               "before",
-               "after",
-               "Δx",
-               "Δy",
-               "Δz",
-               "unit",
-               "normalised",
-               "weight",
-               "direction"},
-              "rlrrrrrlrrr",
-              {}};
-  for (const PoseResidual& pose : quality.rests.pose_residuals) {
-    table.ids.push_back("pose-" + std::to_string(pose.pose) + '-' +
-                        std::string(TriadName(pose.triad)));
-    table.rows.push_back({std::to_string(pose.pose),
-                          std::string(TriadName(pose.triad)),
-                          Significant(pose.norm_error_before, 3),
-                          Significant(pose.norm_error, 3),
-                          Significant(pose.residual.x(), 3),
-                          Significant(pose.residual.y(), 3),
-                          Significant(pose.residual.z(), 3),
-                          TruthUnit(pose.triad),
-                          Fixed(pose.normalized, 2),
-                          Fixed(pose.weight, 2),
-                          Fixed(pose.direction.x(), 2) + ", " + Fixed(pose.direction.y(), 2) +
-                              ", " + Fixed(pose.direction.z(), 2)});
-  }
   return table;
 }
 

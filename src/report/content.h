@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -43,54 +45,31 @@ struct Bullet {
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
 
 /// A part of a page. Without a title it belongs to the head.
-struct PageSection {
+struct Section {
   std::string title;
   std::vector<Block> blocks;
-  std::vector<Drawing> drawings = {};
+  std::function<std::vector<Drawing>()> draw = {};  ///< What pages alone show behind the blocks.
+
+  void Add(Block block) { blocks.push_back(std::move(block)); }
 };
 /// What a verb says, once for the terminal and for HTML.
 struct PageContent {
   std::string title;
   Headline headline;
-  std::vector<PageSection> sections;
+  std::vector<Section> sections;
 };
 
-/// What a section is about, so that HTML can put its figures there.
-enum class SectionKind {
-  kLimits,
-  kFindings,
-  kCorrectedError,
-  kParameters,
-  kSoak,
-  kSweep,
-  kWeakDirections,
-  kModelChoice,
-  kHeldOut,
-  kResiduals,
-  kLeftOut,
-  kCoverage,
-};
-
-struct Section {
-  SectionKind kind = SectionKind::kLimits;
-  std::string title;
-  std::vector<Block> blocks;
-};
-
-/// The sections in reading order: limits, findings, parameters with σ, temperature, weak
-/// directions, choice of the model, held-out error, residuals, left-out terms, coverage; one with
-/// nothing to say is left out. A calibration that is not usable has no parameters section, whatever
-/// numbers it carries.
-std::vector<Section> SectionsOf(const Calibration& calibration);
+/// The sections in reading order: limits, findings, what readings are off by, parameters with σ,
+/// temperature, weak directions, choice of the model, held-out error, residuals, left-out terms,
+/// coverage; one with nothing to say is left out. A calibration that is not usable has no
+/// parameters section, whatever numbers it carries. `turns`: spheres have data to be turned.
+std::vector<Section> SectionsOf(const Calibration& calibration, bool turns = false);
 
 /// That of the limits, with `coverage_factor` σ behind each ±.
 Section LimitsSection(const Calibration& calibration, double coverage_factor);
 
 /// Serial, model, software, inputs, gauge: one row each.
 Table IdentityTable(const Calibration& calibration);
-
-/// Every triad at every pose.
-Table TableOfPoses(const Quality& quality);
 
 /// "from an Allan deviation".
 std::string_view NoiseSourceWords(NoiseSource source);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/corrected_error_content.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,7 +7,10 @@
 
 #include "model/corrected_error.h"
 #include "model/heading_error.h"
+#include "report/charts.h"
 #include "report/format.h"
+#include "report/sections.h"
+#include "report/sphere.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -25,40 +26,44 @@ struct ErrorRow {
 };
 
 std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
-  constexpr double kMgPerMps2 = 1e3 / kStandardGravityMps2;
-  constexpr double kPpm = 1e6;
   const ReferenceValues& reference = calibration.reference;
   std::vector<ErrorRow> rows;
+  const auto add = [&rows](const char* what,
+                           Triad triad,
+                           double magnitude,
+                           bool has_bias,
+                           double factor,
+                           const char* unit) {
+    rows.push_back({what, triad, magnitude, has_bias, factor, unit});
+  };
   if (calibration.sensors[Triad::kAccelerometer]) {
-    rows.push_back({"accelerometer in gravity",
-                    Triad::kAccelerometer,
-                    reference.gravity_mps2,
-                    true,
-                    kMgPerMps2,
-                    "mg"});
+    const double mg_per_mps2 = 1e3 / kStandardGravityMps2;
+    add("accelerometer in gravity",
+        Triad::kAccelerometer,
+        reference.gravity_mps2,
+        true,
+        mg_per_mps2,
+        "mg");
   }
   if (calibration.sensors[Triad::kMagnetometer] && reference.field_ut) {
-    rows.push_back({reference.field_nominal ? "magnetometer in the assumed field"
-                                            : "magnetometer in the field",
-                    Triad::kMagnetometer,
-                    *reference.field_ut,
-                    true,
-                    1.0,
-                    "µT"});
+    add(reference.field_nominal ? "magnetometer in the assumed field" : "magnetometer in the field",
+        Triad::kMagnetometer,
+        *reference.field_ut,
+        true,
+        1.0,
+        "µT");
   }
   if (calibration.sensors[Triad::kGyroscope]) {
-    rows.push_back({"gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h"});
-    rows.push_back({"gyroscope, of a rate", Triad::kGyroscope, 1.0, false, kPpm, "ppm"});
+    add("gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h");
+    add("gyroscope, of a rate", Triad::kGyroscope, 1.0, false, 1e6, "ppm");
   }
   return rows;
 }
 
 /// A compass of the unit held level: RMS and worst over the headings, raw and corrected, degrees.
-/// Empty without one.
-std::vector<std::string> HeadingRow(const Calibration& calibration) {
-  constexpr int kHeadings = 72;
+void AddHeading(const Calibration& calibration, Table* table) {
   const std::vector<HeadingError> errors = HeadingErrors(calibration, kHeadings);
-  if (errors.empty()) return {};
+  if (errors.empty()) return;
   double raw_square = 0.0, raw_worst = 0.0, square = 0.0, worst = 0.0;
   for (const HeadingError& error : errors) {
     const double raw = error.raw_rad.value_or(0.0);
@@ -69,15 +74,12 @@ std::vector<std::string> HeadingRow(const Calibration& calibration) {
   }
   const auto degrees = [](double rad) { return Significant(kDegPerRad * rad, 3); };
   const bool has_raw = errors.front().raw_rad.has_value();
-  return {"heading of a level unit",
-          has_raw ? degrees(std::sqrt(raw_square)) : "",
-          has_raw ? degrees(raw_worst) : "",
-          degrees(std::sqrt(square)),
-          degrees(worst),
-          "°",
-          "",
-          "",
-          ""};
+  table->Add() << "heading of a level unit" << (has_raw ? degrees(std::sqrt(raw_square)) : "")
+               << (has_raw ? degrees(raw_worst) : "") << degrees(std::sqrt(square))
+               << degrees(worst) << "°"
+               << ""
+               << ""
+               << "";
 }
 
 // Fewer entries of the matrix were estimated than gains and the angles between axes are.
@@ -87,12 +89,11 @@ bool HoldsMisalignment(const TriadCalibration& sensor) {
 
 }  // namespace
 
-Section CorrectedErrorSection(const Calibration& calibration) {
-  Section section{SectionKind::kCorrectedError, "What readings are off by", {}};
+Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
+  Section section{"What readings are off by", {}};
   if (!calibration.IsUsable() || calibration.covariance.parameters.empty()) return section;
-  Table table{{"", "raw RMS", "worst", "corrected σ", "worst", "unit", "raw", "corrected", "unit"},
-              "lrrrrlrrl",
-              {}};
+  Table table =
+      Headed("; raw RMS; worst; corrected σ; worst; unit; raw; corrected; unit", "lrrrrlrrl");
   for (const ErrorRow& row : ErrorRows(calibration)) {
     const CorrectedError error =
         CorrectedErrorOf(calibration, row.triad, row.magnitude, row.has_bias);
@@ -101,35 +102,36 @@ Section CorrectedErrorSection(const Calibration& calibration) {
     };
     const bool has_angle = row.magnitude > 0.0;
     const auto angle = [&](double rad) { return has_angle ? number(kDegPerRad * rad) : ""; };
-    table.rows.push_back({row.what,
-                          error.before ? number(row.factor * error.before->rms) : "",
-                          error.before ? number(row.factor * error.before->worst) : "",
-                          number(row.factor * error.after.rms),
-                          number(row.factor * error.after.worst),
-                          row.unit,
-                          error.before ? angle(error.before->angle_rms) : "",
-                          angle(error.after.angle_rms),
-                          has_angle ? "°" : ""});
+    table.Add() << row.what << (error.before ? number(row.factor * error.before->rms) : "")
+                << (error.before ? number(row.factor * error.before->worst) : "")
+                << number(row.factor * error.after.rms) << number(row.factor * error.after.worst)
+                << row.unit << (error.before ? angle(error.before->angle_rms) : "")
+                << angle(error.after.angle_rms) << (has_angle ? "°" : "");
   }
-  if (std::vector<std::string> row = HeadingRow(calibration); !row.empty()) {
-    table.rows.push_back(std::move(row));
-  }
+  AddHeading(calibration, &table);
   if (table.rows.empty()) return section;
-  section.blocks.emplace_back(std::move(table));
-  section.blocks.emplace_back(std::string(
-      "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in nominal "
-      "units, as the log has them. "
-      "Corrected: what the parameters' σ leave; a reading's own noise comes on top."));
+  section.Add(std::move(table));
+  section.Add(
+      "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in "
+      "nominal units, as the log has them. Corrected: what the parameters' σ leave; a "
+      "reading's own noise comes on top.");
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
-    section.blocks.emplace_back("The model of the " + std::string(TriadName(triad)) +
-                                " holds its misalignment: what that is adds to these numbers.");
+    section.Add("The model of the " + std::string(TriadName(triad)) +
+                " holds its misalignment: what that is adds to these numbers.");
   }
   if (calibration.sensors[Triad::kMagnetometer] && calibration.reference.field_nominal) {
-    section.blocks.emplace_back(std::string(
-        "Nobody stated the strength of the field: by how much the assumed one is off, in per cent, "
-        "all readings of the magnetometer are, too. Directions and headings are not."));
+    section.Add(
+        "Nobody stated the strength of the field: by how much the assumed one is off, in "
+        "per cent, all readings of the magnetometer are, too. Directions and headings are "
+        "not.");
   }
+  section.draw = [&calibration, turns] {
+    std::vector<Drawing> drawings =
+        OfEachSensor([&](Triad triad) { return SphereDrawing(calibration, triad, turns); });
+    drawings.push_back(HeadingDrawing(calibration));
+    return drawings;
+  };
   return section;
 }
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "report/charts.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
-#include "report/residual_charts.h"
 #include "report/table.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/report/report.h"
@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kWorstPoses = 5;
+constexpr std::size_t kWorstPoses = 5;  // Enough to see whether they are alike.
 
 /// The poses that the calibration predicts worst, by normalised residual.
 Table WorstPosesTable(std::vector<PoseResidual> residuals) {
@@ -26,59 +26,59 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
     return std::abs(a.normalized) > std::abs(b.normalized);
   });
   residuals.resize(std::min(residuals.size(), kWorstPoses));
-  Table table{{"pose", "sensor", "norm error", "unit", "normalised"}, "rlrlr", {}};
+  Table table = Headed("pose; sensor; norm error; unit; normalised", "rlrlr");
   for (const PoseResidual& pose : residuals) {
-    table.rows.push_back({std::to_string(pose.pose),
-                          std::string(TriadName(pose.triad)),
-                          Significant(pose.norm_error, 3),
-                          TruthUnit(pose.triad),
-                          Fixed(pose.normalized, 2)});
+    table.Add() << pose.pose << TriadName(pose.triad) << Significant(pose.norm_error, 3)
+                << TruthUnit(pose.triad) << Fixed(pose.normalized, 2);
   }
   return table;
 }
 
 // RMS errors and their ratios to what was predicted.
 Table TableOf(const EvaluationSummary& evaluation) {
-  Table table{{"RMS of |C(y - b)| - reference",
-               "uncalibrated",
-               "calibrated",
-               "predicted",
-               "misfit",
-               "unit"},
-              "lrrrrl",
-              {}};
-  const auto number = [](const std::optional<double>& value) {
-    return value ? Significant(*value, 3) : std::string("–");
+  Table table = Headed(
+      "RMS of |C(y - b)| - reference; uncalibrated; calibrated; predicted; misfit; unit", "lrrrrl");
+  using Number = std::optional<double>;
+  const auto add = [&table](const std::string& name,
+                            const Number& before,
+                            const Number& after,
+                            const Number& predicted,
+                            const Number& ratio,
+                            const std::string& unit) {
+    TableRow row = table.Add();
+    row << name;
+    for (const Number& number : {before, after, predicted, ratio}) row << Significant(number, 3);
+    row << unit;
   };
   for (const Triad triad : kTriads) {
-    const std::optional<double>& rms = evaluation.norm_rms[triad];
-    if (!rms) continue;
-    table.rows.push_back({TriadTitle(triad),
-                          number(evaluation.norm_rms_before[triad]),
-                          number(rms),
-                          number(evaluation.predicted_rms[triad]),
-                          number(evaluation.error_ratio[triad]),
-                          TruthUnit(triad)});
+    if (!evaluation.norm_rms[triad]) continue;
+    add(TriadTitle(triad),
+        evaluation.norm_rms_before[triad],
+        evaluation.norm_rms[triad],
+        evaluation.predicted_rms[triad],
+        evaluation.error_ratio[triad],
+        TruthUnit(triad));
   }
   if (evaluation.angle_ratio) {
-    table.rows.push_back({"Angle, field to gravity",
-                          "–",
-                          number(evaluation.angle_std_deg),
-                          number(evaluation.predicted_angle_std_deg),
-                          number(evaluation.angle_ratio),
-                          "deg"});
+    add("Angle, field to gravity",
+        std::nullopt,
+        evaluation.angle_std_deg,
+        evaluation.predicted_angle_std_deg,
+        evaluation.angle_ratio,
+        "deg");
   }
   if (evaluation.turns) {
     const EvaluatedTurns& turns = *evaluation.turns;
-    const double ratio =
-        turns.predicted_rms_rad > 0.0 ? turns.rms_rad / turns.predicted_rms_rad : 0.0;
-    table.rows.push_back(
-        {turns.against == Triad::kMagnetometer ? "Field after a turn" : "Gravity after a turn",
-         number(turns.nominal_rms_rad),
-         number(turns.rms_rad),
-         number(turns.predicted_rms_rad),
-         ratio > 0.0 ? Significant(ratio, 3) : "–",
-         "rad"});
+    Number ratio;
+    if (turns.predicted_rms_rad > 0.0 && turns.rms_rad > 0.0) {
+      ratio = turns.rms_rad / turns.predicted_rms_rad;
+    }
+    add(turns.against == Triad::kMagnetometer ? "Field after a turn" : "Gravity after a turn",
+        turns.nominal_rms_rad,
+        turns.rms_rad,
+        turns.predicted_rms_rad,
+        ratio,
+        "rad");
   }
   return table;
 }
@@ -139,49 +139,50 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
 PageContent ContentOf(const EvaluationSummary& evaluation,
                       const Calibration& calibration,
                       const std::vector<std::string>& about) {
-  PageSection errors{"Errors on these poses", {TableOf(evaluation)}};
-  const auto add = [&errors](std::string text) { errors.blocks.emplace_back(std::move(text)); };
-  add("Misfit is 1 where the errors are as predicted. It counts once what all poses share, such as "
+  Section errors{"Errors on these poses", {TableOf(evaluation)}};
+  errors.Add(
+      "Misfit is 1 where the errors are as predicted. It counts once what all poses share, such as "
       "the local gravity, which the RMS count at every pose.");
   for (const Triad triad : kTriads) {
     if (!evaluation.about_mean[triad]) continue;
-    add("The " + std::string(TriadName(triad)) + "'s error is stated about the mean: " +
-        (calibration.mode == Mode::kSweep
-             ? "its bias and gain at the reference temperature are not calibrated."
-             : "the calibration does not say how strong the field is."));
+    errors.Add("The " + std::string(TriadName(triad)) + "'s error is stated about the mean: " +
+               (calibration.mode == Mode::kSweep
+                    ? "its bias and gain at the reference temperature are not calibrated."
+                    : "the calibration does not say how strong the field is."));
   }
   if (evaluation.clamped_poses > 0) {
-    add(std::to_string(evaluation.clamped_poses) +
+    errors.Add(
+        std::to_string(evaluation.clamped_poses) +
         " poses lie outside the calibrated temperature range; they were evaluated with the terms "
         "at its nearest end.");
   }
   if (evaluation.angle_ratio) {
-    add("The angle between field and gravity is one over all poses in a uniform field: its "
+    errors.Add(
+        "The angle between field and gravity is one over all poses in a uniform field: its "
         "spread.");
   }
   if (evaluation.turns) {
     const EvaluatedTurns& turns = *evaluation.turns;
-    add(std::string("Direction of ") +
-        (turns.against == Triad::kMagnetometer ? "the field" : "gravity") +
-        " at the next rest, predicted by each of " + std::to_string(turns.count) +
-        " turns: median error " + MedianAngles(turns.median_rad, turns.nominal_median_rad) + ".");
+    errors.Add(std::string("Direction of ") +
+               (turns.against == Triad::kMagnetometer ? "the field" : "gravity") +
+               " at the next rest, predicted by each of " + std::to_string(turns.count) +
+               " turns: median error " + MedianAngles(turns.median_rad, turns.nominal_median_rad) +
+               ".");
   }
   PageContent content{
       "Test of the calibration of " +
           (calibration.serial.empty() ? "unit without serial number" : calibration.serial),
       HeadlineFor(evaluation, calibration),
       {}};
-  if (!about.empty()) {
-    content.sections.push_back({"", {about.begin(), about.end()}});
-  }
+  if (!about.empty()) content.sections.push_back({"", {about.begin(), about.end()}});
   content.sections.push_back(std::move(errors));
   if (!evaluation.pose_residuals.empty()) {
-    PageSection poses{"Worst poses", {WorstPosesTable(evaluation.pose_residuals)}};
-    for (const Triad triad : kTriads) {
-      poses.drawings.push_back(
-          {ResidualChart(evaluation.pose_residuals, calibration.sensors[triad], triad),
-           ResidualCaption(triad)});
-    }
+    Section poses{"Worst poses", {WorstPosesTable(evaluation.pose_residuals)}};
+    poses.draw = [&] {
+      return OfEachSensor([&](Triad triad) {
+        return ResidualDrawing(evaluation.pose_residuals, calibration.sensors[triad], triad);
+      });
+    };
     content.sections.push_back(std::move(poses));
   }
   return content;

@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-constexpr int kMaxDecimals = 8;
+constexpr int kMaxDecimals = 8;  // More zeros than that nobody counts.
 
 std::string Characters(double value, std::chars_format format, int precision) {
   if (std::isnan(value)) return "n/a";
@@ -30,6 +30,7 @@ std::string Characters(double value, std::chars_format format, int precision) {
 /// number is so large or so near to a tie that its rounding might decide.
 bool AppendQuickly(double value, int decimals, std::string* text) {
   constexpr std::array<std::int64_t, 5> kScales = {1, 10, 100, 1000, 10000};
+  // Below 1e8 a double has 1e-8 of a unit: a millionth is far from rounding either way.
   constexpr double kMost = 1e8, kTie = 1e-6;
   if (decimals < 0 || decimals >= static_cast<int>(kScales.size())) return false;
   const std::int64_t scale = kScales[static_cast<std::size_t>(decimals)];
@@ -84,6 +85,30 @@ std::string WithSigma(double value, double sigma) {
   decimals = std::max(decimals, 0);
   return Fixed(decimals == 0 ? std::round(value / step) * step : value, decimals) + " ± " +
          Fixed(decimals == 0 ? std::round(sigma / step) * step : sigma, decimals);
+}
+
+ThreeCells Fixed(const Eigen::Vector3d& values, int decimals) {
+  return {Fixed(values[0], decimals), Fixed(values[1], decimals), Fixed(values[2], decimals)};
+}
+
+ThreeCells Significant(const Eigen::Vector3d& values, int digits) {
+  return {Significant(values[0], digits),
+          Significant(values[1], digits),
+          Significant(values[2], digits)};
+}
+
+ThreeCells WithSigma(const Eigen::Vector3d& values, const Eigen::Vector3d& sigmas) {
+  return {WithSigma(values[0], sigmas[0]),
+          WithSigma(values[1], sigmas[1]),
+          WithSigma(values[2], sigmas[2])};
+}
+
+std::string Significant(const std::optional<double>& value, int digits) {
+  return value ? Significant(*value, digits) : "–";
+}
+
+std::string Joined(const ThreeCells& cells, std::string_view between) {
+  return cells[0] + std::string(between) + cells[1] + std::string(between) + cells[2];
 }
 
 std::string Percent(double share) { return Significant(100.0 * share, 3) + " %"; }

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 
-namespace truetriad {
+#include <Eigen/Core>
 
-inline constexpr std::array<const char*, 3> kAxisLabels = {"x", "y", "z"};
+namespace truetriad {
 
 // Numbers as people read them. Independent of the locale, so the same input gives the same bytes.
 // NaN is "n/a" and infinities are "∞" everywhere; a rounded zero has no minus sign.
@@ -22,6 +23,16 @@ std::string Significant(double value, int digits);
 /// "(1.2345 ± 0.0012)e-9" when there would be more than eight decimals. Without a σ (zero or NaN)
 /// the value alone, to six significant digits.
 std::string WithSigma(double value, double sigma);
+
+/// Of a table the cells of three axes, and that of a value which may be missing: "–".
+using ThreeCells = std::array<std::string, 3>;
+ThreeCells Fixed(const Eigen::Vector3d& values, int decimals);
+ThreeCells Significant(const Eigen::Vector3d& values, int digits);
+ThreeCells WithSigma(const Eigen::Vector3d& values, const Eigen::Vector3d& sigmas);
+std::string Significant(const std::optional<double>& value, int digits);
+
+/// The cells with words between them: "0.12, 0.34, 0.56".
+std::string Joined(const ThreeCells& cells, std::string_view between = ", ");
 
 /// A share as "12.3 %", three significant digits.
 std::string Percent(double share);

@@ -9,20 +9,18 @@
 
 #include <Eigen/Core>
 
+#include "report/charts.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
-#include "report/sphere_charts.h"
+#include "report/sphere.h"
 #include "report/table.h"
-#include "report/timeline_chart.h"
 #include "truetriad/base/units.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {
 namespace {
 
-/// Longer pose tables are cut in the middle.
-constexpr std::size_t kMaxPoseLines = 60;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.
 constexpr double kDistinctDeg = 5.0;
 /// Where the readings of one triad point, as read: before any calibration.
@@ -66,59 +64,39 @@ Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
   return directions;
 }
 
-PageSection StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
-  Table counts{{"stream",
-                "unit",
-                "samples",
-                "rate [Hz]",
-                "jitter [ms]",
-                "time stamps",
-                "gaps",
-                "longest [s]",
-                "dropped rows"},
-               "llrrrlrrr",
-               {}};
-  Table values{{"stream", "", "x", "y", "z", "unit"}, "llrrrl", {}};
-  const auto add = [&](const std::string& label,
-                       const std::string& quantity,
-                       const Eigen::Vector3d& v,
-                       int digits,
-                       const std::string& unit) {
-    values.rows.push_back({label,
-                           quantity,
-                           Significant(v.x(), digits),
-                           Significant(v.y(), digits),
-                           Significant(v.z(), digits),
-                           unit});
-  };
+Section StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
+  Table counts = Headed(
+      "stream; unit; samples; rate [Hz]; jitter [ms]; time stamps; gaps; longest [s]; dropped rows",
+      "llrrrlrrr");
+  Table values = Headed("stream; ; x; y; z; unit", "llrrrl");
   for (const StreamSummary& stream : poses.streams) {
-    const std::string name(TriadName(stream.triad));
+    const std::string_view name = TriadName(stream.triad);
     const std::string unit = DisplayUnit(stream.unit.name);
-    counts.rows.push_back({name,
-                           unit,
-                           std::to_string(stream.samples),
-                           poses.has_time ? Significant(stream.rate_hz, 6) : "no time",
-                           poses.has_time ? Significant(1e3 * stream.jitter_s, 2) : "–",
-                           poses.has_time ? std::string(StampKindName(stream.stamps)) : "–",
-                           std::to_string(stream.gaps),
-                           Significant(stream.longest_gap_s, 3),
-                           std::to_string(stream.dropped_empty)});
-    add(name, "smallest reading", stream.minimum_raw, 5, unit);
-    add("", "largest reading", stream.maximum_raw, 5, unit);
-    if (stream.noise_sigma_raw.maxCoeff() > 0.0) {
-      add("", "noise σ", stream.noise_sigma_raw, 3, unit);
-      add("", "correlation", stream.correlation_inflation, 3, "");
-    }
+    counts.Add() << name << unit << stream.samples
+                 << (poses.has_time ? Significant(stream.rate_hz, 6) : "no time")
+                 << (poses.has_time ? Significant(1e3 * stream.jitter_s, 2) : "–")
+                 << (poses.has_time ? StampKindName(stream.stamps) : "–") << stream.gaps
+                 << Significant(stream.longest_gap_s, 3) << stream.dropped_empty;
+    values.Add() << name << "smallest reading" << Significant(stream.minimum_raw, 5) << unit;
+    values.Add() << ""
+                 << "largest reading" << Significant(stream.maximum_raw, 5) << unit;
+    if (!(stream.noise_sigma_raw.maxCoeff() > 0.0)) continue;
+    values.Add() << ""
+                 << "noise σ" << Significant(stream.noise_sigma_raw, 3) << unit;
+    values.Add() << ""
+                 << "correlation" << Significant(stream.correlation_inflation, 3) << "";
   }
-  return {
-      "Streams",
-      {counts,
-       values,
-       "Noise is the σ of one sample within rests; correlation is the factor on the variance of "
-       "means (1 = white)."},
-      {TimelineDrawing(poses,
-                       tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>(),
-                       /*leads_to_rows=*/false)}};
+  return {"Streams",
+          {counts,
+           values,
+           "Noise is the σ of one sample within rests; correlation is the factor on the variance "
+           "of means (1 = white)."},
+          [&poses, &tried] {
+            return std::vector{TimelineDrawing(
+                poses,
+                tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>(),
+                /*leads_to_rows=*/false)};
+          }};
 }
 
 /// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
@@ -134,39 +112,33 @@ int MeanDecimals(const PoseSet& poses, Triad triad) {
   return std::clamp(5 - static_cast<int>(std::floor(std::log10(largest))), 0, 12);
 }
 
-PageSection PosesSection(const PoseSet& poses, Triad triad) {
+Section PosesSection(const PoseSet& poses, Triad triad) {
   const int decimals = MeanDecimals(poses, triad);
-  Table table{{"pose", "start [s]", "lasts [s]", "samples", "mean x", "y", "z", "σ of mean", "°C"},
-              "rrrrrrrrr",
-              {}};
+  Table table =
+      Headed("pose; start [s]; lasts [s]; samples; mean x; y; z; σ of mean; °C", "rrrrrrrrr");
   for (const StaticPose& pose : poses.poses) {
     if (!pose.triads[triad]) continue;
     const TriadPose& reading = *pose.triads[triad];
-    table.rows.push_back(
-        {std::to_string(pose.number),
-         poses.has_time ? Fixed(static_cast<double>(pose.start_ns) * 1e-9, 1) : "–",
-         poses.has_time ? Fixed(pose.duration_s(), 1) : "–",
-         std::to_string(reading.samples),
-         Fixed(reading.mean_raw.x(), decimals),
-         Fixed(reading.mean_raw.y(), decimals),
-         Fixed(reading.mean_raw.z(), decimals),
-         reading.has_covariance
-             ? Significant(std::sqrt(reading.mean_covariance_raw.trace() / 3.0), 2)
-             : "–",
-         pose.temperature_degc ? Fixed(*pose.temperature_degc, 1) : "–"});
+    const double sigma = std::sqrt(reading.mean_covariance_raw.trace() / 3.0);
+    table.Add() << pose.number
+                << (poses.has_time ? Fixed(static_cast<double>(pose.start_ns) * 1e-9, 1) : "–")
+                << (poses.has_time ? Fixed(pose.duration_s(), 1) : "–") << reading.samples
+                << Fixed(reading.mean_raw, decimals)
+                << (reading.has_covariance ? Significant(sigma, 2) : "–")
+                << (pose.temperature_degc ? Fixed(*pose.temperature_degc, 1) : "–");
   }
   if (table.rows.empty()) return {};
   const std::size_t count = table.rows.size();
-  if (count > kMaxPoseLines) {
-    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseLines / 2);
-    table.rows.erase(table.rows.begin() + kHalf, table.rows.end() - kHalf);
-    table.rows.insert(table.rows.begin() + kHalf,
+  if (count > kMostListed) {
+    const auto half = static_cast<std::ptrdiff_t>(kMostListed / 2);
+    table.rows.erase(table.rows.begin() + half, table.rows.end() - half);
+    table.rows.insert(table.rows.begin() + half,
                       std::vector<std::string>(table.alignment.size(), "…"));
   }
   const StreamSummary* stream = poses.Find(triad);
   return {"Poses: " + std::string(TriadName(triad)) +
               (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
-              std::to_string(count) + (count > kMaxPoseLines ? ", the middle omitted" : ""),
+              std::to_string(count) + (count > kMostListed ? ", the middle omitted" : ""),
           {table}};
 }
 
@@ -181,26 +153,17 @@ DirectionsOfSensors DirectionsOf(const PoseSet& poses) {
   return directions;
 }
 
-PageSection CoverageOfReadings(const DirectionsOfSensors& directions) {
-  Table table{
-      {"sensor", "poses", "distinct", "spread along the three axes", "largest gap"}, "lrrrr", {}};
+Section CoverageOfReadings(const DirectionsOfSensors& directions) {
+  Table table =
+      Headed("sensor; poses; distinct; spread along the three axes; largest gap", "lrrrr");
   for (const Triad triad : kTriads) {
     if (!directions[triad]) continue;
-    const Directions& found = *directions[triad];
-    table.rows.push_back({std::string(TriadName(triad)),
-                          std::to_string(found.unit.size()),
-                          std::to_string(found.distinct),
-                          Fixed(found.coverage.eigenvalues(0), 3) + " · " +
-                              Fixed(found.coverage.eigenvalues(1), 3) + " · " +
-                              Fixed(found.coverage.eigenvalues(2), 3),
-                          Fixed(found.coverage.largest_gap_deg, 0) + " deg"});
+    const auto& [unit, distinct, coverage] = *directions[triad];
+    table.Add() << TriadName(triad) << unit.size() << distinct
+                << Joined(Fixed(coverage.eigenvalues, 3), " · ")
+                << Fixed(coverage.largest_gap_deg, 0) + " deg";
   }
   if (table.rows.empty()) return {};
-  std::vector<Drawing> drawings;
-  for (const Triad triad : kTriads) {
-    if (!directions[triad]) continue;
-    drawings.push_back({CoverageChart(directions[triad]->unit, triad), CoverageCaption(triad)});
-  }
   return {"Coverage of the raw readings",
           {table,
            "Directions are seen from the middle of the range of the readings and count as distinct "
@@ -208,7 +171,12 @@ PageSection CoverageOfReadings(const DirectionsOfSensors& directions) {
                Significant(kDistinctDeg, 2) +
                " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest cap "
                "of the sphere without a direction."},
-          std::move(drawings)};
+          [directions] {
+            return OfEachSensor([&](Triad triad) {
+              return directions[triad] ? CoverageDrawing(directions[triad]->unit, triad)
+                                       : Drawing();
+            });
+          }};
 }
 
 /// σ of the worst axis, in words; "as given" where nothing of it was estimated.
@@ -216,8 +184,8 @@ std::string WorstSigma(double sigma, double factor, const std::string& unit) {
   return sigma > 0.0 ? "± " + Significant(factor * sigma, 2) + " " + unit : "not estimated";
 }
 
-PageSection EnoughSection(const Calibration& tried) {
-  Table table{{"sensor", "bias", "gains", "axes"}, "lrrr", {}};
+Section EnoughSection(const Calibration& tried) {
+  Table table = Headed("sensor; bias; gains; axes", "lrrr");
   for (const Triad triad : kTriads) {
     if (!tried.sensors[triad]) continue;
     const TriadCalibration& sensor = *tried.sensors[triad];
@@ -230,11 +198,9 @@ PageSection EnoughSection(const Calibration& tried) {
         worst = std::max(worst, relative(row, col));
       }
     }
-    table.rows.push_back(
-        {std::string(TriadName(triad)),
-         WorstSigma(sensor.bias_sigma.maxCoeff(), 1.0, DisplayUnit(sensor.input_unit)),
-         WorstSigma(gain, 100.0, "%"),
-         WorstSigma(axes, 1e3, "mrad")});
+    table.Add() << TriadName(triad)
+                << WorstSigma(sensor.bias_sigma.maxCoeff(), 1.0, DisplayUnit(sensor.input_unit))
+                << WorstSigma(gain, 100.0, "%") << WorstSigma(axes, 1e3, "mrad");
   }
   return {"Is it enough?",
           {table,
@@ -260,26 +226,25 @@ Headline HeadlineOf(const Result<Calibration>& tried) {
           refusal == nullptr ? "" : refusal->Message() + "."};
 }
 
-PageSection HeadOf(const PoseSet& poses) {
-  PageSection head;
-  head.blocks.emplace_back(poses.source + (poses.serial.empty() ? "" : ", unit " + poses.serial));
+Section HeadOf(const PoseSet& poses) {
+  Section head;
+  head.Add(poses.source + (poses.serial.empty() ? "" : ", unit " + poses.serial));
   std::string found = std::to_string(poses.poses.size()) + " poses";
   if (!poses.how.empty()) found += " by " + poses.how;
   if (poses.has_time) {
     found += " in " + Fixed(poses.duration_s, 1) + " s, " + Percent(poses.static_share) +
              " of it at rest";
   }
-  head.blocks.emplace_back(found + ".");
+  head.Add(found + ".");
   if (!poses.has_time && !poses.poses.empty()) {
-    head.blocks.emplace_back("No column of times: each row is taken for the mean of a rest.");
+    head.Add("No column of times: each row is taken for the mean of a rest.");
   }
-  head.blocks.emplace_back(poses.temperature_range_degc
-                               ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) +
-                                     " to " + Fixed(poses.temperature_range_degc->y(), 1) + " °C."
-                               : "No temperature recorded.");
+  head.Add(poses.temperature_range_degc
+               ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) + " to " +
+                     Fixed(poses.temperature_range_degc->y(), 1) + " °C."
+               : "No temperature recorded.");
   for (const Finding& finding : poses.findings) {
-    head.blocks.emplace_back((finding.severity == Severity::kNote ? "" : "WARNING: ") +
-                             finding.Message());
+    head.Add((finding.severity == Severity::kNote ? "" : "WARNING: ") + finding.Message());
   }
   return head;
 }
@@ -287,7 +252,7 @@ PageSection HeadOf(const PoseSet& poses) {
 PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
   const DirectionsOfSensors directions = DirectionsOf(poses);
   PageContent content{"Inspection of " + poses.source, HeadlineOf(tried), {HeadOf(poses)}};
-  const auto add = [&content](PageSection section) {
+  const auto add = [&content](Section section) {
     if (!section.blocks.empty()) content.sections.push_back(std::move(section));
   };
   add(StreamsSection(poses, tried));

@@ -3,7 +3,6 @@
 
 #include <cctype>
 #include <cstddef>
-#include <type_traits>
 #include <variant>
 
 #include "base/utf8.h"
@@ -13,23 +12,12 @@
 namespace truetriad {
 namespace {
 
-std::string Underlined(const std::string& title) {
-  return '\n' + title + '\n' + std::string(DisplayWidth(title), '-') + '\n';
-}
-
 std::string TextOfBlock(const Block& block) {
-  return std::visit(
-      [](const auto& content) -> std::string {
-        using Content = std::decay_t<decltype(content)>;
-        if constexpr (std::is_same_v<Content, Table>) return TextOf(content);
-        if constexpr (std::is_same_v<Content, std::string>) return Wrapped(content);
-        if constexpr (std::is_same_v<Content, Bullet>) {
-          const std::string tag = content.tag.empty() ? "" : " [" + content.tag + "]";
-          return Wrapped(content.text + tag, 2, "- ");
-        }
-        if constexpr (std::is_same_v<Content, Subtitle>) return "\n  " + content.text + '\n';
-      },
-      block);
+  if (const auto* table = std::get_if<Table>(&block)) return TextOf(*table);
+  if (const auto* words = std::get_if<std::string>(&block)) return Wrapped(*words);
+  if (const auto* subtitle = std::get_if<Subtitle>(&block)) return "\n  " + subtitle->text + '\n';
+  const auto& [text, tag] = std::get<Bullet>(block);
+  return Wrapped(text + (tag.empty() ? "" : " [" + tag + "]"), 2, "- ");
 }
 
 /// A sentence; what stands in `backticks` is to be typed.
@@ -50,21 +38,13 @@ std::string Sentence(std::string_view text) {
 }
 
 std::string HtmlOfBlock(const Block& block) {
-  return std::visit(
-      [](const auto& content) -> std::string {
-        using Content = std::decay_t<decltype(content)>;
-        if constexpr (std::is_same_v<Content, Table>) return HtmlOf(content);
-        if constexpr (std::is_same_v<Content, std::string>) {
-          return "<p>" + Sentence(content) + "</p>\n";
-        }
-        if constexpr (std::is_same_v<Content, Bullet>) {
-          const std::string tag =
-              content.tag.empty() ? "" : " <small>" + EscapeMarkup(content.tag) + "</small>";
-          return "<li>" + Sentence(content.text) + tag + "</li>\n";
-        }
-        if constexpr (std::is_same_v<Content, Subtitle>) return Element("h3", content.text);
-      },
-      block);
+  if (const auto* table = std::get_if<Table>(&block)) return HtmlOf(*table);
+  if (const auto* words = std::get_if<std::string>(&block))
+    return "<p>" + Sentence(*words) + "</p>\n";
+  if (const auto* subtitle = std::get_if<Subtitle>(&block)) return Element("h3", subtitle->text);
+  const auto& [text, tag] = std::get<Bullet>(block);
+  return "<li>" + Sentence(text) +
+         (tag.empty() ? "" : " <small>" + EscapeMarkup(tag) + "</small>") + "</li>\n";
 }
 
 std::string_view CssClass(Grade grade) {
@@ -99,6 +79,19 @@ std::string PageFoot(std::string_view title) {
          "font:9px sans-serif}}\n";
 }
 
+/// What a page may do: nothing but draw itself by its own style and scripts.
+std::string PolicyOf(const PageLooks& looks) {
+  const bool is_alone = looks.assets.empty();
+  // Drawings say how wide they are in an attribute.
+  std::string policy = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src " +
+                       std::string(is_alone ? "" : "'self' ") + "'unsafe-inline'; img-src data:";
+  if (!looks.scripts.empty()) policy += "; script-src";
+  for (const EmbeddedScript& script : looks.scripts) {
+    policy += is_alone ? " '" + std::string(script.hash) + '\'' : " 'self'";
+  }
+  return "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
+}
+
 /// What is wider than the page: it scrolls by itself, by keys, too. Ends with its element.
 std::string Scrolling(std::string_view label) {
   return "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"" + EscapeMarkup(label) +
@@ -109,8 +102,7 @@ std::string Scrolling(std::string_view label) {
 std::string NameOf(const Table& table) {
   std::string name;
   const auto add = [&name](const std::string& words) {
-    if (words.empty()) return;
-    name += (name.empty() ? "" : ", ") + words;
+    if (!words.empty()) name += (name.empty() ? "" : ", ") + words;
   };
   for (const std::string& words : table.header) add(words);
   if (!name.empty()) return name;
@@ -118,10 +110,15 @@ std::string NameOf(const Table& table) {
   return name;
 }
 
-/// On paper there is room for two halves side by side.
-bool IsLong(const Table& table) {
-  constexpr std::size_t kMostColumns = 5, kLeastRows = 12;
-  return table.alignment.size() <= kMostColumns && table.rows.size() >= kLeastRows;
+/// Its own class; whether there is room for two halves side by side on paper, and whether it needs
+/// narrow columns.
+std::string ClassesOf(const Table& table) {
+  // Half of A4 is wide enough for five columns, and fewer rows take no more room whole; ten of the
+  // usual width are wider than a page.
+  constexpr std::size_t kFewColumns = 5, kManyRows = 12, kManyColumns = 10;
+  const std::size_t columns = table.alignment.size();
+  return table.style + (columns <= kFewColumns && table.rows.size() >= kManyRows ? " long" : "") +
+         (columns >= kManyColumns ? " wide" : "");
 }
 
 std::string ClassAttribute(std::string_view name) {
@@ -160,43 +157,69 @@ void AppendRow(const Table& table, std::size_t row, std::string* html) {
   *html += "</tr>\n";
 }
 
+/// Nothing when there is no drawing. On a narrow screen the drawing scrolls.
+std::string HtmlOf(const Drawing& drawing) {
+  if (drawing.svg.empty()) return "";
+  std::string html = "<figure>\n" + Scrolling(drawing.caption) + '\n' + drawing.svg + "</div>\n" +
+                     Element("figcaption", drawing.caption) + "</figure>\n";
+  if (!drawing.scene.empty()) {
+    return "<div class=\"sphere\">\n" + html + "<script type=\"application/json\">" +
+           drawing.scene + "</script>\n</div>\n";
+  }
+  if (drawing.sensor.empty()) return html;
+  return "<div data-sensor=\"" + drawing.sensor + "\">\n" + html + "</div>\n";
+}
+
+/// Those that there are, side by side where there is room.
+std::string HtmlOf(const std::vector<Drawing>& drawings) {
+  std::string html;
+  for (const Drawing& drawing : drawings) html += HtmlOf(drawing);
+  return html.empty() ? html : "<div class=\"drawings\">\n" + html + "</div>\n";
+}
+
 }  // namespace
 
 std::string ReportStyleSheet() { return std::string(PageStyle()); }
 std::string ReportScript() { return std::string(PageScript().text); }
 
-std::string SectionText(const std::string& title, const std::vector<Block>& blocks) {
-  std::string text = Underlined(title);
-  for (const Block& block : blocks) text += TextOfBlock(block);
+std::string TextOf(const Headline& headline) {
+  return headline.text + '\n' + Wrapped(headline.explanation, 0);
+}
+
+std::string TextOf(const std::vector<Section>& sections) {
+  std::string text;
+  for (const auto& [title, blocks, draw] : sections) {
+    if (!title.empty()) text += '\n' + title + '\n' + std::string(DisplayWidth(title), '-') + '\n';
+    for (const Block& block : blocks) text += TextOfBlock(block);
+  }
   return text;
 }
 
 std::string TextOf(const PageContent& content) {
-  std::string text = content.headline.text + '\n' + Wrapped(content.headline.explanation, 0);
-  for (const PageSection& section : content.sections) {
-    if (!section.title.empty()) text += Underlined(section.title);
-    for (const Block& block : section.blocks) text += TextOfBlock(block);
+  return TextOf(content.headline) + TextOf(content.sections);
+}
+
+std::string HtmlOf(const std::vector<Section>& sections) {
+  std::string html;
+  for (const auto& [title, blocks, draw] : sections) {
+    html += "<section>\n" + (title.empty() ? "" : Element("h2", title)) + HtmlOf(blocks) +
+            (draw ? HtmlOf(draw()) : "") + "</section>\n";
   }
-  return text;
+  return html;
 }
 
 std::string HtmlOf(const PageContent& content) {
-  std::string html;
-  for (const PageSection& section : content.sections) {
-    html += "<section>\n" + (section.title.empty() ? "" : Element("h2", section.title)) +
-            HtmlOf(section.blocks) + HtmlOf(section.drawings) + "</section>\n";
-  }
-  return HtmlPage(content.title, content.headline, html);
+  return HtmlPage(content.title, content.headline, HtmlOf(content.sections));
 }
 
 std::string Element(std::string_view tag, std::string_view content) {
   return '<' + std::string(tag) + '>' + EscapeMarkup(content) + "</" + std::string(tag) + ">\n";
 }
 
-std::string HtmlOf(const Table& table, std::string_view css_class) {
+std::string HtmlOf(const Table& table) {
   if (table.rows.empty()) return "";
-  std::string html = Scrolling("Table: " + NameOf(table)) + "<table class=\"" +
-                     std::string(css_class) + (IsLong(table) ? " long" : "") + "\">\n";
+  std::string html =
+      Scrolling("Table: " + NameOf(table)) + "<table class=\"" + ClassesOf(table) + "\">\n";
   if (!table.header.empty()) {
     html += "<thead><tr>";
     for (std::size_t c = 0; c < table.header.size(); ++c) AppendHeader(table, c, &html);
@@ -221,18 +244,6 @@ std::string HtmlOf(const std::vector<Block>& blocks) {
   return in_list ? html + "</ul>\n" : html;
 }
 
-std::string HtmlOf(const std::vector<Drawing>& drawings) {
-  std::string html;
-  for (const Drawing& drawing : drawings) html += Figure(drawing.svg, drawing.caption);
-  return html.empty() ? html : "<div class=\"drawings\">\n" + html + "</div>\n";
-}
-
-std::string Figure(const std::string& svg, std::string_view caption) {
-  if (svg.empty()) return "";
-  return "<figure>\n" + Scrolling(caption) + '\n' + svg + "</div>\n" +
-         Element("figcaption", caption) + "</figure>\n";
-}
-
 std::string Details(std::string_view summary, const std::string& html) {
   return "<details>\n" + Element("summary", summary) + html + "</details>\n";
 }
@@ -242,33 +253,14 @@ std::string HtmlPage(std::string_view title,
                      const std::string& body,
                      const PageLooks& looks) {
   const bool is_alone = looks.assets.empty();
-  const auto file = [&](std::string_view name) {
-    return '"' + EscapeMarkup(looks.assets) + '/' + std::string(name) + '"';
-  };
-  const std::string own = is_alone ? "" : "'self' ";
-  // Drawings say how wide they are in an attribute.
-  std::string policy = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src " + own +
-                       "'unsafe-inline'; img-src data:";
-  std::size_t script_bytes = 0;
-  if (!looks.scripts.empty()) policy += "; script-src";
-  for (const EmbeddedScript& script : looks.scripts) {
-    policy += is_alone ? " '" + std::string(script.hash) + '\'' : " 'self'";
-    script_bytes += script.text.size();
-  }
   std::string page =
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n";
-  // What draws the spheres is most of it: copied once.
-  constexpr std::size_t kFrameBytes = 16U << 10;
-  page.reserve(kFrameBytes + PageStyle().size() + looks.style.size() + body.size() +
-               (is_alone ? script_bytes : 0));
-  page += Element("title", std::string(title) + ": " + headline.text) +
-          "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
+      "<meta name=\"color-scheme\" content=\"light dark\">\n" +
+      Element("title", std::string(title) + ": " + headline.text) + PolicyOf(looks);
   if (!is_alone) {
-    page +=
-        "<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=" + file("report.css") +
-        ">\n";
+    page += "<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=\"" +
+            EscapeMarkup(looks.assets) + "/report.css\">\n";
   }
   page += "<style>\n";
   if (is_alone) page.append(PageStyle()).append(looks.style);
@@ -281,11 +273,10 @@ std::string HtmlPage(std::string_view title,
     if (is_alone) {
       page.append("<script>").append(script.text).append("</script>\n");
     } else {
-      page += "<script src=" + file("report.js") + "></script>\n";
+      page += "<script src=\"" + EscapeMarkup(looks.assets) + "/report.js\"></script>\n";
     }
   }
-  page += "</body>\n</html>\n";
-  return page;
+  return page += "</body>\n</html>\n";
 }
 
 }  // namespace truetriad

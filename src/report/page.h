@@ -12,26 +12,21 @@ namespace truetriad {
 
 // How a report looks on the terminal and as a self-contained HTML page, whatever it is about.
 
-/// A title, underlined, and its blocks.
-std::string SectionText(const std::string& title, const std::vector<Block>& blocks);
-
 /// Verdict and sections.
 std::string TextOf(const PageContent& content);
 std::string HtmlOf(const PageContent& content);
 
+std::string TextOf(const Headline& headline);
+std::string TextOf(const std::vector<Section>& sections);
+std::string HtmlOf(const std::vector<Section>& sections);
+
 /// `content`, escaped, in an element.
 std::string Element(std::string_view tag, std::string_view content);
 
-std::string HtmlOf(const Table& table, std::string_view css_class = "");
+std::string HtmlOf(const Table& table);
 
 /// Blocks in order, neighbouring list points in one list.
 std::string HtmlOf(const std::vector<Block>& blocks);
-
-/// Those that there are, side by side where there is room.
-std::string HtmlOf(const std::vector<Drawing>& drawings);
-
-/// Nothing when there is no drawing. On a narrow screen the drawing scrolls.
-std::string Figure(const std::string& svg, std::string_view caption);
 
 /// Hidden until it is opened.
 std::string Details(std::string_view summary, const std::string& html);

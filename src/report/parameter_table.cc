@@ -26,19 +26,6 @@ std::string SensitivityName(Triad triad, int row, int column) {
   return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
 }
 
-/// σ of numerator / scale, from the covariance or, where that lacks the names, from the σ alone.
-double QuotientSigma(const Propagation& propagation,
-                     const std::string& numerator_name,
-                     const std::string& scale_name,
-                     double quotient,
-                     double numerator_sigma,
-                     double scale,
-                     double scale_sigma) {
-  const auto sigma =
-      propagation.Sigma({{numerator_name, 1.0 / scale}, {scale_name, -quotient / scale}});
-  return sigma.value_or(std::hypot(numerator_sigma / scale, quotient * scale_sigma / scale));
-}
-
 /// Value and σ, or the value marked as fixed: by the gauge or on request.
 std::string Entry(double value, double sigma) {
   return sigma > 0.0 ? WithSigma(value, sigma) : Significant(value, 6) + " fixed";
@@ -61,7 +48,7 @@ class ParameterRows {
         propagation_(propagation),
         truth_unit_(TruthUnit(triad)),
         raw_unit_(DisplayUnit(sensor.input_unit)) {
-    table_ = {{"", "x", "y", "z", "unit"}, "lrrrl", {}};
+    table_ = Headed("; x; y; z; unit", "lrrrl");
     AddMounting();
     AddBias();
     if (AxesAreAligned(sensor)) {
@@ -79,62 +66,52 @@ class ParameterRows {
       }
     }
     if (sensor.thermal) AddThermal(*sensor.thermal);
-    AddVector("rest noise σ", sensor.noise.sigma, raw_unit_);
+    table_.Add() << "rest noise σ" << Significant(sensor.noise.sigma, 4) << raw_unit_;
   }
 
   Table Take() { return std::move(table_); }
 
   /// Of an axis of the gauge, or of a model without, there is no row: nothing is said by zeros.
   Table Misalignment() const {
-    Table table{{"misalignment", "x", "y", "z", "unit", "x", "y", "z", "unit"}, "lrrrlrrrl", {}};
+    Table table = Headed("misalignment; x; y; z; unit; x; y; z; unit", "lrrrlrrrl");
     if (!AxesAreAligned(sensor_)) return table;
     const Eigen::Matrix3d angles = sensor_.MisalignmentRad();
     for (int i = 0; i < 3; ++i) {
-      std::vector<std::string> in_mrad, in_deg;
+      ThreeCells in_mrad, in_deg;
       bool is_known = false;
       for (int j = 0; j < 3; ++j) {
         const double sigma = i == j ? 0.0 : MisalignmentSigma(i, j);
         is_known = is_known || sigma > 0.0 || angles(i, j) != 0.0;
-        in_mrad.push_back(i == j ? "–" : Entry(1e3 * angles(i, j), 1e3 * sigma));
-        in_deg.push_back(i == j ? "–" : Significant(kDegPerRad * angles(i, j), 3));
+        const auto at = static_cast<std::size_t>(j);
+        in_mrad[at] = i == j ? "–" : Entry(1e3 * angles(i, j), 1e3 * sigma);
+        in_deg[at] = i == j ? "–" : Significant(kDegPerRad * angles(i, j), 3);
       }
-      if (!is_known) continue;
-      std::vector<std::string> row = {AxisName(i)};
-      row.insert(row.end(), in_mrad.begin(), in_mrad.end());
-      row.emplace_back("mrad");
-      row.insert(row.end(), in_deg.begin(), in_deg.end());
-      row.emplace_back("°");
-      table.rows.push_back(std::move(row));
+      if (is_known) table.Add() << AxisName(i) << in_mrad << "mrad" << in_deg << "°";
     }
     return table;
   }
 
  private:
-  double MisalignmentSigma(int i, int j) const {
+  /// σ of a value over the gain of sensing axis i, from the covariance or, where that lacks the
+  /// names, from the σ alone.
+  double SigmaPerScale(const std::string& name, double value, double sigma, int i) const {
     // The covariance is that of the entries as they stand, with their signs.
-    const double entry = sensor_.model.sensitivity(i, BodyAxis(j));
-    const double gain = sensor_.model.sensitivity(i, BodyAxis(i));
-    return QuotientSigma(propagation_,
-                         SensitivityName(triad_, i, BodyAxis(j)),
-                         ScaleName(i),
-                         entry / gain,
+    const double scale = sensor_.model.sensitivity(i, BodyAxis(i)), quotient = value / scale;
+    return propagation_.Sigma({{name, 1.0 / scale}, {ScaleName(i), -quotient / scale}})
+        .value_or(std::hypot(sigma / scale, quotient * ScaleSigma(i) / scale));
+  }
+
+  double MisalignmentSigma(int i, int j) const {
+    return SigmaPerScale(SensitivityName(triad_, i, BodyAxis(j)),
+                         sensor_.model.sensitivity(i, BodyAxis(j)),
                          sensor_.sensitivity_sigma(i, BodyAxis(j)),
-                         gain,
-                         ScaleSigma(i));
+                         i);
   }
 
+  /// `cell(axis)` is what a row says of an axis.
   template <typename CellOfAxis>
-  void Add(std::string label, const CellOfAxis& cell, std::string unit) {
-    table_.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
-  }
-
-  void AddVector(std::string label, const Eigen::Vector3d& values, std::string unit) {
-    Add(
-        std::move(label), [&](int i) { return Significant(values(i), 4); }, std::move(unit));
-  }
-
-  void AddMatrix(const std::string& label, const Eigen::Matrix3d& values, const std::string& unit) {
-    for (int i = 0; i < 3; ++i) AddVector(label + " " + AxisName(i), values.row(i), unit);
+  void Add(const std::string& label, const std::string& unit, const CellOfAxis& cell) {
+    table_.Add() << label << cell(0) << cell(1) << cell(2) << unit;
   }
 
   /// The body axis along which sensing axis i is meant to point.
@@ -150,41 +127,28 @@ class ParameterRows {
   void AddMounting() {
     if (sensor_.mounting.isIdentity(0.0)) return;
     const std::string map = AxisMapName(sensor_.mounting);
-    Add(
-        "along body", [&](int i) { return map.substr(2 * static_cast<std::size_t>(i), 2); }, "");
+    Add("along body", "", [&](std::size_t i) { return map.substr(2 * i, 2); });
   }
 
   void AddBias() {
-    Add(
-        "bias",
-        [&](int i) { return Entry(sensor_.model.bias(i), sensor_.bias_sigma(i)); },
-        raw_unit_);
+    Add("bias", raw_unit_, [&](int i) {
+      return Entry(sensor_.model.bias(i), sensor_.bias_sigma(i));
+    });
     // Of a log in another unit of the same quantity its own is enough.
     const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
     if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_)) return;
-    Add(
-        "bias / scale",
-        [&](int i) {
-          const double scale = sensor_.model.sensitivity(i, BodyAxis(i));
-          const double bias = sensor_.model.bias(i) / scale;
-          return Entry(sensor_.model.bias(i) / sensor_.Scale()(i),
-                       QuotientSigma(propagation_,
-                                     BiasName(triad_, i),
-                                     ScaleName(i),
-                                     bias,
-                                     sensor_.bias_sigma(i),
-                                     scale,
-                                     ScaleSigma(i)));
-        },
-        truth_unit_);
+    Add("bias / scale", truth_unit_, [&](int i) {
+      return Entry(
+          sensor_.model.bias(i) / sensor_.Scale()(i),
+          SigmaPerScale(BiasName(triad_, i), sensor_.model.bias(i), sensor_.bias_sigma(i), i));
+    });
   }
 
   void AddScale() {
     const Eigen::Vector3d scale = sensor_.Scale();
-    Add(
-        "scale",
-        [&](int i) { return Entry(scale(i), ScaleSigma(i)); },
-        raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_);
+    Add("scale", raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_, [&](int i) {
+      return Entry(scale(i), ScaleSigma(i));
+    });
     const std::optional<double> nominal = NominalTruthPerRaw(sensor_, triad_);
     if (!nominal) return;
     // A chip that reports gravity reads the other way on all axes.
@@ -192,20 +156,16 @@ class ParameterRows {
     const Eigen::Vector3d error = (sign * scale * *nominal).array() - 1.0;
     const bool large = error.cwiseAbs().maxCoeff() >= 0.01;
     const double factor = large ? 1e2 : 1e6;
-    Add(
-        "scale error",
-        [&](int i) { return Entry(error(i) * factor, ScaleSigma(i) * *nominal * factor); },
-        large ? "%" : "ppm");
+    Add("scale error", large ? "%" : "ppm", [&](int i) {
+      return Entry(error(i) * factor, ScaleSigma(i) * *nominal * factor);
+    });
   }
 
   void AddSensitivity() {
     for (int i = 0; i < 3; ++i) {
-      Add(
-          "sensitivity " + AxisName(i),
-          [&](int j) {
-            return Entry(sensor_.model.sensitivity(i, j), sensor_.sensitivity_sigma(i, j));
-          },
-          raw_unit_ + " per " + truth_unit_);
+      Add("sensitivity " + AxisName(i), raw_unit_ + " per " + truth_unit_, [&](int j) {
+        return Entry(sensor_.model.sensitivity(i, j), sensor_.sensitivity_sigma(i, j));
+      });
     }
   }
 
@@ -215,14 +175,11 @@ class ParameterRows {
                const Eigen::Vector3d& values,
                const std::string& name,
                const std::string& unit) {
-    Add(
-        label,
-        [&](int i) {
-          const auto sigma = propagation_.Sigma(
-              {{std::string(TriadName(triad_)) + "." + name + AxisName(i), 1.0}});
-          return sigma ? Entry(values(i), *sigma) : Significant(values(i), 4);
-        },
-        unit);
+    Add(label, unit, [&](int i) {
+      const auto sigma =
+          propagation_.Sigma({{std::string(TriadName(triad_)) + "." + name + AxisName(i), 1.0}});
+      return sigma ? Entry(values(i), *sigma) : Significant(values(i), 4);
+    });
   }
 
   void AddAxisTerms() {
@@ -232,13 +189,12 @@ class ParameterRows {
       // As data sheets have them; the σ of the gain in the factor is far below that of the term.
       const Eigen::Vector3d per_g =
           kStandardGravityMps2 * sensor_.model.sensitivity.rowwise().norm();
-      const auto entry = [&](int i) {
+      const std::string unit =
+          info.power > 0 ? DisplayUnit("µg/g^" + std::to_string(1 + info.power)) : "ppm";
+      Add(std::string(info.label), unit, [&](int i) {
         const double factor = 1e6 * info.PowerOf(per_g[i]);
         return Entry(factor * sensor_.model.axis_terms[info.term][i], factor * (*sigma)[i]);
-      };
-      Add(std::string(info.label),
-          entry,
-          info.power > 0 ? DisplayUnit("µg/g^" + std::to_string(1 + info.power)) : "ppm");
+      });
     }
   }
 
@@ -330,25 +286,20 @@ Table MisalignmentTable(const TriadCalibration& sensor,
 Table CorrectionTable(const TriadCalibration& sensor, Triad triad) {
   constexpr int kDigits = 8;  // Of a reading of 24 bits.
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  Table table{{"", "C x", "C y", "C z", "unit", "b", "unit"}, "lrrrlrl", {}};
+  Table table = Headed(std::string(TriadName(triad)) + "; C x; C y; C z; unit; b; unit", "lrrrlrl");
   const std::string raw_unit = DisplayUnit(sensor.input_unit);
   const std::string unit =
       raw_unit == TruthUnit(triad) ? "" : TruthUnit(triad) + " per " + raw_unit;
   for (int i = 0; i < 3; ++i) {
-    table.rows.push_back({AxisName(i),
-                          Significant(correction(i, 0), kDigits),
-                          Significant(correction(i, 1), kDigits),
-                          Significant(correction(i, 2), kDigits),
-                          unit,
-                          Significant(sensor.model.bias(i), kDigits),
-                          raw_unit});
+    table.Add() << AxisName(i) << Significant(correction.row(i).transpose(), kDigits) << unit
+                << Significant(sensor.model.bias(i), kDigits) << raw_unit;
   }
   table.copy = CopyOfCorrection(table, triad);
   return table;
 }
 
 Table ReferenceTable(const ReferenceValues& reference, const Propagation& propagation) {
-  Table table{{"reference", "value", "unit", ""}, "lrll", {}};
+  Table table = Headed("reference; value; unit; ", "lrll");
   const auto add = [&](const std::string& label,
                        double value,
                        const std::string& parameter,
@@ -357,10 +308,8 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
                        const std::string& otherwise,
                        bool is_stated = false) {
     const double sigma = propagation.Sigma({{parameter, factor}}).value_or(0.0);
-    table.rows.push_back({label,
-                          WithSigma(value * factor, sigma),
-                          unit,
-                          sigma > 0.0 && !is_stated ? "estimated with the parameters" : otherwise});
+    table.Add() << label << WithSigma(value * factor, sigma) << unit
+                << (sigma > 0.0 && !is_stated ? "estimated with the parameters" : otherwise);
   };
   add("gravity",
       reference.gravity_mps2,
@@ -390,17 +339,11 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
   if (reference.fixture_from_world) {
     const Eigen::Vector4d& q = *reference.fixture_from_world;
     const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
-    const Eigen::Vector3d& axis = turn.axis();
-    table.rows.push_back({"fixture's rotation",
-                          Fixed(kDegPerRad * turn.angle(), 2),
-                          "deg",
-                          "fixture from world, about [" + Fixed(axis.x(), 3) + ", " +
-                              Fixed(axis.y(), 3) + ", " + Fixed(axis.z(), 3) + "]; estimated"});
+    table.Add() << "fixture's rotation" << Fixed(kDegPerRad * turn.angle(), 2) << "deg"
+                << "fixture from world, about [" + Joined(Fixed(turn.axis(), 3)) + "]; estimated";
   }
-  table.rows.push_back({"temperature",
-                        Significant(reference.temperature_degc, 4),
-                        "°C",
-                        "reference, as configured"});
+  table.Add() << "temperature" << Significant(reference.temperature_degc, 4) << "°C"
+              << "reference, as configured";
   return table;
 }
 

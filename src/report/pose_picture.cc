@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/pose_picture.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "report/charts.h"
 #include "report/format.h"
 #include "report/svg.h"
 #include "truetriad/base/triad.h"
@@ -15,28 +14,32 @@
 namespace truetriad {
 namespace {
 
-constexpr double kSize = 200.0;
-constexpr double kHeight = 214.0;  // Below the cube and its arrows is the compass.
-// Faces seen flatter than this (cosine) have no room for their name.
-constexpr double kFlat = 0.25;
-constexpr double kScale = 44.0;  // Half an edge of the cube.
-constexpr double kArrow = 1.85;  // Length of an axis from the centre, in half edges.
-// Where the looker stands: turned from north to the west, and down.
-constexpr double kAzimuth = 28.0 * kRadPerDeg;
-constexpr double kElevation = 24.0 * kRadPerDeg;
+/// The sizes of a picture, user units, and where the looker stands.
+struct PictureLayout {
+  double width = 200.0;
+  double height = 214.0;    ///< Below the cube and its arrows is the compass.
+  double half_edge = 44.0;  ///< Of the cube: it leaves room for its arrows.
+  double arrow = 1.85;      ///< Length of an axis from the centre, in half edges.
+  double flat = 0.25;       ///< Faces seen flatter than this (cosine) have no room for their name.
+  double azimuth = 28.0 * kRadPerDeg;    ///< From north to the west: three faces are seen.
+  double elevation = 24.0 * kRadPerDeg;  ///< How far the looker looks down.
+};
+constexpr PictureLayout kPicture;
 
 /// Parallel projection of the world (x north, y west, z up).
 class Camera {
  public:
   Camera() {
-    const Eigen::Vector3d ahead(std::cos(kAzimuth), std::sin(kAzimuth), 0.0);
+    const Eigen::Vector3d ahead(std::cos(kPicture.azimuth), std::sin(kPicture.azimuth), 0.0);
     right_ = ahead.cross(Eigen::Vector3d::UnitZ());
-    depth_ = std::cos(kElevation) * ahead - std::sin(kElevation) * Eigen::Vector3d::UnitZ();
+    depth_ = std::cos(kPicture.elevation) * ahead -
+             std::sin(kPicture.elevation) * Eigen::Vector3d::UnitZ();
     up_ = right_.cross(depth_);
   }
 
   std::pair<double, double> On(const Eigen::Vector3d& world) const {
-    return {0.5 * kSize + kScale * right_.dot(world), 0.48 * kSize - kScale * up_.dot(world)};
+    return {0.5 * kPicture.width + kPicture.half_edge * right_.dot(world),
+            0.48 * kPicture.width - kPicture.half_edge * up_.dot(world)};
   }
 
   bool Faces(const Eigen::Vector3d& normal) const { return depth_.dot(normal) < -1e-9; }
@@ -49,7 +52,7 @@ class Camera {
 class Picture {
  public:
   Picture(const Eigen::Matrix3d& world_from_body, std::string_view label)
-      : rotation_(world_from_body), svg_(kSize, kHeight, label) {}
+      : rotation_(world_from_body), svg_(kPicture.width, kPicture.height, label) {}
 
   std::string Draw() {
     Compass();
@@ -117,15 +120,17 @@ class Picture {
     const int shade = std::clamp(static_cast<int>(std::lround(normal.z() + 1.0)), 0, 2);
     svg_.Polyline(corners, "face shade" + std::to_string(shade));
     const auto [x, y] = camera_.On(normal);
-    if (sign < 0.0 && camera_.Depth(normal) < -kFlat) {
+    if (sign < 0.0 && camera_.Depth(normal) < -kPicture.flat) {
       svg_.Text(x, y + 4.0, std::string("−") + Name(axis), "middle back");
     }
   }
 
   void Axis(int axis) {
     const Eigen::Vector3d direction = rotation_.col(axis);
-    Arrow(camera_.On(direction), camera_.On(kArrow * direction), std::string("axis ") + Name(axis));
-    const auto [x, y] = camera_.On((kArrow + 0.27) * direction);
+    Arrow(camera_.On(direction),
+          camera_.On(kPicture.arrow * direction),
+          std::string("axis ") + Name(axis));
+    const auto [x, y] = camera_.On((kPicture.arrow + 0.27) * direction);
     svg_.Text(x, y + 4.5, Name(axis), std::string("middle axis ") + Name(axis));
   }
 

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/residual_charts.h"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -11,6 +8,7 @@
 
 #include "math/distributions.h"
 #include "report/chart_frame.h"
+#include "report/charts.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/svg.h"
@@ -18,30 +16,6 @@
 
 namespace truetriad {
 namespace {
-
-constexpr std::size_t kMostPoints = 600;
-/// So many poses have a mark each, which says what it is.
-constexpr std::size_t kMostMarks = 150;
-
-using Points = std::vector<std::pair<double, double>>;
-
-/// At most kMostPoints: of each run of neighbours the smallest and the largest stay, so that the
-/// extremes, which are what one looks for, are never lost.
-Points Thinned(const Points& points) {
-  if (points.size() <= kMostPoints) return points;
-  constexpr std::size_t kRuns = kMostPoints / 2;
-  Points kept;
-  for (std::size_t run = 0; run < kRuns; ++run) {
-    const auto at = [&](std::size_t i) {
-      return points.begin() + static_cast<std::ptrdiff_t>(i * points.size() / kRuns);
-    };
-    const auto [low, high] = std::minmax_element(
-        at(run), at(run + 1), [](const auto& a, const auto& b) { return a.second < b.second; });
-    kept.push_back(*std::min(low, high));
-    if (low != high) kept.push_back(*std::max(low, high));
-  }
-  return kept;
-}
 
 /// σ of each axis of a pose's residual by the noise that weighted it, true unit.
 Eigen::Vector3d AxisSigmas(const TriadCalibration& sensor) {
@@ -91,16 +65,18 @@ class Residuals {
       if (!(pose->weight > 0.0)) {
         DrawRejected(*pose, value, *frame, svg);
       } else if (poses_.size() <= kMostMarks) {
-        svg->Mark(frame->X(pose->pose),
-                  frame->Y(value),
-                  "after",
-                  pose->pose,
-                  "pose " + std::to_string(pose->pose) + ": " + Significant(value, 3) + ' ' + unit);
+        svg->Circle(
+            frame->X(pose->pose),
+            frame->Y(value),
+            kLayout.dot,
+            "after",
+            {"pose " + std::to_string(pose->pose) + ": " + Significant(value, 3) + ' ' + unit,
+             pose->pose});
       } else {
         dots.emplace_back(pose->pose, value);
       }
     }
-    if (!dots.empty()) frame->DrawDots(Thinned(dots), "dots");
+    frame->DrawDots(dots, "dots");
   }
 
   /// Each in σ of its noise, ascending; those that count.
@@ -125,7 +101,7 @@ class Residuals {
  private:
   void DrawRejected(const PoseResidual& pose, double value, const Frame& frame, Svg* svg) const {
     const double x = frame.X(pose.pose), y = frame.Y(value);
-    svg->Cross(x, y, 3.5, "rejected");
+    svg->Cross(x, y, "rejected");
     svg->Text(x + 5.0, y + (value > 0.0 ? 9.0 : -2.0), std::to_string(pose.pose), "start small");
   }
 
@@ -140,7 +116,7 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Range both;
   const auto count = static_cast<double>(values.size());
   // What is further off sits on the edge with its value, and does not flatten the others.
-  constexpr double kFar = 3.0;
+  constexpr double kFar = 3.0;  // Times where the furthest of so many should be.
   const double far = kFar * NormalQuantile((count - 0.5) / count);
   for (std::size_t i = 0; i < values.size(); ++i) {
     points.emplace_back(NormalQuantile((static_cast<double>(i) + 0.5) / count), values[i]);
@@ -149,106 +125,75 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Frame frame(*svg, box, both, both);
   frame.Draw("in σ, against normal", "normal quantile");
   frame.DrawLine({{both.low, both.low}, {both.high, both.high}}, "limit");
-  frame.DrawDots(Thinned(points), "dots");
-  if (values.back() > far) {
-    svg->Text(frame.X(points.back().first) - 6.0,
-              frame.Y(values.back()) + 4.0,
-              Significant(values.back(), 3),
-              "far end");
-  }
+  frame.DrawDots(points, "dots");
+  if (values.back() > far) frame.DrawFar(points.back().first, values.back(), values.back(), true);
   if (values.front() < -far) {
-    svg->Text(frame.X(points.front().first) + 6.0,
-              frame.Y(values.front()) + 4.0,
-              Significant(values.front(), 3),
-              "far start");
+    frame.DrawFar(points.front().first, values.front(), values.front(), false);
   }
 }
 
 }  // namespace
 
-std::string ResidualChart(const std::vector<PoseResidual>& poses,
-                          const std::optional<TriadCalibration>& sensor,
-                          Triad triad) {
+Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
+                        const std::optional<TriadCalibration>& sensor,
+                        Triad triad) {
   const Residuals residuals(poses, sensor, triad);
-  if (residuals.empty()) return "";
-  constexpr double kLeft = 70.0, kTop = 26.0, kHeight = 76.0, kGap = 24.0;
-  Svg svg(760.0,
-          kTop + 3.0 * kHeight + 2.0 * kGap + 36.0,
-          TriadTitle(triad) + ": residual of each pose");
+  if (residuals.empty()) return {};
+  // Three low panels, one below the other, and beside them one as high as all.
+  constexpr Frame::Box kPanel{.width = 430.0, .height = 76.0};
+  const double row = kPanel.height + kLayout.below, all = 2.0 * row + kPanel.height;
+  const std::string title = TriadTitle(triad);
+  Svg svg(kLayout.width, kPanel.top + all + kLayout.bottom, title + ": residual of each pose");
   const Range numbers = residuals.PoseRange();
   for (int axis = 0; axis < 3; ++axis) {
-    Frame frame(svg,
-                {kLeft, kTop + axis * (kHeight + kGap), 430.0, kHeight},
-                numbers,
-                residuals.ValueRange(axis));
-    if (residuals.Sigma(axis) > 0.0) frame.DrawBand(3.0 * residuals.Sigma(axis));
-    frame.Draw(TriadTitle(triad) + ' ' + AxisLetter(axis) + ", " + TruthUnit(triad),
-               axis == 2 ? "pose" : "");
+    Frame::Box box = kPanel;
+    box.top += row * axis;
+    Frame frame(svg, box, numbers, residuals.ValueRange(axis));
+    if (const double reach = 3.0 * residuals.Sigma(axis); reach > 0.0) {
+      svg.Rectangle(box.left, frame.Y(reach), box.width, frame.Y(-reach) - frame.Y(reach), "band");
+    }
+    frame.Draw(title + ' ' + AxisLetter(axis) + ", " + TruthUnit(triad), axis == 2 ? "pose" : "");
     residuals.DrawAxis(axis, &frame, &svg);
   }
-  DrawNormalPlot(residuals.Normalized(), {560.0, kTop, 190.0, 3.0 * kHeight + 2.0 * kGap}, &svg);
-  return svg.Finish();
+  DrawNormalPlot(residuals.Normalized(), {560.0, kPanel.top, 190.0, all}, &svg);
+  return {svg.Finish(),
+          title +
+              ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of the noise "
+              "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
+              "Right: " +
+              (triad == Triad::kGyroscope ? "axes" : "lengths") +
+              " in σ against the normal distribution, dashed if both agree; far ones on the edge "
+              "with their value.",
+          std::string(TriadName(triad))};
 }
 
-std::string ResidualCaption(Triad triad) {
-  return TriadTitle(triad) +
-         ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of the noise used "
-         "for the weights. Crosses: rejected poses, on the edge if beyond the scale. Right: " +
-         (triad == Triad::kGyroscope ? "axes" : "lengths") +
-         " in σ against the normal distribution, dashed if both agree; far ones on the edge with "
-         "their value.";
-}
-
-std::string TurnCaption(const RestQuality& quality) {
-  const bool has_stated = std::any_of(quality.turns.begin(),
-                                      quality.turns.end(),
-                                      [](const auto& turn) { return turn.fault.empty(); });
-  return std::string(has_stated ? "Known turns: found less stated, ±2σ. " : "") +
-         (quality.held_out && quality.held_out->turns
-              ? "Error of gravity's direction after each turn, by a calibration that had not seen "
-                "it."
-              : "");
-}
-
-std::string TurnChart(const RestQuality& quality) {
-  Points found;
-  Range numbers, differences;
+Drawing TurnDrawing(const RestQuality& quality) {
+  Panel found{"known turns, found − stated, °",
+              "turn",
+              {{Series::Kind::kBars}, {Series::Kind::kDots, "dots"}}};
   for (std::size_t i = 0; i < quality.turns.size(); ++i) {
     const TurnCheck& turn = quality.turns[i];
     if (!turn.fault.empty()) continue;
+    const auto number = static_cast<double>(i + 1);
     const double difference = kDegPerRad * (turn.found_rad - turn.stated_rad);
-    const double sigma = kDegPerRad * turn.found_sigma_rad;
-    found.emplace_back(static_cast<double>(i + 1), difference);
-    numbers.Add(found.back().first);
-    differences.Add(difference + 2.0 * sigma), differences.Add(difference - 2.0 * sigma);
+    found.series[0].Add(number, difference, 2.0 * kDegPerRad * turn.found_sigma_rad);
+    found.series[1].Add(number, difference);
   }
-  Points held_out;
-  Range turns, errors;
+  Panel unseen{
+      "turns predicted unseen, error, °", "turn", {{Series::Kind::kDots, "dots"}}, {0.0, 0.0}};
   if (quality.held_out && quality.held_out->turns) {
+    double number = 0.0;
     for (const double error_rad : quality.held_out->turns->errors_rad) {
-      held_out.emplace_back(static_cast<double>(held_out.size() + 1), kDegPerRad * error_rad);
-      turns.Add(held_out.back().first), errors.Add(held_out.back().second);
+      unseen.series[0].Add(number += 1.0, kDegPerRad * error_rad);
     }
-    errors.Add(0.0);
   }
-  if (found.empty() && held_out.empty()) return "";
-  Svg svg(760.0, 260.0, "Turns: predicted against found");
-  if (!found.empty()) {
-    Frame frame(svg, {}, numbers, differences);
-    frame.Draw("known turns, found − stated, °", "turn");
-    std::size_t i = 0;
-    for (const auto& [number, difference] : found) {
-      while (!quality.turns[i].fault.empty()) ++i;
-      frame.DrawErrorBar(number, difference, 2.0 * kDegPerRad * quality.turns[i++].found_sigma_rad);
-    }
-    frame.DrawDots(found, "dots");
+  std::string caption;
+  if (!found.series[0].points.empty()) caption = "Known turns: found less stated, ±2σ. ";
+  if (!unseen.series[0].points.empty()) {
+    caption +=
+        "Error of gravity's direction after each turn, by a calibration that had not seen it.";
   }
-  if (!held_out.empty()) {
-    Frame frame(svg, {found.empty() ? 66.0 : 446.0, 28.0, 290.0, 190.0}, turns, errors);
-    frame.Draw("turns predicted unseen, error, °", "turn");
-    frame.DrawDots(Thinned(held_out), "dots");
-  }
-  return svg.Finish();
+  return {Chart("Turns: predicted against found", {found, unseen}), caption};
 }
 
 }  // namespace truetriad

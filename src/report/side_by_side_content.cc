@@ -76,26 +76,23 @@ Headline HeadlineFor(const SideBySide& both) {
 
 PageContent ContentOf(const SideBySide& both, const std::vector<std::string>& about) {
   PageContent content{"Two calibrations side by side", HeadlineFor(both), {}};
-  PageSection head{"", {about.begin(), about.end()}};
+  Section head{"", {about.begin(), about.end()}};
   for (const Triad triad : kTriads) {
     const bool in_a = both.a.norm_rms[triad].has_value();
     if (in_a == both.b.norm_rms[triad].has_value()) continue;
-    head.blocks.emplace_back("NOT COMPARED: " + std::string(TriadName(triad)) + ", which " +
-                             (in_a ? "B" : "A") + " does not have.");
+    head.Add("NOT COMPARED: " + std::string(TriadName(triad)) + ", which " + (in_a ? "B" : "A") +
+             " does not have.");
   }
   content.sections.push_back(std::move(head));
   if (both.errors.empty()) return content;
-  Table table{{"RMS error", "A", "B", "unit", "of", "better"}, "lrrlrl", {}};
+  Table table = Headed("RMS error; A; B; unit; of; better", "lrrlrl");
   for (const ErrorOfTwo& error : both.errors) {
-    const bool is_turn = error.name == "turn";
-    table.rows.push_back({WordsOf(error, both),
-                          Significant(error.a, 3),
-                          Significant(error.b, 3),
-                          DisplayUnit(error.unit),
-                          Counted(error.count, is_turn ? "turn" : "pose"),
-                          error.better == Better::kNeither
-                              ? "–"
-                              : (error.better == Better::kA ? "A, " : "B, ") + Times(error)});
+    table.Add() << WordsOf(error, both) << Significant(error.a, 3) << Significant(error.b, 3)
+                << DisplayUnit(error.unit)
+                << Counted(error.count, error.name == "turn" ? "turn" : "pose")
+                << (error.better == Better::kNeither
+                        ? "–"
+                        : (error.better == Better::kA ? "A, " : "B, ") + Times(error));
   }
   std::string held = "Lengths are held against gravity of " + Significant(both.gravity_mps2, 6) +
                      " " + TruthUnit(Triad::kAccelerometer);

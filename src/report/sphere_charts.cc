@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/sphere_charts.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,19 +10,31 @@
 
 #include "model/corrected_error.h"
 #include "model/directions.h"
+#include "report/chart_frame.h"
+#include "report/charts.h"
 #include "report/content.h"
 #include "report/format.h"
-#include "report/sphere_points.h"
+#include "report/sphere.h"
 #include "report/svg.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kMostDirections = 600;
-constexpr double kRadius = 120.0;
-constexpr double kCentreY = 150.0;
-constexpr std::array<double, 2> kCentres = {150.0, 450.0};
+/// The sizes of two discs side by side, user units.
+struct DiscLayout {
+  double width = 620.0, height = 300.0;
+  double radius = 120.0;
+  double centre_y = 150.0;
+  std::array<double, 2> centres = {150.0, 450.0};
+  double cell = 6.0;        ///< Of what is shaded: a twentieth of the radius.
+  double patch = 0.05;      ///< The same of a unit sphere; in it a second pose says nothing more.
+  double head = 9.0;        ///< Length of an arrow's head: a letter.
+  double half_width = 4.0;  ///< Of it.
+  double sphere = 85.0;     ///< Radius of a sphere at most.
+  double reach = 118.0;     ///< What is further from its centre is drawn here.
+};
+constexpr DiscLayout kDiscs;
 
 /// Unit vectors of one sensor's poses, and which count.
 struct PoseDirection {
@@ -45,16 +55,14 @@ std::vector<PoseDirection> DirectionsOf(const Quality& quality, Triad triad) {
 
 /// Of very many, one in each small patch of the sphere, about 3 degrees wide.
 std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& directions) {
-  constexpr std::size_t kMany = 1000;
-  constexpr double kPatch = 0.05;
-  if (directions.size() <= kMany) return directions;
+  if (directions.size() <= kMostPoints) return directions;
   std::set<std::array<int, 3>> seen;
   std::vector<PoseDirection> kept;
   for (const PoseDirection& direction : directions) {
     std::array<int, 3> patch;
     for (int i = 0; i < 3; ++i) {
       patch[static_cast<std::size_t>(i)] =
-          static_cast<int>(std::lround(direction.unit[i] / kPatch));
+          static_cast<int>(std::lround(direction.unit[i] / kDiscs.patch));
     }
     if (direction.counts && seen.insert(patch).second) kept.push_back(direction);
   }
@@ -79,29 +87,31 @@ DirectionGap GapBetween(const std::vector<PoseDirection>& directions) {
 }
 
 /// Lambert: equal areas of the sphere are equal areas of the disc, so crowding is real.
-double DiscRadius(double height) { return kRadius * std::sqrt(1.0 - height); }
+double DiscRadius(double height) { return kDiscs.radius * std::sqrt(1.0 - height); }
 
 std::pair<double, double> OnDisc(const Eigen::Vector3d& unit) {
   const double across = std::hypot(unit.x(), unit.y());
   const double scale = across > 0.0 ? DiscRadius(std::abs(unit.z())) / across : 0.0;
-  return {kCentres[unit.z() >= 0.0 ? 0 : 1] + scale * unit.x(), kCentreY - scale * unit.y()};
+  return {kDiscs.centres[unit.z() >= 0.0 ? 0 : 1] + scale * unit.x(),
+          kDiscs.centre_y - scale * unit.y()};
 }
 
 /// Rows of small cells whose middles are further than kHoleDeg from every pose.
 void ShadeHoles(const std::vector<PoseDirection>& directions, Svg* svg) {
-  constexpr double kCell = 6.0;
   const double limit = std::cos(kHoleDeg / kDegPerRad);
   for (std::size_t disc = 0; disc < 2; ++disc) {
-    for (double y = -kRadius; y < kRadius; y += kCell) {
+    for (double y = -kDiscs.radius; y < kDiscs.radius; y += kDiscs.cell) {
       double begin = 0.0, end = 0.0;
       const auto flush = [&] {
         if (end > begin) {
-          svg->Rectangle(kCentres[disc] + begin, kCentreY + y, end - begin, kCell, "hole");
+          svg->Rectangle(
+              kDiscs.centres[disc] + begin, kDiscs.centre_y + y, end - begin, kDiscs.cell, "hole");
         }
         begin = end = 0.0;
       };
-      for (double x = -kRadius; x < kRadius; x += kCell) {
-        const double u = (x + 0.5 * kCell) / kRadius, v = -(y + 0.5 * kCell) / kRadius;
+      for (double x = -kDiscs.radius; x < kDiscs.radius; x += kDiscs.cell) {
+        const double u = (x + 0.5 * kDiscs.cell) / kDiscs.radius,
+                     v = -(y + 0.5 * kDiscs.cell) / kDiscs.radius;
         const double square = u * u + v * v;
         // r^2 = 1 - |z| on the disc.
         const double height = 1.0 - square;
@@ -110,7 +120,7 @@ void ShadeHoles(const std::vector<PoseDirection>& directions, Svg* svg) {
         const Eigen::Vector3d point(u * stretch, v * stretch, disc == 0 ? height : -height);
         if (square <= 1.0 && NearestCosine(directions, point) < limit) {
           if (!(end > begin)) begin = x;
-          end = x + kCell;
+          end = x + kDiscs.cell;
         } else {
           flush();
         }
@@ -122,23 +132,24 @@ void ShadeHoles(const std::vector<PoseDirection>& directions, Svg* svg) {
 
 void DrawDiscs(const std::array<std::string_view, 2>& titles, std::string_view up, Svg* svg) {
   for (std::size_t disc = 0; disc < 2; ++disc) {
-    const double centre = kCentres[disc];
-    svg->Line(centre - kRadius, kCentreY, centre + kRadius, kCentreY, "ring");
-    svg->Line(centre, kCentreY - kRadius, centre, kCentreY + kRadius, "ring");
-    svg->Text(centre, kCentreY + kRadius + 20.0, titles[disc], "middle title");
-    svg->Text(centre + kRadius + 5.0, kCentreY + 4.0, "+x", "start");
-    svg->Text(centre, kCentreY - kRadius - 5.0, disc == 0 ? "+y" : up, "middle");
+    const double centre = kDiscs.centres[disc];
+    svg->Line(
+        centre - kDiscs.radius, kDiscs.centre_y, centre + kDiscs.radius, kDiscs.centre_y, "ring");
+    svg->Line(
+        centre, kDiscs.centre_y - kDiscs.radius, centre, kDiscs.centre_y + kDiscs.radius, "ring");
+    svg->Text(centre, kDiscs.centre_y + kDiscs.radius + 20.0, titles[disc], "middle title");
+    svg->Text(centre + kDiscs.radius + 5.0, kDiscs.centre_y + 4.0, "+x", "start");
+    svg->Text(centre, kDiscs.centre_y - kDiscs.radius - 5.0, disc == 0 ? "+y" : up, "middle");
   }
 }
 
 /// An arrow with two heads through the middle of both views.
 void DrawWeakAxis(const Eigen::Vector3d& axis, Svg* svg) {
-  constexpr double kHead = 9.0, kHalfWidth = 4.0;
   for (std::size_t disc = 0; disc < 2; ++disc) {
     const Eigen::Vector2d tip(axis.x(), disc == 0 ? -axis.y() : -axis.z());
-    const Eigen::Vector2d centre(kCentres[disc], kCentreY);
-    if (tip.norm() < 2.0 * kHead) {  // It points at the reader.
-      svg->Circle(centre.x(), centre.y(), kHalfWidth, "weak");
+    const Eigen::Vector2d centre(kDiscs.centres[disc], kDiscs.centre_y);
+    if (tip.norm() < 2.0 * kDiscs.head) {  // It points at the reader.
+      svg->Circle(centre.x(), centre.y(), kDiscs.half_width, "weak");
       continue;
     }
     svg->Line(centre.x() - tip.x(),
@@ -148,54 +159,108 @@ void DrawWeakAxis(const Eigen::Vector3d& axis, Svg* svg) {
               "weak");
     const Eigen::Vector2d along = tip.normalized(), across(-along.y(), along.x());
     for (const double side : {-1.0, 1.0}) {
-      const Eigen::Vector2d end = centre + side * tip, base = end - side * kHead * along;
-      const Eigen::Vector2d left = base + kHalfWidth * across, right = base - kHalfWidth * across;
+      const Eigen::Vector2d end = centre + side * tip, base = end - side * kDiscs.head * along;
+      const Eigen::Vector2d left = base + kDiscs.half_width * across,
+                            right = base - kDiscs.half_width * across;
       svg->Polyline({{left.x(), left.y()}, {end.x(), end.y()}, {right.x(), right.y()}}, "weak");
     }
   }
 }
 
-std::string DrawCoverage(const std::vector<PoseDirection>& directions, Triad triad) {
-  if (directions.empty()) return "";
+Drawing DrawCoverage(const std::vector<PoseDirection>& directions, Triad triad) {
+  if (directions.empty()) return {};
   Svg svg(620.0, 300.0, TriadTitle(triad) + " pose directions on two hemispheres");
-  for (const double centre : kCentres) svg.Circle(centre, kCentreY, kRadius, "disc");
+  for (const double centre : kDiscs.centres)
+    svg.Circle(centre, kDiscs.centre_y, kDiscs.radius, "disc");
   const std::vector<PoseDirection> patches = OfPatches(directions);
   ShadeHoles(patches, &svg);
-  for (const double centre : kCentres) {
-    svg.Circle(centre, kCentreY, kRadius, "ring");
+  for (const double centre : kDiscs.centres) {
+    svg.Circle(centre, kDiscs.centre_y, kDiscs.radius, "ring");
     for (const double height : {0.5, std::sqrt(0.75)}) {
-      svg.Circle(centre, kCentreY, DiscRadius(height), "ring");
+      svg.Circle(centre, kDiscs.centre_y, DiscRadius(height), "ring");
     }
   }
   DrawDiscs({"z up", "z down (seen from above)"}, "+y", &svg);
-  const std::size_t stride = (directions.size() + kMostDirections - 1) / kMostDirections;
-  std::vector<std::pair<double, double>> dots;
+  const std::size_t stride = (directions.size() + kMostPoints - 1) / kMostPoints;
+  Points dots;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto [x, y] = OnDisc(directions[i].unit);
     if (!directions[i].counts) {
-      svg.Cross(x, y, 4.0, "rejected");
+      svg.Cross(x, y, "rejected");
     } else if (stride == 1) {
-      svg.Mark(x, y, "after", directions[i].pose, "pose " + std::to_string(directions[i].pose));
+      const int pose = directions[i].pose;
+      svg.Circle(x, y, kLayout.dot, "after", {"pose " + std::to_string(pose), pose});
     } else if (i % stride == 0) {
       dots.emplace_back(x, y);
     }
   }
-  if (!dots.empty()) svg.Dots(dots, "dots");
+  svg.Dots(dots, "dots");
   if (const auto [middle, gap_deg] = GapBetween(patches); gap_deg > kHoleDeg) {
     const auto [x, y] = OnDisc(middle);
     svg.Circle(x, y, 7.0, "next");
     svg.Text(x, y + 18.0, "next", "middle small");
   }
-  return svg.Finish();
+  return {svg.Finish(),
+          TriadTitle(triad) +
+              ": directions of the poses in the body frame, equal-area discs; rings at 30 and 60° "
+              "above the equator. Shaded: further than " +
+              Significant(kHoleDeg, 2) + "° from every pose.",
+          std::string(TriadName(triad))};
+}
+
+std::string SphereCaption(const Calibration& calibration, Triad triad, double factor) {
+  std::string text = TriadTitle(triad) + ": readings of each pose before (orange) and after (blue)";
+  text += factor > 1.0 ? ", errors drawn " + Significant(factor, 7) + " times as large" : "";
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  if (sensor && !NominalTruthPerRaw(*sensor, triad)) text += "; counts taken by their mean gain";
+  text += ". Circle: what there is to read.";
+  if (const std::optional<WeakAxis> weak = WeakAxisOf(calibration, triad)) {
+    text += " Arrow: along (" + Joined(Fixed(weak->direction, 2)) + ") the bias is known to " +
+            Significant(weak->sigma, 2) + ' ' + TruthUnit(triad) + ", across it to " +
+            Significant(weak->across, 2) + " or better; poses with this axis " +
+            (triad == Triad::kAccelerometer ? "up and down" : "along and against the field") +
+            " tell more of it.";
+  }
+  return text;
+}
+
+/// "0.1,0.2,0.3,4.56": where a reading is drawn, and how far it is off in the scene's unit.
+std::string SceneReading(const Eigen::Vector3d& reading,
+                         const SpherePoint& point,
+                         double factor,
+                         double strength) {
+  return Joined(Fixed(Magnified(reading, point.truth, factor), 4), ",") + ',' +
+         Significant(strength * (reading - point.truth).norm(), 3);
+}
+
+/// What sphere.js draws.
+std::string SceneOf(const Calibration& calibration,
+                    Triad triad,
+                    const std::vector<SpherePoint>& points,
+                    double factor) {
+  const bool is_force = triad == Triad::kAccelerometer;
+  const double strength = is_force ? 1e3 * calibration.reference.gravity_mps2 / kStandardGravityMps2
+                                   : calibration.reference.field_ut.value_or(0.0);
+  std::string json = "{\"sensor\":\"" + TriadTitle(triad) + "\",\"unit\":\"" +
+                     (is_force ? "mg" : "µT") + "\",\"magnification\":" + Significant(factor, 3) +
+                     ",\"reach\":" + Fixed(SphereReach(points, factor), 3) + ",\"poses\":[";
+  std::string_view between = "\n[";
+  for (const SpherePoint& point : GreatestOfRuns(points, kMostPoints)) {
+    json += std::string(between) + std::to_string(point.pose) +
+            (point.is_rejected ? ",1," : ",0,") + SceneReading(point.raw, point, factor, strength) +
+            ',' + SceneReading(point.corrected, point, factor, strength) + ']';
+    between = ",\n[";
+  }
+  return json + "]}";
 }
 
 }  // namespace
 
-std::string CoverageChart(const Quality& quality, Triad triad) {
+Drawing CoverageDrawing(const Quality& quality, Triad triad) {
   return DrawCoverage(DirectionsOf(quality, triad), triad);
 }
 
-std::string CoverageChart(const std::vector<Eigen::Vector3d>& unit, Triad triad) {
+Drawing CoverageDrawing(const std::vector<Eigen::Vector3d>& unit, Triad triad) {
   std::vector<PoseDirection> directions;
   for (const Eigen::Vector3d& u : unit) {
     directions.push_back({u, true, static_cast<int>(directions.size()) + 1});
@@ -203,66 +268,43 @@ std::string CoverageChart(const std::vector<Eigen::Vector3d>& unit, Triad triad)
   return DrawCoverage(directions, triad);
 }
 
-std::string CoverageCaption(Triad triad) {
-  return TriadTitle(triad) +
-         ": directions of the poses in the body frame, equal-area discs; rings at 30 and 60° above "
-         "the equator. Shaded: further than " +
-         Significant(kHoleDeg, 2) + "° from every pose.";
-}
-
-std::string SphereChart(const Calibration& calibration, Triad triad) {
+Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns) {
   const std::vector<SpherePoint> all = SpherePoints(calibration, triad);
-  if (all.empty()) return "";
+  if (all.empty()) return {};
   const double factor = SphereMagnification(all);
   // The sphere is as large as raw readings beside it leave room for.
-  constexpr double kLargest = 85.0, kMost = 118.0;
-  const double unit = std::min(kLargest, kMost / SphereReach(all, factor));
+  const double unit = std::min(kDiscs.sphere, kDiscs.reach / SphereReach(all, factor));
   Svg svg(620.0, 300.0, TriadTitle(triad) + ": readings before and after on the sphere");
-  for (const double centre : kCentres) svg.Circle(centre, kCentreY, unit, "disc");
+  for (const double centre : kDiscs.centres) svg.Circle(centre, kDiscs.centre_y, unit, "disc");
   DrawDiscs({"seen from +z", "seen from −y"}, "+z", &svg);
   if (const std::optional<WeakAxis> weak = WeakAxisOf(calibration, triad)) {
     DrawWeakAxis(unit * weak->direction, &svg);
   }
-  const std::vector<SpherePoint> points = GreatestOfRuns(all, kMostDirections);
+  const std::vector<SpherePoint> points = GreatestOfRuns(all, kMostPoints);
   for (std::size_t disc = 0; disc < 2; ++disc) {
     // What is rejected may be anywhere.
     const auto at = [&](const Eigen::Vector3d& reading, const Eigen::Vector3d& truth) {
       const Eigen::Vector3d v = unit * Magnified(reading, truth, factor);
-      return std::pair(kCentres[disc] + std::clamp(v.x(), -kMost, kMost),
-                       kCentreY - std::clamp(disc == 0 ? v.y() : v.z(), -kMost, kMost));
+      return std::pair(
+          kDiscs.centres[disc] + std::clamp(v.x(), -kDiscs.reach, kDiscs.reach),
+          kDiscs.centre_y - std::clamp(disc == 0 ? v.y() : v.z(), -kDiscs.reach, kDiscs.reach));
     };
-    std::vector<std::pair<double, double>> raw, corrected, left_out;
+    Points raw, corrected, left_out;
     for (const SpherePoint& point : points) {
       const auto before = at(point.raw, point.truth), after = at(point.corrected, point.truth);
-      if (points.size() <= kMostDirections / 4) {
+      if (points.size() <= kMostPoints / 4) {
         svg.Line(before.first, before.second, after.first, after.second, "grid");
       }
       raw.push_back(before);
       (point.is_rejected ? left_out : corrected).push_back(after);
     }
     svg.Dots(raw, "dots raw");
-    if (!corrected.empty()) svg.Dots(corrected, "dots");
-    for (const auto& [x, y] : left_out) svg.Cross(x, y, 3.5, "rejected");
+    svg.Dots(corrected, "dots");
+    for (const auto& [x, y] : left_out) svg.Cross(x, y, "rejected");
   }
-  return svg.Finish();
-}
-
-std::string SphereCaption(const Calibration& calibration, Triad triad) {
-  const double factor = SphereMagnification(SpherePoints(calibration, triad));
-  std::string text = TriadTitle(triad) + ": readings of each pose before (orange) and after (blue)";
-  text += factor > 1.0 ? ", errors drawn " + Significant(factor, 7) + " times as large" : "";
-  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
-  if (sensor && !NominalTruthPerRaw(*sensor, triad)) text += "; counts taken by their mean gain";
-  text += ". Circle: what there is to read.";
-  if (const std::optional<WeakAxis> weak = WeakAxisOf(calibration, triad)) {
-    const Eigen::Vector3d& u = weak->direction;
-    text += " Arrow: along (" + Fixed(u.x(), 2) + ", " + Fixed(u.y(), 2) + ", " + Fixed(u.z(), 2) +
-            ") the bias is known to " + Significant(weak->sigma, 2) + ' ' + TruthUnit(triad) +
-            ", across it to " + Significant(weak->across, 2) + " or better; poses with this axis " +
-            (triad == Triad::kAccelerometer ? "up and down" : "along and against the field") +
-            " tell more of it.";
-  }
-  return text;
+  return {.svg = svg.Finish(),
+          .caption = SphereCaption(calibration, triad, factor),
+          .scene = turns ? SceneOf(calibration, triad, all, factor) : ""};
 }
 
 std::optional<NextPose> NextPoseFor(const Calibration& calibration) {
@@ -283,6 +325,16 @@ std::optional<NextPose> NextPoseFor(const Calibration& calibration) {
     next = NextPose{triad, middle, Eigen::Quaterniond::FromTwoVectors(middle, world)};
   }
   return next;
+}
+
+Drawing NextPoseDrawing(const Calibration& calibration) {
+  const std::optional<NextPose> next = NextPoseFor(calibration);
+  if (!next) return {};
+  return {PosePicture(next->world_from_body, "the next pose"),
+          "The pose that would close the largest gap of the " +
+              std::string(TriadName(next->triad)) + ": " +
+              (next->triad == Triad::kAccelerometer ? "up" : "the field") + " along (" +
+              Joined(Fixed(next->direction, 2)) + ") of the body."};
 }
 
 }  // namespace truetriad

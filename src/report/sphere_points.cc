@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/sphere_points.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "model/corrected_error.h"
+#include "report/sphere.h"
 
 namespace truetriad {
 namespace {
@@ -43,7 +42,7 @@ std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad tria
 }
 
 std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) {
-  constexpr double kClearly = 2.0;
+  constexpr double kClearly = 2.0;  // Less is no direction to remark on.
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
   if (!sensor || !calibration.IsUsable()) return std::nullopt;
   const Eigen::Matrix3d correction = sensor->model.Correction();
@@ -64,6 +63,7 @@ std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) 
 }
 
 double SphereMagnification(const std::vector<SpherePoint>& points) {
+  // Errors of 0.4 radii keep all readings apart; what is a millionth of it nobody looks for.
   constexpr double kMost = 0.4, kLargest = 1e6;
   double greatest = 0.0;
   for (const SpherePoint& point : points) {

@@ -2,6 +2,7 @@
 #include "report/svg.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -11,166 +12,104 @@
 namespace truetriad {
 namespace {
 
-void AppendMarkup(std::string_view text, std::string* to) {
-  // A name can be anything: what is no UTF-8, or would turn the text behind it, is shown as such.
-  const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80; };
-  std::string printable;
-  if (!std::all_of(text.begin(), text.end(), is_ascii)) {
-    printable = Printable(text);
-    text = printable;
-  }
-  for (std::size_t begin = 0; begin < text.size();) {
-    std::size_t end = begin;
-    std::string_view entity;
-    for (; end < text.size() && entity.empty(); ++end) {
-      switch (text[end]) {
-        case '&':
-          entity = "&amp;";
-          break;
-        case '<':
-          entity = "&lt;";
-          break;
-        case '>':
-          entity = "&gt;";
-          break;
-        case '"':
-          entity = "&quot;";
-          break;
-        case '\'':
-          entity = "&#39;";
-          break;
-        default:
-          break;
-      }
-      const auto byte = static_cast<unsigned char>(text[end]);
-      if (!entity.empty() || (byte < 0x20 && byte != '\n' && byte != '\t')) break;
-    }
-    to->append(text, begin, end - begin);
-    to->append(entity);
-    begin = end + 1;
-  }
-}
-
-void AppendAttribute(std::string_view name, std::string_view value, std::string* to) {
-  *to += ' ';
-  *to += name;
-  *to += "=\"";
-  AppendMarkup(value, to);
-  *to += '"';
-}
-
-void AppendAttribute(std::string_view name, double value, std::string* to) {
-  AppendAttribute(name, std::string_view(Fixed(value, 1)), to);
-}
-
 std::string Attribute(std::string_view name, std::string_view value) {
-  std::string attribute;
-  AppendAttribute(name, value, &attribute);
-  return attribute;
+  return ' ' + std::string(name) + "=\"" + EscapeMarkup(value) + '"';
 }
 
-/// The beginning of an element with a class.
-void Begin(std::string_view element, std::string_view style, std::string* to) {
-  *to += '<';
-  *to += element;
-  AppendAttribute("class", style, to);
+std::string Title(std::string_view tooltip) {
+  return "<title>" + EscapeMarkup(tooltip) + "</title>";
 }
 
-void BeginBox(
-    double x, double y, double width, double height, std::string_view style, std::string* to) {
-  Begin("rect", style, to);
-  AppendAttribute("x", x, to);
-  AppendAttribute("y", y, to);
-  AppendAttribute("width", width, to);
-  AppendAttribute("height", height, to);
+std::string PoseAttribute(const Note& note) {
+  return note.pose > 0 ? Attribute("data-pose", std::to_string(note.pose)) : "";
 }
 
-/// The end of an element that says something to who points at it.
-void EndWithTooltip(std::string_view element, std::string_view tooltip, std::string* to) {
-  *to += "><title>";
-  AppendMarkup(tooltip, to);
-  to->append("</title></").append(element).append(">\n");
+std::string Place(double x, double y, int decimals, char between) {
+  return Fixed(x, decimals) + between + Fixed(y, decimals);
 }
 
 }  // namespace
 
 std::string EscapeMarkup(std::string_view text) {
+  // A name can be anything: what is no UTF-8, or would turn the text behind it, is shown as such.
+  const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80; };
+  std::string printable;
+  if (!std::all_of(text.begin(), text.end(), is_ascii)) text = printable = Printable(text);
+  constexpr std::string_view kSpecial = "&<>\"'";
+  constexpr std::array<std::string_view, 5> kEntities = {
+      "&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
   std::string escaped;
   escaped.reserve(text.size());
-  AppendMarkup(text, &escaped);
+  for (const char c : text) {
+    if (const std::size_t at = kSpecial.find(c); at != std::string_view::npos) {
+      escaped += kEntities[at];
+    } else if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') {
+      escaped += c;
+    }
+  }
   return escaped;
 }
 
 Svg::Svg(double width, double height, std::string_view label)
     : head_("<svg role=\"img\"" + Attribute("aria-label", label) +
-            Attribute("viewBox",
-                      std::string_view("0 0 " + Fixed(width, 0) + ' ' + Fixed(height, 0))) +
-            Attribute("style", std::string_view("--width:" + Fixed(width, 0) + "px"))) {}
+            Attribute("viewBox", "0 0 " + Place(width, height, 0, ' ')) +
+            Attribute("style", "--width:" + Fixed(width, 0) + "px")) {}
 
 std::string Svg::FinishAlone(std::string_view style_sheet) const {
   return head_ + " xmlns=\"http://www.w3.org/2000/svg\">\n<style>" + std::string(style_sheet) +
          "</style>\n" + body_ + "</svg>\n";
 }
 
-void Svg::Line(double x1, double y1, double x2, double y2, std::string_view style) {
-  Begin("line", style, &body_);
-  AppendAttribute("x1", x1, &body_);
-  AppendAttribute("y1", y1, &body_);
-  AppendAttribute("x2", x2, &body_);
-  AppendAttribute("y2", y2, &body_);
-  body_ += "/>\n";
-}
-
-void Svg::Rectangle(double x, double y, double width, double height, std::string_view style) {
-  BeginBox(x, y, width, height, style, &body_);
-  body_ += "/>\n";
-}
-
-void Svg::Circle(double x, double y, double radius, std::string_view style) {
-  Begin("circle", style, &body_);
-  AppendAttribute("cx", x, &body_);
-  AppendAttribute("cy", y, &body_);
-  AppendAttribute("r", radius, &body_);
-  body_ += "/>\n";
-}
-
-void Svg::Stretch(double x,
-                  double y,
-                  double width,
-                  double height,
-                  std::string_view style,
-                  int pose,
-                  std::string_view tooltip) {
-  BeginBox(x, y, width, height, style, &body_);
-  AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
-  EndWithTooltip("rect", tooltip, &body_);
-}
-
-void Svg::Mark(double x, double y, std::string_view style, int pose, std::string_view tooltip) {
-  Begin("circle", style, &body_);
-  AppendAttribute("cx", x, &body_);
-  AppendAttribute("cy", y, &body_);
-  body_ += " r=\"2.8\"";
-  AppendAttribute("data-pose", std::string_view(std::to_string(pose)), &body_);
-  EndWithTooltip("circle", tooltip, &body_);
-}
-
-void Svg::Dots(const std::vector<std::pair<double, double>>& points, std::string_view style) {
-  std::string path;
-  for (const auto& [x, y] : points) path += 'M' + Fixed(x, 1) + ' ' + Fixed(y, 1) + "h0";
-  Begin("path", style, &body_);
-  AppendAttribute("d", std::string_view(path), &body_);
-  body_ += "/>\n";
-}
-
-void Svg::Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style) {
-  std::string list;
-  for (const auto& [x, y] : points) {
-    list += (list.empty() ? "" : " ") + Fixed(x, 1) + ',' + Fixed(y, 1);
+void Svg::Add(std::string_view element,
+              std::string_view style,
+              std::initializer_list<std::pair<std::string_view, double>> numbers,
+              const std::string& attributes,
+              const std::string& inside) {
+  body_.append("<").append(element);
+  if (!style.empty()) body_ += Attribute("class", style);
+  for (const auto& [name, value] : numbers) {
+    body_.append(" ").append(name).append("=\"").append(Fixed(value, 1)).append("\"");
   }
-  Begin("polyline", style, &body_);
-  AppendAttribute("points", std::string_view(list), &body_);
-  body_ += "/>\n";
+  body_ += attributes;
+  if (inside.empty()) {
+    body_ += "/>\n";
+  } else {
+    body_.append(">").append(inside).append("</").append(element).append(">\n");
+  }
+}
+
+void Svg::Line(double x1, double y1, double x2, double y2, std::string_view style) {
+  Add("line", style, {{"x1", x1}, {"y1", y1}, {"x2", x2}, {"y2", y2}});
+}
+
+void Svg::Rectangle(
+    double x, double y, double width, double height, std::string_view style, const Note& note) {
+  Add("rect",
+      style,
+      {{"x", x}, {"y", y}, {"width", width}, {"height", height}},
+      PoseAttribute(note),
+      note.tooltip.empty() ? "" : Title(note.tooltip));
+}
+
+void Svg::Circle(double x, double y, double radius, std::string_view style, const Note& note) {
+  Add("circle",
+      style,
+      {{"cx", x}, {"cy", y}, {"r", radius}},
+      PoseAttribute(note),
+      note.tooltip.empty() ? "" : Title(note.tooltip));
+}
+
+void Svg::Dots(const Points& points, std::string_view style) {
+  if (points.empty()) return;
+  std::string path;
+  for (const auto& [x, y] : points) path += 'M' + Place(x, y, 1, ' ') + "h0";
+  Add("path", style, {}, Attribute("d", path));
+}
+
+void Svg::Polyline(const Points& points, std::string_view style) {
+  std::string list;
+  for (const auto& [x, y] : points) list += (list.empty() ? "" : " ") + Place(x, y, 1, ',');
+  Add("polyline", style, {}, Attribute("points", list));
 }
 
 void Svg::Zigzag(const std::vector<Span>& spans, std::string_view style) {
@@ -201,24 +140,17 @@ void Svg::Zigzag(const std::vector<Span>& spans, std::string_view style) {
     at_x = x, at_y = far;
   }
   go_level();
-  Begin("path", style, &body_);
-  AppendAttribute("transform", std::string_view("scale(.5)"), &body_);
-  AppendAttribute("d", std::string_view(path), &body_);
-  body_ += "/>\n";
+  Add("path", style, {}, Attribute("transform", "scale(.5)") + Attribute("d", path));
 }
 
-void Svg::Cross(double x, double y, double size, std::string_view style) {
-  Line(x - size, y - size, x + size, y + size, style);
-  Line(x - size, y + size, x + size, y - size, style);
+void Svg::Cross(double x, double y, std::string_view style) {
+  constexpr double kHalf = 4.0;  // Of its width: a little more than a dot's.
+  Line(x - kHalf, y - kHalf, x + kHalf, y + kHalf, style);
+  Line(x - kHalf, y + kHalf, x + kHalf, y - kHalf, style);
 }
 
 void Svg::Text(double x, double y, std::string_view text, std::string_view style) {
-  Begin("text", style, &body_);
-  AppendAttribute("x", x, &body_);
-  AppendAttribute("y", y, &body_);
-  body_ += '>';
-  AppendMarkup(text, &body_);
-  body_ += "</text>\n";
+  Add("text", style, {{"x", x}, {"y", y}}, "", EscapeMarkup(text));
 }
 
 void Svg::Cell(double x,
@@ -227,33 +159,33 @@ void Svg::Cell(double x,
                std::string_view style,
                double share,
                std::string_view tooltip) {
-  BeginBox(x, y, size, size, style, &body_);
-  AppendAttribute("fill-opacity", std::string_view(Fixed(share, 2)), &body_);
-  EndWithTooltip("rect", tooltip, &body_);
+  Add("rect",
+      style,
+      {{"x", x}, {"y", y}, {"width", size}, {"height", size}},
+      Attribute("fill-opacity", Fixed(share, 2)),
+      Title(tooltip));
 }
 
-void Svg::Cells(const std::vector<std::pair<double, double>>& corners,
+void Svg::Cells(const Points& corners,
                 double size,
                 std::string_view colour,
                 std::string_view tooltip) {
   const std::string side = Fixed(size, 0);
   std::string path;
   for (const auto& [x, y] : corners) {
-    path += 'M' + Fixed(x, 0) + ' ' + Fixed(y, 0) + 'h' + side + 'v' + side + "h-" + side + 'z';
+    path += 'M' + Place(x, y, 0, ' ') + 'h' + side + 'v' + side + "h-" + side + 'z';
   }
-  body_ += "<path";
-  AppendAttribute("fill", colour, &body_);
-  AppendAttribute("d", std::string_view(path), &body_);
-  EndWithTooltip("path", tooltip, &body_);
+  Add("path", "", {}, Attribute("fill", colour) + Attribute("d", path), Title(tooltip));
 }
 
 void Svg::RotatedText(
     double x, double y, double degrees, std::string_view text, std::string_view style) {
-  body_ += "<text" + Attribute("class", style) +
-           Attribute("transform",
-                     std::string_view("translate(" + Fixed(x, 1) + ' ' + Fixed(y, 1) + ") rotate(" +
-                                      Fixed(degrees, 0) + ')')) +
-           '>' + EscapeMarkup(text) + "</text>\n";
+  Add("text",
+      style,
+      {},
+      Attribute("transform",
+                "translate(" + Place(x, y, 1, ' ') + ") rotate(" + Fixed(degrees, 0) + ')'),
+      EscapeMarkup(text));
 }
 
 }  // namespace truetriad

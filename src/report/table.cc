@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "base/utf8.h"
 
@@ -50,6 +51,16 @@ std::string WithoutTrailingBlanks(std::string line) {
 }
 
 }  // namespace
+
+Table Headed(std::string_view header, std::string alignment) {
+  Table table{{}, std::move(alignment), {}};
+  for (std::size_t begin = 0; begin <= header.size();) {
+    const std::size_t end = std::min(header.find("; ", begin), header.size());
+    table.header.emplace_back(header.substr(begin, end - begin));
+    begin = end + 2;
+  }
+  return table;
+}
 
 std::size_t DisplayWidth(std::string_view utf8) {
   // Code points; the reports hold no wide or combining characters of their own.

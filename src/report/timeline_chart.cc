@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/timeline_chart.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
 #include "report/chart_frame.h"
+#include "report/charts.h"
 #include "report/format.h"
 #include "report/svg.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kLeft = 66.0, kWidth = 670.0;
-constexpr double kTop = 42.0;  // Numbers and crosses stand above.
-constexpr double kPanel = 62.0, kTitle = 24.0, kTimes = 34.0;
-/// So many rests say what each is; more are too narrow to be met.
-constexpr std::size_t kMostStretches = 150;
+/// One low panel, as wide as a page, and the next a title below it.
+constexpr Frame::Box kTimelinePanel{.width = 670.0, .height = 62.0};
+constexpr double kTimelineRow = kTimelinePanel.height + kLayout.below;
+/// A line, a gap or a rest is at least as wide as is seen.
+constexpr double kNarrowest = 0.5;
 
-bool HasNumbers(const PoseSet& poses) { return poses.poses.size() <= kMostStretches; }
+bool HasNumbers(const PoseSet& poses) { return poses.poses.size() <= kMostMarks; }
 
 /// Rejected sensors and why, by pose.
 using Reasons = std::map<int, std::string>;
@@ -63,16 +62,23 @@ class Timeline {
   std::string Draw() {
     const bool has_curve = temperatures_.size() > 1;
     const std::size_t panels = std::max<std::size_t>(traced_.size(), 1) + (has_curve ? 1 : 0);
-    const double height = kTop + static_cast<double>(panels) * (kPanel + kTitle) + kTimes - kTitle;
-    Svg svg(750.0, height, "The recording over time");
-    std::size_t left = panels;
-    double top = kTop;
+    const double last = kTimelinePanel.top + kTimelineRow * static_cast<double>(panels - 1);
+    Svg svg(
+        kLayout.width, last + kTimelinePanel.height + kLayout.bottom, "The recording over time");
+    double top = kTimelinePanel.top;
     const auto next = [&](const std::string& title, const Range& values, bool has_values) {
-      Frame frame(svg, {kLeft, top, kWidth, kPanel}, time_, values);
+      Frame frame(svg, BoxAt(top), time_, values);
       DrawRests(frame, top, &svg);
-      DrawLeftOut(frame, top, &svg);
-      frame.Draw(title, --left == 0 ? "s" : "", has_values);
-      top += kPanel + kTitle;
+      for (const TimeRange& range : poses_.excluded) {
+        DrawStretch(frame.X(SecondsOf(range.start_ns)),
+                    frame.X(SecondsOf(range.end_ns)),
+                    top,
+                    "hole",
+                    {},
+                    &svg);
+      }
+      frame.Draw(title, top == last ? "s" : "", has_values);
+      top += kTimelineRow;
       return frame;
     };
     if (traced_.empty()) next("rests", {0.0, 1.0}, false);
@@ -85,7 +91,10 @@ class Timeline {
                true);
       for (int axis = 0; axis < 3; ++axis) {
         const std::string letter{AxisLetter(axis)};
-        svg.Text(kLeft + kWidth - 30.0 + 15.0 * axis, title_y, letter, "end " + letter);
+        svg.Text(kTimelinePanel.left + kTimelinePanel.width - 30.0 + 15.0 * axis,
+                 title_y,
+                 letter,
+                 "end " + letter);
         DrawTrace(*stream, axis, frame, &svg);
       }
       DrawFar(*stream, range, frame, &svg);
@@ -94,11 +103,22 @@ class Timeline {
       next("temperature of the rests, °C", degc_, true).DrawDots(temperatures_, "dots raw");
     }
     // On top of the readings.
-    DrawNumbers(Frame(svg, {kLeft, kTop, kWidth, kPanel}, time_, {0.0, 1.0}), &svg);
+    DrawNumbers(Frame(svg, kTimelinePanel, time_, {0.0, 1.0}), &svg);
     return svg.Finish();
   }
 
  private:
+  static Frame::Box BoxAt(double top) {
+    Frame::Box box = kTimelinePanel;
+    box.top = top;
+    return box;
+  }
+
+  static void DrawStretch(
+      double from, double to, double top, std::string_view style, const Note& note, Svg* svg) {
+    svg->Rectangle(from, top, std::max(to - from, kNarrowest), kTimelinePanel.height, style, note);
+  }
+
   double SecondsOf(std::int64_t time_ns) const {
     return static_cast<double>(time_ns - start_ns_) * 1e-9;
   }
@@ -106,8 +126,10 @@ class Timeline {
   /// That of all readings, unless a few slices alone are far beyond all others: those sit on the
   /// edge, with their values.
   Range RangeOf(const StreamSummary& stream) const {
-    constexpr double kFar = 30.0;  // Times the range of nearly all others.
-    constexpr std::size_t kFew = 3;
+    // What is 30 times further than the range of all others leaves two units of a panel to them. A
+    // few are those of three disturbances at most.
+    constexpr double kFar = 30.0;
+    const std::size_t few = 3;
     std::vector<double> extremes;
     for (const ReadingTrace::Slice& slice : poses_.traces[stream.triad].slices) {
       if (!HasReadings(slice)) continue;
@@ -117,8 +139,8 @@ class Timeline {
     if (extremes.empty()) return {0.0, 1.0};
     std::sort(extremes.begin(), extremes.end());
     const Range all{extremes.front(), extremes.back()};
-    if (extremes.size() < 20 * kFew) return all;
-    const Range most{extremes[kFew], extremes[extremes.size() - 1 - kFew]};
+    if (extremes.size() < 20 * few) return all;
+    const Range most{extremes[few], extremes[extremes.size() - 1 - few]};
     const double far = kFar * (most.high - most.low);
     return far > 0.0 && std::max(all.high - most.high, most.low - all.low) > far ? most : all;
   }
@@ -148,7 +170,7 @@ class Timeline {
 
   /// Each slice as high as its readings; slices that are drawn at one place together.
   void DrawTrace(const StreamSummary& stream, int axis, const Frame& frame, Svg* svg) const {
-    constexpr double kApart = 2.0;
+    constexpr double kApart = 2.0;  // Finer a line is not seen.
     const ReadingTrace& trace = poses_.traces[stream.triad];
     // Where readings are missing, no line is drawn.
     const double gap_s = stream.rate_hz > 0.0 ? 5.0 / stream.rate_hz : 0.0;
@@ -191,53 +213,40 @@ class Timeline {
 
   /// Many are joined where what is between them is narrower than a line.
   void DrawRests(const Frame& frame, double top, Svg* svg) const {
-    constexpr double kNarrowest = 0.5;
     const bool says_each = leads_to_rows_ && HasNumbers(poses_);
     double begin = 0.0, end = -1.0;
     const auto flush = [&] {
-      if (end < begin) return;
-      svg->Rectangle(begin, top, std::max(end - begin, kNarrowest), kPanel, "rest");
+      if (end >= begin) DrawStretch(begin, end, top, "rest", {}, svg);
     };
     for (const StaticPose& pose : poses_.poses) {
       const double from = frame.X(SecondsOf(pose.start_ns));
       const double to = frame.X(SecondsOf(pose.end_ns));
       if (says_each) {
-        svg->Stretch(
-            from, top, std::max(to - from, kNarrowest), kPanel, "rest", pose.number, WordsOf(pose));
-        continue;
-      }
-      if (end >= begin && from - end < kNarrowest) {
+        DrawStretch(from, to, top, "rest", {WordsOf(pose), pose.number}, svg);
+      } else if (end >= begin && from - end < kNarrowest) {
         end = std::max(end, to);
-        continue;
+      } else {
+        flush();
+        begin = from, end = to;
       }
-      flush();
-      begin = from, end = to;
     }
     flush();
   }
 
-  void DrawLeftOut(const Frame& frame, double top, Svg* svg) const {
-    for (const TimeRange& range : poses_.excluded) {
-      const double from = frame.X(SecondsOf(range.start_ns));
-      const double to = frame.X(SecondsOf(range.end_ns));
-      svg->Rectangle(from, top, std::max(to - from, 0.5), kPanel, "hole");
-    }
-  }
-
   /// As many as there is room for; of rejected ones all, with a cross.
   void DrawNumbers(const Frame& frame, Svg* svg) const {
-    constexpr double kApart = 22.0;
-    double last = -kApart, last_rejected = -kApart;
+    const double apart = 3.5 * kLayout.letter;  // Three digits and a gap.
+    double last = -apart, last_rejected = -apart;
     for (const StaticPose& pose : poses_.poses) {
       const double x = frame.X(0.5 * (SecondsOf(pose.start_ns) + SecondsOf(pose.end_ns)));
       const bool is_rejected = reasons_.contains(pose.number);
-      if (is_rejected) svg->Cross(x, kTop + 6.0, 4.0, "rejected");
+      if (is_rejected) svg->Cross(x, kTimelinePanel.top + 6.0, "rejected");
       if (!is_rejected && !HasNumbers(poses_)) continue;
       double* latest = is_rejected ? &last_rejected : &last;
-      if (x - *latest < kApart) continue;
+      if (x - *latest < apart) continue;
       *latest = x;
       svg->Text(x,
-                kTop + (is_rejected ? 22.0 : kPanel - 4.0),
+                kTimelinePanel.top + (is_rejected ? 22.0 : kTimelinePanel.height - 4.0),
                 std::to_string(pose.number),
                 "middle small halo");
     }

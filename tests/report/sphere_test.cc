@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "report/sphere.h"
+
 #include <algorithm>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "report/residual_charts.h"
+#include "report/charts.h"
 #include "report/sample_calibration.h"
-#include "report/sphere_charts.h"
-#include "report/sphere_points.h"
 
 namespace truetriad {
 namespace sphere_test {
@@ -67,8 +67,9 @@ TEST(WeakAxis, IsWhereTheBiasIsKnownWorst) {
   // The log is in m/s^2, with gains near 1.
   EXPECT_NEAR(weak->sigma, 0.05, 0.005);
   EXPECT_NEAR(weak->across, 0.01, 0.001);
-  EXPECT_THAT(SphereChart(calibration, Triad::kAccelerometer), HasSubstr("class=\"weak\""));
-  EXPECT_THAT(SphereCaption(calibration, Triad::kAccelerometer), HasSubstr("Arrow: along (0.0"));
+  const Drawing drawing = SphereDrawing(calibration, Triad::kAccelerometer, false);
+  EXPECT_THAT(drawing.svg, HasSubstr("class=\"weak\""));
+  EXPECT_THAT(drawing.caption, HasSubstr("Arrow: along (0.0"));
 }
 
 TEST(SpherePoints, AreEnlargedSoThatTheGreatestErrorIsSeen) {
@@ -96,24 +97,25 @@ TEST(SpherePoints, KeepWhatIsRejectedAndTheGreatestErrorsHoweverManyThereAre) {
 }
 
 // Hard iron of eight fields: the sphere is small, and every reading has its place.
-TEST(SphereChart, HasRoomForReadingsFarBeyondTheSphere) {
+TEST(SphereDrawing, HasRoomForReadingsFarBeyondTheSphere) {
   Calibration calibration = SampleCalibration();
   calibration.sensors[Triad::kMagnetometer]->model.bias = {3800.0, 0.0, 0.0};
   const std::vector<SpherePoint> points = SpherePoints(calibration, Triad::kMagnetometer);
   EXPECT_GT(SphereReach(points, 1.0), 7.0);
   // The furthest is 118 units to the right of the first centre at most, and none stands there
   // twice.
-  EXPECT_THAT(SphereChart(calibration, Triad::kMagnetometer), Not(HasSubstr("M268.0 268.0")));
+  EXPECT_THAT(SphereDrawing(calibration, Triad::kMagnetometer, false).svg,
+              Not(HasSubstr("M268.0 268.0")));
 }
 
-TEST(CoverageChart, ShadesHolesAndTakesTheNextPoseThere) {
+TEST(CoverageDrawing, ShadesHolesAndTakesTheNextPoseThere) {
   Calibration calibration = SampleCalibration(60);
-  EXPECT_THAT(CoverageChart(calibration.quality, Triad::kAccelerometer),
+  EXPECT_THAT(CoverageDrawing(calibration.quality, Triad::kAccelerometer).svg,
               Not(HasSubstr("class=\"hole\"")));
   EXPECT_FALSE(NextPoseFor(calibration));
   std::erase_if(calibration.quality.rests.pose_residuals,
                 [](const PoseResidual& pose) { return pose.direction.z() < 0.0; });
-  EXPECT_THAT(CoverageChart(calibration.quality, Triad::kAccelerometer),
+  EXPECT_THAT(CoverageDrawing(calibration.quality, Triad::kAccelerometer).svg,
               HasSubstr("class=\"hole\""));
   const std::optional<NextPose> next = NextPoseFor(calibration);
   ASSERT_TRUE(next);
@@ -123,7 +125,7 @@ TEST(CoverageChart, ShadesHolesAndTakesTheNextPoseThere) {
 }
 
 // One bad pose in a hundred thousand stays in the picture.
-TEST(ResidualChart, KeepsWhatIsFarOffHoweverManyPosesThereAre) {
+TEST(ResidualDrawing, KeepsWhatIsFarOffHoweverManyPosesThereAre) {
   Calibration calibration = SampleCalibration();
   auto& poses = calibration.quality.rests.pose_residuals;
   const PoseResidual usual = poses.front();
@@ -131,11 +133,11 @@ TEST(ResidualChart, KeepsWhatIsFarOffHoweverManyPosesThereAre) {
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].pose = static_cast<int>(i) + 1;
   poses[77777].residual = {0.0, 1.0, 0.0};
   const std::string chart =
-      ResidualChart(poses, calibration.sensors[Triad::kAccelerometer], Triad::kAccelerometer);
+      ResidualDrawing(poses, calibration.sensors[Triad::kAccelerometer], Triad::kAccelerometer).svg;
   EXPECT_LT(chart.size(), 60000U);
-  // The frame of y begins at 126 and is 76 high; its range is that of the greatest, 1, and a
+  // The frame of y begins at 128 and is 76 high; its range is that of the greatest, 1, and a
   // twenty-fifth more on each side.
-  EXPECT_THAT(chart, HasSubstr(" 128.8h0"));
+  EXPECT_THAT(chart, HasSubstr(" 130.8h0"));
 }
 
 }  // namespace sphere_test

@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "report/charts.h"
 #include "report/sample_calibration.h"
 #include "report/svg.h"
-#include "report/timeline_chart.h"
 
 namespace truetriad {
 namespace timeline_test {

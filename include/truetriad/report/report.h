@@ -44,6 +44,8 @@ struct ReportLooks {
 struct Drawing {
   std::string svg;
   std::string caption;
+  std::string sensor = {};  ///< To whose rows its marks of poses lead.
+  std::string scene = {};   ///< What a script draws in its place, as JSON; empty: nothing.
 };
 
 /// What a page shows beyond what a calibration file holds; each may be missing.

@@ -56,7 +56,7 @@
       uirevision: 'kept',
     };
     const traces = [circles(), axes(), joined(data), readings(data, 'raw', 2, 'diamond'), readings(data, 'corrected', 6, 'circle')];
-    return Plotly.react(place, traces, layout, { displaylogo: false, scrollZoom: false, modeBarButtonsToRemove: ['toImage'] });
+    return Plotly.react(place, traces, layout, { displayModeBar: false, scrollZoom: false });
   };
 
   // By the arrow keys, too: round the z axis, and up and down.

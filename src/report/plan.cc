@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plan_content.h"
+#include "report/plan.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "model/attitude_sets.h"
+#include "report/charts.h"
+#include "report/content.h"
 #include "report/format.h"
+#include "report/page.h"
+#include "report/svg.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
@@ -51,59 +59,41 @@ std::string UnitOf(const Plan& plan, const std::string& group) {
   return "";
 }
 
-bool HasTemperatures(const Plan& plan) {
-  return std::any_of(plan.program.poses.begin(),
-                     plan.program.poses.end(),
-                     [](const ProgramPose& pose) { return pose.temperature_degc.has_value(); });
-}
-
 Table WantedTable(const Plan& plan) {
-  Table table{
-      {"wanted", "result", "at most", "reached", "unit", "poses for this alone"}, "llrrlr", {}};
+  Table table = Headed("wanted; result; at most; reached; unit; poses for this alone", "llrrlr");
   for (const WantedSigma& item : plan.wanted) {
     const std::string unit = UnitOf(plan, item.group);
-    table.rows.push_back({Spoken(item.group),
-                          item.met ? "pass" : "FAIL",
-                          SigmaText(item.wanted, unit),
-                          SigmaText(item.reached, unit),
-                          ShownUnit(unit),
-                          item.poses_needed ? std::to_string(*item.poses_needed) : "–"});
+    table.Add() << Spoken(item.group) << (item.met ? "pass" : "FAIL")
+                << SigmaText(item.wanted, unit) << SigmaText(item.reached, unit) << ShownUnit(unit)
+                << (item.poses_needed ? std::to_string(*item.poses_needed) : "–");
   }
   return table;
 }
 
 Table SigmaTable(const Plan& plan) {
-  Table table{{"σ of", "before", "after", "unit"}, "lrrl", {}};
-  if (plan.measured_poses == 0) table = {{"σ of", "predicted", "unit"}, "lrl", {}};
+  const bool has_before = plan.measured_poses > 0;
+  Table table = has_before ? Headed("σ of; before; after; unit", "lrrl")
+                           : Headed("σ of; predicted; unit", "lrl");
   for (const PlannedSigma& sigma : plan.sigmas) {
-    std::vector<std::string> row = {Spoken(sigma.name)};
-    if (plan.measured_poses > 0) row.push_back(SigmaText(sigma.before, sigma.unit));
-    row.push_back(SigmaText(sigma.after, sigma.unit));
-    row.push_back(ShownUnit(sigma.unit));
-    table.rows.push_back(row);
+    TableRow row = table.Add();
+    row << Spoken(sigma.name);
+    if (has_before) row << SigmaText(sigma.before, sigma.unit);
+    row << SigmaText(sigma.after, sigma.unit) << ShownUnit(sigma.unit);
   }
   return table;
 }
 
 std::vector<Block> NoiseBlocks(const Plan& plan) {
-  Table table{{"σ of a pose's mean", "x", "y", "z", "unit", ""}, "lrrrll", {}};
+  Table table = Headed("σ of a pose's mean; x; y; z; unit; ", "lrrrll");
   for (const PlannedNoise& planned : plan.noise) {
     const std::string sensor(TriadName(planned.triad));
     const TriadNoise& noise = planned.noise;
-    table.rows.push_back({sensor,
-                          Significant(noise.sigma.x(), 3),
-                          Significant(noise.sigma.y(), 3),
-                          Significant(noise.sigma.z(), 3),
-                          DisplayUnit(planned.unit),
-                          std::string(NoiseSourceWords(noise.source))});
+    table.Add() << sensor << Significant(noise.sigma, 3) << DisplayUnit(planned.unit)
+                << NoiseSourceWords(noise.source);
     if (!(noise.excess_sigma > 0.0)) continue;
     const std::string excess = Significant(noise.excess_sigma, 3);
-    table.rows.push_back({sensor + ", plus pose-to-pose noise",
-                          excess,
-                          excess,
-                          excess,
-                          TruthUnit(planned.triad),
-                          ""});
+    table.Add() << sensor + ", plus pose-to-pose noise" << excess << excess << excess
+                << TruthUnit(planned.triad) << "";
   }
   return {"The σ above assume this noise.", table};
 }
@@ -121,8 +111,6 @@ std::string RandomText(const Plan& plan) {
   }
   return text;
 }
-
-}  // namespace
 
 Headline HeadlineOf(const Plan& plan) {
   Headline headline;
@@ -156,6 +144,7 @@ Headline HeadlineOf(const Plan& plan) {
   return headline;
 }
 
+/// What the operator goes by: the label, or the attitude in words where a program has none.
 std::string LabelOf(const ProgramPose& pose) {
   return pose.label.empty() ? AttitudeInWords(pose.world_from_body) : pose.label;
 }
@@ -168,6 +157,7 @@ std::string RestText(const Plan& plan) {
          "plan.rest_s to get a time.";
 }
 
+/// "magnetometer scale x, σ × 1.50": what would suffer most without pose `k`, counted from zero.
 std::string PurposeText(const Plan& plan, std::size_t k) {
   const PosePurpose& purpose = plan.purposes[k];
   // Where something is unobservable anyway, no pose can be told to be idle.
@@ -179,36 +169,35 @@ std::string PurposeText(const Plan& plan, std::size_t k) {
 }
 
 Table ProgramTable(const Plan& plan) {
-  const bool temperatures = HasTemperatures(plan);
-  Table table{{"pose", "attitude", "most affected if skipped"}, "rll", {}};
-  if (temperatures) table = {{"pose", "attitude", "degC", "most affected if skipped"}, "rlrl", {}};
+  const bool has_temperatures = std::any_of(
+      plan.program.poses.begin(), plan.program.poses.end(), [](const ProgramPose& pose) {
+        return pose.temperature_degc.has_value();
+      });
+  Table table = has_temperatures ? Headed("pose; attitude; degC; most affected if skipped", "rlrl")
+                                 : Headed("pose; attitude; most affected if skipped", "rll");
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) {
     const ProgramPose& pose = plan.program.poses[k];
-    std::vector<std::string> row = {std::to_string(k + 1), LabelOf(pose)};
-    if (temperatures) {
-      row.push_back(pose.temperature_degc ? Significant(*pose.temperature_degc, 4) : "");
+    TableRow row = table.Add();
+    row << k + 1 << LabelOf(pose);
+    if (has_temperatures) {
+      row << (pose.temperature_degc ? Significant(*pose.temperature_degc, 4) : "");
     }
-    row.push_back(PurposeText(plan, k));
-    table.rows.push_back(row);
+    row << PurposeText(plan, k);
   }
   return table;
 }
 
-std::vector<PageSection> SectionsOf(const Plan& plan) {
-  std::vector<PageSection> sections;
+/// All but the poses themselves; one with nothing to say is left out.
+std::vector<Section> SectionsOf(const Plan& plan) {
+  std::vector<Section> sections;
   if (!plan.wanted.empty()) sections.push_back({"Wanted", {WantedTable(plan)}});
-  if (!plan.weak_directions.empty()) {
-    PageSection section{"Weakly observable with these poses", {}};
-    for (const WeakDirection& weak : plan.weak_directions) {
-      section.blocks.emplace_back(
-          Bullet{weak.description + (weak.advice.empty() ? "" : ": " + weak.advice)});
-    }
-    sections.push_back(section);
+  Section weak{"Weakly observable with these poses", {}}, messages{"Messages", {}};
+  for (const auto& [description, advice, sigma] : plan.weak_directions) {
+    weak.Add(Bullet{description + (advice.empty() ? "" : ": " + advice)});
   }
-  if (!plan.messages.empty()) {
-    PageSection section{"Messages", {}};
-    for (const std::string& message : plan.messages) section.blocks.emplace_back(Bullet{message});
-    sections.push_back(section);
+  for (const std::string& message : plan.messages) messages.Add(Bullet{message});
+  for (Section& section : std::vector{weak, messages}) {
+    if (!section.blocks.empty()) sections.push_back(std::move(section));
   }
   sections.push_back({"Predicted uncertainty, one sigma", {SigmaTable(plan)}});
   sections.push_back({"Assumed noise", NoiseBlocks(plan)});
@@ -216,6 +205,59 @@ std::vector<PageSection> SectionsOf(const Plan& plan) {
     sections.push_back({"Compared with random poses", {RandomText(plan)}});
   }
   return sections;
+}
+
+constexpr std::string_view kCardStyle = R"css(
+ol.poses{display:grid;grid-template-columns:repeat(auto-fill,minmax(12rem,1fr));gap:1rem;padding:0;list-style:none}
+ol.poses li{margin:0;padding:.7rem;border:1px solid var(--line);border-radius:6px;break-inside:avoid}
+ol.poses b{font-size:1.4rem}.poses svg{min-width:0}ol.poses .done{float:right;width:1.2rem;height:1.2rem;border:1.5px solid var(--zero);border-radius:3px}
+ol.poses .heat{float:right;margin-right:.6rem;font-weight:600;color:var(--bad)}ol.poses small{display:block;white-space:normal;color:var(--soft);overflow-wrap:anywhere}
+)css";
+
+std::string Card(const Plan& plan, std::size_t k) {
+  const ProgramPose& pose = plan.program.poses[k];
+  const std::string number = std::to_string(k + 1);
+  std::string card = "<li><span class=\"done\"></span>";
+  if (pose.temperature_degc) {
+    card += "<span class=\"heat\">" + EscapeMarkup(Significant(*pose.temperature_degc, 4) + " °C") +
+            "</span>";
+  }
+  card += Element("b", number) + PosePicture(pose.world_from_body, "pose " + number) +
+          Element("div", LabelOf(pose));
+  return card + Element("small", "Most affected if skipped: " + PurposeText(plan, k)) + "</li>\n";
+}
+
+/// Gravity alone does not see which way a unit faces.
+bool HeadingMatters(const Plan& plan) {
+  return std::any_of(plan.sigmas.begin(), plan.sigmas.end(), [](const PlannedSigma& sigma) {
+    return sigma.group.rfind(TriadName(Triad::kMagnetometer), 0) == 0;
+  });
+}
+
+}  // namespace
+
+Grade GradeOf(const Plan& plan) { return HeadlineOf(plan).grade; }
+
+std::string PlanText(const Plan& plan) {
+  std::vector<Section> sections = SectionsOf(plan);
+  sections.insert(sections.begin(), {"Poses, in this order", {RestText(plan), ProgramTable(plan)}});
+  return TextOf(HeadlineOf(plan)) + TextOf(sections);
+}
+
+std::string PlanHtml(const Plan& plan) {
+  std::string html =
+      "<section>\n<h2>Take these poses, in this order</h2>\n"
+      "<p>Each picture shows the unit from slightly above; " +
+      std::string(HeadingMatters(plan) ? "the arrow N points to magnetic north"
+                                       : "the heading (N) does not matter") +
+      ". x, y and z are the unit's axes; the face marked −x is opposite x. Place the unit as "
+      "drawn, take your hands off, let it rest, tick the box, continue. " +
+      EscapeMarkup(RestText(plan)) +
+      "</p>\n"
+      "<ol class=\"poses\">\n";
+  for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
+  html += "</ol>\n</section>\n" + HtmlOf(SectionsOf(plan));
+  return HtmlPage("Pose program", HeadlineOf(plan), html, {.style = kCardStyle});
 }
 
 }  // namespace truetriad

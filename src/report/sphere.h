@@ -3,12 +3,14 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad {
 
@@ -51,5 +53,27 @@ inline Eigen::Vector3d Magnified(const Eigen::Vector3d& reading,
                                  double factor) {
   return truth + factor * (reading - truth);
 }
+
+/// Raw and corrected readings on the sphere of what there is to read, errors enlarged, seen from
+/// above and from the side. `turns`: with the data from which sphere.js draws a sphere in its place
+/// that turns, where Plotly is in the page and the browser has WebGL.
+Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns);
+
+/// Directions of the poses on two Lambert equal-area discs, z up and z down; shaded: what is
+/// further from every pose than kHoleDeg, half the angle between two faces of a cube.
+inline constexpr double kHoleDeg = 45.0;
+Drawing CoverageDrawing(const Quality& quality, Triad triad);
+/// Of readings before any calibration; `unit`: their directions, pose by pose.
+Drawing CoverageDrawing(const std::vector<Eigen::Vector3d>& unit, Triad triad);
+
+/// The pose that closes the largest gap of any vector sensor, where one is larger than kHoleDeg.
+struct NextPose {
+  Triad triad = Triad::kAccelerometer;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Body, of what the sensor reads.
+  Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();  ///< x north, z up.
+};
+std::optional<NextPose> NextPoseFor(const Calibration& calibration);
+/// A picture of it.
+Drawing NextPoseDrawing(const Calibration& calibration);
 
 }  // namespace truetriad
