@@ -18,15 +18,15 @@
 
 #include <Eigen/Core>
 
-#include "io/calibration_findings.h"
-#include "io/calibration_quality.h"
-#include "io/calibration_sensors.h"
 #include "io/calibration_values.h"
 #include "io/tags_text.h"
 #include "io/tags_yaml.h"
 #include "io/whole_file.h"
+#include "io/yaml_fields.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "model/calibration_fields.h"
+#include "model/quality_fields.h"
 
 namespace truetriad {
 namespace {
@@ -41,22 +41,6 @@ void WriteCovariance(YamlText& out, const NamedCovariance& covariance) {
   for (Eigen::Index row = 0; row < covariance.matrix.rows(); ++row) {
     out << "    - " << covariance.matrix.row(row).transpose() << "\n";
   }
-}
-
-void WriteReference(YamlText& out, const ReferenceValues& reference) {
-  out << "reference:\n  gravity_mps2: " << reference.gravity_mps2 << "\n";
-  if (reference.gravity_sigma_mps2) {
-    out << "  gravity_sigma_mps2: " << *reference.gravity_sigma_mps2 << "\n";
-  }
-  if (reference.field_ut) out << "  field_ut: " << *reference.field_ut << "\n";
-  if (reference.dip_rad) out << "  dip_rad: " << *reference.dip_rad << "\n";
-  if (reference.fixture_from_world) {
-    out << "  fixture_from_world: " << *reference.fixture_from_world << "\n";
-  }
-  out << "  field_estimated: " << reference.field_estimated << "\n"
-      << "  field_nominal: " << reference.field_nominal << "\n"
-      << "  temperature_degc: " << reference.temperature_degc << "\n";
-  if (reference.recorded_degc) out << "  recorded_degc: " << *reference.recorded_degc << "\n";
 }
 
 void WriteConfig(YamlText& out, const std::string& config_yaml) {
@@ -98,43 +82,35 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   reader.RejectUnknown();
 }
 
-void ReadReference(YamlReader reader, ReferenceValues* reference) {
-  if (!reader) return;
-  if (YamlReader gravity = reader.RequireChild("gravity_mps2");
-      ReadNumber(gravity, &reference->gravity_mps2) && !(reference->gravity_mps2 > 0.0)) {
-    gravity.Fail("expected a positive number");
+// Both of `status`. A file without findings has messages alone, which is all that readers of
+// version 1 files knew once: each is a finding of the code `message`; where nothing can be used,
+// any of them may be why.
+void ReadFindings(YamlFieldReader* status, Outcome outcome, Findings* findings) {
+  std::vector<std::string> messages;
+  (*status)("messages", messages);
+  if (status->If(kNewer, "findings", *findings)) return;
+  const Severity severity = outcome == Outcome::kConverged ? Severity::kNote : Severity::kRefusal;
+  for (const std::string& text : messages) {
+    findings->emplace_back(FindingCode::kMessage, "").As(severity).text = text;
   }
-  for (const auto& [key, value] : {std::pair("gravity_sigma_mps2", &reference->gravity_sigma_mps2),
-                                   std::pair("field_ut", &reference->field_ut),
-                                   std::pair("dip_rad", &reference->dip_rad)}) {
-    double number = 0.0;
-    if (ReadNumber(reader.Child(key), &number)) *value = number;
-  }
-  if (Eigen::Vector4d rotation; ReadVector(reader.Child("fixture_from_world"), &rotation)) {
-    reference->fixture_from_world = rotation;
-  }
-  reader.Require("field_estimated", &reference->field_estimated);
-  reader.Optional("field_nominal", &reference->field_nominal);
-  ReadNumber(reader.RequireChild("temperature_degc"), &reference->temperature_degc);
-  YamlReader recorded = reader.Child("recorded_degc");
-  if (Eigen::Vector3d degc; ReadVector(recorded, &degc)) {
-    if (!(degc[0] <= degc[1] && degc[1] <= degc[2] && degc[0] >= kAbsoluteZeroDegc)) {
-      recorded.Fail("expected the lowest, the mean and the highest temperature in degC");
-    }
-    reference->recorded_degc = degc;
-  }
-  reader.RejectUnknown();
+}
+
+void WriteStatus(YamlFieldWriter& status, const Calibration& calibration) {
+  status("outcome", calibration.outcome);
+  status.OrNull("within_limits", calibration.within_limits);
+  status("findings", calibration.findings, Style::kBlocks);
+  std::vector<std::string> messages;
+  for (const Finding& finding : calibration.findings) messages.push_back(finding.Message());
+  status("messages", messages, Style::kBlocks);
 }
 
 void ReadStatus(YamlReader reader, Calibration* calibration) {
   if (!reader) return;
-  ReadWord(reader.RequireChild("outcome"), OutcomeFromName, &calibration->outcome);
-  bool within_limits = false;
-  if (YamlReader limits = reader.RequireChild("within_limits");
-      !IsNull(limits) && limits.Read(&within_limits)) {
-    calibration->within_limits = within_limits;
-  }
-  ReadFindings(&reader, calibration->outcome, &calibration->findings);
+  YamlFieldReader status(reader);
+  status("outcome", calibration->outcome);
+  reader.RequireChild("within_limits");
+  status.OrNull("within_limits", calibration->within_limits);
+  ReadFindings(&status, calibration->outcome, &calibration->findings);
   if (calibration->outcome == Outcome::kConverged) {
     for (const Finding& finding : calibration->findings) {
       if (!finding.IsRefusal()) continue;
@@ -186,32 +162,6 @@ std::string ConfigText(const std::string& text) {
   return config;
 }
 
-void WriteDecisions(YamlText& out, const std::vector<Decision>& decisions) {
-  if (!decisions.empty()) out << "decisions:\n";
-  for (const Decision& decision : decisions) {
-    out << "  - { verdict: " << VerdictName(decision.verdict) << ", who: " << Quoted{decision.who}
-        << ", why: " << Quoted{decision.why} << ", created: " << Quoted{decision.created}
-        << (decision.is_automatic ? ", automatic: true" : "") << " }\n";
-  }
-}
-
-void ReadDecisions(YamlReader items, std::vector<Decision>* decisions) {
-  for (YamlReader& item : items.Items()) {
-    Decision& decision = decisions->emplace_back();
-    YamlReader verdict = item.RequireChild("verdict");
-    ReadWord(verdict, VerdictFromName, &decision.verdict);
-    if (decision.verdict != Verdict::kPass && decision.verdict != Verdict::kFail) {
-      verdict.Fail("`" + std::string(VerdictName(decision.verdict)) +
-                   "` is not a decision; expected PASS or FAIL");
-    }
-    item.Require("who", &decision.who);
-    item.Require("why", &decision.why);
-    item.Require("created", &decision.created);
-    item.Optional("automatic", &decision.is_automatic);
-    item.RejectUnknown();
-  }
-}
-
 }  // namespace
 
 std::string CalibrationToYaml(const Calibration& calibration) {
@@ -219,7 +169,8 @@ std::string CalibrationToYaml(const Calibration& calibration) {
   YamlText out(kDigits);
   out << "format: " << kFormat << "\n"
       << "verdict: " << VerdictName(calibration.verdict()) << "\n";
-  WriteDecisions(out, calibration.decisions);
+  YamlFieldWriter root(out, 0);
+  root.If(!calibration.decisions.empty(), "decisions", calibration.decisions);
   out << "device: { serial: " << Quoted{calibration.serial}
       << ", model: " << Quoted{calibration.model} << DeviceTagsText(calibration.tags) << " }\n";
   if (const std::string run = TagsText(kRunTags, calibration.tags, false); !run.empty()) {
@@ -228,25 +179,18 @@ std::string CalibrationToYaml(const Calibration& calibration) {
   out << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
       << "created: " << calibration.created << "\n";
   WriteInputs(out, calibration.inputs);
-  out << "mode: " << ModeName(calibration.mode)
-      << "\nstatus:\n  outcome: " << OutcomeName(calibration.outcome) << "\n  within_limits: ";
-  if (calibration.within_limits) {
-    out << *calibration.within_limits << "\n";
-  } else {
-    out << "null\n";
-  }
-  WriteFindings(out, calibration.findings);
-  WriteReference(out, calibration.reference);
-  out << "gauge: " << GaugeName(calibration.gauge) << "\n"
-      << "gauge_sensor: " << TriadName(calibration.gauge_sensor) << "\n";
+  root("mode", calibration.mode);
+  root.Group("status", Style::kUsual, [&calibration](YamlFieldWriter& status) {
+    WriteStatus(status, calibration);
+  });
+  root("reference", calibration.reference);
+  root("gauge", calibration.gauge);
+  root("gauge_sensor", calibration.gauge_sensor);
   if (calibration.IsUsable()) {
-    out << "sensors:\n";
-    for (const Triad triad : kTriads) {
-      if (calibration.sensors[triad]) WriteSensor(out, triad, *calibration.sensors[triad]);
-    }
+    root("sensors", calibration.sensors);
     WriteCovariance(out, calibration.covariance);
   }
-  WriteQuality(out, calibration.quality);
+  root("quality", calibration.quality);
   WriteConfig(out, calibration.config_yaml);
   return out.str();
 }
@@ -299,9 +243,8 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   }
   ReadInputs(reader.RequireChild("inputs"), &calibration.inputs);
   ReadStatus(reader.RequireChild("status"), &calibration);
-  if (YamlReader decisions = reader.Child("decisions")) {
-    ReadDecisions(std::move(decisions), &calibration.decisions);
-  }
+  YamlFieldReader visit(reader);
+  visit.If(kNewer, "decisions", calibration.decisions);
   if (YamlReader verdict = reader.Child("verdict")) {
     Verdict stated = calibration.verdict();
     ReadWord(verdict, VerdictFromName, &stated);
@@ -310,21 +253,14 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
                    std::string(VerdictName(calibration.verdict())) + "; take this line away");
     }
   }
-  ReadReference(reader.RequireChild("reference"), &calibration.reference);
-  ReadWord(reader.RequireChild("gauge"), GaugeFromName, &calibration.gauge);
-  ReadWord(reader.RequireChild("gauge_sensor"), TriadFromName, &calibration.gauge_sensor);
+  visit("reference", calibration.reference);
+  visit("gauge", calibration.gauge);
+  visit("gauge_sensor", calibration.gauge_sensor);
   if (calibration.IsUsable()) {
-    if (YamlReader sensors = reader.RequireChild("sensors")) {
-      for (const Triad triad : kTriads) {
-        if (YamlReader sensor = sensors.Child(TriadName(triad))) {
-          ReadSensor(sensor, &calibration.sensors[triad].emplace());
-        }
-      }
-      sensors.RejectUnknown();
-    }
+    visit("sensors", calibration.sensors);
     ReadCovariance(reader.RequireChild("covariance"), &calibration.covariance);
   }
-  ReadQuality(reader.RequireChild("quality"), &calibration.quality);
+  visit("quality", calibration.quality);
   ReadMode(&reader, &calibration);
   if (reader.RequireChild("config")) calibration.config_yaml = ConfigText(text);
   reader.RejectUnknown();

@@ -43,17 +43,6 @@ inline void WriteItem(YamlText& out, std::string_view key, bool empty) {
   out << "  " << key << (empty ? ": []\n" : ":\n");
 }
 
-inline void WritePerTriad(YamlText& out, const PerTriad<std::optional<double>>& values) {
-  out << "{";
-  std::string_view separator = " ";
-  for (const Triad triad : kTriads) {
-    if (!values[triad]) continue;
-    out << separator << TriadName(triad) << ": " << *values[triad];
-    separator = ", ";
-  }
-  out << " }";
-}
-
 template <typename T>
 void WriteList(YamlText& out, const std::vector<T>& items) {
   out << "[";
@@ -141,17 +130,7 @@ bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view)
   return true;
 }
 
-inline void ReadPerTriad(YamlReader reader, PerTriad<std::optional<double>>* values) {
-  if (!reader) return;
-  for (const Triad triad : kTriads) {
-    double value = 0.0;
-    if (ReadNumber(reader.Child(TriadName(triad)), &value)) (*values)[triad] = value;
-  }
-  reader.RejectUnknown();
-}
-
 /// x, y or z.
-
 inline void ReadAxis(YamlReader reader, int* axis) {
   std::string text;
   if (!reader.Read(&text)) return;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <type_traits>
+
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+// A value type has one list of its fields, from which every notation of it follows:
+//
+//   template <class V>
+//   void Fields(V& visit, Like<Coverage> auto& coverage) {
+//     visit("sensor", coverage.triad);
+//     visit("eigenvalues", coverage.eigenvalues);
+//   }
+//
+// A visitor offers
+//
+//   visit(key, field, style)              a field that is always there; of a std::optional: if set
+//   visit.If(stated, key, field, style)   one that is stated only if so, and may be missing when
+//   read visit.OrNull(key, optional, style)    null where it is unset visit.Group(key, style,
+//   fields)       a map of some of the fields: fields(visit) visit.Named(stated, key, list) a map
+//   of what a list has, by the `name` of each visit.Comment(text)                   for who reads
+//   the file visit.Check(key, wrong)               wrong() says what is wrong with what was read,
+//   or nothing
+//
+// The first three say whether the field was there. V::kReads: the visitor fills in.
+
+/// A value or a constant one: lists of fields serve readers and writers.
+template <typename Thing, typename Of>
+concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
+
+/// How a file shows a field. Scalars, vectors, matrices and lists of these are always in one line.
+enum class Style {
+  kUsual,   ///< A map by lines; a list of maps by one line each.
+  kFlow,    ///< A map in one line.
+  kBlocks,  ///< A list by lines, its maps too.
+};
+
+/// Whether a list shows these as rows: the fields of each without their names, vectors flattened.
+template <typename T>
+inline constexpr bool kIsRow = false;
+
+/// Of a field that is always written, and that files of before may lack: visit.If(kNewer, …).
+inline constexpr bool kNewer = true;
+
+/// Text that is a word and needs no quotes.
+template <typename T>
+struct Word {
+  T& text;
+};
+
+/// 0, 1, 2 as x, y, z.
+template <typename T>
+struct AxisLetterOf {
+  T& axis;
+};
+
+template <typename T>
+Word(T&) -> Word<T>;
+template <typename T>
+AxisLetterOf(T&) -> AxisLetterOf<T>;
+
+template <typename T>
+inline constexpr bool kIsPerTriad = false;
+template <typename T>
+inline constexpr bool kIsPerTriad<PerTriad<T>> = true;
+
+/// What is there for each sensor, by its name.
+template <class V, typename Values>
+requires kIsPerTriad<std::remove_const_t<Values>>
+void Fields(V& visit, Values& values) {
+  for (const Triad triad : kTriads) visit(TriadName(triad), values[triad]);
+}
+
+}  // namespace truetriad
