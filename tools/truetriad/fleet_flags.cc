@@ -11,41 +11,38 @@
 #include "fleet/fleet_run.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_progress.h"
-#include "tools/truetriad/format_flags.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 
-DECLARE_string(to);
 DECLARE_int32(jobs);
-DEFINE_string(
-    store,
-    "",
-    "where the runs are kept: a file for SQLite, or postgresql://HOST/DATABASE, or NAME.jsonl for "
-    "a "
-    "shard's own, which `fleet collect` merges; what calibrates has fleet.db in its output folder");
-DEFINE_string(
-    assets,
-    "inline",
-    "where the looks and the script of reports are: inline, in each page, or shared, once for all");
+DEFINE_string(store,
+              "",
+              "FILE|URL: where the runs are kept: a file for SQLite, or "
+              "postgresql://HOST/DATABASE, or NAME.jsonl for a shard's own, which `fleet collect` "
+              "merges; what calibrates has fleet.db in its output folder");
+DEFINE_string(assets,
+              "inline",
+              "inline|shared: where the looks and the script of reports are: inline, in each page, "
+              "or shared, once for all");
 DEFINE_string(serial,
               "",
-              "how logs are named, to take serial numbers from there: {serial} and * for anything "
-              "else, as in {serial}-*.csv");
-DEFINE_string(time_limit, "120", "seconds that a unit may take");
-DEFINE_string(memory_limit, "2048", "MB of address space that a unit may take");
+              "PATTERN: how logs are named, to take serial numbers from there: {serial} and * for "
+              "anything else, as in {serial}-*.csv");
+DEFINE_string(time_limit, "120", "SECONDS: seconds that a unit may take");
+DEFINE_string(memory_limit, "2048", "MB: MB of address space that a unit may take");
 DEFINE_string(retest_counts,
               "",
-              "which run of a unit that is measured again counts: last (default), first or best; "
-              "said once, the store keeps it");
+              "last|first|best: which run of a unit that is measured again counts: last (default), "
+              "first or best; said once, the store keeps it");
 DEFINE_string(
     retest_most,
     "",
-    "how many recordings of a unit count after its first (default: all); said once likewise");
+    "N: how many recordings of a unit count after its first (default: all); said once likewise");
 DEFINE_string(require_golden,
               "",
-              "how old the station's last check-station may be, as in 8h, 30m or 1d; no unit is "
-              "calibrated where it is older, or did not agree");
-DEFINE_string(progress, "", "jsonl: a line of JSON about each run, on stderr");
+              "AGE: how old the station's last check-station may be, as in 8h, 30m or 1d; no unit "
+              "is calibrated where it is older, or did not agree");
+DEFINE_string(progress, "", "jsonl: jsonl: a line of JSON about each run, on stderr");
 
 namespace truetriad {
 namespace {
@@ -72,16 +69,9 @@ Result<fleet::WorkPlan> StatedPlan() {
   TRUETRIAD_ASSIGN_OR_RETURN(
       fleet::WorkPlan plan,
       fleet::PlanWork(FLAGS_config, std::move(overrides), CommaSeparated(FLAGS_to)));
-  if (!FLAGS_report.empty() && FLAGS_report != "true" && FLAGS_report != "false") {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--report=" + FLAGS_report + " is invalid; expected true or false");
-  }
+  TRUETRIAD_ASSIGN_OR_RETURN(plan.has_report, StatedReport());
   TRUETRIAD_ASSIGN_OR_RETURN(plan.allows_outside_limits, AllowsOutsideLimits());
-  plan.has_report = FLAGS_report != "false";
-  if (FLAGS_assets != "inline" && FLAGS_assets != "shared") {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--assets=" + FLAGS_assets + " is invalid; expected inline or shared");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("assets", FLAGS_assets, {"inline", "shared"}));
   plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
   // From wherever the store is read.
   plan.folder = (fs::absolute(FLAGS_output) / "units").lexically_normal().string();
@@ -95,8 +85,7 @@ Status StateRetestPolicy(fleet::Store& store) {
     const std::optional<fleet::RetestCounts> counts =
         fleet::RetestCountsFromName(FLAGS_retest_counts);
     if (!counts) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--retest-counts=" + FLAGS_retest_counts + ": expected last, first or best");
+      return BadValue("retest-counts", FLAGS_retest_counts, ": expected last, first or best");
     }
     policy.counts = *counts;
   }
@@ -133,8 +122,7 @@ Result<double> ParseDuration(const std::string& flag, const std::string& text) {
     const Result<double> number = ParseReal(flag, text.substr(0, text.size() - 1));
     if (number && *number > 0.0) return *number * kSeconds[unit];
   }
-  return Error(ErrorCode::kInvalidArgument,
-               "--" + flag + "=" + text + ": expected a duration, as in 8h, 30m or 1d");
+  return BadValue(flag, text, ": expected a duration, as in 8h, 30m or 1d");
 }
 
 Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
@@ -177,9 +165,9 @@ Status NameStore(fleet::Store& store, fleet::WorkPlan* plan) {
 
 Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
-  if (!FLAGS_progress.empty() && FLAGS_progress != kProgressLines) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--progress=" + FLAGS_progress + " is not known; expected " + kProgressLines);
+  if (!FLAGS_progress.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckOneOf("progress", FLAGS_progress, {kProgressLines}, " is not known"));
   }
   fleet::FleetOptions options;
   TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
@@ -188,9 +176,9 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   // Each takes some 10 MB and a socket.
   constexpr int kMostJobs = 1000;
   if (FLAGS_jobs < 0 || FLAGS_jobs > kMostJobs) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--jobs=" + std::to_string(FLAGS_jobs) +
-                     ": expected a number of processes, 0 to " + std::to_string(kMostJobs));
+    return BadValue("jobs",
+                    std::to_string(FLAGS_jobs),
+                    ": expected a number of processes, 0 to " + std::to_string(kMostJobs));
   }
   options.jobs = FLAGS_jobs > 0
                      ? FLAGS_jobs
@@ -199,30 +187,10 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   return options;
 }
 
-std::vector<CommandFlag> FleetFlags(std::vector<CommandFlag> own) {
-  std::vector<CommandFlag> flags = std::move(own);
-  for (CommandFlag& flag : std::vector<CommandFlag>{
-           {"config", "EXPERIMENT.yaml"},
-           {"output", "DIR"},
-           {"store", "FILE|URL"},
-           {"jobs", "N"},
-           {"serial", "PATTERN"},
-           {"to", "FORMAT,..."},
-           {"outside-limits", "refuse|allow", false, {"refuse", "allow"}},
-           {"report", "true|false", false, {"true", "false"}},
-           {"assets", "inline|shared", false, {"inline", "shared"}},
-           {"set", "KEY=VALUE,...", false, {}, true},
-           {"tag", "KEY=VALUE", false, {}, true},
-           {"retest-counts", "last|first|best", false, {"last", "first", "best"}},
-           {"retest-most", "N"},
-           {"require-golden", "AGE"},
-           {"time-limit", "SECONDS"},
-           {"memory-limit", "MB"},
-           {"progress", "jsonl", false, {kProgressLines}},
-           {"fail-on", "unit", false, {kFailOnUnit}}}) {
-    flags.push_back(std::move(flag));
-  }
-  return flags;
+std::string FleetFlags(const std::string& own) {
+  return own +
+         " config output store jobs serial to outside-limits report=true|false assets set* tag* "
+         "retest-counts retest-most require-golden time-limit memory-limit progress fail-on=unit";
 }
 
 }  // namespace truetriad

@@ -57,6 +57,6 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
                                     bool needs_station);
 
 /// The flags of a verb that calibrates units: `own` ones, and those that all have.
-std::vector<CommandFlag> FleetFlags(std::vector<CommandFlag> own);
+std::string FleetFlags(const std::string& own);
 
 }  // namespace truetriad

@@ -15,6 +15,21 @@ constexpr char kAside[] = ".aside", kPrevious[] = ".previous";
 
 }  // namespace
 
+Status WriteFiles(const FileTexts& files) {
+  WholeFiles whole;
+  for (const auto& [path, text] : files) TRUETRIAD_RETURN_IF_ERROR(whole.Write(path, text));
+  return whole.Commit();
+}
+
+Status EnsureFolderOf(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  return folder.empty() ? Status() : EnsureWritableDirectory(folder.string());
+}
+
+std::string InOutput(const std::string& name) {
+  return (std::filesystem::path(FLAGS_output) / name).string();
+}
+
 Status CheckCanWriteBelow(std::filesystem::path directory) {
   directory = std::filesystem::absolute(directory).lexically_normal();
   std::error_code missing;
@@ -122,8 +137,7 @@ Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& 
 
 Status WriteStatedReport(const std::string& html, VerbResult* result) {
   if (FLAGS_report.empty()) return {};
-  const std::filesystem::path folder = std::filesystem::path(FLAGS_report).parent_path();
-  if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_report));
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_report, html));
   result->text += "\nReport: " + FLAGS_report + '\n';
   result->result["report"] = FLAGS_report;

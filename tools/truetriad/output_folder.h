@@ -12,6 +12,18 @@
 
 namespace truetriad {
 
+/// Paths and texts.
+using FileTexts = std::vector<std::pair<std::string, std::string>>;
+
+/// Writes files, all or none.
+Status WriteFiles(const FileTexts& files);
+
+/// Makes the folder of a file to come.
+Status EnsureFolderOf(const std::string& file);
+
+/// The path of a file in the folder that --output names.
+std::string InOutput(const std::string& name);
+
 /// Finds out before the work starts that the result could not be written, and creates nothing.
 Status CheckCanWriteBelow(std::filesystem::path directory);
 

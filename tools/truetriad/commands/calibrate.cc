@@ -21,10 +21,8 @@
 #include "report/content.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/log_conversion.h"
 #include "tools/truetriad/output_folder.h"
-#include "tools/truetriad/plot_script.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/base/version.h"
 #include "truetriad/config/experiment.h"
@@ -34,11 +32,11 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DECLARE_string(to);
 DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
 DEFINE_string(solver,
               "eliminated",
-              "eliminated, or ceres: poses or motion by Ceres as they are, slower, for comparison");
+              "eliminated|ceres: eliminated, or ceres: poses or motion by Ceres as they are, "
+              "slower, for comparison");
 
 namespace truetriad {
 namespace {
@@ -106,7 +104,7 @@ struct Done {
   }
   /// Of itself, whatever others hold it back.
   int exit_code() const {
-    if (!calibration.IsUsable()) return static_cast<int>(ErrorKind::kNotEnough);
+    if (!calibration.IsUsable()) return kExitNotEnough;
     const std::vector<Decision>& decisions = calibration.decisions;
     const bool by_others = !decisions.empty() && decisions.back().is_automatic;
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
@@ -213,21 +211,6 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   }
   TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return exports;
-}
-
-Result<Solver> StatedSolver() {
-  if (FLAGS_solver == "eliminated") return Solver::kEliminated;
-  if (FLAGS_solver == "ceres") return Solver::kCeres;
-  return Error(ErrorCode::kInvalidArgument,
-               "--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
-}
-
-Result<bool> StatedReport() {
-  if (FLAGS_report.empty() || FLAGS_report == "true") return true;
-  if (FLAGS_report == "false") return false;
-  return Error(ErrorCode::kInvalidArgument,
-               "--report=" + FLAGS_report +
-                   " is invalid; expected true or false (--output names the folder)");
 }
 
 /// Without an experiment: one for what is in the recordings.
@@ -434,8 +417,9 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
 }
 
 Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckOneOf("solver", FLAGS_solver, {"eliminated", "ceres"}, " is not known"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport(" (--output names the folder)"));
   for (const std::string& format : CommaSeparated(FLAGS_to)) {
     TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
   }
@@ -444,7 +428,7 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs, &converted));
   std::vector<Done> all;
   for (Task& task : tasks) {
-    task.experiment.options.solver = solver;
+    if (FLAGS_solver == "ceres") task.experiment.options.solver = Solver::kCeres;
     task.has_report = has_report;
     TRUETRIAD_ASSIGN_OR_RETURN(Done done, Calibrated(std::move(task)));
     all.push_back(std::move(done));
@@ -459,7 +443,7 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
     replaced.Keep(is_beside ? End::kIsPrevious : End::kGoes);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && !logs.empty()) {
+  if (result.exit_code == kExitNotEnough && !logs.empty()) {
     const LogFormat* const format = LogFormatOf(logs.front());
     if (format != nullptr && !format->how_to_log.empty()) Note(std::string(format->how_to_log));
   }
@@ -472,33 +456,19 @@ Command CalibrateCommand() {
   return {
       .name = "calibrate",
       .summary = "What are the biases, gains and misalignments of these sensors?",
-      .examples =
-          "build/truetriad calibrate datasets/demo/recording.csv -o out/first\n"
-          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo "
-          "--to=px4,c-header",
+      .examples = R"(build/truetriad calibrate datasets/demo/recording.csv -o out/first
+build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo --to=px4,c-header)",
       .details =
-          "Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and "
-          "prints the\nresult. Without -c it calibrates every sensor in the log with defaults, and "
-          "writes\nDIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are "
-          "sessions of one unit.\nLogs that `convert` reads are converted into DIR/recording; "
-          "results of further sensors of a kind are in\nDIR/instance-N, and --to=px4 or ardupilot "
-          "writes one file of all. How to log unarmed, for example\nSDLOG_MODE=2 (PX4) or "
-          "LOG_DISARMED=1 (ArduPilot): docs/converting.md.\n",
-      .flags = {{"config", "EXPERIMENT.yaml"},
-                {"input", "LOG,..."},
-                {"output", "DIR"},
-                {"to", "FORMAT,..."},
-                {"outside-limits", "refuse|allow", false, {"refuse", "allow"}},
-                {"set", "KEY=VALUE,...", false, {}, true},
-                {"tag", "KEY=VALUE", false, {}, true},
-                {"report", "true|false", false, {"true", "false"}},
-                {"interactive", "true|false", false, {"true", "false"}},
-                {"overwrite", "true|false"},
-                {"topic", "NAME[,NAME]"},
-                {"instance", "N"},
-                {"columns", "WHAT=NAME[,WHAT=NAME]"},
-                {"units", "UNIT[,UNIT]"},
-                {"solver", "eliminated|ceres"}},
+          R"(Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and prints the
+result. Without -c it calibrates every sensor in the log with defaults, and writes
+DIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are sessions of one unit.
+Logs that `convert` reads are converted into DIR/recording; results of further sensors of a kind are in
+DIR/instance-N, and --to=px4 or ardupilot writes one file of all. How to log unarmed, for example
+SDLOG_MODE=2 (PX4) or LOG_DISARMED=1 (ArduPilot): docs/converting.md.
+)",
+      .flags =
+          "config input=LOG,... output to outside-limits set* tag* report=true|false interactive "
+          "overwrite topic instance columns units solver",
       .more_words = "input",
       .run = RunCalibrate};
 }

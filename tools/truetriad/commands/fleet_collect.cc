@@ -77,25 +77,22 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
 }  // namespace
 
 Command FleetCollectCommand() {
-  return {.name = "fleet collect",
-          .summary = "How do I bring the runs of several machines into one store?",
-          .examples =
-              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-              "build/truetriad fleet run out/line -o out/day --report=false --shard=0/2 "
-              "--store=out/day/0.jsonl\n"
-              "build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 "
-              "--store=out/day/1.jsonl\n"
-              "build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl "
-              "--store=out/day/all.db",
-          .details =
-              "Files of runs and stores, all of the same number of shards. Runs that are in the "
-              "store stay as they are:\ncollecting again adds what has come since. Nothing is "
-              "added where a source is spoilt, or a shard's file not finished.\nA file of runs "
-              "does not know a unit's other runs: where one may not leave, exports of its other "
-              "runs are\nwithdrawn as they are collected (4: where their files are not here).\n",
-          .flags = {{"store", "FILE", true}, {"unfinished", "true|false"}},
-          .more_words = "file",
-          .run = RunFleetCollect};
+  return {
+      .name = "fleet collect",
+      .summary = "How do I bring the runs of several machines into one store?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false --shard=0/2 --store=out/day/0.jsonl
+build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 --store=out/day/1.jsonl
+build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl --store=out/day/all.db)",
+      .details =
+          R"(Files of runs and stores, all of the same number of shards. Runs that are in the store stay as they are:
+collecting again adds what has come since. Nothing is added where a source is spoilt, or a shard's file not finished.
+A file of runs does not know a unit's other runs: where one may not leave, exports of its other runs are
+withdrawn as they are collected (4: where their files are not here).
+)",
+      .flags = "store=FILE! unfinished",
+      .more_words = "file",
+      .run = RunFleetCollect};
 }
 
 }  // namespace truetriad

@@ -12,10 +12,10 @@
 #include "tools/truetriad/fleet_flags.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(unit, "", "the serial number of a unit in the store");
-DEFINE_string(who, "", "who decides");
-DEFINE_string(verdict, "", "what the unit is from now on");
-DEFINE_string(why, "", "why, in one line");
+DEFINE_string(unit, "", "SERIAL: the serial number of a unit in the store");
+DEFINE_string(who, "", "NAME: who decides");
+DEFINE_string(verdict, "", "VERDICT: what the unit is from now on");
+DEFINE_string(why, "", "TEXT: why, in one line");
 
 namespace truetriad {
 namespace {
@@ -33,8 +33,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   if (!verdict) {
     std::string names;
     for (const std::string& name : VerdictsOfPeople()) names += (names.empty() ? "" : ", ") + name;
-    return Error(ErrorCode::kInvalidArgument,
-                 "--verdict=" + FLAGS_verdict + " is not known; expected one of " + names);
+    return BadValue("verdict", FLAGS_verdict, " is not known; expected one of " + names);
   }
   // No store is made of a misspelt name.
   TRUETRIAD_RETURN_IF_ERROR(fleet::OpenStoreToRead(FLAGS_store));
@@ -75,21 +74,17 @@ Command FleetDisposeCommand() {
   return {
       .name = "fleet dispose",
       .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet run out/line -o out/day --report=false\n"
-          "build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who=\"R. Roe\" "
-          "--verdict=FAIL --why=\"connector bent\"",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false
+build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
       .details =
-          "It holds until a later decision, or until a later run counts that is of another "
-          "recording; fleet run\nthen says so. FAIL withdraws what was exported of all runs "
-          "of the unit,\nand `export` refuses it; PASS is a concession. Calibrations, reports and "
-          "exports state either;\nthe store's runs stay as they are.\n",
-      .flags = {{"unit", "SERIAL", true},
-                {"store", "FILE|URL", true},
-                {"verdict", "VERDICT", true, VerdictsOfPeople()},
-                {"who", "NAME", true},
-                {"why", "TEXT", true}},
+          R"(It holds until a later decision, or until a later run counts that is of another recording; fleet run
+then says so. FAIL withdraws what was exported of all runs of the unit,
+and `export` refuses it; PASS is a concession. Calibrations, reports and exports state either;
+the store's runs stay as they are.
+)",
+      .flags = "unit! store! verdict! who! why!",
+      .values = {{"verdict", VerdictsOfPeople()}},
       .words = {"unit"},
       .run = RunFleetDispose};
 }

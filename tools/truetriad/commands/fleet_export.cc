@@ -12,14 +12,15 @@
 #include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
-#include "tools/truetriad/companion_program.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
+#include "tools/truetriad/log_conversion.h"
+#include "tools/truetriad/output_folder.h"
 #include "truetriad/io/calibration_file.h"
 
-DECLARE_string(to);
-DECLARE_string(where);
-DEFINE_string(runs, "standing", "of which runs: standing, those that count, one a unit; or all");
+DEFINE_string(runs,
+              "standing",
+              "WHICH: of which runs: standing, those that count, one a unit; or all");
 
 namespace truetriad {
 namespace {
@@ -57,15 +58,11 @@ Result<std::size_t> WriteRuns(fleet::Store& store, const fleet::RunSelection& wh
 }
 
 Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
-  if (FLAGS_runs != kStandingRuns && FLAGS_runs != kAllRuns) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--runs=" + FLAGS_runs + " is invalid; expected standing or all");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("runs", FLAGS_runs, {kStandingRuns, kAllRuns}));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStoreToRead(FLAGS_store));
   if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
-  const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
-  if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_output));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
                              WriteRuns(*store, {FLAGS_runs == kStandingRuns, FLAGS_where}));
   return VerbResult{.text = FLAGS_output + ": " + std::to_string(runs) + " runs\n",
@@ -75,22 +72,19 @@ Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetExportCommand() {
-  return {.name = "fleet export",
-          .summary = "How do I use the runs of a store in a spreadsheet or another program?",
-          .examples =
-              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-              "build/truetriad fleet run out/line -o out/day --report=false\n"
-              "build/truetriad fleet export --store=out/day/fleet.db --to=csv -o out/day/runs.csv",
-          .details =
-              "csv and parquet: a row a run, with the value and sigma of every parameter, and with "
-              "what is judged. jsonl:\nwhole runs, from which `fleet collect` makes the store "
-              "again; of all runs with --runs=all. parquet needs Node.js.\n",
-          .flags = {{"store", "FILE", true},
-                    {"to", "FORMAT", true, {"csv", "jsonl", "parquet"}},
-                    {"output", "FILE", true},
-                    {"runs", "WHICH", false, {kStandingRuns, kAllRuns}},
-                    {"where", "CONDITION"}},
-          .run = RunFleetExport};
+  return {
+      .name = "fleet export",
+      .summary = "How do I use the runs of a store in a spreadsheet or another program?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false
+build/truetriad fleet export --store=out/day/fleet.db --to=csv -o out/day/runs.csv)",
+      .details =
+          R"(csv and parquet: a row a run, with the value and sigma of every parameter, and with what is judged. jsonl:
+whole runs, from which `fleet collect` makes the store again; of all runs with --runs=all. parquet needs Node.js.
+)",
+      .flags = "store=FILE! to=FORMAT! output=FILE! runs where",
+      .values = {{"to", {"csv", "jsonl", "parquet"}}, {"runs", {kStandingRuns, kAllRuns}}},
+      .run = RunFleetExport};
 }
 
 }  // namespace truetriad

@@ -14,8 +14,10 @@
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
 
-DEFINE_string(sql, "", "a question in SQL; the tables are in docs/fleet.md");
-DEFINE_string(where, "", "of which runs, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
+DEFINE_string(sql, "", "SELECT: a question in SQL; the tables are in docs/fleet.md");
+DEFINE_string(where,
+              "",
+              "CONDITION: of which runs, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
 DEFINE_bool(csv, false, "print CSV");
 
 namespace truetriad {
@@ -131,16 +133,12 @@ Command FleetQueryCommand() {
   return {
       .name = "fleet query",
       .summary = "What does the store say? In SQL, or of runs with some property.",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet run out/line -o out/day --report=false\n"
-          "build/truetriad fleet query --store=out/day/fleet.db --where=\"final_verdict = "
-          "'NO_LIMITS'\"",
-      .details = "Nothing can be changed. Without a question: of every unit the run that counts.\n",
-      .flags = {{"store", "FILE|URL", true},
-                {"sql", "SELECT"},
-                {"where", "CONDITION"},
-                {"csv", "true|false"}},
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false
+build/truetriad fleet query --store=out/day/fleet.db --where="final_verdict = 'NO_LIMITS'")",
+      .details = R"(Nothing can be changed. Without a question: of every unit the run that counts.
+)",
+      .flags = "store! sql where csv",
       .words = {"sql"},
       .run = RunFleetQuery};
 }

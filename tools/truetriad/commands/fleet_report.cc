@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/messages.h"
 #include "fleet/fleet_page.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
@@ -12,11 +13,6 @@
 
 namespace truetriad {
 namespace {
-
-/// "1 unit", "3 units".
-std::string Counted(std::size_t count, const std::string& thing) {
-  return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
-}
 
 Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
@@ -45,20 +41,18 @@ Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetReportCommand() {
-  return {
-      .name = "fleet report",
-      .summary = "What became of the units, as a page to look into with a browser?",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17\n"
-          "build/truetriad fleet report --store=out/day/fleet.db -o out/day/page",
-      .details =
-          "Writes a folder with index.html, for the disk or any web server; units' reports are\n"
-          "linked where they are. A page that was written there before is "
-          "replaced, another index.html never.\n",
-      .flags = {{"store", "FILE", true}, {"output", "DIR", true}, {"where", "CONDITION"}},
-      .words = {"store"},
-      .run = RunFleetReport};
+  return {.name = "fleet report",
+          .summary = "What became of the units, as a page to look into with a browser?",
+          .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17
+build/truetriad fleet report --store=out/day/fleet.db -o out/day/page)",
+          .details =
+              R"(Writes a folder with index.html, for the disk or any web server; units' reports are
+linked where they are. A page that was written there before is replaced, another index.html never.
+)",
+          .flags = "store=FILE! output! where",
+          .words = {"store"},
+          .run = RunFleetReport};
 }
 
 }  // namespace truetriad

@@ -18,16 +18,17 @@
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
 #include "tools/truetriad/fleet_progress.h"
-#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/interruption.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(units_of, "", "logs, folders with logs, patterns as 'line-3/*.csv', and lists");
+DEFINE_string(units_of,
+              "",
+              "LIST|FOLDER|GLOB: logs, folders with logs, patterns as 'line-3/*.csv', and lists");
 DEFINE_bool(resume,
             false,
             "leave out logs that have not changed since their last run, which is in the store and "
             "was by this experiment, this program, and the serial number and tags of the list");
-DEFINE_string(shard, "", "I/N: only that part of the units, I from 0 to N-1");
+DEFINE_string(shard, "", "I/N: I/N: only that part of the units, I from 0 to N-1");
 
 namespace truetriad {
 namespace {
@@ -35,8 +36,7 @@ namespace {
 Result<fleet::Shard> StatedShard() {
   if (FLAGS_shard.empty()) return fleet::Shard();
   if (const std::optional<fleet::Shard> shard = fleet::ShardFromText(FLAGS_shard)) return *shard;
-  return Error(ErrorCode::kInvalidArgument,
-               "--shard=" + FLAGS_shard + ": expected I/N with I from 0 to N-1, as in 0/4");
+  return BadValue("shard", FLAGS_shard, ": expected I/N with I from 0 to N-1, as in 0/4");
 }
 
 Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
@@ -96,18 +96,15 @@ Command FleetRunCommand() {
   return {
       .name = "fleet run",
       .summary = "Which of these units are good? Each calibrated by itself, and kept in a store.",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet run out/line -o out/day --report=false",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false)",
       .details =
-          "Units are calibrated in --jobs processes: what crashes one, hangs or needs too much "
-          "memory is that\nunit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; "
-          "those of before stay. A list is\na CSV with columns log, serial, recorded and tags. "
-          "Exit code 0: "
-          "all were processed; with --fail-on=unit 4, if\none is not good. SIGTERM ends it after "
-          "the units in hand; --resume goes on.\n",
-      .flags = FleetFlags(
-          {{"units-of", "LIST|FOLDER|GLOB"}, {"resume", "true|false"}, {"shard", "I/N"}}),
+          R"(Units are calibrated in --jobs processes: what crashes one, hangs or needs too much memory is that
+unit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; those of before stay. A list is
+a CSV with columns log, serial, recorded and tags. Exit code 0: all were processed; with --fail-on=unit 4, if
+one is not good. SIGTERM ends it after the units in hand; --resume goes on.
+)",
+      .flags = FleetFlags("units-of resume shard"),
       .more_words = "units-of",
       .run = RunFleetVerb};
 }

@@ -14,16 +14,15 @@
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
 #include "tools/truetriad/fleet_progress.h"
-#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/interruption.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(folder, "", "the folder in which, and below which, logs arrive");
+DEFINE_string(folder, "", "DIR: the folder in which, and below which, logs arrive");
 DEFINE_string(poll,
               "",
-              "look every so many seconds, instead of being told by the system (default: 5 on "
-              "network folders, which do not tell)");
-DEFINE_string(until_idle, "", "end when nothing has happened for so many seconds");
+              "SECONDS: look every so many seconds, instead of being told by the system (default: "
+              "5 on network folders, which do not tell)");
+DEFINE_string(until_idle, "", "SECONDS: end when nothing has happened for so many seconds");
 
 namespace truetriad {
 namespace {
@@ -35,8 +34,7 @@ Result<std::optional<double>> StatedSeconds(const std::string& flag, const std::
   TRUETRIAD_ASSIGN_OR_RETURN(const double seconds, ParseReal(flag, text));
   constexpr double kLeast = 0.05, kMost = 1e6;
   if (seconds >= kLeast && seconds <= kMost) return std::optional(seconds);
-  return Error(ErrorCode::kInvalidArgument,
-               "--" + flag + "=" + text + ": expected seconds, 0.05 or more");
+  return BadValue(flag, text, ": expected seconds, 0.05 or more");
 }
 
 Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
@@ -76,18 +74,15 @@ Command FleetWatchCommand() {
   return {
       .name = "fleet watch",
       .summary = "Calibrates units as their logs arrive in a folder, for days.",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet watch out/line -o out/day --report=false --until-idle=5",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet watch out/line -o out/day --report=false --until-idle=5)",
       .details =
-          "As fleet run, of logs that are there without a run, and then of each that is closed "
-          "after writing or\nrenamed into FOLDER or below it; one that arrives again changed is a "
-          "new run. A recording.yaml counts\nonce all files that it names are there and have "
-          "stayed "
-          "the same; with --until-idle in the end as it is.\nEnds on SIGTERM after the units in "
-          "hand, exit code 0.\n",
-      .flags =
-          FleetFlags({{"folder", "DIR", true}, {"poll", "SECONDS"}, {"until-idle", "SECONDS"}}),
+          R"(As fleet run, of logs that are there without a run, and then of each that is closed after writing or
+renamed into FOLDER or below it; one that arrives again changed is a new run. A recording.yaml counts
+once all files that it names are there and have stayed the same; with --until-idle in the end as it is.
+Ends on SIGTERM after the units in hand, exit code 0.
+)",
+      .flags = FleetFlags("folder! poll until-idle"),
       .words = {"folder"},
       .run = RunFleetWatch};
 }

@@ -30,7 +30,7 @@
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
-DEFINE_int32(jobs, 0, "number of units at a time; 0: one per core");
+DEFINE_int32(jobs, 0, "N: number of units at a time; 0: one per core");
 
 namespace truetriad {
 namespace {
@@ -376,27 +376,22 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
 }  // namespace
 
 Command SimulateCommand() {
-  return {.name = "simulate",
-          .summary = "What would a unit with known errors record?",
-          .examples =
-              "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
-              "--output=out/simulated\n"
-              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
-              "--input=out/simulated/recording.yaml --output=out/estimated\n"
-              "build/truetriad compare --a=out/simulated/truth.yaml "
-              "--b=out/estimated/calibration.yaml",
-          .details =
-              "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (the true "
-              "calibration),\nDIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml "
-              "(the rows of every\nrest); for `turn` or `turntable` steps also DIR/turns.yaml and "
-              "DIR/rates.yaml. With\n`count:` above 1, writes one folder per unit. The same seed "
-              "gives the same bytes. All\nkeys are in docs/simulation.md.\n",
-          .flags = {{"config", "SCENARIO.yaml", true},
-                    {"output", "DIR", true},
-                    {"set", "KEY=VALUE,...", false, {}, true},
-                    {"jobs", "N"}},
-          .words = {"config"},
-          .run = RunSimulate};
+  return {
+      .name = "simulate",
+      .summary = "What would a unit with known errors record?",
+      .examples =
+          R"(build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml --output=out/simulated
+build/truetriad calibrate --config=configs/experiments/joint.yaml --input=out/simulated/recording.yaml --output=out/estimated
+build/truetriad compare --a=out/simulated/truth.yaml --b=out/estimated/calibration.yaml)",
+      .details = R"(Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (the true calibration),
+DIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml (the rows of every
+rest); for `turn` or `turntable` steps also DIR/turns.yaml and DIR/rates.yaml. With
+`count:` above 1, writes one folder per unit. The same seed gives the same bytes. All
+keys are in docs/simulation.md.
+)",
+      .flags = "config=SCENARIO.yaml! output! set* jobs",
+      .words = {"config"},
+      .run = RunSimulate};
 }
 
 }  // namespace truetriad
