@@ -71,30 +71,17 @@ DEFINE_bool(quiet, false, "no notes and no progress on stderr");
 namespace truetriad {
 namespace {
 
-template <std::size_t N>
-bool IsTag(const std::array<TagKey, N>& tags, std::string_view key) {
-  return std::any_of(
-      tags.begin(), tags.end(), [&](const TagKey& known) { return known.key == key; });
-}
-
-std::vector<std::string_view> TagNames() {
-  std::vector<std::string_view> names;
-  for (const TagKey& tag : kDeviceTags) names.push_back(tag.key);
-  for (const TagKey& tag : kRunTags) names.push_back(tag.key);
-  return names;
-}
-
-std::string TagList() {
-  std::string list;
-  for (const std::string_view name : TagNames()) {
-    list.append(list.empty() ? "" : ", ").append(name);
-  }
-  return list;
+/// Names of tags, in their order, and where an experiment states them: "device." or "run.".
+std::vector<std::pair<std::string_view, const char*>> TagNames() {
+  std::vector<std::pair<std::string_view, const char*>> tags;
+  for (const TagKey& tag : kDeviceTags) tags.emplace_back(tag.key, "device.");
+  for (const TagKey& tag : kRunTags) tags.emplace_back(tag.key, "run.");
+  return tags;
 }
 
 /// "station=S3" of "L17,station=S3": what somebody took for a list. Empty: there is none.
 std::string TagWithin(const std::string& value) {
-  for (const std::string_view name : TagNames()) {
+  for (const auto& [name, place] : TagNames()) {
     const std::size_t at = value.find("," + std::string(name) + "=");
     if (at != std::string::npos) return value.substr(at + 1);
   }
@@ -171,6 +158,17 @@ Result<double> ParseReal(const std::string& flag, const std::string& text) {
   return value;
 }
 
+Result<double> ParseDuration(const std::string& flag, const std::string& text) {
+  constexpr std::string_view kUnits = "smhd";
+  constexpr std::array<double, 4> kSeconds = {1.0, 60.0, 3600.0, 86400.0};
+  const std::size_t unit = text.empty() ? kUnits.npos : kUnits.find(text.back());
+  if (unit != kUnits.npos) {
+    const Result<double> number = ParseReal(flag, text.substr(0, text.size() - 1));
+    if (number && *number > 0.0) return *number * kSeconds[unit];
+  }
+  return BadValue(flag, text, ": expected a duration, as in 8h, 30m or 1d");
+}
+
 Result<std::optional<int>> ParseInstance() {
   if (FLAGS_instance.empty()) return std::optional<int>();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t instance, ParseInteger("instance", FLAGS_instance));
@@ -188,8 +186,7 @@ Result<bool> AllowsOutsideLimits() {
 
 Result<PerTriad<std::optional<std::string>>> ParseUnits() {
   PerTriad<std::optional<std::string>> units;
-  std::istringstream items(FLAGS_units);
-  for (std::string item; std::getline(items, item, ',');) {
+  for (const std::string& item : CommaSeparated(FLAGS_units)) {
     bool known = false;
     for (const Triad triad : kTriads) {
       if (!ParseTriadUnit(triad, item)) continue;
@@ -263,12 +260,18 @@ Result<std::vector<std::string>> OverridesAndTags() {
   for (std::string tag; std::getline(lines, tag);) {
     const std::size_t equals = tag.find('=');
     const std::string key = tag.substr(0, equals);
-    const bool is_of_device = IsTag(kDeviceTags, key);
-    if (equals == std::string::npos || !(is_of_device || IsTag(kRunTags, key))) {
+    std::string place, list;
+    std::vector<std::string_view> names;
+    for (const auto& [name, of_name] : TagNames()) {
+      if (name == key) place = of_name;
+      names.push_back(name);
+      list.append(list.empty() ? "" : ", ").append(name);
+    }
+    if (equals == std::string::npos || place.empty()) {
       const std::string what = equals == std::string::npos
                                    ? ": has no value"
-                                   : ": `" + key + "` is not known" + DidYouMean(key, TagNames());
-      return BadValue("tag", tag, what + "; expected KEY=VALUE with one of " + TagList());
+                                   : ": `" + key + "` is not known" + DidYouMean(key, names);
+      return BadValue("tag", tag, what + "; expected KEY=VALUE with one of " + list);
     }
     const std::string value = tag.substr(equals + 1);
     if (const std::string next = TagWithin(value); !next.empty()) {
@@ -282,7 +285,7 @@ Result<std::vector<std::string>> OverridesAndTags() {
                    "--tag=" + tag + ": `" + key + "` is stated twice; leave one out");
     }
     YamlText item;
-    item << (is_of_device ? "device." : "run.") << key << "=" << Quoted{value};
+    item << place << key << "=" << Quoted{value};
     items.push_back(item.str());
   }
   return items;

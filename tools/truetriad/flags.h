@@ -63,6 +63,9 @@ Result<bool> StatedReport(const std::string& hint = "");
 Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& text);
 Result<double> ParseReal(const std::string& flag, const std::string& text);
 
+/// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
+Result<double> ParseDuration(const std::string& flag, const std::string& text);
+
 /// The value of --instance.
 Result<std::optional<int>> ParseInstance();
 

@@ -10,7 +10,7 @@
 #include "base/messages.h"
 #include "base/utf8.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/fleet_flags.h"
+#include "tools/truetriad/output_folder.h"
 
 DECLARE_string(progress);
 
@@ -161,6 +161,17 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
   return json;
 }
 
+/// "42 of 300 runs, 3 not good; 4.2 a second, 61 s left".
+std::string ProgressText(const fleet::FleetProgress& progress) {
+  std::string text = std::to_string(progress.done);
+  if (progress.units) text += " of " + std::to_string(*progress.units);
+  text += " runs, " + std::to_string(progress.red) +
+          Formatted(" not good; %.1f a second", progress.Rate());
+  if (const std::optional<double> left = progress.SecondsLeft())
+    text += Formatted(", %.0f s left", *left);
+  return text;
+}
+
 /// In ASCII: it may be a terminal that shows it.
 void PrintLine(const Json& json) {
   const std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace) + '\n';
@@ -168,6 +179,8 @@ void PrintLine(const Json& json) {
 }
 
 }  // namespace
+
+std::string StatedStore() { return FLAGS_store.empty() ? InOutput("fleet.db") : FLAGS_store; }
 
 FleetTalk::FleetTalk(bool names_all)
     : is_lines_(FLAGS_progress == kProgressLines), names_all_(names_all) {}
@@ -206,16 +219,6 @@ void FleetTalk::OnNote(const std::string& note) {
   }
   line_.Wipe();
   Note(PrintableLine(note));
-}
-
-std::string ProgressText(const fleet::FleetProgress& progress) {
-  std::string text = std::to_string(progress.done);
-  if (progress.units) text += " of " + std::to_string(*progress.units);
-  text += " runs, " + std::to_string(progress.red) +
-          Formatted(" not good; %.1f a second", progress.Rate());
-  if (const std::optional<double> left = progress.SecondsLeft())
-    text += Formatted(", %.0f s left", *left);
-  return text;
 }
 
 VerbResult FleetResult(const fleet::FleetProgress& progress) {

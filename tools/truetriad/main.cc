@@ -24,7 +24,7 @@
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/fleet_flags.h"
+#include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/progress.h"
 
 namespace truetriad {
@@ -176,8 +176,7 @@ class FlagSetter {
                    "--" + flag.name + " has no value; give one after `=`");
     }
     if (flag.placeholder == "PAGE.html" && !value.ends_with(".html") && !value.ends_with(".htm")) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--" + flag.name + "=" + value + " is no name of a page; end it in .html");
+      return BadValue(flag.name, value, " is no name of a page; end it in .html");
     }
     std::string before;
     if (!is_first && gflags::GetCommandLineOption(name.c_str(), &before)) before += '\n';
@@ -186,9 +185,8 @@ class FlagSetter {
 
   static Status SetGflag(const std::string& name, const std::string& value) {
     if (!gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) return {};
-    return Error(ErrorCode::kInvalidArgument,
-                 "--" + name + "=" + value + " is invalid; expected " +
-                     (IsBoolean(name) ? "true or false" : "a number"));
+    const std::string expected = IsBoolean(name) ? "true or false" : "a number";
+    return BadValue(name, value, " is invalid; expected " + expected);
   }
 
   const Command& command_;
@@ -199,11 +197,6 @@ class FlagSetter {
   std::vector<std::string> more_words_;
 };
 
-/// What ends a run, for programs: one object, and nothing else.
-Json Envelope(std::string_view verb, int exit_code) {
-  return {{"verb", verb}, {"exit", exit_code}};
-}
-
 /// Whether people look at `stream` in a terminal that shows colours (https://no-color.org).
 bool ShowsColours(std::FILE* stream) {
   const char* const no_color = std::getenv("NO_COLOR");
@@ -212,38 +205,30 @@ bool ShowsColours(std::FILE* stream) {
          terminal != nullptr && std::string_view(terminal) != "dumb";
 }
 
-constexpr std::string_view kRed = "\033[1;31m";
-
-std::string_view ColourOf(Grade grade) {
-  switch (grade) {
-    case Grade::kGood:
-      return "\033[1;32m";
-    case Grade::kNeutral:
-      return "\033[1;34m";
-    case Grade::kCaution:
-      return "\033[1;33m";
-    case Grade::kBad:
-      break;
-  }
-  return kRed;
-}
-
-std::string Coloured(std::FILE* stream, std::string_view colour, const std::string& text) {
-  return ShowsColours(stream) ? std::string(colour) + text + "\033[0m" : text;
+std::string Coloured(std::FILE* stream, Grade grade, const std::string& text) {
+  if (!ShowsColours(stream)) return text;
+  const std::string colour = grade == Grade::kGood      ? "2"
+                             : grade == Grade::kNeutral ? "4"
+                             : grade == Grade::kCaution ? "3"
+                                                        : "1";
+  return "\033[1;3" + colour + "m" + text + "\033[0m";
 }
 
 void Say(std::string_view verb, const std::string& message) {
   const std::string who = "truetriad" + (verb.empty() ? "" : " " + std::string(verb));
-  std::fprintf(
-      stderr, "%s %s\n", Coloured(stderr, kRed, who + ":").c_str(), Printable(message).c_str());
+  std::fprintf(stderr,
+               "%s %s\n",
+               Coloured(stderr, Grade::kBad, who + ":").c_str(),
+               Printable(message).c_str());
 }
+
+/// What ends a run, for programs: one object, and nothing else.
+void PrintJson(const Json& json) { std::fputs(TextOf(json).c_str(), stdout); }
 
 int Fail(std::string_view verb, const Error& error) {
   const int exit_code = static_cast<int>(error.kind());
   if (FLAGS_json) {
-    Json json = Envelope(verb, exit_code);
-    json["error"] = ToJson(error);
-    std::fputs(TextOf(json).c_str(), stdout);
+    PrintJson({{"verb", verb}, {"exit", exit_code}, {"error", ToJson(error)}});
   } else {
     Say(verb, error.message);
   }
@@ -255,18 +240,18 @@ int Show(std::string_view verb, const VerbResult& result) {
     std::string text = result.text;
     if (result.grade) {
       const std::size_t end = std::min(text.find('\n'), text.size());
-      text.replace(0, end, Coloured(stdout, ColourOf(*result.grade), text.substr(0, end)));
+      text.replace(0, end, Coloured(stdout, *result.grade, text.substr(0, end)));
     }
     std::fputs(text.c_str(), stdout);
     if (!result.failure.empty()) Say(verb, result.failure);
     return result.exit_code;
   }
-  Json json = Envelope(verb, result.exit_code);
+  Json json = {{"verb", verb}, {"exit", result.exit_code}};
   if (result.verdict) json["verdict"] = VerdictName(*result.verdict);
   if (result.outcome) json["outcome"] = OutcomeName(*result.outcome);
   json["findings"] = ToJson(result.findings);
   json["result"] = result.result;
-  std::fputs(TextOf(json).c_str(), stdout);
+  PrintJson(json);
   return result.exit_code;
 }
 

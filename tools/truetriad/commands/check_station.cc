@@ -12,7 +12,7 @@
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/fleet_flags.h"
+#include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/calibrate/compare.h"
