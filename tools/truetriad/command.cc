@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <sstream>
+
+#include <gflags/gflags.h>
 
 #include "base/spelling.h"
 
@@ -19,6 +22,19 @@ std::string SecondWords(std::string_view first) {
   return words;
 }
 
+std::vector<std::string> ValuesOf(const Command& command, const CommandFlag& flag) {
+  for (const auto& [name, values] : command.values) {
+    if (name == flag.name) return values;
+  }
+  std::vector<std::string> values;
+  const bool are_words = std::all_of(flag.placeholder.begin(), flag.placeholder.end(), [](char c) {
+    return c == '|' || (c >= 'a' && c <= 'z');
+  });
+  std::istringstream items(are_words ? flag.placeholder : "");
+  for (std::string item; std::getline(items, item, '|');) values.push_back(item);
+  return values;
+}
+
 }  // namespace
 
 std::size_t VerbWords(const std::vector<std::string>& arguments) {
@@ -33,25 +49,39 @@ std::string GflagsName(std::string_view flag) {
   return name;
 }
 
-std::optional<char> ShortNameOf(std::string_view flag) {
-  if (flag == "config") return 'c';
-  if (flag == "output") return 'o';
-  return std::nullopt;
-}
-
-std::string NamesOf(const CommandFlag& flag) {
-  const std::string name = "--" + std::string(flag.name);
-  const std::optional<char> letter = ShortNameOf(flag.name);
-  return letter ? std::string("-") + *letter + ", " + name : name;
+std::vector<CommandFlag> FlagsOf(const Command& command) {
+  std::vector<CommandFlag> flags;
+  std::istringstream words(command.flags);
+  for (std::string word; words >> word;) {
+    CommandFlag& flag = flags.emplace_back();
+    for (; word.back() == '!' || word.back() == '*'; word.pop_back()) {
+      (word.back() == '!' ? flag.required : flag.repeats) = true;
+    }
+    const std::size_t equals = word.find('=');
+    flag.name = word.substr(0, equals);
+    if (flag.name == "config" || flag.name == "output") flag.letter = flag.name[0];
+    const auto info = gflags::GetCommandLineFlagInfoOrDie(GflagsName(flag.name).c_str());
+    flag.placeholder = "true|false";
+    flag.meaning = info.description;
+    if (info.type != "bool") {
+      const std::size_t colon = info.description.find(": ");
+      flag.placeholder = info.description.substr(0, colon);
+      flag.meaning = info.description.substr(colon + 2);
+    }
+    if (equals != std::string::npos) flag.placeholder = word.substr(equals + 1);
+    flag.values = ValuesOf(command, flag);
+  }
+  return flags;
 }
 
 std::string UsageOf(const Command& command) {
   std::string usage = "truetriad " + std::string(command.name);
-  const auto shown = [&command](std::string_view word, std::string_view more = "") -> std::string {
-    for (const CommandFlag& flag : command.flags) {
+  const auto shown = [&command](std::string_view word, const std::string& more = "") {
+    for (const CommandFlag& flag : FlagsOf(command)) {
       if (flag.name != word) continue;
-      const std::string name(flag.placeholder.substr(0, flag.placeholder.find_first_of(",[")));
-      return flag.required ? name + std::string(more) : "[" + name + std::string(more) + "]";
+      const std::string name =
+          flag.placeholder.substr(0, flag.placeholder.find_first_of(",[")) + more;
+      return flag.required ? name : "[" + name + "]";
     }
     std::string name(word);
     std::transform(
@@ -61,10 +91,6 @@ std::string UsageOf(const Command& command) {
   for (const std::string_view word : command.words) usage += " " + shown(word);
   if (!command.more_words.empty()) usage += " " + shown(command.more_words, " ...");
   return command.flags.empty() ? usage : usage + " [flags]";
-}
-
-std::string DetailsOf(const Command& command) {
-  return (command.list != nullptr ? command.list() : "") + std::string(command.details);
 }
 
 const std::vector<Command>& Commands() {

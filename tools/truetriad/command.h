@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "json/json.h"
@@ -14,8 +15,9 @@
 
 namespace truetriad {
 
-/// Exit codes beyond those of ErrorCode.
+/// Exit codes of verbs that do not fail.
 inline constexpr int kExitGood = 0;
+inline constexpr int kExitNotEnough = static_cast<int>(ErrorKind::kNotEnough);
 inline constexpr int kExitOutsideLimits = 4;
 
 /// What a verb has to say.
@@ -35,30 +37,30 @@ struct VerbResult {
   std::optional<Grade> grade = {};
 };
 
-/// A flag that a verb takes. Its value and description are gflags'.
+/// A flag as a verb takes it.
 struct CommandFlag {
-  std::string_view name;         ///< With hyphens where gflags' has underscores.
-  std::string_view placeholder;  ///< What stands for the value in help: "LOG".
+  std::string name;                 ///< With hyphens where gflags' has underscores.
+  std::string placeholder;          ///< What stands for the value in help: "LOG".
+  std::string meaning;              ///< What help says of it.
+  std::vector<std::string> values;  ///< What it can be, for completion; empty: anything.
+  std::optional<char> letter;       ///< "-o" for --output; none for most.
   bool required = false;
-  std::vector<std::string> values = {};  ///< What it can be; empty: anything.
-  bool repeats = false;                  ///< May be given again: the values are joined by lines.
+  bool repeats = false;  ///< May be given again: the values are joined by lines.
 };
-
-/// "-o" for --output; none for most.
-std::optional<char> ShortNameOf(std::string_view flag);
-
-/// The flag's name in gflags.
-std::string GflagsName(std::string_view flag);
 
 /// One verb of the command line.
 struct Command {
   std::string_view name;
-  std::string_view summary;       ///< The question it answers, half a line.
-  std::string_view examples;      ///< Lines that work from the root of the repository.
-  std::string_view details = {};  ///< What else a user must know.
-  /// What comes before that and takes a while to put together.
-  std::string (*list)() = nullptr;
-  std::vector<CommandFlag> flags = {};
+  std::string_view summary;         ///< The question it answers, half a line.
+  std::string_view examples;        ///< Lines that work from the root of the repository.
+  std::string_view details = {};    ///< What else a user must know.
+  std::string (*list)() = nullptr;  ///< What comes before that and takes a while to put together.
+  /// Names of flags, "input=FILE! set*": `!` after one that must be given, `*` after one that may
+  /// be given again, `=` before what stands for the value, where it is not what the flag's own
+  /// description begins with ("LOG: the log, …"). Words in small letters are all values there are.
+  std::string flags = {};
+  /// The values of flags of which that does not tell.
+  std::vector<std::pair<std::string_view, std::vector<std::string>>> values = {};
   /// Flags that words without a flag stand for, one each, in this order.
   std::vector<std::string_view> words = {};
   /// What any further words are values of: a flag, or the name of something else.
@@ -67,17 +69,16 @@ struct Command {
   Result<VerbResult> (*run)(const std::vector<std::string>& words) = nullptr;
 };
 
-/// "-o, --output".
-std::string NamesOf(const CommandFlag& flag);
+/// The flag's name in gflags.
+std::string GflagsName(std::string_view flag);
+
+std::vector<CommandFlag> FlagsOf(const Command& command);
 
 /// "truetriad evaluate [FILE] [LOG] [flags]": words stand for the flags of these names.
 std::string UsageOf(const Command& command);
 
 /// The verbs of this version, in the order of the overview.
 const std::vector<Command>& Commands();
-
-/// Both, as shown.
-std::string DetailsOf(const Command& command);
 
 /// How many of `arguments`, which are not empty, make the name of a verb: 2 for "fleet run".
 std::size_t VerbWords(const std::vector<std::string>& arguments);
@@ -86,7 +87,12 @@ std::size_t VerbWords(const std::vector<std::string>& arguments);
 /// version does not have it.
 Result<const Command*> FindCommand(std::string_view name);
 
-// One a file in commands/.
+/// The overview of all verbs.
+std::string OverviewText();
+/// Everything about one verb, example first.
+std::string HelpText(const Command& command);
+
+// In commands/, and in help.cc.
 Command InspectCommand();
 Command InitCommand();
 Command CheckCommand();

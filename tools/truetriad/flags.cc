@@ -2,79 +2,101 @@
 #include "tools/truetriad/flags.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <system_error>
 #include <utility>
 
+#include "base/spelling.h"
 #include "base/utf8.h"
 #include "io/yaml_text.h"
+#include "tools/truetriad/plot_script.h"
+#include "truetriad/base/units.h"
 #include "truetriad/model/tags.h"
 
 DEFINE_string(input,
               "",
-              "the log: a self-describing CSV (also .gz), a manifest recording.yaml, or, for "
+              "LOG: the log: a self-describing CSV (also .gz), a manifest recording.yaml, or, for "
               "`convert`, another system's log, for `import` its calibration");
-DEFINE_string(output, "", "file or folder to write");
+DEFINE_string(output, "", "DIR: file or folder to write");
 DEFINE_string(config,
               "",
-              "YAML file that describes the task; examples are in configs, all keys in docs");
-DEFINE_string(calibration, "", "calibration.yaml written by `calibrate`");
+              "EXPERIMENT.yaml: YAML file that describes the task; examples are in configs, all "
+              "keys in docs");
+DEFINE_string(calibration, "", "FILE: calibration.yaml written by `calibrate`");
 DEFINE_string(poses,
               "",
-              "how to find the poses: detect, every_row, every:N, column:NAME, file:PATH, sweep or "
-              "sweep:SECONDS (default: as stated in the recording, else detect)");
+              "HOW: how to find the poses: detect, every_row, every:N, column:NAME, file:PATH, "
+              "sweep or sweep:SECONDS (default: as stated in the recording, else detect)");
 DEFINE_string(set,
               "",
-              "values that replace those in the --config file, separated by commas, as in "
-              "robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
+              "KEY=VALUE,...: values that replace those in the --config file, separated by commas, "
+              "as in robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
 
 DEFINE_string(tag,
               "",
-              "what the record says of this run, as in lot=L17: lot, station, operator, slot, "
-              "fixture, order, note, and part or revision of the unit");
+              "KEY=VALUE: what the record says of this run, as in lot=L17: lot, station, operator, "
+              "slot, fixture, order, note, and part or revision of the unit");
+DEFINE_string(report,
+              "",
+              "PAGE.html: the HTML report: with `calibrate` whether to write it, true (default) or "
+              "false; with other verbs the page to write");
+DEFINE_string(fail_on, "", "WORD: what ends with exit code 4");
+DEFINE_string(to, "", "FORMAT,...: the format, one that this page or that of `export` lists");
+DEFINE_string(instance,
+              "",
+              "N: which of several sensors of one kind, numbered as in the other system");
 DEFINE_string(
-    report,
+    units,
     "",
-    "the HTML report: with `calibrate` whether to write it, true (default) or false; with "
-    "other verbs the page to write");
-DEFINE_string(fail_on, "", "what ends with exit code 4");
+    "UNIT[,UNIT]: units of the readings, as in g,deg/s,uT, if the format does not state them");
+DEFINE_string(outside_limits,
+              "refuse",
+              "refuse|allow: what becomes of exports of a unit that is outside its limits or "
+              "refused: refuse, or allow, and the files say so");
+DEFINE_bool(interactive,
+            true,
+            "whether spheres of the HTML report can be turned, which adds 1.7 MB to it (where the "
+            "program was built with what draws them)");
 DEFINE_bool(json, false, "one JSON object on stdout instead of text");
 DEFINE_bool(quiet, false, "no notes and no progress on stderr");
 
 namespace truetriad {
 namespace {
 
-template <std::size_t N>
-bool IsTag(const std::array<TagKey, N>& tags, std::string_view key) {
-  return std::any_of(
-      tags.begin(), tags.end(), [&](const TagKey& known) { return known.key == key; });
-}
-
-std::vector<std::string_view> TagNames() {
-  std::vector<std::string_view> names;
-  for (const TagKey& tag : kDeviceTags) names.push_back(tag.key);
-  for (const TagKey& tag : kRunTags) names.push_back(tag.key);
-  return names;
-}
-
-std::string TagList() {
-  std::string list;
-  for (const std::string_view name : TagNames()) {
-    list.append(list.empty() ? "" : ", ").append(name);
-  }
-  return list;
+/// Names of tags, in their order, and where an experiment states them: "device." or "run.".
+std::vector<std::pair<std::string_view, const char*>> TagNames() {
+  std::vector<std::pair<std::string_view, const char*>> tags;
+  for (const TagKey& tag : kDeviceTags) tags.emplace_back(tag.key, "device.");
+  for (const TagKey& tag : kRunTags) tags.emplace_back(tag.key, "run.");
+  return tags;
 }
 
 /// "station=S3" of "L17,station=S3": what somebody took for a list. Empty: there is none.
 std::string TagWithin(const std::string& value) {
-  for (const std::string_view name : TagNames()) {
+  for (const auto& [name, place] : TagNames()) {
     const std::size_t at = value.find("," + std::string(name) + "=");
     if (at != std::string::npos) return value.substr(at + 1);
   }
   return "";
+}
+
+template <typename Number>
+Result<Number> Parse(const std::string& flag, const std::string& text) {
+  Number value{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc() || end != text.data() + text.size()) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--" + flag + ": `" + text + "` is not a valid number");
+  }
+  return value;
 }
 
 }  // namespace
@@ -95,10 +117,108 @@ std::vector<std::string> StatedInputs(const std::vector<std::string>& words) {
   return inputs;
 }
 
+Error BadValue(std::string_view flag, const std::string& value, const std::string& what) {
+  return Error(ErrorCode::kInvalidArgument, "--" + std::string(flag) + "=" + value + what);
+}
+
+Status CheckOneOf(std::string_view flag,
+                  const std::string& value,
+                  const std::vector<std::string>& words,
+                  const std::string& is_not) {
+  std::string expected;
+  for (const std::string& word : words) {
+    if (value == word) return {};
+    const bool is_last = &word == &words.back();
+    expected += (expected.empty() ? "" : is_last ? " or " : ", ") + word;
+  }
+  return BadValue(flag, value, is_not + "; expected " + expected);
+}
+
 Status CheckFailOn(const std::string& word) {
-  if (FLAGS_fail_on.empty() || FLAGS_fail_on == word) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "--fail-on=" + FLAGS_fail_on + " is not known; expected " + word);
+  if (FLAGS_fail_on.empty()) return {};
+  return CheckOneOf("fail-on", FLAGS_fail_on, {word}, " is not known");
+}
+
+Result<bool> StatedReport(const std::string& hint) {
+  if (FLAGS_report.empty()) return true;
+  if (const Status valid = CheckOneOf("report", FLAGS_report, {"true", "false"}); !valid) {
+    return Error(valid.error().code, valid.error().message + hint);
+  }
+  return FLAGS_report == "true";
+}
+
+Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& text) {
+  return Parse<std::int64_t>(flag, text);
+}
+
+Result<double> ParseReal(const std::string& flag, const std::string& text) {
+  const Result<double> value = Parse<double>(flag, text);
+  if (value && !std::isfinite(*value))
+    return Error(ErrorCode::kInvalidArgument, "--" + flag + ": must be finite");
+  return value;
+}
+
+Result<double> ParseDuration(const std::string& flag, const std::string& text) {
+  constexpr std::string_view kUnits = "smhd";
+  constexpr std::array<double, 4> kSeconds = {1.0, 60.0, 3600.0, 86400.0};
+  const std::size_t unit = text.empty() ? kUnits.npos : kUnits.find(text.back());
+  if (unit != kUnits.npos) {
+    const Result<double> number = ParseReal(flag, text.substr(0, text.size() - 1));
+    if (number && *number > 0.0) return *number * kSeconds[unit];
+  }
+  return BadValue(flag, text, ": expected a duration, as in 8h, 30m or 1d");
+}
+
+Result<std::optional<int>> ParseInstance() {
+  if (FLAGS_instance.empty()) return std::optional<int>();
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t instance, ParseInteger("instance", FLAGS_instance));
+  if (instance < 0 || instance > std::numeric_limits<int>::max()) {
+    return BadValue("instance", FLAGS_instance, ": no such instance; expected 0 or more");
+  }
+  return std::optional<int>(static_cast<int>(instance));
+}
+
+Result<bool> AllowsOutsideLimits() {
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckOneOf("outside-limits", FLAGS_outside_limits, {"refuse", "allow"}));
+  return FLAGS_outside_limits == "allow";
+}
+
+Result<PerTriad<std::optional<std::string>>> ParseUnits() {
+  PerTriad<std::optional<std::string>> units;
+  for (const std::string& item : CommaSeparated(FLAGS_units)) {
+    bool known = false;
+    for (const Triad triad : kTriads) {
+      if (!ParseTriadUnit(triad, item)) continue;
+      if (units[triad] && item != "counts" && *units[triad] != "counts") {
+        return Error(ErrorCode::kConflictingArguments,
+                     "--units: `" + *units[triad] + "` and `" + item + "` are both units of the " +
+                         std::string(TriadName(triad)) + "; give one");
+      }
+      if (!units[triad] || item != "counts") units[triad] = item;
+      known = true;
+    }
+    if (!known) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--units: `" + item +
+                       "` is not a unit; expected one of m/s^2, g, mg, rad/s, deg/s, uT, nT, mT, "
+                       "T, G, mG, counts");
+    }
+  }
+  return units;
+}
+
+ReportLooks StatedLooks() {
+  return FLAGS_interactive ? ReportLooks{.plots = EmbeddedPlotScript()} : ReportLooks();
+}
+
+std::string Formatted(const char* format, ...) {
+  std::array<char, 256> text{};
+  std::va_list values;
+  va_start(values, format);
+  std::vsnprintf(text.data(), text.size(), format, values);
+  va_end(values);
+  return text.data();
 }
 
 void Note(const std::string& text) {
@@ -140,27 +260,32 @@ Result<std::vector<std::string>> OverridesAndTags() {
   for (std::string tag; std::getline(lines, tag);) {
     const std::size_t equals = tag.find('=');
     const std::string key = tag.substr(0, equals);
-    const bool is_of_device = IsTag(kDeviceTags, key);
-    if (equals == std::string::npos || !(is_of_device || IsTag(kRunTags, key))) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--tag=" + tag +
-                       (equals == std::string::npos
-                            ? ": has no value"
-                            : ": `" + key + "` is not known" + DidYouMean(key, TagNames())) +
-                       "; expected KEY=VALUE with one of " + TagList());
+    std::string place, list;
+    std::vector<std::string_view> names;
+    for (const auto& [name, of_name] : TagNames()) {
+      if (name == key) place = of_name;
+      names.push_back(name);
+      list.append(list.empty() ? "" : ", ").append(name);
+    }
+    if (equals == std::string::npos || place.empty()) {
+      const std::string what = equals == std::string::npos
+                                   ? ": has no value"
+                                   : ": `" + key + "` is not known" + DidYouMean(key, names);
+      return BadValue("tag", tag, what + "; expected KEY=VALUE with one of " + list);
     }
     const std::string value = tag.substr(equals + 1);
     if (const std::string next = TagWithin(value); !next.empty()) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--tag=" + tag + ": give the flag again for the next, --tag=" + next +
-                       "; a comma belongs to the value");
+      return BadValue(
+          "tag",
+          tag,
+          ": give the flag again for the next, --tag=" + next + "; a comma belongs to the value");
     }
     if (!keys.insert(key).second) {
       return Error(ErrorCode::kConflictingArguments,
                    "--tag=" + tag + ": `" + key + "` is stated twice; leave one out");
     }
     YamlText item;
-    item << (is_of_device ? "device." : "run.") << key << "=" << Quoted{value};
+    item << place << key << "=" << Quoted{value};
     items.push_back(item.str());
   }
   return items;

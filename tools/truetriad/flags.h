@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gflags/gflags.h>
 
 #include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/report/report.h"
 
 // Flags that several verbs share; gflags stops the program at a second definition.
 DECLARE_string(input);
@@ -18,6 +23,9 @@ DECLARE_string(set);
 DECLARE_string(tag);
 DECLARE_string(report);
 DECLARE_string(fail_on);
+DECLARE_string(instance);
+DECLARE_string(units);
+DECLARE_string(to);
 DECLARE_bool(json);
 DECLARE_bool(quiet);
 
@@ -36,8 +44,42 @@ std::vector<std::string> CommaSeparated(const std::string& values);
 /// The logs of --input (a file whose name has a comma is one) and of `words`.
 std::vector<std::string> StatedInputs(const std::vector<std::string>& words);
 
+/// Of a flag's value: "--jobs=-1 is invalid; expected …".
+Error BadValue(std::string_view flag, const std::string& value, const std::string& what);
+
+/// Error (usage): the value is none of these, or is what `is_not` says.
+Status CheckOneOf(std::string_view flag,
+                  const std::string& value,
+                  const std::vector<std::string>& words,
+                  const std::string& is_not = " is invalid");
+
 /// Error (usage): --fail-on is neither empty nor `word`.
 Status CheckFailOn(const std::string& word);
+
+/// Whether --report, of verbs that write reports for themselves, is true, or not given.
+Result<bool> StatedReport(const std::string& hint = "");
+
+/// "12" or "0.5". Error (usage) names the flag.
+Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& text);
+Result<double> ParseReal(const std::string& flag, const std::string& text);
+
+/// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
+Result<double> ParseDuration(const std::string& flag, const std::string& text);
+
+/// The value of --instance.
+Result<std::optional<int>> ParseInstance();
+
+/// Whether --outside-limits allows exports of units that may not leave.
+Result<bool> AllowsOutsideLimits();
+
+/// The value of --units: each unit goes to the sensor that it is a unit of, `counts` to all.
+Result<PerTriad<std::optional<std::string>>> ParseUnits();
+
+/// By --interactive.
+ReportLooks StatedLooks();
+
+/// As printf.
+[[gnu::format(printf, 1, 2)]] std::string Formatted(const char* format, ...);
 
 /// What people should know of a run, on stderr unless --quiet.
 void Note(const std::string& text);

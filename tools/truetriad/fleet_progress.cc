@@ -2,31 +2,20 @@
 #include "tools/truetriad/fleet_progress.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdarg>
 #include <cstdio>
 #include <map>
 #include <utility>
 #include <vector>
 
+#include "base/messages.h"
 #include "base/utf8.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/fleet_flags.h"
+#include "tools/truetriad/output_folder.h"
 
 DECLARE_string(progress);
 
 namespace truetriad {
 namespace {
-
-/// As printf.
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
-  std::array<char, 128> text{};
-  std::va_list values;
-  va_start(values, format);
-  std::vsnprintf(text.data(), text.size(), format, values);
-  va_end(values);
-  return text.data();
-}
 
 Json OrNull(const auto& value) { return value ? Json(*value) : Json(nullptr); }
 
@@ -49,16 +38,11 @@ std::vector<std::pair<std::string, std::size_t>> Pareto(const fleet::FleetProgre
   return codes;
 }
 
-/// "1 unit", "3 units".
-std::string CountOf(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 /// "18 runs of 3 units", "3 units" where each was run once, or the store does not know.
 std::string RunsText(const fleet::FleetProgress& progress) {
   const std::size_t units = progress.yield.units;
-  if (units == 0 || units == progress.done) return CountOf(progress.done, "unit");
-  return CountOf(progress.done, "run") + " of " + CountOf(units, "unit");
+  if (units == 0 || units == progress.done) return Counted(progress.done, "unit");
+  return Counted(progress.done, "run") + " of " + Counted(units, "unit");
 }
 
 /// "  B0003: refused by R. Roe (bent)", a line each of the first ones.
@@ -129,19 +113,19 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
            (units == 1 ? " UNIT" : " UNITS") + " NOT GOOD, although all of these runs are\n";
   }
   text += "  " + RunsText(progress) +
-          Format(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
-                 progress.seconds,
-                 progress.Rate(),
-                 1e3 * progress.cpu_s / std::max(runs, 1.0)) +
+          Formatted(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
+                    progress.seconds,
+                    progress.Rate(),
+                    1e3 * progress.cpu_s / std::max(runs, 1.0)) +
           CountsText(progress) + '\n';
   if (progress.skipped > 0) {
     text += "  " + std::to_string(progress.skipped) + " left out: their runs are there\n";
   }
   if (const fleet::Yield& yield = progress.yield; yield.units > 0) {
-    text += Format("  First-pass yield %.1f %%, final %.1f %% of ",
-                   yield.FirstPercent(),
-                   yield.FinalPercent()) +
-            CountOf(yield.units, "unit") + '\n';
+    text += Formatted("  First-pass yield %.1f %%, final %.1f %% of ",
+                      yield.FirstPercent(),
+                      yield.FinalPercent()) +
+            Counted(yield.units, "unit") + '\n';
   }
   for (const auto& [code, count] : Pareto(progress)) {
     text += "  " + std::to_string(count) + " x " + code + '\n';
@@ -177,6 +161,17 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
   return json;
 }
 
+/// "42 of 300 runs, 3 not good; 4.2 a second, 61 s left".
+std::string ProgressText(const fleet::FleetProgress& progress) {
+  std::string text = std::to_string(progress.done);
+  if (progress.units) text += " of " + std::to_string(*progress.units);
+  text += " runs, " + std::to_string(progress.red) +
+          Formatted(" not good; %.1f a second", progress.Rate());
+  if (const std::optional<double> left = progress.SecondsLeft())
+    text += Formatted(", %.0f s left", *left);
+  return text;
+}
+
 /// In ASCII: it may be a terminal that shows it.
 void PrintLine(const Json& json) {
   const std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace) + '\n';
@@ -184,6 +179,8 @@ void PrintLine(const Json& json) {
 }
 
 }  // namespace
+
+std::string StatedStore() { return FLAGS_store.empty() ? InOutput("fleet.db") : FLAGS_store; }
 
 FleetTalk::FleetTalk(bool names_all)
     : is_lines_(FLAGS_progress == kProgressLines), names_all_(names_all) {}
@@ -222,16 +219,6 @@ void FleetTalk::OnNote(const std::string& note) {
   }
   line_.Wipe();
   Note(PrintableLine(note));
-}
-
-std::string ProgressText(const fleet::FleetProgress& progress) {
-  std::string text = std::to_string(progress.done);
-  if (progress.units) text += " of " + std::to_string(*progress.units);
-  text += " runs, " + std::to_string(progress.red) +
-          Format(" not good; %.1f a second", progress.Rate());
-  if (const std::optional<double> left = progress.SecondsLeft())
-    text += Format(", %.0f s left", *left);
-  return text;
 }
 
 VerbResult FleetResult(const fleet::FleetProgress& progress) {

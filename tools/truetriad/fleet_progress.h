@@ -1,15 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <string>
+#include <string_view>
+
+#include <gflags/gflags.h>
 
 #include "fleet/fleet_engine.h"
-#include "json/json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/progress.h"
 
+// Flags that several verbs of `fleet` share.
+DECLARE_string(store);
+DECLARE_string(where);
+DECLARE_bool(csv);
+
 namespace truetriad {
+
+/// What `fleet run` starts itself as, once a process; not for people.
+inline constexpr std::string_view kFleetWorker = "fleet-worker";
+/// What --fail-on of the verbs that calibrate takes.
+inline constexpr char kFailOnUnit[] = "unit";
+/// What --progress takes.
+inline constexpr char kProgressLines[] = "jsonl";
+
+/// The value of --store, or the one in the output folder.
+std::string StatedStore();
 
 /// What `fleet run` and `fleet watch` say on stderr meanwhile: with --progress=jsonl a line of JSON
 /// about each run and each note, else notes, and on a terminal a line with rate, time left and
@@ -29,9 +45,6 @@ class FleetTalk {
   bool names_all_;
   ProgressLine line_{""};
 };
-
-/// "42 of 300 runs, 3 not good; 4.2 a second, 61 s left".
-std::string ProgressText(const fleet::FleetProgress& progress);
 
 /// What has become of the units. Exit code 4 with --fail-on=unit and one that is not good.
 VerbResult FleetResult(const fleet::FleetProgress& progress);

@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/truetriad/help.h"
-
 #include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <gflags/gflags.h>
 
 #include "base/companion.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "truetriad/base/version.h"
+
+DEFINE_string(as,
+              "text",
+              "FORM: text, or for all verbs: man (the manual page) or bash (completion)");
 
 namespace truetriad {
 namespace {
@@ -87,6 +97,232 @@ std::string Listed(const std::vector<std::pair<std::string, std::string>>& entri
   return text;
 }
 
+/// `text` as it is, for troff: neither escapes, nor hyphens that break or turn into dashes, nor
+/// requests at the begin of a line.
+std::string Plain(std::string_view text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool begins_line = i == 0 || text[i - 1] == '\n';
+    if (begins_line && (c == '.' || c == '\'')) plain += "\\&";
+    if (c == '\\') {
+      plain += "\\e";
+    } else if (c == '-') {
+      plain += "\\-";
+    } else {
+      plain += c;
+    }
+  }
+  return plain;
+}
+
+/// Lines of source code or a table.
+std::string Verbatim(std::string_view lines) {
+  return ".PP\n.nf\n" + Plain(lines) + (lines.ends_with('\n') ? "" : "\n") + ".fi\n";
+}
+
+/// "-o, --output".
+std::string NamesOf(const CommandFlag& flag) {
+  return (flag.letter ? std::string("-") + *flag.letter + ", " : "") + "--" + flag.name;
+}
+
+std::string MeaningOf(const CommandFlag& flag) {
+  return flag.meaning + (flag.required ? " (required)" : "");
+}
+
+std::string DetailsOf(const Command& command) {
+  return (command.list != nullptr ? command.list() : "") + std::string(command.details);
+}
+
+std::string ManPageOf(const Command& command) {
+  std::string text = ".SS " + std::string(command.name) + '\n' + Plain(command.summary) + '\n';
+  text += Verbatim(UsageOf(command));
+  const std::string details = DetailsOf(command);
+  if (!details.empty()) text += Verbatim(details);
+  for (const CommandFlag& flag : FlagsOf(command)) {
+    text += ".TP\n\\fB" + Plain(NamesOf(flag)) + "\\fR=\\fI" + Plain(flag.placeholder) + "\\fR\n" +
+            Plain(MeaningOf(flag)) + '\n';
+  }
+  return text + ".PP\nExample:\n" + Verbatim(command.examples);
+}
+
+/// What comes before the verbs in truetriad.1.
+constexpr std::string_view kManHead = R"(.TH TRUETRIAD 1 "" "truetriad @version@" "User Commands"
+.SH NAME
+truetriad \- calibrate accelerometers, magnetometers and gyroscopes
+.SH SYNOPSIS
+.B truetriad
+.I VERB
+[\fB\-\-flag\fR=\fIvalue\fR ...]
+.SH DESCRIPTION
+truetriad estimates the biases, gains and misalignments of a unit's sensors from rests in many attitudes and the turns between them, with a reliable uncertainty for every number. If a parameter is unobservable, it tells which poses to add.
+.PP
+Results go to stdout, messages to stderr; \-\-v=1 adds the library's log. A flag and its value are one word or two: \-\-input=LOG or \-\-input LOG; words alone stand for the flags that a verb's first line names. \-\- ends the flags.
+.SH VERBS
+)";
+
+/// And after them. Installing puts the prefix before the folders
+/// (tools/cmake/InstalledTexts.cmake).
+constexpr std::string_view kManTail = R"(.SH EXIT STATUS
+.TP
+.B 0
+Good.
+.TP
+.B 1
+Wrong usage.
+.TP
+.B 2
+Bad input; nothing written.
+.TP
+.B 3
+Readable, but not enough for a calibration.
+.TP
+.B 4
+Usable, but outside the stated limits.
+.SH ENVIRONMENT
+.TP
+.B TRUETRIAD_SHARE
+Folder with truetriad's data files; default: share/truetriad beside the program.
+.TP
+.B TRUETRIAD_LIBEXEC
+Folder to search for converters and modules before libexec/truetriad beside the program.
+.TP
+.B SOURCE_DATE_EPOCH
+Seconds since 1970 to record as the creation time of results, so that the same input gives the same bytes.
+.SH FILES
+.TP
+.I configs/
+Experiments, scenarios, plans, limits and sensors to begin with.
+.TP
+.I datasets/
+The recordings of the examples.
+)";
+
+std::string ManPage() {
+  std::string text(kManHead);
+  ReplaceAll("@version@", Version(), text);
+  for (const Command& command : Commands()) text += ManPageOf(command);
+  return text.append(kManTail);
+}
+
+std::string Joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+/// What completes the value of `flag`, as a line of shell.
+std::string ValueLine(const CommandFlag& flag) {
+  std::string how;
+  if (!flag.values.empty()) {
+    how = "-W '" + Joined(flag.values) + "'";
+  } else if (flag.placeholder == "DIR") {
+    how = "-d";
+  }
+  for (const std::string_view kind : {"FILE", "LOG", "CSV", ".yaml", "PATH"}) {
+    if (how.empty() && flag.placeholder.find(kind) != std::string::npos) how = "-f";
+  }
+  return how.empty() ? ":" : "COMPREPLY=($(compgen " + how + " -- \"$cur\"))";
+}
+
+std::string CompletionOf(const Command& command) {
+  std::string names, values;
+  for (const CommandFlag& flag : FlagsOf(command)) {
+    names += "--" + flag.name + "= ";
+    values += "      --" + flag.name + ") " + ValueLine(flag) + "; return ;;\n";
+  }
+  std::string text = "  '" + std::string(command.name) + "')\n";
+  if (!values.empty()) text += "    case $flag in\n" + values + "    esac\n";
+  return text + "    flags='" + names + "--help' ;;\n";
+}
+
+/// A script for bash, which splits words at `=`: "--to=p" arrives as "--to", "=", "p".
+constexpr std::string_view kBashCompletion =
+    R"script(# bash completion for truetriad; made by `truetriad help --as=bash`
+_truetriad() {
+  local cur=${COMP_WORDS[COMP_CWORD]} flag='' flags=''
+  local verbs='@verbs@'
+  COMPREPLY=()
+  if ((COMP_CWORD == 1)); then
+    COMPREPLY=($(compgen -W "$verbs" -- "$cur"))
+    return
+  fi
+  if [[ $cur == = ]]; then
+    flag=${COMP_WORDS[COMP_CWORD-1]} cur=''
+  elif [[ ${COMP_WORDS[COMP_CWORD-1]} == = ]]; then
+    flag=${COMP_WORDS[COMP_CWORD-2]}
+  elif [[ $cur != -* ]]; then
+    flag=${COMP_WORDS[COMP_CWORD-1]}
+  fi
+  if [[ ${COMP_WORDS[1]} == help && $flag != --* ]]; then
+    COMPREPLY=($(compgen -W "$verbs --as=" -- "$cur"))
+    return
+  fi
+  local verb=${COMP_WORDS[1]}
+  case $verb in
+@second words@  esac
+  case $verb in
+@cases@  esac
+  COMPREPLY=($(compgen -W "$flags" -- "$cur"))
+  [[ ${COMPREPLY[0]-} == *= ]] && compopt -o nospace 2>/dev/null
+  return 0
+}
+complete -o filenames -F _truetriad truetriad
+)script";
+
+constexpr std::string_view kSecondWords = R"script(  @first@)
+    if ((COMP_CWORD == 2)); then
+      COMPREPLY=($(compgen -W '@words@' -- "$cur"))
+      return
+    fi
+    verb+=" ${COMP_WORDS[2]}" ;;
+)script";
+
+std::string BashCompletion() {
+  std::vector<std::string> verbs;
+  std::string cases, second_words;
+  std::map<std::string, std::vector<std::string>> seconds;
+  for (const Command& command : Commands()) {
+    const std::string name(command.name), first = name.substr(0, name.find(' '));
+    if (verbs.empty() || verbs.back() != first) verbs.push_back(first);
+    if (first != name) seconds[first].push_back(name.substr(first.size() + 1));
+    cases += CompletionOf(command);
+  }
+  for (const auto& [first, words] : seconds) {
+    std::string text(kSecondWords);
+    ReplaceAll("@first@", first, text);
+    ReplaceAll("@words@", Joined(words), text);
+    second_words += text;
+  }
+  std::string script(kBashCompletion);
+  ReplaceAll("@verbs@", Joined(verbs), script);
+  ReplaceAll("@second words@", second_words, script);
+  ReplaceAll("@cases@", cases, script);
+  return script;
+}
+
+VerbResult Shown(const std::string& text) { return {.text = text, .result = {{"text", text}}}; }
+
+Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
+  if (FLAGS_as != "text") {
+    if (!words.empty())
+      return Error(ErrorCode::kConflictingArguments,
+                   "--as=" + FLAGS_as + " covers all verbs; name none");
+    TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("as", FLAGS_as, {"text", "man", "bash"}, " is unknown"));
+    return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
+  }
+  if (words.empty()) return Shown(OverviewText());
+  const std::size_t count = VerbWords(words);
+  if (words.size() > count) return Error(ErrorCode::kMissingArgument, "expected one verb");
+  TRUETRIAD_ASSIGN_OR_RETURN(const Command* const command,
+                             FindCommand(count == 1 ? words[0] : words[0] + " " + words[1]));
+  return Shown(HelpText(*command));
+}
+
+Result<VerbResult> RunVersion(const std::vector<std::string>&) {
+  return VerbResult{.text = "truetriad " + Version() + '\n', .result = {{"version", Version()}}};
+}
+
 }  // namespace
 
 std::string OverviewText() {
@@ -108,14 +344,28 @@ std::string HelpText(const Command& command) {
   if (!details.empty()) text += '\n' + details;
   text += "\nUsage: " + UsageOf(command) + '\n';
   std::vector<std::pair<std::string, std::string>> flags;
-  for (const CommandFlag& flag : command.flags) {
-    const std::string name(flag.name);
-    flags.emplace_back(NamesOf(flag) + "=" + std::string(flag.placeholder),
-                       gflags::GetCommandLineFlagInfoOrDie(GflagsName(name).c_str()).description +
-                           (flag.required ? " (required)" : ""));
+  for (const CommandFlag& flag : FlagsOf(command)) {
+    flags.emplace_back(NamesOf(flag) + "=" + flag.placeholder, MeaningOf(flag));
   }
   if (!flags.empty()) text += "\nFlags:\n" + Listed(flags);
   return text + '\n' + std::string(kFlagsOfAllVerbs) + std::string(kExitCodes);
+}
+
+Command HelpCommand() {
+  return {.name = "help",
+          .summary = "How do I use a verb?",
+          .examples = R"(build/truetriad help calibrate)",
+          .flags = "as",
+          .values = {{"as", {"text", "man", "bash"}}},
+          .more_words = "verb",
+          .run = RunHelp};
+}
+
+Command VersionCommand() {
+  return {.name = "version",
+          .summary = "Which version is this?",
+          .examples = R"(build/truetriad version)",
+          .run = RunVersion};
 }
 
 }  // namespace truetriad

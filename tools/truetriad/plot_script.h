@@ -8,7 +8,4 @@ namespace truetriad {
 /// Plotly's bundle gl3d with its licence; empty where it was not there at build time.
 EmbeddedScript EmbeddedPlotScript();
 
-/// By --interactive.
-ReportLooks StatedLooks();
-
 }  // namespace truetriad

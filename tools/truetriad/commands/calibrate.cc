@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -15,16 +16,15 @@
 #include "allan/allan_report.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
+#include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "json/plain_yaml.h"
 #include "report/content.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/log_conversion.h"
 #include "tools/truetriad/output_folder.h"
-#include "tools/truetriad/plot_script.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/base/version.h"
 #include "truetriad/config/experiment.h"
@@ -34,23 +34,25 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DECLARE_string(to);
 DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
 DEFINE_string(solver,
               "eliminated",
-              "eliminated, or ceres: poses or motion by Ceres as they are, slower, for comparison");
+              "eliminated|ceres: eliminated, or ceres: poses or motion by Ceres as they are, "
+              "slower, for comparison");
 
 namespace truetriad {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::array<const char*, 3> kResults = {
     "calibration.yaml", "calibration.json", "report.html"};
 
 /// The same file without the detours that come from paths relative to the experiment.
 std::string ShortPath(const std::string& path) {
-  const std::string shorter = std::filesystem::path(path).lexically_normal().string();
+  const std::string shorter = fs::path(path).lexically_normal().string();
   std::error_code failure;
-  return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
+  return fs::equivalent(path, shorter, failure) ? shorter : path;
 }
 
 /// What is to be done.
@@ -64,8 +66,7 @@ struct Task {
 };
 
 /// The calibration that a folder has.
-std::optional<Calibration> ThatIn(const std::filesystem::path& folder,
-                                  const char* name = "calibration.yaml") {
+std::optional<Calibration> ThatIn(const fs::path& folder, const char* name = "calibration.yaml") {
   const std::string file = (folder / name).string();
   const Result<std::string> text = LookAtSmallFile(file);
   if (!text) return std::nullopt;
@@ -96,7 +97,7 @@ struct Done {
   Json json;
 
   std::string Path(const std::string& name) const {
-    return (std::filesystem::path(task.folder) / name).string();
+    return (fs::path(task.folder) / name).string();
   }
   /// What is there stays beside the new result: a result without parameters takes the place of none
   /// that has them, and one that names no unit of none that names one.
@@ -106,7 +107,7 @@ struct Done {
   }
   /// Of itself, whatever others hold it back.
   int exit_code() const {
-    if (!calibration.IsUsable()) return static_cast<int>(ErrorKind::kNotEnough);
+    if (!calibration.IsUsable()) return kExitNotEnough;
     const std::vector<Decision>& decisions = calibration.decisions;
     const bool by_others = !decisions.empty() && decisions.back().is_automatic;
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
@@ -128,6 +129,20 @@ Status HoldBackEarlier(const Done& by) {
   return fleet::WriteResult(by.task.folder, earlier, std::nullopt);
 }
 
+/// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
+/// serial number is nobody's, nor is a file that is no calibration.
+Status CheckIsOfUnit(const fs::path& directory, const std::string& serial) {
+  const fs::path file = directory / "calibration.yaml";
+  std::error_code failure;
+  if (serial.empty() || !fs::is_regular_file(file, failure)) return {};
+  const Result<std::string> there = ReadSerial(file.string());
+  if (!there || there->empty() || *there == serial) return {};
+  return Error(ErrorCode::kOtherDevice,
+               {file.string()},
+               "is the calibration of unit `" + *there + "`, and this one is of `" + serial +
+                   "`; choose another --output, or replace it with --overwrite");
+}
+
 Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) {
@@ -143,7 +158,7 @@ Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
   std::optional<Calibration> there = ThatIn(task.folder);
   if (there && !FLAGS_overwrite) {
-    const std::string file = (std::filesystem::path(task.folder) / "calibration.yaml").string();
+    const std::string file = (fs::path(task.folder) / "calibration.yaml").string();
     TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
         file, *there, calibration, "choose another --output, or replace it with --overwrite"));
   }
@@ -177,6 +192,34 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   done->json = JsonOfPlainYaml(yaml);
   TRUETRIAD_RETURN_IF_ERROR(files->Write(done->Path("calibration.json"), TextOf(done->json)));
   return files->Write(done->Path("calibration.yaml"), yaml);
+}
+
+/// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
+/// calibration.previous.yaml; says so.
+Status MoveAside(const fs::path& directory, const std::vector<std::string>& names) {
+  std::string moved;
+  for (const std::string& name : names) {
+    const fs::path from = directory / name;
+    std::error_code failure;
+    if (!fs::is_regular_file(from, failure)) continue;
+    const fs::path to =
+        directory / (from.stem().string() + ".previous" + from.extension().string());
+    for (const std::string& path : {from.string(), to.string()}) {
+      if (InputGuard::Holds(path)) return InputGuard::Refusal(path);
+    }
+    fs::rename(from, to, failure);
+    if (failure) {
+      return Error(ErrorCode::kCannotWrite,
+                   {from.string()},
+                   "is the result of an earlier run and cannot be renamed to " + to.string() +
+                       ": " + failure.message());
+    }
+    moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
+  }
+  if (!moved.empty()) {
+    Note(directory.string() + ": results of an earlier run are moved: " + moved);
+  }
+  return {};
 }
 
 /// Writes the results, all or none, and what --to asks for.
@@ -215,21 +258,6 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-Result<Solver> StatedSolver() {
-  if (FLAGS_solver == "eliminated") return Solver::kEliminated;
-  if (FLAGS_solver == "ceres") return Solver::kCeres;
-  return Error(ErrorCode::kInvalidArgument,
-               "--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
-}
-
-Result<bool> StatedReport() {
-  if (FLAGS_report.empty() || FLAGS_report == "true") return true;
-  if (FLAGS_report == "false") return false;
-  return Error(ErrorCode::kInvalidArgument,
-               "--report=" + FLAGS_report +
-                   " is invalid; expected true or false (--output names the folder)");
-}
-
 /// Without an experiment: one for what is in the recordings.
 Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::string& folder) {
   Task task;
@@ -240,7 +268,7 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::stri
   task.first = std::move(look.loaded);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
-  const std::string path = (std::filesystem::path(folder) / "experiment.yaml").string();
+  const std::string path = (fs::path(folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
                              ReadExperimentText(task.initial_yaml, "experiment.yaml", overrides));
   // Paths in overrides are as seen from here: no file of the user's states them.
@@ -295,8 +323,8 @@ void HoldBackTogether(std::vector<Done>* all) {
   }
   const Done& first = all->front();
   std::error_code failure;
-  std::filesystem::directory_iterator entry(first.task.folder, failure);
-  for (const std::filesystem::directory_iterator end; !failure && !held_back && entry != end;
+  fs::directory_iterator entry(first.task.folder, failure);
+  for (const fs::directory_iterator end; !failure && !held_back && entry != end;
        entry.increment(failure)) {
     const std::string name = entry->path().filename().string();
     if (!name.starts_with("instance-") || own.contains(name)) continue;
@@ -311,12 +339,76 @@ void HoldBackTogether(std::vector<Done>* all) {
   }
 }
 
+/// A folder whose place something new takes, and which comes back with the end of this object,
+/// unless the new one is kept. Meanwhile it is NAME.aside, and after a kill the next object finds
+/// it there.
+class FolderGivesWay {
+ public:
+  FolderGivesWay() = default;
+  FolderGivesWay(const FolderGivesWay&) = delete;
+  FolderGivesWay& operator=(const FolderGivesWay&) = delete;
+  ~FolderGivesWay() {
+    if (folder_.empty()) return;
+    std::error_code ignored;
+    const fs::path aside = Named(".aside");
+    fs::remove_all(folder_, ignored);
+    if (fs::exists(aside, ignored)) fs::rename(aside, folder_, ignored);
+    if (has_made_parent_) fs::remove(folder_.parent_path(), ignored);
+  }
+
+  /// Moves `folder`, if it is there. Error (bad input): it cannot be renamed; `input` is in it.
+  Status Take(const fs::path& folder, const fs::path& input) {
+    std::error_code failure;
+    const fs::path inside = fs::weakly_canonical(input, failure)
+                                .lexically_relative(fs::weakly_canonical(folder, failure));
+    if (!inside.empty() && *inside.begin() != "..") {
+      return Error(ErrorCode::kOutputInTheWay,
+                   {folder.string()},
+                   "has the log in it and would be replaced; choose another --output");
+    }
+    has_made_parent_ = !fs::exists(folder.parent_path(), failure);
+    const fs::path aside = folder.string() + ".aside";
+    failure.clear();
+    // Beside one that a killed run put aside is what that run had of its own.
+    if (fs::exists(aside, failure)) {
+      fs::remove_all(folder, failure);
+    } else if (fs::exists(folder, failure)) {
+      fs::rename(folder, aside, failure);
+    }
+    if (failure) {
+      return Error(
+          ErrorCode::kCannotWrite, {folder.string()}, "cannot be replaced: " + failure.message());
+    }
+    folder_ = folder;
+    return {};
+  }
+
+  /// The new one stays; the one that was there goes, or is NAME.previous from now on.
+  void Keep(bool is_previous) {
+    // No longer aside before it goes: what is aside comes back.
+    std::error_code ignored;
+    const std::string to = is_previous ? Named(".previous") : TemporaryNameBeside(folder_.string());
+    if (fs::exists(Named(".aside"), ignored)) {
+      fs::remove_all(to, ignored);
+      fs::rename(Named(".aside"), to, ignored);
+      if (!is_previous) fs::remove_all(to, ignored);
+    }
+    folder_.clear();
+  }
+
+ private:
+  std::string Named(const char* suffix) const { return folder_.string() + suffix; }
+
+  fs::path folder_;  ///< Empty: nothing comes back.
+  bool has_made_parent_ = false;
+};
+
 /// The recordings of the logs by the number of their sensors; other systems' logs are converted
 /// below `folder`; `gives_way` takes the folders of earlier ones.
 Result<std::map<int, std::vector<std::string>>> RecordingsOf(
     const std::vector<std::string>& logs,
     const std::string& folder,
-    std::vector<FolderGivesWay>* gives_way) {
+    std::deque<FolderGivesWay>* gives_way) {
   std::map<int, std::vector<std::string>> recordings;
   const bool is_choice = !(FLAGS_topic + FLAGS_instance + FLAGS_columns + FLAGS_units).empty();
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -333,9 +425,8 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
       continue;
     }
     const std::string number = i == 0 ? "" : "-" + std::to_string(i + 1);
-    const std::filesystem::path into = std::filesystem::path(folder) / ("recording" + number);
-    TRUETRIAD_ASSIGN_OR_RETURN(FolderGivesWay replaced, FolderGivesWay::For(into, log));
-    gives_way->push_back(std::move(replaced));
+    const fs::path into = fs::path(folder) / ("recording" + number);
+    TRUETRIAD_RETURN_IF_ERROR(gives_way->emplace_back().Take(into, log));
     TRUETRIAD_ASSIGN_OR_RETURN(const auto converted, ConvertedLog(*format, log, into.string()));
     for (const auto& [instance, path] : converted) recordings[instance].push_back(path);
   }
@@ -353,7 +444,7 @@ Result<Experiment> ForFurther(const Experiment& experiment, const std::string& r
 /// One for each instance of the sensors in the logs, the first in the folder itself. `converted`:
 /// what gives way to converted logs.
 Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
-                                   std::vector<FolderGivesWay>* converted) {
+                                   std::deque<FolderGivesWay>* converted) {
   std::vector<Task> tasks(1);
   if (!FLAGS_config.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
@@ -383,7 +474,7 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
       const std::string name = "instance-" + std::to_string(instance);
       Task& task = tasks.emplace_back();
       task.experiment = std::move(experiment);
-      task.folder = (std::filesystem::path(folder) / name).string();
+      task.folder = (fs::path(folder) / name).string();
     }
     tasks.back().experiment.inputs = inputs;
     tasks.back().instance = instance;
@@ -434,32 +525,31 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
 }
 
 Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckOneOf("solver", FLAGS_solver, {"eliminated", "ceres"}, " is not known"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport(" (--output names the folder)"));
   for (const std::string& format : CommaSeparated(FLAGS_to)) {
     TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
   }
   const std::vector<std::string> logs = StatedInputs(words);
-  std::vector<FolderGivesWay> converted;
+  std::deque<FolderGivesWay> converted;
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs, &converted));
   std::vector<Done> all;
   for (Task& task : tasks) {
-    task.experiment.options.solver = solver;
+    if (FLAGS_solver == "ceres") task.experiment.options.solver = Solver::kCeres;
     task.has_report = has_report;
     TRUETRIAD_ASSIGN_OR_RETURN(Done done, Calibrated(std::move(task)));
     all.push_back(std::move(done));
   }
   for (Done& done : all) TakeOverDecisions(&done);
   HoldBackTogether(&all);
-  using End = FolderGivesWay::End;
   const bool is_beside = all.front().StaysBeside();
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
   // The recording stays with the calibration that was made from it.
-  for (FolderGivesWay& replaced : converted)
-    replaced.Keep(is_beside ? End::kIsPrevious : End::kGoes);
+  for (FolderGivesWay& replaced : converted) replaced.Keep(is_beside);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  if (result.exit_code == static_cast<int>(ErrorKind::kNotEnough) && !logs.empty()) {
+  if (result.exit_code == kExitNotEnough && !logs.empty()) {
     const LogFormat* const format = LogFormatOf(logs.front());
     if (format != nullptr && !format->how_to_log.empty()) Note(std::string(format->how_to_log));
   }
@@ -472,33 +562,19 @@ Command CalibrateCommand() {
   return {
       .name = "calibrate",
       .summary = "What are the biases, gains and misalignments of these sensors?",
-      .examples =
-          "build/truetriad calibrate datasets/demo/recording.csv -o out/first\n"
-          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo "
-          "--to=px4,c-header",
+      .examples = R"(build/truetriad calibrate datasets/demo/recording.csv -o out/first
+build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo --to=px4,c-header)",
       .details =
-          "Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and "
-          "prints the\nresult. Without -c it calibrates every sensor in the log with defaults, and "
-          "writes\nDIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are "
-          "sessions of one unit.\nLogs that `convert` reads are converted into DIR/recording; "
-          "results of further sensors of a kind are in\nDIR/instance-N, and --to=px4 or ardupilot "
-          "writes one file of all. How to log unarmed, for example\nSDLOG_MODE=2 (PX4) or "
-          "LOG_DISARMED=1 (ArduPilot): docs/converting.md.\n",
-      .flags = {{"config", "EXPERIMENT.yaml"},
-                {"input", "LOG,..."},
-                {"output", "DIR"},
-                {"to", "FORMAT,..."},
-                {"outside-limits", "refuse|allow", false, {"refuse", "allow"}},
-                {"set", "KEY=VALUE,...", false, {}, true},
-                {"tag", "KEY=VALUE", false, {}, true},
-                {"report", "true|false", false, {"true", "false"}},
-                {"interactive", "true|false", false, {"true", "false"}},
-                {"overwrite", "true|false"},
-                {"topic", "NAME[,NAME]"},
-                {"instance", "N"},
-                {"columns", "WHAT=NAME[,WHAT=NAME]"},
-                {"units", "UNIT[,UNIT]"},
-                {"solver", "eliminated|ceres"}},
+          R"(Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and prints the
+result. Without -c it calibrates every sensor in the log with defaults, and writes
+DIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are sessions of one unit.
+Logs that `convert` reads are converted into DIR/recording; results of further sensors of a kind are in
+DIR/instance-N, and --to=px4 or ardupilot writes one file of all. How to log unarmed, for example
+SDLOG_MODE=2 (PX4) or LOG_DISARMED=1 (ArduPilot): docs/converting.md.
+)",
+      .flags =
+          "config input=LOG,... output to outside-limits set* tag* report=true|false interactive "
+          "overwrite topic instance columns units solver",
       .more_words = "input",
       .run = RunCalibrate};
 }

@@ -12,8 +12,7 @@
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/fleet_flags.h"
-#include "tools/truetriad/format_flags.h"
+#include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/calibrate/compare.h"
@@ -23,11 +22,11 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(golden, "", "calibration.yaml of the golden unit, the reference");
+DEFINE_string(golden, "", "FILE: calibration.yaml of the golden unit, the reference");
 DEFINE_string(
     repeatability,
     "",
-    "σ by which the golden unit itself differs from run to run, as in "
+    "SENSOR.bias=SIGMA,...: σ by which the golden unit itself differs from run to run, as in "
     "accelerometer.bias=0.01,magnetometer.scale=0.001 (m/s^2, rad/s, uT; of scale a share)");
 
 namespace truetriad {
@@ -79,10 +78,10 @@ Status CheckStore() {
   if (FLAGS_store.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(fleet::CheckStoreUrl(FLAGS_store));
   if (!fleet::JsonLinesPath(FLAGS_store)) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "--store=" + FLAGS_store +
-                   ": a file of runs keeps no checks; name a file for SQLite, as in "
-                   "--store=fleet.db, or PostgreSQL");
+  return BadValue("store",
+                  FLAGS_store,
+                  ": a file of runs keeps no checks; name a file for SQLite, as in "
+                  "--store=fleet.db, or PostgreSQL");
 }
 
 /// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
@@ -138,20 +137,18 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
         "is not usable (" + std::string(golden.ReasonNotUsable()) + "), so it is no reference");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOf(golden, std::move(inputs)));
-  const Result<Calibration> today = [&] {
-    ProgressLine progress("reading " + experiment.inputs.front());
-    return CalibrateExperiment(experiment, progress.callback());
-  }();
-  TRUETRIAD_RETURN_IF_ERROR(today);
+  ProgressLine progress("reading " + experiment.inputs.front());
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration today,
+                             CalibrateExperiment(experiment, progress.callback()));
   TRUETRIAD_RETURN_IF_ERROR(
-      CheckSameUnit(experiment.inputs.front() + ": the recording", today->serial, golden));
+      CheckSameUnit(experiment.inputs.front() + ": the recording", today.serial, golden));
   VerbResult result;
-  result.findings = today->findings;
-  result.outcome = today->outcome;
-  if (!today->IsUsable()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, *today, nullptr));
-    result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
-    result.text = RepeatText(first) + CalibrationText(*today);
+  result.findings = today.findings;
+  result.outcome = today.outcome;
+  if (!today.IsUsable()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, nullptr));
+    result.exit_code = kExitNotEnough;
+    result.text = RepeatText(first) + CalibrationText(today);
     result.grade = Grade::kBad;
     result.failure = "the station cannot be judged: today's recording was refused";
     result.result = {{"agrees", nullptr}};
@@ -162,8 +159,8 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Comparison comparison,
       Compare(AtGravity(gravity_mps2, WithRepeatability(repeatability, golden)),
-              AtGravity(gravity_mps2, WithRepeatability(repeatability, *today))));
-  if (IsMadeFrom(golden, today->inputs) || IsTooAlike(comparison)) {
+              AtGravity(gravity_mps2, WithRepeatability(repeatability, today))));
+  if (IsMadeFrom(golden, today.inputs) || IsTooAlike(comparison)) {
     result.exit_code = kExitOutsideLimits;
     result.text =
         "NO TEST: these are the readings that the reference was made from; record the golden unit "
@@ -172,7 +169,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
     result.result = {{"agrees", nullptr}};
     return result;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, *today, &comparison));
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, &comparison));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
@@ -195,28 +192,19 @@ Command CheckStationCommand() {
       .name = "check-station",
       .summary = "Does this station, today, still measure its golden unit as before?",
       .examples =
-          "build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml -o out/first-day\n"
-          "build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml --set=seed=7 -o "
-          "out/today\n"
-          "build/truetriad calibrate out/first-day/recording.yaml -o out/golden\n"
-          "build/truetriad check-station --golden=out/golden/calibration.yaml "
-          "out/today/recording.yaml --repeatability=gyroscope.bias=2e-4",
+          R"(build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml -o out/first-day
+build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml --set=seed=7 -o out/today
+build/truetriad calibrate out/first-day/recording.yaml -o out/golden
+build/truetriad check-station --golden=out/golden/calibration.yaml out/today/recording.yaml --repeatability=gyroscope.bias=2e-4)",
       .details =
-          "Calibrates today's recording of the golden unit by the experiment that its reference "
-          "was made\nby, and compares the two. Exit code 4: they do not agree (p of all "
-          "differences together below\n0.01), or it is the recording of the reference itself; 3: "
-          "today's recording was refused. What the\nunit does by itself between two days, above "
-          "all its biases, is no fault of the station: state it\nwith --repeatability. With "
-          "--store and "
-          "--tag=station=NAME the store keeps the outcome, for --require-golden\nof fleet run and "
-          "fleet watch.\n",
-      .flags = {{"golden", "FILE", true},
-                {"input", "LOG,..."},
-                {"config", "EXPERIMENT.yaml"},
-                {"repeatability", "SENSOR.bias=SIGMA,..."},
-                {"store", "FILE|URL"},
-                {"set", "KEY=VALUE,...", false, {}, true},
-                {"tag", "KEY=VALUE", false, {}, true}},
+          R"(Calibrates today's recording of the golden unit by the experiment that its reference was made
+by, and compares the two. Exit code 4: they do not agree (p of all differences together below
+0.01), or it is the recording of the reference itself; 3: today's recording was refused. What the
+unit does by itself between two days, above all its biases, is no fault of the station: state it
+with --repeatability. With --store and --tag=station=NAME the store keeps the outcome, for --require-golden
+of fleet run and fleet watch.
+)",
+      .flags = "golden! input=LOG,... config repeatability store set* tag*",
       .more_words = "input",
       .run = RunCheckStation};
 }

@@ -2,24 +2,160 @@
 #include "truetriad/calibrate/compare.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include <gflags/gflags.h>
 
+#include "base/messages.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
-#include "truetriad/calibrate/compare.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/calibrate/evaluate.h"
+#include "truetriad/calibrate/side_by_side.h"
+#include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(a, "", "one calibration.yaml");
-DEFINE_string(b, "", "the calibration.yaml to compare it with");
+DEFINE_string(a, "", "FILE: one calibration.yaml");
+DEFINE_string(b, "", "FILE: the calibration.yaml to compare it with");
 
 namespace truetriad {
 namespace {
+
+constexpr char kWorse[] = "worse";
+
+/// Clocks are those of the unit: what was taken off the times that it was calibrated from is taken
+/// off these as well.
+void TakeClocks(const Calibration& calibration, PosesConfig* config) {
+  config->time_offset_s = TimeOffsetsOf(calibration);
+  config->time_stamps = TimeStampsOf(calibration);
+  for (const Triad triad : kTriads) {
+    const double offset_s = config->time_offset_s[triad];
+    if (offset_s == 0.0) continue;
+    Note(std::string(TriadName(triad)) +
+         Formatted(": %g s subtracted from its times, as in the calibration", offset_s));
+  }
+}
+
+/// Whether a file says that it is a calibration.yaml, of whatever version.
+bool IsCalibration(const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return false;
+  // It says so in its first key, behind some comments.
+  constexpr std::size_t kHeadBytes = 4096;
+  std::string head(kHeadBytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return ("\n" + head).find("\nformat: truetriad/calibration/") != std::string::npos;
+}
+
+/// Files by what is in them, in whatever order they were named. One calibration that is not said to
+/// be one is the first word, whose reader then says what is wrong with it.
+Status SortFiles(const std::vector<std::string>& words,
+                 std::vector<std::string>* calibrations,
+                 std::string* log) {
+  std::vector<std::string> files = {FLAGS_calibration, FLAGS_input}, logs;
+  files.insert(files.end(), words.begin(), words.end());
+  for (const std::string& file : files) {
+    (IsCalibration(file) ? *calibrations : logs).push_back(file);
+  }
+  if (files.size() == 2 && (logs.size() != 1)) {
+    *calibrations = {files[0]};
+    logs = {files[1]};
+  }
+  if (logs.size() != 1 || calibrations->size() > 2) {
+    return Error(ErrorCode::kConflictingArguments,
+                 "these are " + Counted(static_cast<int>(calibrations->size()), "calibration") +
+                     " and " + Counted(static_cast<int>(logs.size()), "recording") +
+                     "; expected one or two calibrations and one recording");
+  }
+  *log = logs[0];
+  return {};
+}
+
+/// Both clocks and the times of turns are those that the first calibration states.
+Result<LoadedPoses> LoadFor(const std::vector<Calibration>& calibrations, const std::string& log) {
+  TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
+  TakeClocks(calibrations.front(), &config);
+  config.moves = std::any_of(calibrations.begin(), calibrations.end(), [](const Calibration& each) {
+    return each.sensors[Triad::kGyroscope].has_value();
+  });
+  ProgressLine progress("reading " + log);
+  TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded, LoadPoses(log, config, progress.callback()));
+  if (loaded.not_enough) return *loaded.not_enough;
+  for (const Calibration& calibration : calibrations) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckSameUnit(log + ": the recording", loaded.poses.serial, calibration));
+  }
+  return loaded;
+}
+
+Result<VerbResult> EvaluateOne(const std::string& file,
+                               const Calibration& calibration,
+                               const std::string& log) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded, LoadFor({calibration}, log));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const EvaluationSummary evaluation,
+      Evaluate(
+          calibration, loaded.poses, IsMadeFrom(calibration, loaded.inputs), loaded.si_per_count));
+  const std::vector<std::string> about = {"Calibration: " + OriginOf(file, calibration),
+                                          "Recording: " + log};
+  const bool has_failed =
+      FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
+  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+                    .text = EvaluationText(evaluation, calibration, about),
+                    .result = ToJson(evaluation),
+                    .grade = GradeOf(evaluation, calibration)};
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteStatedReport(EvaluationHtml(evaluation, calibration, about), &result));
+  return result;
+}
+
+Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
+                               const Calibration& a,
+                               const Calibration& b,
+                               const std::string& log) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(files[0], a, b));
+  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded, LoadFor({a, b}, log));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const SideBySide both,
+      EvaluateSideBySide(a,
+                         b,
+                         loaded.poses,
+                         {IsMadeFrom(a, loaded.inputs), IsMadeFrom(b, loaded.inputs)},
+                         loaded.si_per_count));
+  const std::vector<std::string> about = {
+      "A: " + OriginOf(files[0], a), "B: " + OriginOf(files[1], b), "Recording: " + log};
+  const Better better = BetterOf(both);
+  const bool may_be_worse =
+      better == Better::kB || better == Better::kMixed || both.errors.empty() || both.a.is_own;
+  VerbResult result{
+      .exit_code = FLAGS_fail_on == kWorse && may_be_worse ? kExitOutsideLimits : kExitGood,
+      .text = SideBySideText(both, about),
+      .result = ToJson(both),
+      .grade = GradeOf(both)};
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(SideBySideHtml(both, about), &result));
+  return result;
+}
+
+Result<VerbResult> RunEvaluate(const std::vector<std::string>& words) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kWorse));
+  std::vector<std::string> files;
+  std::string log;
+  TRUETRIAD_RETURN_IF_ERROR(SortFiles(words, &files, &log));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(files[0]));
+  if (files.size() == 1) return EvaluateOne(files[0], a, log);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(files[1]));
+  return EvaluateTwo(files, a, b, log);
+}
 
 constexpr char kDiffer[] = "differ";
 constexpr char kSameReadings[] =
@@ -48,25 +184,42 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
 
 }  // namespace
 
+Command EvaluateCommand() {
+  return {.name = "evaluate",
+          .summary = "How good is this calibration on data it has not seen?",
+          .examples =
+              R"(build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo
+build/truetriad evaluate --calibration=out/demo/calibration.yaml --input=datasets/demo/recording.csv)",
+          .details =
+              R"(Use a separate recording: of the one that the calibration was made from (as in this
+example) it says that this is no test. With --fail-on=worse exit code 4 says that the errors are not
+those predicted, or that nothing could be said.
+
+`truetriad evaluate A.yaml B.yaml LOG` has two calibrations side by side, a new one and what the vehicle
+carries (`import`): whose errors are smaller, and how many times. With --fail-on=worse exit code 4 says
+that one of A's is larger, or that A was made from this recording.
+)",
+          .flags = "calibration! input! poses fail-on=worse report",
+          .words = {"calibration", "input"},
+          .more_words = "another-file",
+          .run = RunEvaluate};
+}
+
 Command CompareCommand() {
   return {
       .name = "compare",
       .summary = "Do two calibrations of one unit agree, in sigmas?",
       .examples =
-          "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/a\n"
-          "build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml "
-          "--output=out/b\n"
-          "build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml",
+          R"(build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/a
+build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml --output=out/b
+build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml)",
       .details =
-          "The body frames are aligned first, so the gauges may differ; where different sensors "
-          "lead,\nbiases and C^T C are compared, which no frame changes. The two calibrations are\n"
-          "assumed to be independent. With --fail-on=differ exit code 4 says that they do not "
-          "agree, "
-          "or that\nnothing could be compared.\n",
-      .flags = {{"a", "FILE", true},
-                {"b", "FILE", true},
-                {"fail-on", "differ", false, {kDiffer}},
-                {"report", "PAGE.html"}},
+          R"(The body frames are aligned first, so the gauges may differ; where different sensors lead,
+biases and C^T C are compared, which no frame changes. The two calibrations are
+assumed to be independent. With --fail-on=differ exit code 4 says that they do not agree, or that
+nothing could be compared.
+)",
+      .flags = "a! b! fail-on=differ report",
       .words = {"a", "b"},
       .run = RunCompare};
 }

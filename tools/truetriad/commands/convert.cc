@@ -1,35 +1,178 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
+#include <sstream>
 #include <system_error>
-#include <vector>
+#include <utility>
 
 #include <gflags/gflags.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include "base/companion.h"
 #include "base/spelling.h"
 #include "io/mapping.h"
+#include "io/text_file.h"
 #include "io/whole_file.h"
+#include "json/json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/log_conversion.h"
-#include "tools/truetriad/mappings.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
 DECLARE_string(from);
+DEFINE_string(
+    topic,
+    "",
+    "NAME[,NAME]: topics or messages to convert if the log has several, separated by commas");
+DEFINE_string(columns,
+              "",
+              "WHAT=NAME[,WHAT=NAME]: which variable of a file without a layout of its own is "
+              "what, as in time=t,accelerometer=imu.acc,gyroscope=gyr");
+DEFINE_string(
+    layout,
+    "",
+    "FILE.msg: file with the definition of a ROS message type (.msg), where the bag has none");
 DEFINE_bool(list, false, "only list what the log contains: topics, instances, variables");
 
 namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::array<LogFormat, 11> kLogFormats = {{
+    {"dataflash",
+     "ArduPilot DataFlash log (.bin)",
+     "",
+     false,
+     "ArduPilot logs unarmed with LOG_DISARMED=1, and what a calibration needs with IMU, raw IMU "
+     "and compass in LOG_BITMASK"},
+    {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev"},
+    {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev"},
+    {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev"},
+    {"json", "JSON files with arrays of readings, or one object a line"},
+    {"vectornav", "VectorNav ASCII sentences ($VNYMR, $VNIMU, …)"},
+    {"six-face", "folder with one recording for each face: +x.csv, -x.csv, …"},
+    {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …"},
+    {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
+    {"ulog",
+     "PX4 ULog (.ulg)",
+     "",
+     true,
+     "PX4 logs unarmed with SDLOG_MODE=2 (or 1), and raw readings of all sensors with sensor "
+     "comparison in SDLOG_PROFILE"},
+    {"parquet", "Parquet table (.parquet)", "", true},
+}};
+
+/// How the name of a file ends that shows what kind of folder it is in.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFolders = {
+    {{".db3", "ros2-db3"},
+     {".mcap", "mcap"},
+     {".bag", "ros1"},
+     {"+x.csv", "six-face"},
+     {"x_up.csv", "six-face"},
+     {"accel-0.csv", "gnss-ins-sim"}}};
+
+bool IsInPath(std::string_view program) {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
+
+/// A stream of a child process, read once that has ended.
+class Captured {
+ public:
+  int descriptor() const { return fileno(file_.get()); }
+  bool usable() const { return file_ != nullptr; }
+  std::string Text() const {
+    std::string text;
+    std::rewind(file_.get());
+    std::array<char, 4096> part{};
+    for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), file_.get())) > 0;) {
+      text.append(part.data(), n);
+    }
+    return text;
+  }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_{std::tmpfile()};
+};
+
+/// The converter of `format`. Error (usage): it is not there; says what to install.
+Result<std::string> FindConverter(const LogFormat& format) {
+  const std::string program = "truetriad-convert-" + std::string(format.name);
+  if (format.is_script) return FindNodeProgram(program, "--from=" + std::string(format.name));
+  if (const std::optional<std::string> found = FindCompanion(program)) return *found;
+  return Error(ErrorCode::kMissingProgram,
+               "--from=" + std::string(format.name) + ": " + program +
+                   " is not beside truetriad; build it with tools/build.sh programs" +
+                   (format.needs.empty() ? ", or install truetriad again"
+                                         : " (it needs " + std::string(format.needs) + ")"));
+}
+
+/// The error that a converter wrote as JSON.
+Error ErrorFrom(const ProgramRun& conversion) {
+  const Json json = Json::parse(conversion.out, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("error")) {
+    return Error(ErrorCode::kDamagedFile, conversion.err);
+  }
+  const Json& stated = json["error"];
+  Error error(ErrorCode::kWrongFormat, stated.value("message", ""));
+  for (const ErrorInfo& info : AllErrorCodes()) {
+    if (info.name == stated.value("code", "")) error.code = info.code;
+  }
+  error.place = {
+      stated.value("file", ""), stated.value("line", std::int64_t{0}), stated.value("column", 0)};
+  return error;
+}
+
+const LogFormat* FindLogFormat(std::string_view name) {
+  for (const LogFormat& format : kLogFormats) {
+    if (format.name == name) return &format;
+  }
+  return nullptr;
+}
+
+/// Runs the format's converter as --topic, --instance, --columns, --units and --layout say. With
+/// `captures` nothing is shown, and an error is one of the result. Error (usage): the program is
+/// not there; says what to install.
+Result<ProgramRun> RunLogConverter(const LogFormat& format,
+                                   const std::string& log,
+                                   const std::string& folder,
+                                   bool lists,
+                                   bool captures) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string program, FindConverter(format));
+  std::vector<std::string> arguments = {log};
+  for (const auto& [flag, value] : {std::pair<const char*, const std::string&>("--output=", folder),
+                                    {"--topic=", FLAGS_topic},
+                                    {"--instance=", FLAGS_instance},
+                                    {"--columns=", FLAGS_columns},
+                                    {"--units=", FLAGS_units},
+                                    {"--layout=", FLAGS_layout}}) {
+    if (!value.empty()) arguments.push_back(flag + value);
+  }
+  if (lists) arguments.emplace_back("--list");
+  if (captures) arguments.emplace_back("--json");
+  TRUETRIAD_ASSIGN_OR_RETURN(ProgramRun conversion, RunProgram(program, arguments, captures));
+  if (captures && conversion.exit_code != 0) return ErrorFrom(conversion);
+  return conversion;
+}
 
 Result<VerbResult> ConvertLog(const LogFormat& format) {
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -52,13 +195,12 @@ Result<std::string> DescribeStreams(const std::string& manifest) {
 }
 
 Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapping) {
-  if (FLAGS_list || !FLAGS_topic.empty() || !FLAGS_instance.empty() || !FLAGS_columns.empty() ||
-      !FLAGS_units.empty() || !FLAGS_layout.empty()) {
+  if (FLAGS_list ||
+      !(FLAGS_topic + FLAGS_instance + FLAGS_columns + FLAGS_units + FLAGS_layout).empty()) {
     return Error(ErrorCode::kConflictingArguments,
                  "--from=" + name +
                      " has fixed columns: --list, --topic, --instance, --columns, --units and "
-                     "--layout do not "
-                     "apply");
+                     "--layout do not apply");
   }
   const std::vector<std::string> inputs = CommaSeparated(FLAGS_input);
   const bool is_new = !fs::exists(FLAGS_output);
@@ -83,10 +225,10 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
   return VerbResult{.text = path + '\n', .result = {{"output", path}}};
 }
 
-std::vector<std::string_view> FormatNames() {
-  std::vector<std::string_view> names = {"bbl"};
-  for (const LogFormat& format : LogFormats()) names.push_back(format.name);
-  for (const ShippedMapping& mapping : ShippedMappings()) names.push_back(mapping.name);
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names = {"bbl"};
+  for (const LogFormat& format : kLogFormats) names.emplace_back(format.name);
+  for (const ShippedMapping& mapping : ShippedMappings()) names.emplace_back(mapping.name);
   return names;
 }
 
@@ -111,15 +253,11 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
     return ConvertTable(FLAGS_from, mapping);
   }
+  const std::vector<std::string> names = FormatNames();
   return Error(ErrorCode::kUnknownName,
-               "--from=" + FLAGS_from + " is not a format" + DidYouMean(FLAGS_from, FormatNames()) +
+               "--from=" + FLAGS_from + " is not a format" +
+                   DidYouMean(FLAGS_from, {names.begin(), names.end()}) +
                    "; `truetriad help convert` lists them; your own mapping is a .yaml file");
-}
-
-std::vector<std::string> FormatChoices() {
-  std::vector<std::string> choices;
-  for (const std::string_view name : FormatNames()) choices.emplace_back(name);
-  return choices;
 }
 
 std::string FormatList() {
@@ -129,7 +267,7 @@ std::string FormatList() {
     name.resize(14, ' ');
     text.append("  ").append(name).append(description).append("\n");
   };
-  for (const LogFormat& format : LogFormats()) add(format.name, format.description);
+  for (const LogFormat& format : kLogFormats) add(format.name, format.description);
   for (const ShippedMapping& mapping : ShippedMappings()) {
     const Result<MappingInfo> info =
         ReadMappingInfo(std::string(mapping.text), std::string(mapping.name));
@@ -141,30 +279,121 @@ std::string FormatList() {
 
 }  // namespace
 
+Result<std::string> FindNodeProgram(const std::string& program, const std::string& flag) {
+  if (!IsInPath("node")) {
+    return Error(ErrorCode::kMissingProgram,
+                 flag +
+                     ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
+                     "tools/convert-node)");
+  }
+  if (const std::optional<std::string> found = FindCompanion(program)) return *found;
+  return Error(ErrorCode::kMissingProgram,
+               flag + ": " + program +
+                   " is not beside truetriad; build it with tools/build.sh programs (it needs "
+                   "nodejs 18 or newer, and npm)");
+}
+
+Result<ProgramRun> RunProgram(const std::string& program,
+                              const std::vector<std::string>& arguments,
+                              bool captures) {
+  std::vector<std::string> words = {program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  std::fflush(stdout);
+  std::optional<Captured> out, err;
+  if (captures) {
+    out.emplace();
+    err.emplace();
+    if (!out->usable() || !err->usable()) {
+      return Error(ErrorCode::kSystemFailure,
+                   std::string("no temporary file: ") + std::strerror(errno));
+    }
+  }
+  const int out_to = out ? out->descriptor() : STDOUT_FILENO;
+  const int err_to = err ? err->descriptor() : STDERR_FILENO;
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0) {
+    return Error(ErrorCode::kSystemFailure,
+                 {program},
+                 std::string("cannot be started: ") + std::strerror(errno));
+  }
+  constexpr int kCannotStart = 127;
+  if (child == 0) {
+    // A program for which nobody waits must not write into a folder that somebody else has now.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent || dup2(out_to, STDOUT_FILENO) < 0 || dup2(err_to, STDERR_FILENO) < 0) {
+      _exit(kCannotStart);
+    }
+    execv(program.c_str(), pointers.data());
+    _exit(kCannotStart);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return Error(ErrorCode::kSystemFailure, {program}, std::strerror(errno));
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kCannotStart) {
+    return Error(ErrorCode::kSystemFailure, {program}, "cannot be started");
+  }
+  if (WIFEXITED(status)) {
+    return ProgramRun{WEXITSTATUS(status), out ? out->Text() : "", err ? err->Text() : ""};
+  }
+  return Error(ErrorCode::kDamagedFile,
+               program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
+                   "; its output is there as a whole, or not at all");
+}
+
+const LogFormat* LogFormatOf(const std::string& log) {
+  std::error_code failure;
+  if (!fs::is_directory(log, failure)) return FindLogFormat(ForeignFormatOf(log));
+  for (fs::directory_iterator entry(log, failure), end; !failure && entry != end;
+       entry.increment(failure)) {
+    for (const auto& [ending, name] : kFolders) {
+      if (entry->path().string().ends_with(ending)) return FindLogFormat(name);
+    }
+  }
+  return nullptr;
+}
+
+Result<std::map<int, std::string>> ConvertedLog(const LogFormat& format,
+                                                const std::string& log,
+                                                const std::string& folder) {
+  Note(log + ": " + std::string(format.description) + ", converted into " + folder);
+  TRUETRIAD_ASSIGN_OR_RETURN(const ProgramRun conversion,
+                             RunLogConverter(format, log, folder, /*lists=*/false, true));
+  std::istringstream notes(conversion.err), manifests(conversion.out);
+  for (std::string note; std::getline(notes, note);) Note(note);
+  std::map<int, std::string> recordings;
+  for (std::string path; std::getline(manifests, path);) {
+    const std::string name = fs::path(path).stem().string();
+    const std::size_t number = name.find('-');
+    const std::string text = number == std::string::npos ? FLAGS_instance : name.substr(number + 1);
+    recordings.emplace(std::atoi(text.c_str()), path);
+  }
+  return recordings;
+}
+
 Command ConvertCommand() {
-  return {.name = "convert",
-          .summary = "How do I turn another system's log into a recording?",
-          .examples =
-              "build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv "
-              "--output=out/foreign\n"
-              "build/truetriad inspect --input=out/foreign/recording.yaml",
-          .details =
-              "\nWrites DIR/recording.yaml and its CSV files, the --input of every verb. The "
-              "complete parts\nof a damaged log are converted and the rest is counted. A mapping "
-              "writes only the\nmanifest, which refers to the log in place; separate several files "
-              "by commas. Details of\neach format: docs/converting.md.\n",
-          .list = FormatList,
-          .flags = {{"from", "FORMAT", true, FormatChoices()},
-                    {"input", "FILE,...", true},
-                    {"output", "DIR"},
-                    {"list", "true"},
-                    {"topic", "NAME[,NAME]"},
-                    {"instance", "N"},
-                    {"columns", "WHAT=NAME[,WHAT=NAME]"},
-                    {"units", "UNIT[,UNIT]"},
-                    {"layout", "FILE.msg"}},
-          .more_words = "input",
-          .run = RunConvert};
+  return {
+      .name = "convert",
+      .summary = "How do I turn another system's log into a recording?",
+      .examples =
+          R"(build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv --output=out/foreign
+build/truetriad inspect --input=out/foreign/recording.yaml)",
+      .details = R"(
+Writes DIR/recording.yaml and its CSV files, the --input of every verb. The complete parts
+of a damaged log are converted and the rest is counted. A mapping writes only the
+manifest, which refers to the log in place; separate several files by commas. Details of
+each format: docs/converting.md.
+)",
+      .list = FormatList,
+      .flags = "from! input=FILE,...! output list=true topic instance columns units layout",
+      .values = {{"from", FormatNames()}},
+      .more_words = "input",
+      .run = RunConvert};
 }
 
 }  // namespace truetriad

@@ -2,10 +2,14 @@
 #include "fleet/fleet_run.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -16,27 +20,201 @@
 #include "fleet/unit_list.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/fleet_flags.h"
 #include "tools/truetriad/fleet_progress.h"
-#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/interruption.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(units_of, "", "logs, folders with logs, patterns as 'line-3/*.csv', and lists");
+DEFINE_string(units_of,
+              "",
+              "LIST|FOLDER|GLOB: logs, folders with logs, patterns as 'line-3/*.csv', and lists");
 DEFINE_bool(resume,
             false,
             "leave out logs that have not changed since their last run, which is in the store and "
             "was by this experiment, this program, and the serial number and tags of the list");
-DEFINE_string(shard, "", "I/N: only that part of the units, I from 0 to N-1");
+DEFINE_string(shard, "", "I/N: I/N: only that part of the units, I from 0 to N-1");
+DEFINE_string(folder, "", "DIR: the folder in which, and below which, logs arrive");
+DEFINE_string(poll,
+              "",
+              "SECONDS: look every so many seconds, instead of being told by the system (default: "
+              "5 on network folders, which do not tell)");
+DEFINE_string(until_idle, "", "SECONDS: end when nothing has happened for so many seconds");
+DECLARE_int32(jobs);
+DEFINE_string(store,
+              "",
+              "FILE|URL: where the runs are kept: a file for SQLite, or "
+              "postgresql://HOST/DATABASE, or NAME.jsonl for a shard's own, which `fleet collect` "
+              "merges; what calibrates has fleet.db in its output folder");
+DEFINE_string(assets,
+              "inline",
+              "inline|shared: where the looks and the script of reports are: inline, in each page, "
+              "or shared, once for all");
+DEFINE_string(serial,
+              "",
+              "PATTERN: how logs are named, to take serial numbers from there: {serial} and * for "
+              "anything else, as in {serial}-*.csv");
+DEFINE_string(time_limit, "120", "SECONDS: seconds that a unit may take");
+DEFINE_string(memory_limit, "2048", "MB: MB of address space that a unit may take");
+DEFINE_string(retest_counts,
+              "",
+              "last|first|best: which run of a unit that is measured again counts: last (default), "
+              "first or best; said once, the store keeps it");
+DEFINE_string(
+    retest_most,
+    "",
+    "N: how many recordings of a unit count after its first (default: all); said once likewise");
+DEFINE_string(require_golden,
+              "",
+              "AGE: how old the station's last check-station may be, as in 8h, 30m or 1d; no unit "
+              "is calibrated where it is older, or did not agree");
+DEFINE_string(progress, "", "jsonl: jsonl: a line of JSON about each run, on stderr");
 
 namespace truetriad {
 namespace {
 
+namespace fs = std::filesystem;
+
+Result<fleet::UnitLimits> StatedLimits() {
+  fleet::UnitLimits limits;
+  TRUETRIAD_ASSIGN_OR_RETURN(limits.seconds, ParseReal("time-limit", FLAGS_time_limit));
+  TRUETRIAD_ASSIGN_OR_RETURN(const double megabytes, ParseReal("memory-limit", FLAGS_memory_limit));
+  if (!(limits.seconds > 0.0)) {
+    return Error(ErrorCode::kInvalidArgument, "--time-limit: expected seconds, more than 0");
+  }
+  constexpr double kLeast = 64.0, kMost = 1e9;
+  if (!(megabytes >= kLeast && megabytes <= kMost)) {
+    return Error(ErrorCode::kInvalidArgument, "--memory-limit: expected MB, 64 or more");
+  }
+  limits.bytes = static_cast<std::int64_t>(megabytes * 1e6);
+  return limits;
+}
+
+Result<fleet::WorkPlan> StatedPlan() {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      fleet::WorkPlan plan,
+      fleet::PlanWork(FLAGS_config, std::move(overrides), CommaSeparated(FLAGS_to)));
+  TRUETRIAD_ASSIGN_OR_RETURN(plan.has_report, StatedReport());
+  TRUETRIAD_ASSIGN_OR_RETURN(plan.allows_outside_limits, AllowsOutsideLimits());
+  TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("assets", FLAGS_assets, {"inline", "shared"}));
+  plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
+  // From wherever the store is read.
+  plan.folder = (fs::absolute(FLAGS_output) / "units").lexically_normal().string();
+  return plan;
+}
+
+Status StateRetestPolicy(fleet::Store& store) {
+  if (FLAGS_retest_counts.empty() && FLAGS_retest_most.empty()) return {};
+  fleet::RetestPolicy policy;
+  if (!FLAGS_retest_counts.empty()) {
+    const std::optional<fleet::RetestCounts> counts =
+        fleet::RetestCountsFromName(FLAGS_retest_counts);
+    if (!counts) {
+      return BadValue("retest-counts", FLAGS_retest_counts, ": expected last, first or best");
+    }
+    policy.counts = *counts;
+  }
+  if (!FLAGS_retest_most.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(policy.most, ParseInteger("retest-most", FLAGS_retest_most));
+    if (*policy.most < 0) {
+      return Error(ErrorCode::kInvalidArgument, "--retest-most: expected 0 or more");
+    }
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::RetestPolicy> before,
+                             store.StatedRetestPolicy());
+  TRUETRIAD_RETURN_IF_ERROR(store.StateRetestPolicy(policy));
+  if (before || policy == fleet::RetestPolicy()) return {};
+  // JSON lines take none once they have begun.
+  const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
+  if (runs && !runs->rows.empty()) {
+    FleetTalk().Listener().on_note(
+        "from now on the " + std::string(RetestCountsName(policy.counts)) + " of a unit's " +
+        (!policy.most       ? "runs"
+         : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
+                            : "runs of its first recording") +
+        " counts, also of units that are in the store; until now the last of all did");
+  }
+  return {};
+}
+
+/// Asks the store whether --require-golden lets units be calibrated; empty without that flag.
+/// Error (usage): the flag, or no station is named and `needs_station`: not each unit says its own.
+using GoldenHold = std::function<Result<std::optional<std::string>>(const std::string& station)>;
+
+Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
+                                    fleet::Store& store,
+                                    bool needs_station) {
+  if (FLAGS_require_golden.empty()) return GoldenHold();
+  TRUETRIAD_ASSIGN_OR_RETURN(const double age_s,
+                             ParseDuration("require-golden", FLAGS_require_golden));
+  if (needs_station && plan.tags.station.empty()) {
+    return Error(
+        ErrorCode::kMissingArgument,
+        "no station is named whose golden unit is to be required; give --tag=station=NAME");
+  }
+  return GoldenHold([station = plan.tags.station, age_s, &store](const std::string& of_unit) {
+    return fleet::GoldenHold(store, of_unit.empty() ? station : of_unit, age_s);
+  });
+}
+
+/// Makes the folder of the units' folders, with what their reports share.
+Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(plan.folder));
+  return plan.shares_assets ? fleet::WriteSharedAssets(plan.folder) : Status();
+}
+
+/// Opens the store and states the retest policy there, where flags give one. Errors as OpenStore.
+Result<std::unique_ptr<fleet::Store>> OpenStatedStore() {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
+  TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
+  return store;
+}
+
+/// Notes in the plan which store it is: whichever name it is called by, and no other that is called
+/// the same.
+Status NameStore(fleet::Store& store, fleet::WorkPlan* plan) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string identity, store.Identity());
+  // A copy of a store's file has the same identity, and runs of its own.
+  plan->store = identity + ' ' + fleet::NameOfStore(StatedStore());
+  return {};
+}
+
+/// How flags say that units are to be calibrated; makes the output folder, `fleet` unless stated,
+/// and that of the units in it. Error (usage, bad input): a flag or the experiment.
+Result<fleet::FleetOptions> StatedFleetOptions() {
+  TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
+  if (!FLAGS_progress.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckOneOf("progress", FLAGS_progress, {kProgressLines}, " is not known"));
+  }
+  fleet::FleetOptions options;
+  TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
+  if (FLAGS_output.empty()) FLAGS_output = "fleet";
+  TRUETRIAD_ASSIGN_OR_RETURN(options.plan, StatedPlan());
+  // Each takes some 10 MB and a socket.
+  constexpr int kMostJobs = 1000;
+  if (FLAGS_jobs < 0 || FLAGS_jobs > kMostJobs) {
+    return BadValue("jobs",
+                    std::to_string(FLAGS_jobs),
+                    ": expected a number of processes, 0 to " + std::to_string(kMostJobs));
+  }
+  options.jobs = FLAGS_jobs > 0
+                     ? FLAGS_jobs
+                     : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.worker_command = {"/proc/self/exe", std::string(kFleetWorker)};
+  return options;
+}
+
+/// The flags of a verb that calibrates units: `own` ones, and those that all have.
+std::string FleetFlags(const std::string& own) {
+  return own +
+         " config output store jobs serial to outside-limits report=true|false assets set* tag* "
+         "retest-counts retest-most require-golden time-limit memory-limit progress fail-on=unit";
+}
+
 Result<fleet::Shard> StatedShard() {
   if (FLAGS_shard.empty()) return fleet::Shard();
   if (const std::optional<fleet::Shard> shard = fleet::ShardFromText(FLAGS_shard)) return *shard;
-  return Error(ErrorCode::kInvalidArgument,
-               "--shard=" + FLAGS_shard + ": expected I/N with I from 0 to N-1, as in 0/4");
+  return BadValue("shard", FLAGS_shard, ": expected I/N with I from 0 to N-1, as in 0/4");
 }
 
 Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
@@ -90,26 +268,79 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   return FleetResult(*progress);
 }
 
+Result<std::optional<double>> StatedSeconds(const std::string& flag, const std::string& text) {
+  if (text.empty()) return std::optional<double>();
+  TRUETRIAD_ASSIGN_OR_RETURN(const double seconds, ParseReal(flag, text));
+  constexpr double kLeast = 0.05, kMost = 1e6;
+  if (seconds >= kLeast && seconds <= kMost) return std::optional(seconds);
+  return BadValue(flag, text, ": expected seconds, 0.05 or more");
+}
+
+Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
+  fleet::WatchOptions watched{.folder = FLAGS_folder, .serial_pattern = FLAGS_serial};
+  TRUETRIAD_ASSIGN_OR_RETURN(watched.poll_s, StatedSeconds("poll", FLAGS_poll));
+  TRUETRIAD_ASSIGN_OR_RETURN(watched.until_idle_s, StatedSeconds("until-idle", FLAGS_until_idle));
+  std::error_code failure;
+  if (!fs::is_directory(watched.folder, failure)) {
+    return Error(ErrorCode::kUnreadableFile, {watched.folder}, "is no folder that can be read");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(fleet::FleetOptions options, StatedFleetOptions());
+  watched.without = options.plan.folder;
+  TRUETRIAD_RETURN_IF_ERROR(fleet::CheckSerialsToCome(options.plan, FLAGS_serial));
+  TRUETRIAD_RETURN_IF_ERROR(PrepareUnitsFolder(options.plan));
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::FolderClaim own,
+                             fleet::FolderClaim::TakeAlone(FLAGS_output));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
+  TRUETRIAD_RETURN_IF_ERROR(store->StateShard({}));
+  TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
+  TRUETRIAD_ASSIGN_OR_RETURN(options.hold,
+                             StatedGoldenHold(options.plan, *store, /*needs_station=*/true));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const fleet::FolderClaim claim,
+      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
+  NoteInterruptions();
+  const Result<fleet::FleetProgress> progress = [&] {
+    FleetTalk talk(/*names_all=*/true);
+    return fleet::WatchFleet(watched, options, *store, talk.Listener(), IsInterrupted);
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(progress);
+  return FleetResult(*progress);
+}
+
 }  // namespace
 
 Command FleetRunCommand() {
   return {
       .name = "fleet run",
       .summary = "Which of these units are good? Each calibrated by itself, and kept in a store.",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet run out/line -o out/day --report=false",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false)",
       .details =
-          "Units are calibrated in --jobs processes: what crashes one, hangs or needs too much "
-          "memory is that\nunit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; "
-          "those of before stay. A list is\na CSV with columns log, serial, recorded and tags. "
-          "Exit code 0: "
-          "all were processed; with --fail-on=unit 4, if\none is not good. SIGTERM ends it after "
-          "the units in hand; --resume goes on.\n",
-      .flags = FleetFlags(
-          {{"units-of", "LIST|FOLDER|GLOB"}, {"resume", "true|false"}, {"shard", "I/N"}}),
+          R"(Units are calibrated in --jobs processes: what crashes one, hangs or needs too much memory is that
+unit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; those of before stay. A list is
+a CSV with columns log, serial, recorded and tags. Exit code 0: all were processed; with --fail-on=unit 4, if
+one is not good. SIGTERM ends it after the units in hand; --resume goes on.
+)",
+      .flags = FleetFlags("units-of resume shard"),
       .more_words = "units-of",
       .run = RunFleetVerb};
+}
+
+Command FleetWatchCommand() {
+  return {
+      .name = "fleet watch",
+      .summary = "Calibrates units as their logs arrive in a folder, for days.",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet watch out/line -o out/day --report=false --until-idle=5)",
+      .details =
+          R"(As fleet run, of logs that are there without a run, and then of each that is closed after writing or
+renamed into FOLDER or below it; one that arrives again changed is a new run. A recording.yaml counts
+once all files that it names are there and have stayed the same; with --until-idle in the end as it is.
+Ends on SIGTERM after the units in hand, exit code 0.
+)",
+      .flags = FleetFlags("folder! poll until-idle"),
+      .words = {"folder"},
+      .run = RunFleetWatch};
 }
 
 }  // namespace truetriad

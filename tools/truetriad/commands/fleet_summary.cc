@@ -1,41 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <gflags/gflags.h>
 
+#include "base/messages.h"
+#include "fleet/fleet_page.h"
 #include "fleet/line_summary.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
-#include "tools/truetriad/fleet_flags.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_progress.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(since,
-              "",
-              "units measured from this moment on (UTC), as in 2026-11-24 or 2026-11-24T06:00:00Z");
-DEFINE_string(until, "", "units measured before this moment");
-DEFINE_string(lot, "", "units of this lot");
-DEFINE_string(station, "", "units, and golden unit, of this station");
+DEFINE_string(
+    since,
+    "",
+    "MOMENT: units measured from this moment on (UTC), as in 2026-11-24 or 2026-11-24T06:00:00Z");
+DEFINE_string(until, "", "MOMENT: units measured before this moment");
+DEFINE_string(lot, "", "LOT: units of this lot");
+DEFINE_string(station, "", "STATION: units, and golden unit, of this station");
 DEFINE_string(
     subgroup,
     "",
-    "tag whose values make subgroups for Cp and Cpk, as in lot; default: successive units");
-DEFINE_string(study, "", "which runs are a gauge study, as in \"note = 'study'\"");
-DEFINE_string(by, "operator", "tag that says who or what measured, in a study");
-DEFINE_string(
-    reference,
-    "",
-    "what the one unit of a type-1 study is known to be, in the unit of the limit (without "
-    "one: of the log); a flag for each");
-DEFINE_string(golden_due, "24h", "age at which a station's check of its golden unit is overdue");
+    "TAG: tag whose values make subgroups for Cp and Cpk, as in lot; default: successive units");
+DEFINE_string(study, "", "CONDITION: which runs are a gauge study, as in \"note = 'study'\"");
+DEFINE_string(by, "operator", "TAG: tag that says who or what measured, in a study");
+DEFINE_string(reference,
+              "",
+              "QUANTITY=VALUE: what the one unit of a type-1 study is known to be, in the unit of "
+              "the limit (without one: of the log); a flag for each");
+DEFINE_string(golden_due,
+              "24h",
+              "DURATION: age at which a station's check of its golden unit is overdue");
 DEFINE_int32(baseline,
              200,
-             "units of each station that say what is normal; 0: all judge each other");
-DEFINE_int32(points, 0, "last points of each control chart that --json holds");
+             "UNITS: units of each station that say what is normal; 0: all judge each other");
+DEFINE_int32(points, 0, "COUNT: last points of each control chart that --json holds");
 
 namespace truetriad {
 namespace {
@@ -57,10 +64,8 @@ Result<NamedNumbers> References() {
         continue;
       }
     }
-    return Error(ErrorCode::kInvalidArgument,
-                 "--reference=" + line +
-                     ": expected a quantity and a number, as in "
-                     "accelerometer.bias.x=0.012");
+    return BadValue(
+        "reference", line, ": expected a quantity and a number, as in accelerometer.bias.x=0.012");
   }
   return references;
 }
@@ -72,10 +77,10 @@ Result<fleet::SummaryOptions> Options() {
     return Error(ErrorCode::kInvalidArgument, "--points: expected a number of 0 or more");
   }
   if (FLAGS_baseline != 0 && FLAGS_baseline < line::kLeastBaselineUnits) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--baseline=" + std::to_string(FLAGS_baseline) + ": expected " +
-                     std::to_string(line::kLeastBaselineUnits) +
-                     " units or more, or 0 for all that judge each other");
+    return BadValue("baseline",
+                    std::to_string(FLAGS_baseline),
+                    ": expected " + std::to_string(line::kLeastBaselineUnits) +
+                        " units or more, or 0 for all that judge each other");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(NamedNumbers references, References());
   if (!references.empty() && FLAGS_study.empty()) {
@@ -108,35 +113,63 @@ Result<VerbResult> RunFleetSummary(const std::vector<std::string>&) {
                     .result = ToJson(summary)};
 }
 
+Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const fleet::FleetPageSummary page,
+      fleet::WriteFleetPage(*store,
+                            {.store = FLAGS_store, .folder = FLAGS_output, .where = FLAGS_where}));
+  const std::string index = (std::filesystem::path(FLAGS_output) / "index.html").string();
+  std::string text = index + "\n  " + Counted(page.units, "unit") + ", " +
+                     std::to_string(page.good) + " of them good; " + std::to_string(page.reports) +
+                     " of " + Counted(page.runs, "run") + " with a report that is linked\n";
+  if (!page.draws_charts) {
+    text += "  No charts: truetriad was built without npm (docs/installing.md)\n";
+  }
+  return VerbResult{.text = std::move(text),
+                    .result = {{"page", index},
+                               {"units", page.units},
+                               {"good", page.good},
+                               {"runs", page.runs},
+                               {"reports", page.reports},
+                               {"charts", page.draws_charts}}};
+}
+
 }  // namespace
 
 Command FleetSummaryCommand() {
   return {
       .name = "fleet summary",
-      .summary = "How does the line do? Yield, reasons, limits, charts, golden units, gauge studies.",
-      .examples =
-          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-          "build/truetriad fleet run out/line -o out/day --set=limits.accelerometer.bias=0.5\n"
-          "build/truetriad fleet summary --store=out/day/fleet.db",
+      .summary =
+          "How does the line do? Yield, reasons, limits, charts, golden units, gauge studies.",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --set=limits.accelerometer.bias=0.5
+build/truetriad fleet summary --store=out/day/fleet.db)",
       .details =
-          "What the numbers mean: docs/line.md. --where and --study are conditions in SQL over "
-          "the\n"
-          "columns of `run` and the tags by name. --csv prints a line a quantity.\n",
-      .flags = {{"store", "FILE", true},
-                {"since", "MOMENT"},
-                {"until", "MOMENT"},
-                {"lot", "LOT"},
-                {"station", "STATION"},
-                {"where", "CONDITION"},
-                {"subgroup", "TAG"},
-                {"study", "CONDITION"},
-                {"by", "TAG"},
-                {"reference", "QUANTITY=VALUE", false, {}, true},
-                {"golden-due", "DURATION"},
-                {"baseline", "UNITS"},
-                {"points", "COUNT"},
-                {"csv", "true|false"}},
+          R"(What the numbers mean: docs/line.md. --where and --study are conditions in SQL over the
+columns of `run` and the tags by name. --csv prints a line a quantity.
+)",
+      .flags =
+          "store=FILE! since until lot station where subgroup study by reference* golden-due "
+          "baseline points csv",
       .run = RunFleetSummary};
+}
+
+Command FleetReportCommand() {
+  return {.name = "fleet report",
+          .summary = "What became of the units, as a page to look into with a browser?",
+          .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17
+build/truetriad fleet report --store=out/day/fleet.db -o out/day/page)",
+          .details =
+              R"(Writes a folder with index.html, for the disk or any web server; units' reports are
+linked where they are. A page that was written there before is replaced, another index.html never.
+)",
+          .flags = "store=FILE! output! where",
+          .words = {"store"},
+          .run = RunFleetReport};
 }
 
 }  // namespace truetriad

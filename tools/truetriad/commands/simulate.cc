@@ -3,10 +3,10 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -30,7 +30,7 @@
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
-DEFINE_int32(jobs, 0, "number of units at a time; 0: one per core");
+DEFINE_int32(jobs, 0, "N: number of units at a time; 0: one per core");
 
 namespace truetriad {
 namespace {
@@ -64,31 +64,24 @@ class Staging {
   fs::path path_;
 };
 
-/// Finds out whether MoveInto would fail, so that it does not stop half-way.
-Status CheckCanMoveInto(const fs::path& from, const fs::path& to) {
+/// Moves all files in the folder `from`, and in its folders, to the same places in `to`; first
+/// finds out whether that would fail, so that it does not stop half-way.
+Status MoveInto(const fs::path& from, const fs::path& to) {
+  std::error_code failure;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
     const fs::path target = to / fs::relative(entry.path(), from);
     if (InputGuard::Holds(target.string())) return InputGuard::Refusal(target.string());
-    std::error_code missing;
-    if (fs::exists(target, missing) && fs::is_directory(target, missing) != entry.is_directory()) {
+    if (!fs::exists(target, failure)) continue;
+    if (fs::is_directory(target, failure) != entry.is_directory()) {
       return Error(ErrorCode::kOutputInTheWay,
                    {target.string()},
                    std::string("is in the way of a ") + (entry.is_directory() ? "folder" : "file") +
                        " to write; remove it or choose another --output");
     }
-    if (entry.is_directory() && fs::exists(target, missing)) {
-      TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(target.string()));
-    }
+    if (entry.is_directory()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(target.string()));
   }
-  return {};
-}
-
-/// Moves all files in the folder `from`, and in its folders, to the same places in `to`.
-Status MoveInto(const fs::path& from, const fs::path& to) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckCanMoveInto(from, to));
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
     const fs::path target = to / fs::relative(entry.path(), from);
-    std::error_code failure;
     if (entry.is_directory()) {
       fs::create_directories(target, failure);
     } else {
@@ -106,17 +99,8 @@ std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
       "time[s],qw,qx,qy,qz,temperature[degC]\n";
   for (const TrueRest& rest : rests) {
     const Eigen::Quaterniond& q = rest.world_from_body;
-    char line[160];
-    std::snprintf(line,
-                  sizeof line,
-                  "%.6f,%.12f,%.12f,%.12f,%.12f,%.4f\n",
-                  rest.start_s,
-                  q.w(),
-                  q.x(),
-                  q.y(),
-                  q.z(),
-                  rest.element_degc);
-    text += line;
+    text += Formatted("%.6f,%.12f,%.12f,", rest.start_s, q.w(), q.x()) +
+            Formatted("%.12f,%.12f,%.4f\n", q.y(), q.z(), rest.element_degc);
   }
   return text;
 }
@@ -133,21 +117,18 @@ Result<Calibration> WriteRecordingOf(const Scenario& scenario,
       const std::string manifest,
       WriteRecording(*simulation, simulation->format(), folder.string(), progress));
   Calibration truth = TruthOf(scenario, index, *simulation);
-  TRUETRIAD_RETURN_IF_ERROR(
-      WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
-  TRUETRIAD_RETURN_IF_ERROR(
-      WriteFileAtomically((folder / "attitudes.csv").string(), AttitudesCsv(simulation->rests())));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically((folder / "poses.yaml").string(),
-                                                PoseRangesToYaml(simulation->rest_rows())));
+  FileTexts files = {
+      {folder / "truth.yaml", CalibrationToYaml(truth)},
+      {folder / "attitudes.csv", AttitudesCsv(simulation->rests())},
+      {folder / "poses.yaml", PoseRangesToYaml(simulation->rest_rows())},
+  };
   if (const std::vector<StatedTurn> turns = simulation->turns(); !turns.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically((folder / "turns.yaml").string(), StatedTurnsToYaml(turns)));
+    files.emplace_back(folder / "turns.yaml", StatedTurnsToYaml(turns));
   }
-  const std::vector<StatedRate> rates = simulation->rates();
-  if (!rates.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically((folder / "rates.yaml").string(), StatedRatesToYaml(rates)));
+  if (const std::vector<StatedRate> rates = simulation->rates(); !rates.empty()) {
+    files.emplace_back(folder / "rates.yaml", StatedRatesToYaml(rates));
   }
+  TRUETRIAD_RETURN_IF_ERROR(WriteFiles(files));
   return truth;
 }
 
@@ -183,70 +164,55 @@ Status WriteUnit(const Scenario& scenario,
 }
 
 /// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
-/// the bytes are the same however many threads there are.
-class Fleet {
- public:
-  Fleet(const Scenario& scenario, fs::path folder)
-      : scenario_(scenario), folder_(std::move(folder)) {}
-
-  /// Error: the first of any unit; the others are then given up. A signal that has been noted ends
-  /// the program as it would have done, once what was written so far is removed.
-  Status Write(int threads, const ProgressCallback& progress) {
-    const auto count = static_cast<std::size_t>(std::min(threads, scenario_.count));
-    shares_ = std::vector<std::atomic<double>>(count);
-    running_ = count;
-    std::vector<std::jthread> workers;
-    for (std::size_t i = 0; i < count; ++i) workers.emplace_back([this, i] { Work(&shares_[i]); });
-    std::unique_lock lock(mutex_);
-    while (running_ > 0) {
-      ended_.wait_for(lock, std::chrono::milliseconds(100));
-      if (IsInterrupted()) {
-        std::error_code ignored;
-        fs::remove_all(folder_, ignored);
-        EndAsInterrupted();
-      }
-      if (!progress) continue;
-      double done = finished_;
-      for (const std::atomic<double>& share : shares_) done += share;
-      progress(std::min(1.0, done / scenario_.count));
-    }
-    lock.unlock();
-    workers.clear();
-    return failure_ ? Status(*failure_) : Status();
-  }
-
- private:
-  void Work(std::atomic<double>* share) {
-    for (int index = next_++; index < scenario_.count && !given_up_; index = next_++) {
-      const SimulatedUnit unit = DrawUnit(scenario_, index);
-      const fs::path folder = scenario_.count > 1 ? folder_ / unit.serial : folder_;
-      const Status status =
-          WriteUnit(scenario_, index, folder, [share](double value) { *share = value; });
+/// the bytes are the same however many threads there are. Error: the first of any unit; the others
+/// are then given up. A signal that has been noted ends the program as it would have done, once
+/// what was written so far is removed.
+Status WriteUnits(const Scenario& scenario,
+                  const fs::path& folder,
+                  int threads,
+                  const ProgressCallback& progress) {
+  const auto count = static_cast<std::size_t>(std::min(threads, scenario.count));
+  std::vector<std::atomic<double>> shares(count);  // Of the unit that each thread is at.
+  std::atomic<int> next = 0, finished = 0;
+  std::mutex mutex;
+  std::condition_variable ended;
+  std::size_t running = count;  // Guarded by the mutex, as is the failure.
+  std::optional<Error> failure;
+  std::vector<std::jthread> workers;
+  const auto work = [&](std::atomic<double>* share) {
+    for (int index = next++; index < scenario.count; index = next++) {
+      const std::string serial = DrawUnit(scenario, index).serial;
+      const Status status = WriteUnit(
+          scenario, index, scenario.count > 1 ? folder / serial : folder, [share](double value) {
+            *share = value;
+          });
       *share = 0.0;
-      ++finished_;
+      ++finished;
       if (status) continue;
-      const std::lock_guard lock(mutex_);
-      given_up_ = true;
-      if (!failure_) {
-        failure_ = Error{status.error().code, unit.serial + ": " + status.error().message};
-      }
+      const std::lock_guard lock(mutex);
+      next = scenario.count;
+      if (!failure) failure = Error{status.error().code, serial + ": " + status.error().message};
     }
-    const std::lock_guard lock(mutex_);
-    --running_;
-    ended_.notify_all();
+    const std::lock_guard lock(mutex);
+    --running;
+    ended.notify_all();
+  };
+  for (std::atomic<double>& share : shares) workers.emplace_back(work, &share);
+  std::unique_lock lock(mutex);
+  while (running > 0) {
+    ended.wait_for(lock, std::chrono::milliseconds(100));
+    if (IsInterrupted()) {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+      EndAsInterrupted();
+    }
+    const double parts = std::accumulate(shares.begin(), shares.end(), 0.0);
+    if (progress) progress(std::min(1.0, (finished + parts) / scenario.count));
   }
-
-  const Scenario& scenario_;
-  fs::path folder_;
-  std::atomic<int> next_ = 0;
-  std::atomic<int> finished_ = 0;
-  std::atomic<bool> given_up_ = false;
-  std::vector<std::atomic<double>> shares_;  ///< Of the unit that each thread is at.
-  std::mutex mutex_;
-  std::condition_variable ended_;
-  std::size_t running_ = 0;  ///< Guarded by mutex_, as is failure_.
-  std::optional<Error> failure_;
-};
+  lock.unlock();
+  workers.clear();
+  return failure ? Status(*failure) : Status();
+}
 
 /// About what the recordings of all units take on the disk.
 struct ExpectedSize {
@@ -281,33 +247,29 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
                              Simulation::Create(scenario, 0));
   const ExpectedSize size = SizeOf(scenario, *unit);
   constexpr double kBytesAGb = 1e9;
-  char text[200];
-  std::snprintf(text, sizeof text, "%.3g rows, about %.3g GB", size.rows, size.bytes / kBytesAGb);
+  const std::string text = Formatted("%.3g rows, about %.3g GB", size.rows, size.bytes / kBytesAGb);
   std::error_code unknown;
   const fs::space_info space = fs::space(folder, unknown);
   if (!unknown && size.bytes > static_cast<double>(space.available)) {
-    char room[64];
-    std::snprintf(room, sizeof room, "%.3g GB", static_cast<double>(space.available) / kBytesAGb);
     return Error(ErrorCode::kCannotWrite,
                  {FLAGS_output},
-                 std::string("the recording would need ") + text + ", but only " + room +
-                     " are free; shorten the motion, lower the rates or simulate fewer units");
+                 "the recording would need " + text +
+                     Formatted(", but only %.3g GB are free; shorten the motion, lower the rates "
+                               "or simulate fewer units",
+                               static_cast<double>(space.available) / kBytesAGb));
   }
-  if (size.bytes > kBytesAGb) Note(std::string("truetriad simulate: writing ") + text);
+  if (size.bytes > kBytesAGb) Note("truetriad simulate: writing " + text);
   return {};
 }
 
 /// The files of one unit stand in the output folder itself, perhaps beside what it is made from.
 Status CheckKeepsInputs(const Scenario& scenario) {
   if (scenario.count > 1) return {};
-  const fs::path folder = FLAGS_output;
   for (const char* name :
        {"recording.yaml", "truth.yaml", "poses.yaml", "turns.yaml", "rates.yaml"}) {
-    if (InputGuard::Holds((folder / name).string())) {
-      return InputGuard::Refusal((folder / name).string());
-    }
+    if (InputGuard::Holds(InOutput(name))) return InputGuard::Refusal(InOutput(name));
   }
-  const std::string poses = (folder / "poses.yaml").string();
+  const std::string poses = InOutput("poses.yaml");
   const Result<std::string> there = LookAtSmallFile(poses);
   if (there && (there->starts_with("program:") || there->find("\nprogram:") != there->npos)) {
     return Error(ErrorCode::kConflictingArguments,
@@ -319,43 +281,41 @@ Status CheckKeepsInputs(const Scenario& scenario) {
 }
 
 VerbResult ResultOf(const Scenario& scenario) {
-  const fs::path folder = FLAGS_output;
   VerbResult result;
   result.result = {{"output", FLAGS_output}, {"units", Json::array()}};
+  Json& units = result.result["units"];
   for (int unit = 0; unit < scenario.count; ++unit) {
-    result.result["units"].push_back(DrawUnit(scenario, unit).serial);
+    units.push_back(DrawUnit(scenario, unit).serial);
   }
   if (scenario.count > 1) {
-    result.text = std::to_string(scenario.count) + " units, from " +
-                  (folder / DrawUnit(scenario, 0).serial).string() + " to " +
-                  (folder / DrawUnit(scenario, scenario.count - 1).serial).string() +
+    result.text = std::to_string(scenario.count) + " units, from " + InOutput(units.front()) +
+                  " to " + InOutput(units.back()) +
                   ", each with recording.yaml, truth.yaml, attitudes.csv and poses.yaml\n";
     return result;
   }
   if (scenario.sessions > 1) {
     result.text = std::to_string(scenario.sessions) + " sessions, from " +
-                  (folder / "session-1" / "recording.yaml").string() +
-                  " on\nTruth: " + (folder / "truth.yaml").string() + '\n';
+                  InOutput("session-1/recording.yaml") + " on\nTruth: " + InOutput("truth.yaml") +
+                  '\n';
     return result;
   }
-  for (const auto& [title, name] : {std::pair("Recording:", "recording.yaml"),
-                                    std::pair("Truth:    ", "truth.yaml"),
-                                    std::pair("Attitudes:", "attitudes.csv"),
-                                    std::pair("Rests:    ", "poses.yaml"),
-                                    std::pair("Turns:    ", "turns.yaml"),
-                                    std::pair("Rates:    ", "rates.yaml")}) {
+  for (const auto& [title, name] : {std::pair("Recording: ", "recording.yaml"),
+                                    std::pair("Truth:     ", "truth.yaml"),
+                                    std::pair("Attitudes: ", "attitudes.csv"),
+                                    std::pair("Rests:     ", "poses.yaml"),
+                                    std::pair("Turns:     ", "turns.yaml"),
+                                    std::pair("Rates:     ", "rates.yaml")}) {
     std::error_code missing;
-    if (!fs::exists(folder / name, missing)) continue;
-    result.text += std::string(title) + ' ' + (folder / name).string() + '\n';
+    if (fs::exists(InOutput(name), missing)) result.text += title + InOutput(name) + '\n';
   }
   return result;
 }
 
 Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   if (FLAGS_jobs < 0) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--jobs=" + std::to_string(FLAGS_jobs) +
-                     " is invalid; expected 1 or more, or 0 for one per core");
+    return BadValue("jobs",
+                    std::to_string(FLAGS_jobs),
+                    " is invalid; expected 1 or more, or 0 for one per core");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
@@ -364,11 +324,9 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_jobs > 0 ? FLAGS_jobs : cores);
-  {
-    NoteInterruptions();
-    ProgressLine progress("simulating " + scenario.serial);
-    TRUETRIAD_RETURN_IF_ERROR(Fleet(scenario, staging->path()).Write(threads, progress.callback()));
-  }
+  NoteInterruptions();
+  ProgressLine progress("simulating " + scenario.serial);
+  TRUETRIAD_RETURN_IF_ERROR(WriteUnits(scenario, staging->path(), threads, progress.callback()));
   TRUETRIAD_RETURN_IF_ERROR(MoveInto(staging->path(), FLAGS_output));
   return ResultOf(scenario);
 }
@@ -376,27 +334,22 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
 }  // namespace
 
 Command SimulateCommand() {
-  return {.name = "simulate",
-          .summary = "What would a unit with known errors record?",
-          .examples =
-              "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
-              "--output=out/simulated\n"
-              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
-              "--input=out/simulated/recording.yaml --output=out/estimated\n"
-              "build/truetriad compare --a=out/simulated/truth.yaml "
-              "--b=out/estimated/calibration.yaml",
-          .details =
-              "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (the true "
-              "calibration),\nDIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml "
-              "(the rows of every\nrest); for `turn` or `turntable` steps also DIR/turns.yaml and "
-              "DIR/rates.yaml. With\n`count:` above 1, writes one folder per unit. The same seed "
-              "gives the same bytes. All\nkeys are in docs/simulation.md.\n",
-          .flags = {{"config", "SCENARIO.yaml", true},
-                    {"output", "DIR", true},
-                    {"set", "KEY=VALUE,...", false, {}, true},
-                    {"jobs", "N"}},
-          .words = {"config"},
-          .run = RunSimulate};
+  return {
+      .name = "simulate",
+      .summary = "What would a unit with known errors record?",
+      .examples =
+          R"(build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml --output=out/simulated
+build/truetriad calibrate --config=configs/experiments/joint.yaml --input=out/simulated/recording.yaml --output=out/estimated
+build/truetriad compare --a=out/simulated/truth.yaml --b=out/estimated/calibration.yaml)",
+      .details = R"(Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (the true calibration),
+DIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml (the rows of every
+rest); for `turn` or `turntable` steps also DIR/turns.yaml and DIR/rates.yaml. With
+`count:` above 1, writes one folder per unit. The same seed gives the same bytes. All
+keys are in docs/simulation.md.
+)",
+      .flags = "config=SCENARIO.yaml! output! set* jobs",
+      .words = {"config"},
+      .run = RunSimulate};
 }
 
 }  // namespace truetriad

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "allan/allan_file.h"
+#include "allan/allan_report.h"
+#include "io/pose_program_file.h"
+#include "io/whole_file.h"
+#include "io/yaml_reader.h"
+#include "json/plain_yaml.h"
+#include "json/verb_json.h"
+#include "report/plan.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/allan/allan.h"
+#include "truetriad/base/version.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording.h"
+#include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
+
+DEFINE_string(program, "", "PROGRAM.yaml: program.yaml to evaluate instead of making a new one");
+DEFINE_double(rate_hz, 0.0, "NUMBER: samples per second, for a log without time");
+DEFINE_string(white_range,
+              "",
+              "LOW,HIGH: tau range in seconds for fitting the noise density, as in 0.3,3 (default: "
+              "chosen from the curve)");
+
+namespace truetriad {
+namespace {
+
+Result<VerbResult> RunInspect(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const PosesConfig config, ParsePoses(FLAGS_poses));
+  ProgressLine reading("reading " + FLAGS_input);
+  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded,
+                             LoadPoses(FLAGS_input, config, reading.callback()));
+  ProgressLine calibrating("calibrating " + FLAGS_input);
+  const Result<Calibration> tried =
+      TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
+  // What cannot be read was refused above: here something is missing.
+  const bool is_enough = tried && tried->IsUsable();
+  VerbResult result{.text = InspectionText(loaded.poses, tried), .result = ToJson(loaded.poses)};
+  result.findings = loaded.poses.findings;
+  result.grade = InspectionGrade(tried);
+  result.result["usable"] = is_enough;
+  if (!is_enough) {
+    result.exit_code = kExitNotEnough;
+    const Finding refusal = tried ? *FirstRefusal(tried->findings) : RefusalOf(tried.error());
+    result.failure = refusal.Message();
+    result.findings.push_back(refusal);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(InspectionHtml(loaded.poses, tried), &result));
+  return result;
+}
+
+Result<VerbResult> RunInit(const std::vector<std::string>& words) {
+  const std::vector<std::string> inputs = StatedInputs(words);
+  ProgressLine progress("looking at " + inputs.front());
+  const std::string folder = std::filesystem::path(FLAGS_output).parent_path().string();
+  TRUETRIAD_ASSIGN_OR_RETURN(const FirstLook look,
+                             InitialExperiment(inputs, folder, progress.callback()));
+  const std::string& experiment = look.experiment_yaml;
+  const Json json = JsonOfPlainYaml(experiment);
+  if (FLAGS_output.empty()) return VerbResult{.text = experiment, .result = {{"config", json}}};
+  // People write into it.
+  if (const auto there = ReadSmallFile(FLAGS_output); there && *there != experiment) {
+    return Error(ErrorCode::kConflictingArguments,
+                 "--output=" + FLAGS_output +
+                     " exists and may have been edited; choose another file, or remove it");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_output, experiment));
+  return VerbResult{.text = FLAGS_output + '\n',
+                    .result = {{"output", FLAGS_output}, {"config", json}}};
+}
+
+Result<VerbResult> RunCheck(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
+                             ReadExperiment(FLAGS_config, Overrides()));
+  // All files that it names, and all sensors.
+  std::vector<std::string> files = experiment.inputs, sensors;
+  const KnownMotionsConfig& motions = experiment.poses.known_motions;
+  files.insert(files.end(),
+               {experiment.poses.file,
+                experiment.attitudes_file,
+                experiment.static_file,
+                experiment.forces_file,
+                motions.turns_file,
+                motions.rates_file});
+  for (const Triad triad : kTriads) {
+    files.push_back(experiment.allan_files[triad]);
+    if (experiment.options.triads[triad].enabled) sensors.emplace_back(TriadName(triad));
+  }
+  for (const std::string& file : files) {
+    std::error_code failure;
+    if (file.empty() || std::filesystem::exists(file, failure)) continue;
+    Note("note: there is no " + std::filesystem::path(file).lexically_normal().string() +
+         " now; paths in an experiment are as seen from its folder");
+  }
+  std::string text = FLAGS_config + ": valid; calibrates ";
+  for (const std::string& sensor : sensors) text += (&sensor == &sensors[0] ? "" : ", ") + sensor;
+  return VerbResult{.text = text + '\n',
+                    .result = {{"config", JsonOfPlainYaml(experiment.resolved_yaml)}}};
+}
+
+Result<VerbResult> RunPlan(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
+  if (!FLAGS_program.empty()) {
+    if (!experiment.plan) experiment.plan = PlanConfig();
+    experiment.plan->program = FLAGS_program;
+  }
+  std::string measured = FLAGS_input;
+  if (measured.empty() && experiment.plan && experiment.plan->from_recording) {
+    if (experiment.inputs.size() > 1) {
+      return Error(ErrorCode::kConflictingArguments,
+                   {FLAGS_config},
+                   "`start: recording` takes one recording; give it as --input=LOG");
+    }
+    if (experiment.inputs.size() == 1) measured = experiment.inputs.front();
+    if (measured.empty()) {
+      return Error(ErrorCode::kMissingArgument,
+                   {FLAGS_config},
+                   "`start: recording` needs a recording; add `input:` or give --input=LOG");
+    }
+  }
+  if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  ProgressLine progress("reading " + measured);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
+                             PlanExperiment(std::move(experiment), measured, progress.callback()));
+  std::string text = PlanText(plan);
+  if (!FLAGS_output.empty()) {
+    const std::string program = InOutput("program.yaml"), page = InOutput("program.html");
+    TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+    TRUETRIAD_RETURN_IF_ERROR(
+        WriteFiles({{program, PoseProgramToYaml(plan.program)}, {page, PlanHtml(plan)}}));
+    text += "\nProgram:  " + program + "\nPictures: " + page + '\n';
+  }
+  return VerbResult{.exit_code = plan.IsMet() ? kExitGood : kExitNotEnough,
+                    .text = std::move(text),
+                    .result = ToJson(plan),
+                    .grade = GradeOf(plan)};
+}
+
+/// Programs that are told of a sensor's noise.
+constexpr std::array<std::string_view, 3> kNoiseFormats = {"kalibr", "openvins", "ros2"};
+
+/// "0.3,3" as two numbers.
+Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text) {
+  if (text.empty()) return std::optional<std::array<double, 2>>();
+  std::array<double, 2> range{};
+  const char* const end = text.data() + text.size();
+  const auto low = std::from_chars(text.data(), end, range[0]);
+  if (low.ec == std::errc() && low.ptr != end && *low.ptr == ',') {
+    const auto high = std::from_chars(low.ptr + 1, end, range[1]);
+    if (high.ec == std::errc() && high.ptr == end) return std::optional(range);
+  }
+  return BadValue("white_range", text, " is invalid; expected two times in seconds, as in 0.3,3");
+}
+
+/// What --to names, to be written into the folder of --output.
+Result<std::vector<FormatInfo>> ParseNoiseFormats() {
+  std::vector<FormatInfo> formats;
+  for (const std::string& name : CommaSeparated(FLAGS_to)) {
+    if (std::find(kNoiseFormats.begin(), kNoiseFormats.end(), name) == kNoiseFormats.end()) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--to: `" + name + "` takes no noise; expected kalibr, openvins or ros2");
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(formats.emplace_back(), InfoOfFormat(name));
+  }
+  if (!formats.empty() && FLAGS_output.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "--to=" + FLAGS_to + " writes a file; name its folder, --output=DIR");
+  }
+  return formats;
+}
+
+/// What goes into the folder of --output, but for the names: paths and texts.
+Result<FileTexts> TextsOf(const AllanResult& result, const std::vector<FormatInfo>& formats) {
+  FileTexts files = {{InOutput("allan.yaml"), AllanToYaml(result)},
+                     {InOutput("allan.svg"), AllanSvg(result)}};
+  ExportOptions options;
+  options.software_version = Version();
+  options.allan = result;
+  for (const FormatInfo& format : formats) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Export noise, ExportNoise(format.name, options));
+    for (const std::string& warning : noise.warnings) {
+      Warn(std::string(format.name) + ": " + warning);
+    }
+    files.emplace_back(InOutput(std::string(format.file_name)), noise.files[0].text);
+  }
+  return files;
+}
+
+Result<VerbResult> RunAllan(const std::vector<std::string>&) {
+  AllanOptions options;
+  options.rate_hz = FLAGS_rate_hz;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto range, ParseRange(FLAGS_white_range));
+  options.white_range_s = range;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<FormatInfo> formats, ParseNoiseFormats());
+  if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(FLAGS_input));
+  ProgressLine progress("reading " + FLAGS_input);
+  TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult result,
+                             AnalyseAllan(*source, options, progress.callback()));
+  progress.Wipe();
+  VerbResult said{.exit_code = result.at_rest() ? kExitGood : kExitNotEnough,
+                  .text = AllanText(result),
+                  .result = ToJson(result)};
+  FileTexts files;
+  if (!FLAGS_output.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(files, TextsOf(result, formats));
+    TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+    said.text += "\nResult: " + files[0].first + "\nPlot:   " + files[1].first + "\n";
+    for (std::size_t i = 2; i < files.size(); ++i) said.text += "Noise:  " + files[i].first + "\n";
+  }
+  WholeFiles whole;
+  for (const auto& [path, text] : files) TRUETRIAD_RETURN_IF_ERROR(whole.Write(path, text));
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(AllanHtml(result), &said));
+  TRUETRIAD_RETURN_IF_ERROR(whole.Commit());
+  return said;
+}
+
+}  // namespace
+
+Command InspectCommand() {
+  return {.name = "inspect",
+          .summary = "What does this log contain, and is it enough to calibrate?",
+          .examples = R"(build/truetriad inspect datasets/demo/recording.csv)",
+          .details =
+              R"(Prints rates, gaps, the poses found, their coverage, the noise within rests and the
+temperature range.
+)",
+          .flags = "input! poses report",
+          .words = {"input"},
+          .run = RunInspect};
+}
+
+Command InitCommand() {
+  return {
+      .name = "init",
+      .summary = "How does an experiment for this log begin?",
+      .examples = R"(build/truetriad init datasets/demo/recording.csv > unit.yaml
+build/truetriad calibrate -c unit.yaml -o out/unit)",
+      .details =
+          R"(Prints the experiment that `calibrate LOG` makes for itself, with comments on what to state.
+Paths in it are as seen from the folder of -o, or from the current one: keep it there.
+)",
+      .flags = "input=LOG,...! output=FILE",
+      .more_words = "input",
+      .run = RunInit};
+}
+
+Command CheckCommand() {
+  return {
+      .name = "check",
+      .summary = "Is this experiment valid?",
+      .examples = R"(build/truetriad check configs/experiments/joint.yaml)",
+      .details =
+          R"(Reads the experiment and its presets, but no log. Exit code 2: what is wrong, each with its line.
+)",
+      .flags = "config! set*",
+      .words = {"config"},
+      .run = RunCheck};
+}
+
+Command PlanCommand() {
+  return {
+      .name = "plan",
+      .summary = "Which poses should I take, and how good will the calibration be?",
+      .examples = R"(build/truetriad plan --config=configs/plans/joint-12.yaml --output=out/plan)",
+      .details =
+          R"(EXPERIMENT.yaml has a `plan:` block (docs/planning.md). --input adds poses that are
+already measured. Writes DIR/program.yaml, which `simulate` can follow, and
+DIR/program.html with a picture of every pose. Exit code 3: some parameters remain
+unobservable, or the wanted sigmas are not reached.
+)",
+      .flags = "config! input program output set*",
+      .words = {"config"},
+      .run = RunPlan};
+}
+
+Command AllanCommand() {
+  return {
+      .name = "allan",
+      .summary = "How noisy is each axis at rest, and how stable is its bias?",
+      .examples =
+          R"(build/truetriad simulate --config=configs/scenarios/at-rest.yaml --output=out/at-rest
+build/truetriad allan --input=out/at-rest/recording.yaml --output=out/allan)",
+      .details =
+          R"(Computes the overlapping Allan deviation of a log of a unit at rest (an hour or more) and,
+with 95 % intervals, noise density N, bias instability B, rate random walk K and
+quantisation Q. With --output, writes DIR/allan.yaml and DIR/allan.svg; with --report, a page;
+see docs/allan.md. --to adds what other programs read, of the log alone: Kalibr's imu.yaml, OpenVINS'
+kalibr_imu_chain.yaml, ROS 2 parameters. Exit code 3: a sensor was not at rest, and its coefficients are not stated.
+)",
+      .flags = "input! output to=FORMAT[,FORMAT] report rate_hz white_range",
+      .values = {{"to", {kNoiseFormats.begin(), kNoiseFormats.end()}}},
+      .words = {"input"},
+      .run = RunAllan};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <gflags/gflags.h>
+#include <unistd.h>
+
+#include "base/utf8.h"
+#include "fleet/collect.h"
+#include "fleet/line_reader.h"
+#include "fleet/run_table.h"
+#include "fleet/store.h"
+#include "fleet/unit_folders.h"
+#include "io/input_guard.h"
+#include "io/whole_file.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_progress.h"
+#include "tools/truetriad/log_conversion.h"
+#include "tools/truetriad/output_folder.h"
+#include "truetriad/io/calibration_file.h"
+
+DEFINE_string(sql, "", "SELECT: a question in SQL; the tables are in docs/fleet.md");
+DEFINE_string(where,
+              "",
+              "CONDITION: of which runs, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
+DEFINE_bool(csv, false, "print CSV");
+DEFINE_string(runs,
+              "standing",
+              "WHICH: of which runs: standing, those that count, one a unit; or all");
+DEFINE_bool(unfinished,
+            false,
+            "take files of shards, too, that are still being written or were cut off");
+DEFINE_string(unit, "", "SERIAL: the serial number of a unit in the store");
+DEFINE_string(who, "", "NAME: who decides");
+DEFINE_string(verdict, "", "VERDICT: what the unit is from now on");
+DEFINE_string(why, "", "TEXT: why, in one line");
+
+namespace truetriad {
+namespace {
+
+/// What is asked where only `--where` is given: of each unit the run that counts.
+std::string Question() {
+  if (!FLAGS_sql.empty()) return FLAGS_sql;
+  return "SELECT serial, final_verdict, verdict, code, first_verdict, attempts, disposed_by, "
+         "recorded, recorded_by, log, folder" +
+         fleet::FromWhere("standing", {.where = FLAGS_where}) + " ORDER BY recorded, serial";
+}
+
+/// Fields with commas, quotes or line ends are quoted, as is what a spreadsheet takes for a
+/// formula.
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string CsvOf(const fleet::Table& table) {
+  std::string text;
+  const auto add = [&text](const auto& row, const auto& field_of) {
+    for (std::size_t i = 0; i < row.size(); ++i) text += (i > 0 ? "," : "") + field_of(row[i]);
+    text += '\n';
+  };
+  add(table.columns, CsvField);
+  for (const auto& row : table.rows) {
+    add(row, [](const std::optional<std::string>& field) { return field ? CsvField(*field) : ""; });
+  }
+  return text;
+}
+
+/// On a terminal, control characters are none; a file or another program takes the bytes.
+std::string ForStdout(std::string text) {
+  return isatty(STDOUT_FILENO) == 1 ? Printable(text) : std::move(text);
+}
+
+/// One line of text, whatever is in it.
+std::string Flat(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return text;
+}
+
+/// As it is shown to people: of bytes how many there are.
+std::string Shown(const fleet::Table& table,
+                  std::size_t column,
+                  const std::optional<std::string>& field) {
+  if (!field || !table.are_bytes[column]) return Flat(field.value_or(""));
+  return "<blob " + std::to_string(field->size() / 2) + " bytes>";  // Two digits each.
+}
+
+std::string TextOf(const fleet::Table& table) {
+  std::vector<std::size_t> widths;
+  for (const std::string& column : table.columns) widths.push_back(column.size());
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths[i] = std::max(widths[i], Shown(table, i, row[i]).size());
+    }
+  }
+  std::string text;
+  const auto add = [&](std::size_t i, const std::string& field) {
+    const std::string space(widths[i] - field.size(), ' ');
+    const bool is_last = i + 1 == widths.size();
+    text += table.are_numbers[i] ? space + field : field + (is_last ? "" : space);
+    text += is_last ? "\n" : "  ";
+  };
+  for (std::size_t i = 0; i < widths.size(); ++i) add(i, table.columns[i]);
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) add(i, Shown(table, i, row[i]));
+  }
+  return text;
+}
+
+Json JsonOf(const fleet::Table& table) {
+  Json rows = Json::array();
+  for (const auto& row : table.rows) {
+    Json& item = rows.emplace_back(Json::object());
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      Json& field = item[table.columns[i]];
+      if (!row[i]) continue;
+      field = *row[i];
+      if (!table.are_numbers[i]) continue;
+      const Json number = Json::parse(*row[i], nullptr, /*allow_exceptions=*/false);
+      if (number.is_number()) field = number;
+    }
+  }
+  return rows;
+}
+
+Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
+  if (!FLAGS_sql.empty() && !FLAGS_where.empty()) {
+    return Error(ErrorCode::kConflictingArguments, "--sql and --where ask two questions; give one");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_sql.empty() || !FLAGS_where.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Table table, store->Query(Question()));
+  if (table.rows.empty() && !FLAGS_csv) Note(FLAGS_sql.empty() ? "no units" : "no rows");
+  return VerbResult{.text = FLAGS_csv ? ForStdout(CsvOf(table)) : TextOf(table),
+                    .result = {{"columns", table.columns}, {"rows", JsonOf(table)}}};
+}
+
+constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
+
+/// Writes the typed table beside the output, and has the program of the optional part make Parquet
+/// of it.
+Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection& which) {
+  if (InputGuard::Holds(FLAGS_output)) return InputGuard::Refusal(FLAGS_output);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string program,
+                             FindNodeProgram("truetriad-export-parquet", "--to=parquet"));
+  const std::string table = TemporaryNameBeside(FLAGS_output);
+  const auto write = [&]() -> Result<std::size_t> {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
+                               fleet::ExportTypedTable(store, which, table));
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const ProgramRun run,
+        RunProgram(program, {table, "--output=" + FLAGS_output}, /*captures=*/true));
+    if (run.exit_code == kExitGood) return runs;
+    return Error(ErrorCode::kCannotWrite, {FLAGS_output}, "cannot be written: " + run.err);
+  };
+  const Result<std::size_t> runs = write();
+  std::error_code ignored;
+  std::filesystem::remove(table, ignored);
+  return runs;
+}
+
+Result<std::size_t> WriteRuns(fleet::Store& store, const fleet::RunSelection& which) {
+  if (FLAGS_to == "csv") return fleet::ExportCsv(store, which, FLAGS_output);
+  if (FLAGS_to == "jsonl") return fleet::ExportJsonLines(store, which, FLAGS_output);
+  if (FLAGS_to == "parquet") return ExportParquet(store, which);
+  return Error(ErrorCode::kUnknownName,
+               "--to=" + FLAGS_to + " is not a format; expected csv, jsonl or parquet");
+}
+
+Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("runs", FLAGS_runs, {kStandingRuns, kAllRuns}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_output));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
+                             WriteRuns(*store, {FLAGS_runs == kStandingRuns, FLAGS_where}));
+  return VerbResult{.text = FLAGS_output + ": " + std::to_string(runs) + " runs\n",
+                    .result = {{"file", FLAGS_output}, {"format", FLAGS_to}, {"runs", runs}}};
+}
+
+/// "1, 4 and 7 further ones"
+std::string ShardList(const std::vector<int>& shards) {
+  constexpr std::size_t kMost = 20;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(shards.size(), kMost); ++i) {
+    text += (text.empty() ? "" : ", ") + std::to_string(shards[i]);
+  }
+  if (shards.size() > kMost) {
+    text += " and " + std::to_string(shards.size() - kMost) + " further ones";
+  }
+  return text;
+}
+
+Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
+  if (sources.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "nothing to collect; name the shards' files, as in day/*.jsonl, or stores");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Collected collected,
+                             fleet::Collect(sources, FLAGS_store, FLAGS_unfinished));
+  if (!collected.missing.empty()) {
+    Note("note: no file and no run of shard " + ShardList(collected.missing) + " of " +
+         std::to_string(collected.shards) + " (counted from 0)");
+  }
+  for (const std::string& source : collected.unfinished) {
+    Note("note: " + source + " is not finished: units of its shard may be missing");
+  }
+  constexpr std::size_t kMostCopies = 10;
+  for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
+    Warn(collected.copies[i] +
+         "; find out which unit was measured, and refuse the other with `truetriad fleet dispose`");
+  }
+  if (collected.copies.size() > kMostCopies) {
+    Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
+         " further units with the readings of another");
+  }
+  for (const std::string& note : collected.notes) Warn(note);
+  const std::string store = fleet::ShownStore(FLAGS_store);
+  Json shown = Json::array();
+  for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
+  return VerbResult{
+      // The store knows of it, but files of units that may not leave are as they were.
+      .exit_code = collected.unsafe.empty() ? kExitGood : kExitOutsideLimits,
+      .text = std::to_string(collected.runs) + (collected.runs == 1 ? " run in " : " runs in ") +
+              std::to_string(sources.size()) + (sources.size() == 1 ? " source, " : " sources, ") +
+              std::to_string(collected.added) + " of them new\n  Store: " + store + '\n',
+      .result = {{"sources", shown},
+                 {"runs", collected.runs},
+                 {"added", collected.added},
+                 {"shards", collected.shards},
+                 {"missing", collected.missing},
+                 {"copies", collected.copies},
+                 {"unfinished", collected.unfinished},
+                 {"unreached", collected.unsafe},
+                 {"store", store}}};
+}
+
+std::vector<std::string> VerdictsOfPeople() {
+  std::vector<std::string> names;
+  for (const Verdict verdict : fleet::kVerdictsOfPeople) {
+    names.emplace_back(VerdictName(verdict));
+  }
+  return names;
+}
+
+Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
+  const std::optional<Verdict> verdict = VerdictFromName(FLAGS_verdict);
+  if (!verdict) {
+    std::string names;
+    for (const std::string& name : VerdictsOfPeople()) names += (names.empty() ? "" : ", ") + name;
+    return BadValue("verdict", FLAGS_verdict, " is not known; expected one of " + names);
+  }
+  // No store is made of a misspelt name.
+  TRUETRIAD_RETURN_IF_ERROR(fleet::OpenStoreToRead(FLAGS_store));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStore(FLAGS_store));
+  const fleet::Disposition disposition = {.id = fleet::NewRunId(),
+                                          .serial = FLAGS_unit,
+                                          .created = TimestampUtc(),
+                                          .who = FLAGS_who,
+                                          .why = FLAGS_why,
+                                          .verdict = *verdict};
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const fleet::Agreement agreed,
+      fleet::AgreeFolders(*store, added.serial, fleet::UnitsBeside(FLAGS_store)));
+  std::vector<std::string> unreached;
+  for (const fleet::Unreached& one : agreed.unreached) {
+    Warn(one.error.message + "; `export` does not know of this decision there");
+    unreached.push_back(one.error.message);
+  }
+  std::string text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n";
+  for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
+  if (verdict == Verdict::kPass) text += "Export again what is to leave.\n";
+  // The store knows of it, but files of a unit that may not leave are as they were.
+  return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
+                    .text = text,
+                    .result = {{"disposition", added.id},
+                               {"serial", added.serial},
+                               {"run", added.run},
+                               {"verdict", FLAGS_verdict},
+                               {"withdrawn", agreed.withdrawn},
+                               {"unreached", unreached}}};
+}
+
+}  // namespace
+
+Command FleetQueryCommand() {
+  return {
+      .name = "fleet query",
+      .summary = "What does the store say? In SQL, or of runs with some property.",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false
+build/truetriad fleet query --store=out/day/fleet.db --where="final_verdict = 'NO_LIMITS'")",
+      .details = R"(Nothing can be changed. Without a question: of every unit the run that counts.
+)",
+      .flags = "store! sql where csv",
+      .words = {"sql"},
+      .run = RunFleetQuery};
+}
+
+Command FleetExportCommand() {
+  return {
+      .name = "fleet export",
+      .summary = "How do I use the runs of a store in a spreadsheet or another program?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false
+build/truetriad fleet export --store=out/day/fleet.db --to=csv -o out/day/runs.csv)",
+      .details =
+          R"(csv and parquet: a row a run, with the value and sigma of every parameter, and with what is judged. jsonl:
+whole runs, from which `fleet collect` makes the store again; of all runs with --runs=all. parquet needs Node.js.
+)",
+      .flags = "store=FILE! to=FORMAT! output=FILE! runs where",
+      .values = {{"to", {"csv", "jsonl", "parquet"}}, {"runs", {kStandingRuns, kAllRuns}}},
+      .run = RunFleetExport};
+}
+
+Command FleetCollectCommand() {
+  return {
+      .name = "fleet collect",
+      .summary = "How do I bring the runs of several machines into one store?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false --shard=0/2 --store=out/day/0.jsonl
+build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 --store=out/day/1.jsonl
+build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl --store=out/day/all.db)",
+      .details =
+          R"(Files of runs and stores, all of the same number of shards. Runs that are in the store stay as they are:
+collecting again adds what has come since. Nothing is added where a source is spoilt, or a shard's file not finished.
+A file of runs does not know a unit's other runs: where one may not leave, exports of its other runs are
+withdrawn as they are collected (4: where their files are not here).
+)",
+      .flags = "store=FILE! unfinished",
+      .more_words = "file",
+      .run = RunFleetCollect};
+}
+
+Command FleetDisposeCommand() {
+  return {
+      .name = "fleet dispose",
+      .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+build/truetriad fleet run out/line -o out/day --report=false
+build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
+      .details =
+          R"(It holds until a later decision, or until a later run counts that is of another recording; fleet run
+then says so. FAIL withdraws what was exported of all runs of the unit,
+and `export` refuses it; PASS is a concession. Calibrations, reports and exports state either;
+the store's runs stay as they are.
+)",
+      .flags = "unit! store! verdict! who! why!",
+      .values = {{"verdict", VerdictsOfPeople()}},
+      .words = {"unit"},
+      .run = RunFleetDispose};
+}
+
+}  // namespace truetriad
