@@ -9,7 +9,6 @@
 #include "base/sensor_line.h"
 #include "noise/deletion.h"
 #include "planning/plan_problem.h"
-#include "problem/graph_builder.h"
 #include "problem/lay_out.h"
 #include "problem/moves.h"
 #include "truetriad/base/triad.h"
@@ -33,7 +32,6 @@ constexpr double kUsualDipRad = std::numbers::pi / 3.0;
 // Where the graph is linearised, and what its rows are weighted with: from a calibration of what is
 // measured, if that is enough for one, else from what is stated.
 Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& options) {
-  const ReferenceOptions& reference = calibrate_.reference;
   const bool free_attitudes = calibrate_.attitudes.kind == AttitudeKind::kNone;
   std::optional<Calibration> calibrated;
   if (!measured.poses.empty()) {
@@ -49,11 +47,7 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
             ? "linearised at the calibration of the recording"
             : "the recording is not enough for a calibration; linearised at the nominal values");
   }
-  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
-  nominal_.reference << *reference.gravity_mps2.value,
-      reference.field_ut.value.value_or(options.nominal_field_ut.value_or(kUsualFieldUt)),
-      reference.dip_rad.value.value_or(options.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
-  for (const Triad triad : kPlannedTriads) {
+  for (const Triad triad : kTriads) {
     TriadOptions& sensor = calibrate_.triads[triad];
     if (!sensor.enabled) continue;
     const Unit& unit = measured_.Find(triad)->unit;
@@ -86,37 +80,46 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       if (model) model->sensitivity = model->sensitivity * Q;
     }
   }
+  ChooseReference(options, calibrated);
+  return ChooseNoise(measured, options, calibrated);
+}
+
+void PlanProblem::ChooseReference(const PlanOptions& options,
+                                  const std::optional<Calibration>& calibrated) {
+  const ReferenceOptions& reference = calibrate_.reference;
+  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
+  nominal_.reference << *reference.gravity_mps2.value,
+      reference.field_ut.value.value_or(options.nominal_field_ut.value_or(kUsualFieldUt)),
+      reference.dip_rad.value.value_or(options.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
+  double &field_ut = nominal_.reference[kField], &dip_rad = nominal_.reference[kDip];
   if (calibrated) {
-    if (calibrated->reference.field_ut)
-      nominal_.reference[kField] = *calibrated->reference.field_ut;
-    if (calibrated->reference.dip_rad) nominal_.reference[kDip] = *calibrated->reference.dip_rad;
-  } else if (calibrate_.triads[Triad::kMagnetometer].enabled) {
+    field_ut = calibrated->reference.field_ut.value_or(field_ut);
+    dip_rad = calibrated->reference.dip_rad.value_or(dip_rad);
+  } else if (nominal_.models[Triad::kMagnetometer]) {
     if (!reference.field_ut.known() && !options.nominal_field_ut) {
       messages_.push_back("field strength unknown: planned for " +
-                          Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
+                          Format("%.4g uT (plan.nominal.strength_ut)", field_ut));
     }
     if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
-      messages_.push_back(
-          "dip unknown: planned for " +
-          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
+      messages_.push_back("dip unknown: planned for " +
+                          Format("%.3g deg (plan.nominal.dip_deg)", dip_rad * kDegPerRad));
     }
   }
-  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
-    Eigen::Vector3d field = Eigen::Vector3d::Zero();
-    for (const StaticPose& pose : measured_.poses) {
-      if (!pose.triads[Triad::kMagnetometer] || !nominal_.models[Triad::kMagnetometer]) continue;
-      field += pose.attitude->world_from_body * nominal_.models[Triad::kMagnetometer]->TruthFromRaw(
-                                                    pose.triads[Triad::kMagnetometer]->mean_raw);
-    }
-    if (!field.isZero(0.0)) nominal_.reference[kHeading] = std::atan2(field.y(), field.x());
+  if (calibrate_.attitudes.kind != AttitudeKind::kGiven) return;
+  const std::optional<TriadModel<double>>& magnetometer = nominal_.models[Triad::kMagnetometer];
+  Eigen::Vector3d field = Eigen::Vector3d::Zero();
+  for (const StaticPose& pose : measured_.poses) {
+    const auto& reading = pose.triads[Triad::kMagnetometer];
+    if (!reading || !magnetometer) continue;
+    field += pose.attitude->world_from_body * magnetometer->TruthFromRaw(reading->mean_raw);
   }
-  return ChooseNoise(measured, options, calibrated);
+  if (!field.isZero(0.0)) nominal_.reference[kHeading] = std::atan2(field.y(), field.x());
 }
 
 Status PlanProblem::ChooseNoise(const PoseSet& measured,
                                 const PlanOptions& options,
                                 const std::optional<Calibration>& calibrated) {
-  for (const Triad triad : kPlannedTriads) {
+  for (const Triad triad : kTriads) {
     const TriadOptions& sensor = calibrate_.triads[triad];
     if (!sensor.enabled) continue;
     rest_covariance_[triad].setZero();
@@ -176,20 +179,42 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
   return {};
 }
 
+// About each axis, roughly: what the noise of a pose leaves of its attitude.
+double PlanProblem::AttitudeSigma() const {
+  double variance = attitude_sigma_rad_.squaredNorm() / 3.0;
+  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) return std::sqrt(variance);
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!nominal_.models[triad]) continue;
+    const Eigen::Matrix3d correction = nominal_.models[triad]->Correction();
+    const TriadOptions& sensor = calibrate_.triads[triad];
+    Eigen::Matrix3d covariance = rest_covariance_[triad];
+    if (sensor.noise_sigma_raw) covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
+    const double share =
+        ((correction * covariance * correction.transpose()).trace() / 3.0 + excess_[triad]) /
+        WorldVector(triad, nominal_.reference).squaredNorm();
+    variance = std::max(variance, share);
+  }
+  return std::sqrt(variance);
+}
+
 // How well a turn is known: by the noise inside the rests, which adds up over it.
 Status PlanProblem::ChooseTurns(const PlanOptions& options,
                                 const std::optional<Calibration>& calibrated) {
-  const Triad triad = Triad::kGyroscope;
-  const TriadOptions& sensor = calibrate_.triads[triad];
+  const TriadOptions& sensor = calibrate_.triads[Triad::kGyroscope];
+  turns_.gyroscope = *nominal_.models[Triad::kGyroscope];
+  turns_.is_bent = sensor.HasAxisTerm(Wanted::kYes);
+  turns_.attitude_sigma_rad = AttitudeSigma();
+  turns_.has_heading = has_heading_;
+  turns_.duration_s = options.turn_s;
+  turns_.sigma_rad = options.turn_sigma_rad;
+  if (calibrated && turns_.sigma_rad == 0.0) {
+    turns_.sigma_rad = calibrated->sensors[Triad::kGyroscope]->noise.turn_excess_sigma_rad;
+  }
+  excess_[NoiseComponent::kTurn] = turns_.sigma_rad * turns_.sigma_rad;
   const auto stream =
       std::find_if(measured_.streams.begin(), measured_.streams.end(), [](const auto& candidate) {
         return candidate.triad == Triad::kGyroscope;
       });
-  turns_.duration_s = options.turn_s;
-  turns_.sigma_rad = options.turn_sigma_rad;
-  if (calibrated && turns_.sigma_rad == 0.0) {
-    turns_.sigma_rad = calibrated->sensors[triad]->noise.turn_excess_sigma_rad;
-  }
   turns_.rate_hz = stream->rate_hz > 0.0 ? stream->rate_hz : kPlannedRateHz;
   if (!stream->noise_sigma_raw.isZero(0.0)) {
     turns_.reading_sigma_raw = ReadingSigma(*stream);
