@@ -26,8 +26,6 @@
 namespace truetriad {
 namespace {
 
-// Where nothing is known a parameter may be off by this many times the signal.
-constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
 constexpr double kRoundingShare = 1e-14;
 // Inverse condition number above which an inverse keeps six digits and more.
@@ -61,17 +59,11 @@ std::vector<ProgramPose> SpanningPoses(const PlanOptions& options) {
   return poses;
 }
 
-Eigen::MatrixXd ScaledInformation(const Eigen::VectorXd& scale, const ReducedSystem& system) {
-  return scale.asDiagonal() * system.information() * scale.asDiagonal();
-}
-
 }  // namespace
 
 Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptions& options) {
   PlanProblem problem;
-  problem.calibrate_ = options.calibrate;
-  problem.rest_s_ = options.rest_s;
-  problem.attitude_sigma_rad_ = options.attitude_sigma_rad;
+  problem.options_ = options;
   problem.measured_ = measured;
   problem.has_heading_ = options.calibrate.attitudes.kind == AttitudeKind::kGiven ||
                          options.calibrate.triads[Triad::kMagnetometer].enabled;
@@ -89,29 +81,29 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
     stream.unit = options.units[triad];
     problem.measured_.streams.push_back(stream);
   }
-  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseNominal(measured, options));
-  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseLayout(options));
+  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseNominal());
+  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseLayout());
   const ReducedSystem system(problem.graph_);
   problem.scale_ = system.scale();
-  problem.known_ = ScaledInformation(problem.scale_, system);
+  problem.known_ = ScaledBothSides(problem.scale_, system.information());
   problem.FindQuantities();
   return problem;
 }
 
 // The layout is that of all poses to come: every face of a block has its tilt, and the scaled
 // variables of temperature terms span all temperatures.
-Status PlanProblem::ChooseLayout(const PlanOptions& options) {
-  TRUETRIAD_RETURN_IF_ERROR(BuildNodes(measured_, calibrate_, source_));
+Status PlanProblem::ChooseLayout() {
+  TRUETRIAD_RETURN_IF_ERROR(BuildNodes(measured_, calibrate(), source_));
   TRUETRIAD_ASSIGN_OR_RETURN(
       graph_.nodes,
-      BuildNodes(WithReadings(measured_, SpanningPoses(options)), calibrate_, source_));
-  LayOutParameters(calibrate_, nominal_, &graph_);
+      BuildNodes(WithReadings(measured_, SpanningPoses(options_)), calibrate(), source_));
+  LayOutParameters(calibrate(), nominal_, &graph_);
   if (graph_.layout.free_size() == 0) {
     return Error(ErrorCode::kNothingToEstimate,
                  "every parameter is fixed by `fixed:`; nothing is left to plan for")
         .About("sensors");
   }
-  AddPriors(calibrate_, &graph_);
+  AddPriors(calibrate(), &graph_);
   graph_ = GraphOf(measured_);
   return {};
 }
@@ -140,7 +132,7 @@ PoseSet PlanProblem::WithReadings(PoseSet set, const std::vector<ProgramPose>& p
     const std::vector<StaticPose>& last = (set.poses.empty() ? measured_ : set).poses;
     StaticPose pose;
     pose.number = last.empty() ? 1 : last.back().number + 1;
-    pose.end_ns = static_cast<std::int64_t>(std::llround(rest_s_ * 1e9));
+    pose.end_ns = static_cast<std::int64_t>(std::llround(options_.rest_s * 1e9));
     pose.temperature_degc = planned.temperature_degc;
     for (const Triad triad : kTriads) {
       if (!nominal_.models[triad]) continue;
@@ -154,9 +146,9 @@ PoseSet PlanProblem::WithReadings(PoseSet set, const std::vector<ProgramPose>& p
       reading.has_covariance = true;
       pose.triads[triad] = reading;
     }
-    if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
-      pose.attitude = AttitudeReference{world_from_body, attitude_sigma_rad_};
-    } else if (calibrate_.attitudes.kind == AttitudeKind::kSixFace) {
+    if (calibrate().attitudes.kind == AttitudeKind::kGiven) {
+      pose.attitude = AttitudeReference{world_from_body, options_.attitude_sigma_rad};
+    } else if (calibrate().attitudes.kind == AttitudeKind::kSixFace) {
       pose.face_up = FaceUp(world_from_body);
     }
     set.poses.push_back(std::move(pose));
@@ -164,11 +156,24 @@ PoseSet PlanProblem::WithReadings(PoseSet set, const std::vector<ProgramPose>& p
   return set;
 }
 
-// As the nominal unit would have been held.
-std::vector<ProgramPose> PlanProblem::MeasuredAttitudes() const {
+int PlanProblem::LeastPoses() const {
   std::vector<ProgramPose> poses;
+  while (!CheckPoseCounts(WithReadings(measured_, poses), calibrate())) poses.emplace_back();
+  return std::max(static_cast<int>(poses.size()), 1);
+}
+
+Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
+  CalibrateOptions options = calibrate();
+  for (TriadOptions& sensor : options.triads) sensor.excess = ExcessNoise::kNone;
+  options.robust.enabled = false;
+  options.cross_validation_folds = 0;
+  options.limits = {};
+  options.initialise.only = false;
+  // What was measured is the real unit's, which may be far from the nominal one: both together are
+  // no unit. Rehearsed are its attitudes, as the nominal unit would have been held.
+  std::vector<ProgramPose> measured;
   for (const PoseNode& node : graph_.nodes) {
-    ProgramPose& pose = poses.emplace_back();
+    ProgramPose& pose = measured.emplace_back();
     pose.world_from_body = node.rotation();
     if (node.kind == PoseKind::kDirection) {
       pose.world_from_body = RotationBetween(
@@ -176,25 +181,7 @@ std::vector<ProgramPose> PlanProblem::MeasuredAttitudes() const {
     }
     pose.temperature_degc = node.temperature_degc;
   }
-  return poses;
-}
-
-int PlanProblem::LeastPoses() const {
-  std::vector<ProgramPose> poses;
-  while (!CheckPoseCounts(WithReadings(measured_, poses), calibrate_)) poses.emplace_back();
-  return std::max(static_cast<int>(poses.size()), 1);
-}
-
-Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
-  CalibrateOptions options = calibrate_;
-  for (TriadOptions& sensor : options.triads) sensor.excess = ExcessNoise::kNone;
-  options.robust.enabled = false;
-  options.cross_validation_folds = 0;
-  options.limits = {};
-  options.initialise.only = false;
-  // What was measured is the real unit's, which may be far from the nominal one: both together are
-  // no unit. Rehearsed are its attitudes.
-  const PoseSet readings = WithReadings(WithReadings(NoReadings(), MeasuredAttitudes()), poses);
+  const PoseSet readings = WithReadings(WithReadings(NoReadings(), measured), poses);
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
   if (summary.calibration.IsUsable()) return {};
@@ -206,7 +193,7 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
 
 PoseGraph PlanProblem::GraphOf(const PoseSet& poses) const {
   PoseGraph graph = graph_;
-  auto nodes = BuildNodes(poses, calibrate_, source_);
+  auto nodes = BuildNodes(poses, calibrate(), source_);
   CHECK(nodes) << nodes.error().message;  // the measured poses have been accepted before
   graph.nodes = *std::move(nodes);
   SetStartAttitudes(nominal_, &graph);
@@ -250,12 +237,6 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
     rows.emplace_back(whitened.bottomRows(node.row_count() - node.tangent_size()));
   }
   return rows;
-}
-
-Eigen::MatrixXd PlanProblem::Regularised() const {
-  Eigen::MatrixXd information = known_;
-  information.diagonal().array() += 1.0 / (kAnything * kAnything);
-  return information;
 }
 
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
@@ -302,14 +283,16 @@ std::vector<PlannedNoise> PlanProblem::Noise(const std::vector<ProgramPose>& pos
 }
 
 double PlanProblem::RestSeconds() const {
-  if (rest_s_ > 0.0 || measured_.poses.empty()) return rest_s_;
+  if (options_.rest_s > 0.0 || measured_.poses.empty()) return options_.rest_s;
   std::vector<double> durations_s;
   for (const StaticPose& pose : measured_.poses) durations_s.push_back(pose.duration_s());
   return Median(durations_s);
 }
 
 Eigen::MatrixXd PlanProblem::Information(const std::vector<ProgramPose>& poses) const {
-  if (has_gyroscope()) return ScaledInformation(scale_, ReducedSystem(GraphWith(poses)));
+  if (has_gyroscope()) {
+    return ScaledBothSides(scale_, ReducedSystem(GraphWith(poses)).information());
+  }
   Eigen::MatrixXd information = known_;
   for (const InformationRows& rows : Rows(poses)) information.noalias() += rows.transpose() * rows;
   return information;
@@ -317,7 +300,7 @@ Eigen::MatrixXd PlanProblem::Information(const std::vector<ProgramPose>& poses) 
 
 PresentedSolution PlanProblem::Present(const Eigen::MatrixXd& free_covariance) const {
   PresentedSolution solution = SolvedFrame(graph_, free_covariance);
-  StateInGauge(calibrate_, &solution);
+  StateInGauge(calibrate(), &solution);
   return solution;
 }
 

@@ -47,9 +47,6 @@ class PlanProblem {
   const Eigen::MatrixXd& known() const { return known_; }
   // What these, the program's poses and the turns between them say, in this order.
   Eigen::MatrixXd Information(const std::vector<ProgramPose>& poses) const;
-  // The same as known(), with an uncertainty of many times the signal where nothing is known, so
-  // that there is an inverse from the first pose on.
-  Eigen::MatrixXd Regularised() const;
 
   const std::vector<PlanQuantity>& quantities() const { return quantities_; }
   // Each as a linear function of the free coordinates.
@@ -77,7 +74,7 @@ class PlanProblem {
   Status Rehearse(const std::vector<ProgramPose>& poses) const;
 
   bool has_heading() const { return has_heading_; }
-  bool has_gyroscope() const { return calibrate_.triads[Triad::kGyroscope].enabled; }
+  bool has_gyroscope() const { return calibrate().triads[Triad::kGyroscope].enabled; }
 
   const PlannedTurns& turns() const { return turns_; }
 
@@ -86,13 +83,11 @@ class PlanProblem {
  private:
   PlanProblem() = default;
 
-  Status ChooseNominal(const PoseSet& measured, const PlanOptions& options);
-  void ChooseReference(const PlanOptions& options, const std::optional<Calibration>& calibrated);
-  Status ChooseNoise(const PoseSet& measured,
-                     const PlanOptions& options,
-                     const std::optional<Calibration>& calibrated);
-  Status ChooseTurns(const PlanOptions& options, const std::optional<Calibration>& calibrated);
-  Status ChooseLayout(const PlanOptions& options);
+  Status ChooseNominal();
+  void ChooseReference();
+  Status ChooseNoise();
+  Status ChooseTurns();
+  Status ChooseLayout();
   void FindQuantities();
 
   // What is measured, without its poses and turns.
@@ -101,17 +96,18 @@ class PlanProblem {
   PoseSet WithReadings(PoseSet set, const std::vector<ProgramPose>& poses) const;
   // Of all poses of the set.
   PoseGraph GraphOf(const PoseSet& poses) const;
-  std::vector<ProgramPose> MeasuredAttitudes() const;
   double AttitudeSigma() const;
 
-  CalibrateOptions calibrate_;
+  CalibrateOptions& calibrate() { return options_.calibrate; }
+  const CalibrateOptions& calibrate() const { return options_.calibrate; }
+
+  PlanOptions options_;
+  std::optional<Calibration> calibrated_;  // of the measured poses, if they are enough for one
   StartValues nominal_;
   PerTriad<NoiseSource> source_{};
   PerTriad<Eigen::Matrix3d> rest_covariance_;  // of a planned pose, raw
   ExcessVariance excess_{};
   std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
-  Eigen::Vector3d attitude_sigma_rad_ = Eigen::Vector3d::Zero();
-  double rest_s_ = 0.0;
   PlannedTurns turns_;
   // False: what the unit reads is the same whichever way it faces. A magnetometer alone sees one
   // direction too, but that is the field's, which is not vertical.

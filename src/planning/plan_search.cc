@@ -27,6 +27,8 @@ constexpr int kWeightRounds = 8;
 constexpr int kIdleRounds = 3;
 // Starts from which one pose less is tried.
 constexpr int kSparingStarts = 3;
+// Where nothing is known a parameter may be off by this many times the signal.
+constexpr double kAnything = 10.0;
 // A hand does not turn a unit more finely than this.
 constexpr double kFinestTurnRad = kRadPerDeg;
 // A guard: sweeps end by the least gain.
@@ -37,32 +39,13 @@ constexpr double kLeastGain = 1e-6;
 // The same of a turn off the grid, which would go on getting better by less and less.
 constexpr double kLeastRefinement = 1e-4;
 
-// Poses, and what each of them says, in one matrix too, so that all are tried by one product.
+// Poses, and what each of them says.
 struct Candidates {
-  Candidates(const PlanProblem& problem, std::vector<ProgramPose> of)
-      : poses(std::move(of)), rows(problem.Rows(poses)) {
-    Eigen::Index count = 0;
-    for (const InformationRows& one : rows) count += one.rows();
-    stacked.resize(count, problem.known().cols());
-    for (Eigen::Index at = 0; const InformationRows& one : rows) {
-      stacked.middleRows(at, one.rows()) = one;
-      at += one.rows();
-    }
-  }
-
   std::vector<ProgramPose> poses;
   std::vector<InformationRows> rows;
-  StackedRows stacked;
 };
 
-struct Program {
-  void Add(const Candidates& candidates, std::size_t candidate) {
-    poses.push_back(candidates.poses[candidate]);
-    rows.push_back(candidates.rows[candidate]);
-  }
-
-  std::vector<ProgramPose> poses;
-  std::vector<InformationRows> rows;
+struct Program : Candidates {
   Eigen::MatrixXd weights;  // of the cost that it is best by
   double score = 0.0;       // less is better
 };
@@ -78,28 +61,30 @@ class Vacancy {
     if (weights.size() > 0) weighted_ = Times(Times(covariance_, weights), covariance_);
   }
 
-  // By how much the cost falls when a pose is added whose rows are B. With P = M^-1:
-  //   D: log det(I + B P B^T)      A: tr((I + B P B^T)^-1 B P W P B^T)
-  double Gain(const InformationRows& rows) const { return Best({rows}, rows).gain; }
-
-  // The candidate of most gain.
   struct Choice {
     std::size_t candidate = 0;
     double gain = -1.0;
   };
-  Choice Best(const Candidates& candidates) const {
-    return Best(candidates.rows, candidates.stacked);
-  }
 
- private:
-  Choice Best(const std::vector<InformationRows>& candidates, const StackedRows& stacked) const {
+  // The candidate of most gain: by how much the cost falls when it is added. With P = M^-1 and rows
+  // B of a candidate:
+  //   D: log det(I + B P B^T)      A: tr((I + B P B^T)^-1 B P W P B^T)
+  Choice Best(const std::vector<InformationRows>& candidates) const {
     using Small =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
+    Eigen::Index count = 0, at = 0;
+    for (const InformationRows& rows : candidates) count += rows.rows();
+    // All are tried by one product.
+    StackedRows stacked(count, covariance_.cols());
+    for (const InformationRows& rows : candidates) {
+      stacked.middleRows(at, rows.rows()) = rows;
+      at += rows.rows();
+    }
     const Eigen::MatrixXd by_covariance = stacked * covariance_;
     Eigen::MatrixXd by_weighted;
     if (weighted_.size() > 0) by_weighted = stacked * weighted_;
+    at = 0;
     Choice best;
-    Eigen::Index at = 0;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const InformationRows& rows = candidates[c];
       Small sum = by_covariance.middleRows(at, rows.rows()) * rows.transpose();
@@ -119,6 +104,7 @@ class Vacancy {
     return best;
   }
 
+ private:
   Eigen::MatrixXd covariance_;  // P
   Eigen::MatrixXd weighted_;    // P W P; empty for D
 };
@@ -155,9 +141,11 @@ class PlanSearch {
   PlanSearch(const PlanProblem& problem, const PlanOptions& options)
       : problem_(problem),
         options_(options),
-        grid_(problem, DistinctPoses(options.grid, problem.has_heading())),
-        base_(problem.Regularised()),
+        base_(problem.known()),
         least_(std::min(problem.LeastPoses(), options.max_poses)) {
+    grid_.poses = DistinctPoses(options.grid, problem.has_heading());
+    grid_.rows = problem.Rows(grid_.poses);
+    base_.diagonal().array() += 1.0 / (kAnything * kAnything);
     // What each σ is to be, whether somebody wants it or only the verdict does.
     targets_.resize(std::ssize(problem.quantities()));
     for (Eigen::Index q = 0; q < targets_.size(); ++q) {
@@ -250,8 +238,8 @@ class PlanSearch {
         // Summed anew: taking a pose out of a sum leaves rounding where it was the only one.
         const Vacancy vacancy(Sum(base_, *program, k), program->weights);
         const Candidates& candidates = offered(program->poses[k]);
-        const Vacancy::Choice best = vacancy.Best(candidates);
-        if (best.gain <= vacancy.Gain(program->rows[k]) * (1.0 + least_gain)) continue;
+        const Vacancy::Choice best = vacancy.Best(candidates.rows);
+        if (best.gain <= vacancy.Best({program->rows[k]}).gain * (1.0 + least_gain)) continue;
         program->poses[k] = candidates.poses[best.candidate];
         program->rows[k] = candidates.rows[best.candidate];
         improved = true;
@@ -279,7 +267,7 @@ class PlanSearch {
               pose.world_from_body *
               Eigen::AngleAxisd(k % 2 == 0 ? step : -step, Eigen::Vector3d::Unit(k / 2));
         }
-        return Candidates(problem_, std::move(moved));
+        return Candidates{moved, problem_.Rows(moved)};
       };
       ExchangeUntilSettled(turned, kLeastRefinement, &program);
     }
@@ -336,9 +324,10 @@ class PlanSearch {
         // D finds its way from nothing, where A sees only what is worst.
         const std::size_t next =
             start == 0
-                ? Vacancy(Sum(base_, program), {}).Best(grid_).candidate
+                ? Vacancy(Sum(base_, program), {}).Best(grid_.rows).candidate
                 : static_cast<std::size_t>(random.Below(static_cast<int>(grid_.poses.size())));
-        program.Add(grid_, next);
+        program.poses.push_back(grid_.poses[next]);
+        program.rows.push_back(grid_.rows[next]);
       }
       programs.push_back(BestFrom(std::move(program)));
     }
@@ -361,7 +350,7 @@ class PlanSearch {
   const PlanProblem& problem_;
   const PlanOptions& options_;
   Candidates grid_;
-  Eigen::MatrixXd base_;
+  Eigen::MatrixXd base_;  // what is known, so little of all else that there is an inverse
   Eigen::VectorXd targets_;
   std::vector<bool> is_wanted_;
   int least_;  // fewer poses are not enough for the model
