@@ -99,6 +99,25 @@ void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   }
 }
 
+// What options must be, and the key and the sentence of those that are not.
+struct Rule {
+  bool holds;
+  const char* key;
+  std::string problem;
+};
+
+Status AllHold(const std::vector<Rule>& rules) {
+  std::string problems;
+  const char* key = nullptr;
+  for (const Rule& rule : rules) {
+    if (rule.holds) continue;
+    if (key == nullptr) key = rule.key;
+    problems += (problems.empty() ? "" : "\n") + rule.problem;
+  }
+  if (key == nullptr) return {};
+  return Error(ErrorCode::kInvalidExperiment, problems).About(key);
+}
+
 // Whether a six-face block can take all poses that there are to choose from.
 bool StandsOnFaces(const PlanOptions& options) {
   const auto stands = [](const Eigen::Quaterniond& world_from_body) {
@@ -157,11 +176,6 @@ bool Plan::IsMet() const {
 }
 
 Status PlanOptions::Validate() const {
-  struct Rule {
-    bool holds;
-    const char* key;
-    std::string problem;
-  };
   const auto is = [](const char* name, auto value) {
     return std::string(name) + " = " + std::to_string(value) + " is ";
   };
@@ -206,14 +220,7 @@ Status PlanOptions::Validate() const {
                      "plan.temperatures_degc",
                      "chamber temperature " + std::to_string(degc) + " is not a number"});
   }
-  std::string problems;
-  std::string key = "plan";
-  for (const Rule& rule : rules) {
-    if (rule.holds) continue;
-    if (problems.empty()) key = rule.key;
-    problems += (problems.empty() ? "" : "\n") + rule.problem;
-  }
-  if (!problems.empty()) return Error(ErrorCode::kInvalidExperiment, problems).About(key);
+  TRUETRIAD_RETURN_IF_ERROR(AllHold(rules));
   for (std::size_t k = 0; program && calibrate.HasThermal() && k < program->poses.size(); ++k) {
     if (program->poses[k].temperature_degc) continue;
     return Error(ErrorCode::kMissingTemperature,

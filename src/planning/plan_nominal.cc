@@ -25,7 +25,7 @@ namespace {
 constexpr double kPlannedRateHz = 100.0;
 // Of the field, at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
-constexpr double kUsualDipRad = std::numbers::pi / 3.0;
+constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // likewise
 
 }  // namespace
 

@@ -268,6 +268,7 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
 
 // Poses of the two that have the same means to the last bit: the same readings.
 int SharedPoses(const PoseSet& one, const PoseSet& other) {
+  // Means of fewer readings in steps may be the same by chance.
   constexpr int kFewestSamples = 10;
   int shared = 0;
   for (const StaticPose& a : one.poses) {
