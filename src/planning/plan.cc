@@ -6,14 +6,10 @@
 #include <set>
 #include <utility>
 
-#include "math/distributions.h"
 #include "math/random.h"
 #include "model/attitude_sets.h"
 #include "planning/plan_problem.h"
-#include "planning/plan_search.h"
-#include "planning/pose_order.h"
 #include "solve/reduced_system.h"
-#include "start/start.h"
 #include "verdict/observability.h"
 
 namespace truetriad {
@@ -23,12 +19,6 @@ namespace {
 constexpr int kRandomStretch = 3;
 // A block stands on its faces: a pose further from one is no pose of a six-face program.
 constexpr double kLargestFaceTilt = 0.2;
-
-double Quantile(std::vector<double> values, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 // Log of the geometric mean; infinite where one quantity is not determined.
 double MeanLog(const Eigen::VectorXd& sigmas) { return sigmas.array().log().mean(); }
@@ -63,43 +53,40 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
       gains[n].push_back(std::exp(MeanLog(problem.Sigmas(information)) - MeanLog(planned)));
     }
   }
+  // The gain that stands at this share of the draws.
+  const auto gain_at = [&gains](std::size_t n, double share) {
+    std::vector<double>& sorted = gains[n];
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1) + 0.5)];
+  };
   RandomComparison comparison;
   comparison.draws = options.random_draws;
-  comparison.gain = Quantile(gains[count], 0.5);
-  comparison.gain_low = Quantile(gains[count], 0.25);
-  comparison.gain_high = Quantile(gains[count], 0.75);
-  for (std::size_t n = count; n <= longest; ++n) {
-    if (Quantile(gains[n], 0.5) > 1.0) continue;
-    comparison.equal_poses = static_cast<int>(n);
-    break;
+  comparison.gain = gain_at(count, 0.5);
+  comparison.gain_low = gain_at(count, 0.25);
+  comparison.gain_high = gain_at(count, 0.75);
+  for (std::size_t n = count; n <= longest && !comparison.equal_poses; ++n) {
+    if (gain_at(n, 0.5) <= 1.0) comparison.equal_poses = static_cast<int>(n);
   }
   return comparison;
 }
 
-PosePurpose PurposeOf(const PlanProblem& problem,
-                      const Eigen::VectorXd& without,
-                      const Eigen::VectorXd& sigmas) {
-  PosePurpose purpose;
-  for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
-    if (!std::isfinite(sigmas[q])) continue;
-    const double ratio = without[q] / sigmas[q];
-    if (ratio <= purpose.sigma_ratio) continue;
-    purpose.sigma_ratio = ratio;
-    purpose.name = problem.quantities()[static_cast<std::size_t>(q)].name;
-  }
-  return purpose;
-}
-
+// What each pose is there for. Without it the turns on both sides of it are one.
 std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
-                                    const std::vector<InformationRows>& rows,
+                                    const std::vector<ProgramPose>& poses,
                                     const Eigen::VectorXd& sigmas) {
   std::vector<PosePurpose> purposes;
-  for (std::size_t left_out = 0; left_out < rows.size(); ++left_out) {
-    Eigen::MatrixXd information = problem.known();
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (k != left_out) information.noalias() += rows[k].transpose() * rows[k];
+  for (std::size_t left_out = 0; left_out < poses.size(); ++left_out) {
+    std::vector<ProgramPose> others = poses;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+    const Eigen::VectorXd without = problem.Sigmas(problem.Information(others));
+    PosePurpose& purpose = purposes.emplace_back();
+    for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
+      if (!std::isfinite(sigmas[q])) continue;
+      const double ratio = without[q] / sigmas[q];
+      if (ratio <= purpose.sigma_ratio) continue;
+      purpose.sigma_ratio = ratio;
+      purpose.name = problem.quantities()[static_cast<std::size_t>(q)].name;
     }
-    purposes.push_back(PurposeOf(problem, problem.Sigmas(information), sigmas));
   }
   return purposes;
 }
@@ -112,114 +99,36 @@ void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   }
 }
 
-Status CheckFaces(const PlanOptions& options) {
-  if (options.calibrate.attitudes.kind != AttitudeKind::kSixFace) return {};
+// What options must be, and the key and the sentence of those that are not.
+struct Rule {
+  bool holds;
+  const char* key;
+  std::string problem;
+};
+
+Status AllHold(const std::vector<Rule>& rules) {
+  std::string problems;
+  const char* key = nullptr;
+  for (const Rule& rule : rules) {
+    if (rule.holds) continue;
+    if (key == nullptr) key = rule.key;
+    problems += (problems.empty() ? "" : "\n") + rule.problem;
+  }
+  if (key == nullptr) return {};
+  return Error(ErrorCode::kInvalidExperiment, problems).About(key);
+}
+
+// Whether a six-face block can take all poses that there are to choose from.
+bool StandsOnFaces(const PlanOptions& options) {
   const auto stands = [](const Eigen::Quaterniond& world_from_body) {
     const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
     return up.cwiseAbs().maxCoeff() > std::cos(kLargestFaceTilt);
   };
   bool all = !options.grid.continuous;
   for (const Eigen::Quaterniond& attitude : options.grid.attitudes) all = all && stands(attitude);
-  if (options.program) {
-    for (const ProgramPose& pose : options.program->poses) {
-      all = all && stands(pose.world_from_body);
-    }
-  }
-  if (all) return {};
-  return Error(ErrorCode::kInvalidExperiment,
-               "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, "
-               "and give "
-               "no program with other poses")
-      .About("plan");
-}
-
-// Temperature terms are planned for at stated temperatures.
-Status CheckTemperatures(const PlanOptions& options) {
-  if (!options.calibrate.HasThermal()) return {};
-  if (!options.program) {
-    if (!options.grid.temperatures_degc.empty()) return {};
-    return Error(ErrorCode::kInvalidExperiment,
-                 "`thermal:` terms are enabled, but no chamber temperatures are stated to plan "
-                 "for; state "
-                 "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`")
-        .About("plan.temperatures_degc");
-  }
-  for (std::size_t k = 0; k < options.program->poses.size(); ++k) {
-    if (options.program->poses[k].temperature_degc) continue;
-    return Error(ErrorCode::kMissingTemperature,
-                 "pose " + std::to_string(k + 1) +
-                     " of the program has no temperature, but `thermal:` terms need one; give "
-                     "each pose a `temperature_degc`");
-  }
-  return {};
-}
-
-// σ wanted of the gyroscope, or of the other sensors.
-std::map<std::string, double> WantedOf(const PlanOptions& options, bool of_gyroscope) {
-  std::map<std::string, double> wanted;
-  for (const auto& [name, sigma] : options.wanted) {
-    if (name.starts_with("gyroscope.") == of_gyroscope) wanted[name] = sigma;
-  }
-  return wanted;
-}
-
-// Largest σ over wanted σ.
-double WorstOf(const PlanProblem& problem,
-               const std::map<std::string, double>& wanted,
-               const Eigen::VectorXd& sigmas) {
-  double worst = 0.0;
-  for (std::size_t q = 0; q < problem.quantities().size(); ++q) {
-    const auto found = wanted.find(problem.quantities()[q].group);
-    if (found == wanted.end()) continue;
-    worst = std::max(worst, sigmas[static_cast<Eigen::Index>(q)] / found->second);
-  }
-  return worst;
-}
-
-// A gyroscope sees turns, whose worth depends on what comes before them: poses are found for the
-// sensors that they show, put into the order that shows the gyroscope best, and more of them are
-// taken until that is enough.
-Result<std::vector<ProgramPose>> FindPosesForGyroscope(const PoseSet& measured,
-                                                       const PlanOptions& options,
-                                                       const PlanProblem& problem) {
-  // An eighth more poses each round: ten rounds from the least program to three times as many.
-  constexpr int kShareMore = 8;
-  const std::map<std::string, double> wanted = WantedOf(options, true);
-  PlanOptions without = options;
-  without.calibrate.triads[Triad::kGyroscope].enabled = false;
-  without.wanted = WantedOf(options, false);
-  TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem others, PlanProblem::Create(measured, without));
-  if (without.poses == 0 && without.wanted.empty()) {
-    std::vector<ProgramPose> least(1);
-    while (!CheckPoseCounts(others.ExactReadings(least), others.options())) {
-      least.push_back(least.front());
-    }
-    without.poses = std::min(static_cast<int>(least.size()), options.max_poses);
-  }
-  while (true) {
-    PlanSearch search(others, without);
-    std::vector<ProgramPose> poses =
-        problem.OrderedForGyroscope(OrderForOperator(search.Find(), others.has_heading()));
-    const auto count = static_cast<int>(poses.size());
-    if (options.poses > 0 || count >= options.max_poses ||
-        WorstOf(problem, wanted, problem.Sigmas(problem.Information(poses))) <= kReached) {
-      return poses;
-    }
-    without.poses = std::min(count + 1 + count / kShareMore, options.max_poses);
-  }
-}
-
-// What each pose of a program with turns is there for: without it the turns on both sides are one.
-std::vector<PosePurpose> PurposesWithTurns(const PlanProblem& problem,
-                                           const std::vector<ProgramPose>& poses,
-                                           const Eigen::VectorXd& sigmas) {
-  std::vector<PosePurpose> purposes;
-  for (std::size_t left_out = 0; left_out < poses.size(); ++left_out) {
-    std::vector<ProgramPose> others = poses;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
-    purposes.push_back(PurposeOf(problem, problem.Sigmas(problem.Information(others)), sigmas));
-  }
-  return purposes;
+  if (!options.program) return all;
+  for (const ProgramPose& pose : options.program->poses) all = all && stands(pose.world_from_body);
+  return all;
 }
 
 Status CheckWanted(const PlanOptions& options, const PlanProblem& problem) {
@@ -236,25 +145,25 @@ Status CheckWanted(const PlanOptions& options, const PlanProblem& problem) {
   return {};
 }
 
-// How the wanted σ are met by the σ planned. `search`: absent where the poses were not searched
-// for.
-std::vector<WantedSigma> WantedOf(const PlanOptions& options,
-                                  const Plan& plan,
-                                  std::optional<PlanSearch>* search) {
+// How the wanted σ are met by the σ planned.
+std::vector<WantedSigma> WantedOf(const PlanProblem& problem,
+                                  const PlanOptions& options,
+                                  const Plan& plan) {
   std::vector<WantedSigma> wanted;
   for (const auto& [name, sigma] : options.wanted) {
-    WantedSigma item{name, sigma, 0.0, false, std::nullopt};
+    WantedSigma& item = wanted.emplace_back();
+    item.group = name;
+    item.wanted = sigma;
     for (const PlannedSigma& planned : plan.sigmas) {
       if (planned.group == name) item.reached = std::max(item.reached, planned.after);
     }
     item.met = item.reached <= kReached * sigma;
-    if (!options.program && *search) item.poses_needed = (*search)->FewestFor(name);
-    if (!options.program && item.met) {
-      // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
-      const auto taken = static_cast<int>(plan.program.poses.size());
-      item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
-    }
-    wanted.push_back(item);
+    if (options.program) continue;
+    if (!problem.has_gyroscope()) item.poses_needed = FewestPoses(problem, options, name);
+    if (!item.met) continue;
+    // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
+    const auto taken = static_cast<int>(plan.program.poses.size());
+    item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
   }
   return wanted;
 }
@@ -267,81 +176,78 @@ bool Plan::IsMet() const {
 }
 
 Status PlanOptions::Validate() const {
-  std::string problems;
-  std::string key = "plan";
-  const auto expect = [&](bool good, const char* about, const std::string& problem) {
-    if (good) return;
-    if (problems.empty()) key = about;
-    problems += (problems.empty() ? "" : "\n") + problem;
+  const auto is = [](const char* name, auto value) {
+    return std::string(name) + " = " + std::to_string(value) + " is ";
   };
-  expect(poses >= 0, "plan.poses", "poses = " + std::to_string(poses) + " is below zero");
-  expect(max_poses >= 1,
-         "plan.max_poses",
-         "max_poses = " + std::to_string(max_poses) + " is below one");
-  expect(poses <= max_poses || program,
-         "plan.poses",
-         "poses = " + std::to_string(poses) +
-             " is more than max_poses = " + std::to_string(max_poses));
-  expect(rest_s >= 0.0, "plan.rest_s", "rest_s = " + std::to_string(rest_s) + " is below zero");
-  expect(random_draws >= 0,
-         "plan.random",
-         "random = " + std::to_string(random_draws) + " is below zero");
+  std::vector<Rule> rules = {
+      {poses >= 0, "plan.poses", is("poses", poses) + "below zero"},
+      {max_poses >= 1, "plan.max_poses", is("max_poses", max_poses) + "below one"},
+      {poses <= max_poses || program,
+       "plan.poses",
+       is("poses", poses) + "more than max_poses = " + std::to_string(max_poses)},
+      {rest_s >= 0.0, "plan.rest_s", is("rest_s", rest_s) + "below zero"},
+      {random_draws >= 0, "plan.random", is("random", random_draws) + "below zero"},
+      {program || poses > 0 || !wanted.empty(),
+       "plan",
+       "the number of poses is open; give `poses`, `wanted` sigmas, or a program to evaluate"},
+      {program || !grid.attitudes.empty(), "plan.rotations", "the grid of rotations is empty"},
+      {!program || !program->poses.empty(), "plan.program", "the program has no poses"},
+      {!calibrate.triads[Triad::kGyroscope].enabled ||
+           calibrate.triads[Triad::kAccelerometer].enabled,
+       "sensors.gyroscope",
+       "planning turns for the gyroscope needs the accelerometer; enable it too (for a gyroscope "
+       "alone, state turntable rates instead of planning)"},
+      {turn_s > 0.0, "plan.turn_s", is("turn_s", turn_s) + "not above zero"},
+      {turn_sigma_rad >= 0.0, "plan.turn_sigma_deg", "turn_sigma_deg is below zero"},
+      {!calibrate.HasChoice(),
+       "sensors",
+       "`auto` chooses a model from readings, and there are none yet; name the models and terms "
+       "to plan for"},
+      {calibrate.attitudes.kind != AttitudeKind::kSixFace || StandsOnFaces(*this),
+       "plan",
+       "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, and give "
+       "no program with other poses"},
+      {!calibrate.HasThermal() || program || !grid.temperatures_degc.empty(),
+       "plan.temperatures_degc",
+       "`thermal:` terms are enabled, but no chamber temperatures are stated to plan for; state "
+       "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`"}};
   for (const auto& [name, sigma] : wanted) {
-    expect(sigma > 0.0,
-           "plan.wanted",
-           "wanted " + name + " = " + std::to_string(sigma) + " is not positive");
+    rules.push_back(
+        {sigma > 0.0, "plan.wanted", is(("wanted " + name).c_str(), sigma) + "not positive"});
   }
-  expect(program || poses > 0 || !wanted.empty(),
-         "plan",
-         "the number of poses is open; give `poses`, `wanted` sigmas, or a program to evaluate");
-  expect(program || !grid.attitudes.empty(), "plan.rotations", "the grid of rotations is empty");
-  for (const double temperature : grid.temperatures_degc) {
-    expect(std::isfinite(temperature),
-           "plan.temperatures_degc",
-           "chamber temperature " + std::to_string(temperature) + " is not a number");
+  for (const double degc : grid.temperatures_degc) {
+    rules.push_back({std::isfinite(degc),
+                     "plan.temperatures_degc",
+                     "chamber temperature " + std::to_string(degc) + " is not a number"});
   }
-  expect(!program || !program->poses.empty(), "plan.program", "the program has no poses");
-  expect(!calibrate.triads[Triad::kGyroscope].enabled ||
-             calibrate.triads[Triad::kAccelerometer].enabled,
-         "sensors.gyroscope",
-         "planning turns for the gyroscope needs the accelerometer; enable it too (for a gyroscope "
-         "alone, state turntable rates instead of planning)");
-  expect(turn_s > 0.0, "plan.turn_s", "turn_s = " + std::to_string(turn_s) + " is not above zero");
-  expect(turn_sigma_rad >= 0.0, "plan.turn_sigma_deg", "turn_sigma_deg is below zero");
-  expect(!calibrate.HasChoice(),
-         "sensors",
-         "`auto` chooses a model from readings, and there are none yet; name the models and terms "
-         "to plan for");
-  if (!problems.empty()) return Error(ErrorCode::kInvalidExperiment, problems).About(key);
+  TRUETRIAD_RETURN_IF_ERROR(AllHold(rules));
+  for (std::size_t k = 0; program && calibrate.HasThermal() && k < program->poses.size(); ++k) {
+    if (program->poses[k].temperature_degc) continue;
+    return Error(ErrorCode::kMissingTemperature,
+                 "pose " + std::to_string(k + 1) +
+                     " of the program has no temperature, but `thermal:` terms need one; give "
+                     "each pose a `temperature_degc`");
+  }
   return calibrate.Validate();
 }
 
 Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   TRUETRIAD_RETURN_IF_ERROR(asked.Validate());
-  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(asked));
-  TRUETRIAD_RETURN_IF_ERROR(CheckTemperatures(asked));
   // The Earth stands still: its rate, known beforehand, takes no σ away that matters here.
   PlanOptions options = asked;
   options.calibrate.reference.earth_rate.reset();
   TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem problem, PlanProblem::Create(measured, options));
-  const bool has_turns = problem.has_gyroscope();
   TRUETRIAD_RETURN_IF_ERROR(CheckWanted(options, problem));
 
   Plan plan;
   plan.messages = problem.messages();
   plan.measured_poses = static_cast<int>(measured.poses.size());
-  std::optional<PlanSearch> search;
-  if (!has_turns) search.emplace(problem, options);
   if (options.program) {
     plan.program = *options.program;
-  } else if (has_turns) {
-    TRUETRIAD_ASSIGN_OR_RETURN(auto poses, FindPosesForGyroscope(measured, options, problem));
-    plan.program.poses = std::move(poses);
-    // A turn has a heading even where none is seen.
-    Label(true, &plan.program.poses);
   } else {
-    plan.program.poses = OrderForOperator(search->Find(), problem.has_heading());
-    Label(problem.has_heading(), &plan.program.poses);
+    TRUETRIAD_ASSIGN_OR_RETURN(plan.program.poses, FindPoses(measured, options, problem));
+    // A turn has a heading even where none is seen.
+    Label(problem.has_heading() || problem.has_gyroscope(), &plan.program.poses);
   }
 
   const Eigen::VectorXd before = problem.Sigmas(problem.known());
@@ -351,9 +257,8 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     const auto at = static_cast<Eigen::Index>(q);
     plan.sigmas.push_back({quantity.name, quantity.group, quantity.unit, before[at], after[at]});
   }
-  plan.wanted = WantedOf(options, plan, &search);
-  plan.purposes = has_turns ? PurposesWithTurns(problem, plan.program.poses, after)
-                            : PurposesOf(problem, problem.Rows(plan.program.poses), after);
+  plan.wanted = WantedOf(problem, options, plan);
+  plan.purposes = PurposesOf(problem, plan.program.poses, after);
   plan.rest_s = problem.RestSeconds();
   plan.noise = problem.Noise(plan.program.poses);
 
@@ -370,7 +275,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem.Present(system.covariance()).covariance;
   // Against a σ that is infinite everything is better.
-  if (options.random_draws > 0 && after.allFinite() && !has_turns) {
+  if (options.random_draws > 0 && after.allFinite() && !problem.has_gyroscope()) {
     plan.random = CompareWithRandom(problem, options, plan, after);
   }
   return plan;

@@ -9,7 +9,6 @@
 #include "base/sensor_line.h"
 #include "noise/deletion.h"
 #include "planning/plan_problem.h"
-#include "problem/graph_builder.h"
 #include "problem/lay_out.h"
 #include "problem/moves.h"
 #include "truetriad/base/triad.h"
@@ -26,41 +25,35 @@ namespace {
 constexpr double kPlannedRateHz = 100.0;
 // Of the field, at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
-constexpr double kUsualDipRad = std::numbers::pi / 3.0;
+constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // likewise
 
 }  // namespace
 
 // Where the graph is linearised, and what its rows are weighted with: from a calibration of what is
 // measured, if that is enough for one, else from what is stated.
-Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& options) {
-  const ReferenceOptions& reference = calibrate_.reference;
-  const bool free_attitudes = calibrate_.attitudes.kind == AttitudeKind::kNone;
-  std::optional<Calibration> calibrated;
-  if (!measured.poses.empty()) {
-    CalibrateOptions solved = calibrate_;
+Status PlanProblem::ChooseNominal() {
+  const bool free_attitudes = calibrate().attitudes.kind == AttitudeKind::kNone;
+  if (!measured_.poses.empty()) {
+    CalibrateOptions solved = calibrate();
     solved.gauge = free_attitudes ? Gauge::kAccelX : Gauge::kFixture;
     solved.limits = {};
     solved.cross_validation_folds = 0;
     solved.initialise.only = false;
-    TRUETRIAD_ASSIGN_OR_RETURN(auto summary, Calibrate(measured, solved));
-    if (summary.calibration.IsUsable()) calibrated = std::move(summary.calibration);
+    TRUETRIAD_ASSIGN_OR_RETURN(auto summary, Calibrate(measured_, solved));
+    if (summary.calibration.IsUsable()) calibrated_ = std::move(summary.calibration);
     messages_.push_back(
-        calibrated
+        calibrated_
             ? "linearised at the calibration of the recording"
             : "the recording is not enough for a calibration; linearised at the nominal values");
   }
-  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
-  nominal_.reference << *reference.gravity_mps2.value,
-      reference.field_ut.value.value_or(options.nominal_field_ut.value_or(kUsualFieldUt)),
-      reference.dip_rad.value.value_or(options.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
-  for (const Triad triad : kPlannedTriads) {
-    TriadOptions& sensor = calibrate_.triads[triad];
+  for (const Triad triad : kTriads) {
+    TriadOptions& sensor = calibrate().triads[triad];
     if (!sensor.enabled) continue;
     const Unit& unit = measured_.Find(triad)->unit;
-    if (calibrated) {
-      nominal_.models[triad] = calibrated->sensors[triad]->model;
-    } else if (options.nominal[triad]) {
-      nominal_.models[triad] = options.nominal[triad];
+    if (calibrated_) {
+      nominal_.models[triad] = calibrated_->sensors[triad]->model;
+    } else if (options_.nominal[triad]) {
+      nominal_.models[triad] = options_.nominal[triad];
     } else if (unit.is_counts && !sensor.fixed_sensitivity) {
       return Error(ErrorCode::kCountsOfUnknownSize,
                    std::string(TriadName(triad)) +
@@ -68,7 +61,7 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
                        "counts one true unit is, as in `plan: { nominal: { " +
                        std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
     } else {
-      const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
+      const double sign = triad == LeadingTriad(calibrate()) ? LeadingAxisSign(calibrate()) : 1.0;
       nominal_.models[triad] = {
           sign / unit.truth_per_raw * sensor.mounting.value_or(Eigen::Matrix3d::Identity()),
           Eigen::Vector3d::Zero()};
@@ -78,46 +71,52 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       sensor.fixed_sensitivity = nominal_.models[triad]->sensitivity;
     }
   }
-  const Triad leading = LeadingTriad(calibrate_);
-  if (!calibrated && free_attitudes && !calibrate_.triads[leading].fixed_sensitivity) {
+  const Triad leading = LeadingTriad(calibrate());
+  if (!calibrated_ && free_attitudes && !calibrate().triads[leading].fixed_sensitivity) {
     const Eigen::Matrix3d Q =
-        LeadingGaugeRotation(calibrate_, Gauge::kAccelX, nominal_.models[leading]->sensitivity);
+        LeadingGaugeRotation(calibrate(), Gauge::kAccelX, nominal_.models[leading]->sensitivity);
     for (auto& model : nominal_.models) {
       if (model) model->sensitivity = model->sensitivity * Q;
     }
   }
-  if (calibrated) {
-    if (calibrated->reference.field_ut)
-      nominal_.reference[kField] = *calibrated->reference.field_ut;
-    if (calibrated->reference.dip_rad) nominal_.reference[kDip] = *calibrated->reference.dip_rad;
-  } else if (calibrate_.triads[Triad::kMagnetometer].enabled) {
-    if (!reference.field_ut.known() && !options.nominal_field_ut) {
-      messages_.push_back("field strength unknown: planned for " +
-                          Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
-    }
-    if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
-      messages_.push_back(
-          "dip unknown: planned for " +
-          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
-    }
-  }
-  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
-    Eigen::Vector3d field = Eigen::Vector3d::Zero();
-    for (const StaticPose& pose : measured_.poses) {
-      if (!pose.triads[Triad::kMagnetometer] || !nominal_.models[Triad::kMagnetometer]) continue;
-      field += pose.attitude->world_from_body * nominal_.models[Triad::kMagnetometer]->TruthFromRaw(
-                                                    pose.triads[Triad::kMagnetometer]->mean_raw);
-    }
-    if (!field.isZero(0.0)) nominal_.reference[kHeading] = std::atan2(field.y(), field.x());
-  }
-  return ChooseNoise(measured, options, calibrated);
+  ChooseReference();
+  return ChooseNoise();
 }
 
-Status PlanProblem::ChooseNoise(const PoseSet& measured,
-                                const PlanOptions& options,
-                                const std::optional<Calibration>& calibrated) {
-  for (const Triad triad : kPlannedTriads) {
-    const TriadOptions& sensor = calibrate_.triads[triad];
+void PlanProblem::ChooseReference() {
+  const ReferenceOptions& reference = calibrate().reference;
+  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
+  nominal_.reference << *reference.gravity_mps2.value,
+      reference.field_ut.value.value_or(options_.nominal_field_ut.value_or(kUsualFieldUt)),
+      reference.dip_rad.value.value_or(options_.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
+  double &field_ut = nominal_.reference[kField], &dip_rad = nominal_.reference[kDip];
+  if (calibrated_) {
+    field_ut = calibrated_->reference.field_ut.value_or(field_ut);
+    dip_rad = calibrated_->reference.dip_rad.value_or(dip_rad);
+  } else if (nominal_.models[Triad::kMagnetometer]) {
+    if (!reference.field_ut.known() && !options_.nominal_field_ut) {
+      messages_.push_back("field strength unknown: planned for " +
+                          Format("%.4g uT (plan.nominal.strength_ut)", field_ut));
+    }
+    if (!reference.dip_rad.known() && !options_.nominal_dip_rad) {
+      messages_.push_back("dip unknown: planned for " +
+                          Format("%.3g deg (plan.nominal.dip_deg)", dip_rad * kDegPerRad));
+    }
+  }
+  if (calibrate().attitudes.kind != AttitudeKind::kGiven) return;
+  const std::optional<TriadModel<double>>& magnetometer = nominal_.models[Triad::kMagnetometer];
+  Eigen::Vector3d field = Eigen::Vector3d::Zero();
+  for (const StaticPose& pose : measured_.poses) {
+    const auto& reading = pose.triads[Triad::kMagnetometer];
+    if (!reading || !magnetometer) continue;
+    field += pose.attitude->world_from_body * magnetometer->TruthFromRaw(reading->mean_raw);
+  }
+  if (!field.isZero(0.0)) nominal_.reference[kHeading] = std::atan2(field.y(), field.x());
+}
+
+Status PlanProblem::ChooseNoise() {
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = calibrate().triads[triad];
     if (!sensor.enabled) continue;
     rest_covariance_[triad].setZero();
     source_[triad] = NoiseSource::kStatic;
@@ -125,18 +124,18 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       source_[triad] = sensor.noise_source;
     } else if (sensor.allan) {
       source_[triad] = NoiseSource::kAllan;
-      if (!(options.rest_s > 0.0)) {
+      if (!(options_.rest_s > 0.0)) {
         return Error(ErrorCode::kMissingKey,
                      std::string(TriadName(triad)) +
                          ": its noise is a density, so the length of a rest is needed; state "
                          "it, as in `plan: { rest_s: 5 }`");
       }
-    } else if (calibrated) {
-      source_[triad] = calibrated->sensors[triad]->noise.source;
-      rest_covariance_[triad] = calibrated->sensors[triad]->noise.sigma.cwiseAbs2().asDiagonal();
+    } else if (calibrated_) {
+      source_[triad] = calibrated_->sensors[triad]->noise.source;
+      rest_covariance_[triad] = calibrated_->sensors[triad]->noise.sigma.cwiseAbs2().asDiagonal();
     } else {
       int count = 0;
-      for (const StaticPose& pose : measured.poses) {
+      for (const StaticPose& pose : measured_.poses) {
         if (!pose.triads[triad] || !pose.triads[triad]->has_covariance) continue;
         rest_covariance_[triad] += pose.triads[triad]->mean_covariance_raw;
         ++count;
@@ -154,9 +153,9 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
     if (sensor.excess == ExcessNoise::kGiven) {
       excess_[triad] = sensor.excess_sigma * sensor.excess_sigma;
     } else if (sensor.excess == ExcessNoise::kEstimate) {
-      const double sigma = calibrated ? calibrated->sensors[triad]->noise.excess_sigma : 0.0;
+      const double sigma = calibrated_ ? calibrated_->sensors[triad]->noise.excess_sigma : 0.0;
       excess_[triad] = sigma * sigma;
-      if (!calibrated) {
+      if (!calibrated_) {
         messages_.push_back(std::string(TriadName(triad)) +
                             ": pose-to-pose noise is unknown and not included in the prediction; "
                             "state " +
@@ -165,31 +164,52 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       }
     }
   }
-  if (calibrate_.triads[Triad::kGyroscope].enabled) {
-    TRUETRIAD_RETURN_IF_ERROR(ChooseTurns(options, calibrated));
+  if (calibrate().triads[Triad::kGyroscope].enabled) {
+    TRUETRIAD_RETURN_IF_ERROR(ChooseTurns());
   }
-  if (calibrated) {
-    for (const PoseResidual& residual : calibrated->quality.rests.pose_residuals) {
+  if (calibrated_) {
+    for (const PoseResidual& residual : calibrated_->quality.rests.pose_residuals) {
       weights_[{residual.pose, residual.triad}] = std::max(residual.weight, kRejectedWeight);
     }
   }
   return {};
 }
 
+// About each axis, roughly: what the noise of a pose leaves of its attitude.
+double PlanProblem::AttitudeSigma() const {
+  double variance = options_.attitude_sigma_rad.squaredNorm() / 3.0;
+  if (calibrate().attitudes.kind == AttitudeKind::kGiven) return std::sqrt(variance);
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!nominal_.models[triad]) continue;
+    const Eigen::Matrix3d correction = nominal_.models[triad]->Correction();
+    const TriadOptions& sensor = calibrate().triads[triad];
+    Eigen::Matrix3d covariance = rest_covariance_[triad];
+    if (sensor.noise_sigma_raw) covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
+    const double share =
+        ((correction * covariance * correction.transpose()).trace() / 3.0 + excess_[triad]) /
+        WorldVector(triad, nominal_.reference).squaredNorm();
+    variance = std::max(variance, share);
+  }
+  return std::sqrt(variance);
+}
+
 // How well a turn is known: by the noise inside the rests, which adds up over it.
-Status PlanProblem::ChooseTurns(const PlanOptions& options,
-                                const std::optional<Calibration>& calibrated) {
-  const Triad triad = Triad::kGyroscope;
-  const TriadOptions& sensor = calibrate_.triads[triad];
+Status PlanProblem::ChooseTurns() {
+  const TriadOptions& sensor = calibrate().triads[Triad::kGyroscope];
+  turns_.gyroscope = *nominal_.models[Triad::kGyroscope];
+  turns_.is_bent = sensor.HasAxisTerm(Wanted::kYes);
+  turns_.attitude_sigma_rad = AttitudeSigma();
+  turns_.has_heading = has_heading_;
+  turns_.duration_s = options_.turn_s;
+  turns_.sigma_rad = options_.turn_sigma_rad;
+  if (calibrated_ && turns_.sigma_rad == 0.0) {
+    turns_.sigma_rad = calibrated_->sensors[Triad::kGyroscope]->noise.turn_excess_sigma_rad;
+  }
+  excess_[NoiseComponent::kTurn] = turns_.sigma_rad * turns_.sigma_rad;
   const auto stream =
       std::find_if(measured_.streams.begin(), measured_.streams.end(), [](const auto& candidate) {
         return candidate.triad == Triad::kGyroscope;
       });
-  turns_.duration_s = options.turn_s;
-  turns_.sigma_rad = options.turn_sigma_rad;
-  if (calibrated && turns_.sigma_rad == 0.0) {
-    turns_.sigma_rad = calibrated->sensors[triad]->noise.turn_excess_sigma_rad;
-  }
   turns_.rate_hz = stream->rate_hz > 0.0 ? stream->rate_hz : kPlannedRateHz;
   if (!stream->noise_sigma_raw.isZero(0.0)) {
     turns_.reading_sigma_raw = ReadingSigma(*stream);
@@ -198,8 +218,8 @@ Status PlanProblem::ChooseTurns(const PlanOptions& options,
   Eigen::Vector3d density_raw = Eigen::Vector3d::Zero();
   if (sensor.allan) {
     density_raw = sensor.allan->white_density_raw;
-  } else if (sensor.noise_sigma_raw && options.rest_s > 0.0) {
-    density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
+  } else if (sensor.noise_sigma_raw && options_.rest_s > 0.0) {
+    density_raw = *sensor.noise_sigma_raw * std::sqrt(options_.rest_s);
   } else {
     return Error(
         ErrorCode::kMissingKey,

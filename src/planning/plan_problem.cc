@@ -2,12 +2,9 @@
 #include "planning/plan_problem.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include <glog/logging.h>
@@ -18,21 +15,17 @@
 #include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "model/attitude_sets.h"
+#include "noise/components.h"
 #include "problem/graph_builder.h"
-#include "problem/moves.h"
-#include "problem/parameter_name.h"
-#include "problem/start_values.h"
+#include "problem/lay_out.h"
 #include "solve/reduced_system.h"
-#include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
+#include "start/start.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
 
-// Where nothing is known a parameter may be off by this many times the signal.
-constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
 constexpr double kRoundingShare = 1e-14;
 // Inverse condition number above which an inverse keeps six digits and more.
@@ -70,13 +63,11 @@ std::vector<ProgramPose> SpanningPoses(const PlanOptions& options) {
 
 Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptions& options) {
   PlanProblem problem;
-  problem.calibrate_ = options.calibrate;
-  problem.rest_s_ = options.rest_s;
-  problem.attitude_sigma_rad_ = options.attitude_sigma_rad;
+  problem.options_ = options;
   problem.measured_ = measured;
   problem.has_heading_ = options.calibrate.attitudes.kind == AttitudeKind::kGiven ||
                          options.calibrate.triads[Triad::kMagnetometer].enabled;
-  for (const Triad triad : kPlannedTriads) {
+  for (const Triad triad : kTriads) {
     if (!options.calibrate.triads[triad].enabled || measured.Find(triad) != nullptr) continue;
     if (!measured.poses.empty()) {
       return Error(ErrorCode::kMissingSensor,
@@ -90,87 +81,60 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
     stream.unit = options.units[triad];
     problem.measured_.streams.push_back(stream);
   }
-  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseNominal(measured, options));
-
-  auto nodes = BuildNodes(problem.measured_, problem.calibrate_, problem.source_);
-  if (!nodes) return nodes.error();
-  PoseGraph& graph = problem.graph_;
-  graph.nodes = *std::move(nodes);
-  // The layout is that of all poses to come: every face of a block has its tilt, and the scaled
-  // variables of temperature terms span all temperatures.
-  if (const std::vector<ProgramPose> spanning = SpanningPoses(options); !spanning.empty()) {
-    graph.nodes = problem.Nodes(problem.ExactReadings(spanning));
-  }
-  LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
-  if (graph.layout.free_size() == 0) {
-    return Error(ErrorCode::kNothingToEstimate,
-                 "every parameter is fixed by `fixed:`; nothing is left to plan for")
-        .About("sensors");
-  }
-  AddPriors(problem.calibrate_, &graph);
-  graph.nodes = problem.Nodes(problem.measured_);
-  if (problem.has_gyroscope()) graph = problem.GraphWith({});
-
-  const ReducedSystem system(graph);
+  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseNominal());
+  TRUETRIAD_RETURN_IF_ERROR(problem.ChooseLayout());
+  const ReducedSystem system(problem.graph_);
   problem.scale_ = system.scale();
-  problem.known_ = system.scale().asDiagonal() * system.information() * system.scale().asDiagonal();
+  problem.known_ = ScaledBothSides(problem.scale_, system.information());
   problem.FindQuantities();
   return problem;
 }
 
-// About each axis, roughly: what the noise of a pose leaves of its attitude.
-double PlanProblem::AttitudeSigma() const {
-  double variance = attitude_sigma_rad_.squaredNorm() / 3.0;
-  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) return std::sqrt(variance);
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!nominal_.models[triad]) continue;
-    const Eigen::Matrix3d correction = nominal_.models[triad]->Correction();
-    const TriadOptions& sensor = calibrate_.triads[triad];
-    Eigen::Matrix3d covariance = rest_covariance_[triad];
-    if (sensor.noise_sigma_raw) covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
-    const double share =
-        ((correction * covariance * correction.transpose()).trace() / 3.0 + excess_[triad]) /
-        WorldVector(triad, nominal_.reference).squaredNorm();
-    variance = std::max(variance, share);
+// The layout is that of all poses to come: every face of a block has its tilt, and the scaled
+// variables of temperature terms span all temperatures.
+Status PlanProblem::ChooseLayout() {
+  TRUETRIAD_RETURN_IF_ERROR(BuildNodes(measured_, calibrate(), source_));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      graph_.nodes,
+      BuildNodes(WithReadings(measured_, SpanningPoses(options_)), calibrate(), source_));
+  LayOutParameters(calibrate(), nominal_, &graph_);
+  if (graph_.layout.free_size() == 0) {
+    return Error(ErrorCode::kNothingToEstimate,
+                 "every parameter is fixed by `fixed:`; nothing is left to plan for")
+        .About("sensors");
   }
-  return std::sqrt(variance);
+  AddPriors(calibrate(), &graph_);
+  graph_ = GraphOf(measured_);
+  return {};
 }
 
-std::vector<ProgramPose> PlanProblem::OrderedForGyroscope(
-    const std::vector<ProgramPose>& poses) const {
-  return OrderForGyroscope(poses,
-                           turns_,
-                           *nominal_.models[Triad::kGyroscope],
-                           AttitudeSigma(),
-                           has_heading_,
-                           calibrate_.triads[Triad::kGyroscope].HasAxisTerm(Wanted::kYes));
-}
-
-PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const {
+PoseSet PlanProblem::NoReadings() const {
   PoseSet set = measured_;
-  AppendReadings(poses, &set);
+  set.poses.clear();
+  set.moves.clear();
   return set;
 }
 
-void PlanProblem::AppendReadings(const std::vector<ProgramPose>& poses, PoseSet* set) const {
+PoseSet PlanProblem::WithReadings(PoseSet set, const std::vector<ProgramPose>& poses) const {
   const ProgramPose* before = nullptr;
   for (const ProgramPose& planned : poses) {
+    const Eigen::Quaterniond world_from_body = planned.world_from_body.normalized();
     if (has_gyroscope() && before != nullptr) {
-      set->moves.push_back(ExactMove(before->world_from_body.normalized(),
-                                     planned.world_from_body.normalized(),
-                                     turns_,
-                                     *nominal_.models[Triad::kGyroscope],
-                                     *nominal_.models[Triad::kAccelerometer],
-                                     WorldVector(Triad::kAccelerometer, nominal_.reference)));
-      set->moves.back().from = set->poses.size() - 1;
+      set.moves.push_back(ExactMove(before->world_from_body.normalized(),
+                                    world_from_body,
+                                    turns_,
+                                    *nominal_.models[Triad::kAccelerometer],
+                                    WorldVector(Triad::kAccelerometer, nominal_.reference)));
+      set.moves.back().from = set.poses.size() - 1;
     }
     before = &planned;
+    // No planned pose has the number of a measured one.
+    const std::vector<StaticPose>& last = (set.poses.empty() ? measured_ : set).poses;
     StaticPose pose;
-    pose.number = set->poses.empty() ? 1 : set->poses.back().number + 1;
-    pose.end_ns = static_cast<std::int64_t>(std::llround(rest_s_ * 1e9));
+    pose.number = last.empty() ? 1 : last.back().number + 1;
+    pose.end_ns = static_cast<std::int64_t>(std::llround(options_.rest_s * 1e9));
     pose.temperature_degc = planned.temperature_degc;
-    const Eigen::Quaterniond world_from_body = planned.world_from_body.normalized();
-    for (const Triad triad : kPlannedTriads) {
+    for (const Triad triad : kTriads) {
       if (!nominal_.models[triad]) continue;
       // A gyroscope feels nothing at rest.
       Eigen::Vector3d world = Eigen::Vector3d::Zero();
@@ -182,45 +146,42 @@ void PlanProblem::AppendReadings(const std::vector<ProgramPose>& poses, PoseSet*
       reading.has_covariance = true;
       pose.triads[triad] = reading;
     }
-    if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
-      pose.attitude = AttitudeReference{world_from_body, attitude_sigma_rad_};
-    } else if (calibrate_.attitudes.kind == AttitudeKind::kSixFace) {
+    if (calibrate().attitudes.kind == AttitudeKind::kGiven) {
+      pose.attitude = AttitudeReference{world_from_body, options_.attitude_sigma_rad};
+    } else if (calibrate().attitudes.kind == AttitudeKind::kSixFace) {
       pose.face_up = FaceUp(world_from_body);
     }
-    set->poses.push_back(pose);
+    set.poses.push_back(std::move(pose));
   }
+  return set;
 }
 
-// As the nominal unit would have been held.
-std::vector<ProgramPose> PlanProblem::MeasuredAttitudes() const {
+int PlanProblem::LeastPoses() const {
   std::vector<ProgramPose> poses;
-  for (const PoseNode& node : graph_.nodes) {
-    ProgramPose& pose = poses.emplace_back();
-    pose.world_from_body = node.rotation();
-    if (node.kind == PoseKind::kDirection) {
-      const Eigen::Vector3d world =
-          WorldVector(node.observations.front().triad, nominal_.reference);
-      pose.world_from_body = RotationBetween(node.direction(), world);
-    }
-    pose.temperature_degc = node.temperature_degc;
-  }
-  return poses;
+  while (!CheckPoseCounts(WithReadings(measured_, poses), calibrate())) poses.emplace_back();
+  return std::max(static_cast<int>(poses.size()), 1);
 }
 
 Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
-  CalibrateOptions options = calibrate_;
+  CalibrateOptions options = calibrate();
   for (TriadOptions& sensor : options.triads) sensor.excess = ExcessNoise::kNone;
   options.robust.enabled = false;
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
   // What was measured is the real unit's, which may be far from the nominal one: both together are
-  // no unit. Rehearsed are its attitudes.
-  PoseSet readings = measured_;
-  readings.poses.clear();
-  readings.moves.clear();
-  AppendReadings(MeasuredAttitudes(), &readings);
-  AppendReadings(poses, &readings);
+  // no unit. Rehearsed are its attitudes, as the nominal unit would have been held.
+  std::vector<ProgramPose> measured;
+  for (const PoseNode& node : graph_.nodes) {
+    ProgramPose& pose = measured.emplace_back();
+    pose.world_from_body = node.rotation();
+    if (node.kind == PoseKind::kDirection) {
+      pose.world_from_body = RotationBetween(
+          node.direction(), WorldVector(node.observations.front().triad, nominal_.reference));
+    }
+    pose.temperature_degc = node.temperature_degc;
+  }
+  const PoseSet readings = WithReadings(WithReadings(NoReadings(), measured), poses);
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
   if (summary.calibration.IsUsable()) return {};
@@ -230,14 +191,11 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
       "directions?); allow more poses or other rotations");
 }
 
-// Nodes with their weights and attitudes, in order; a pose that saw no wanted triad has none.
-std::vector<PoseNode> PlanProblem::Nodes(const PoseSet& poses) const {
-  PoseGraph graph;
-  auto nodes = BuildNodes(poses, calibrate_, source_);
+PoseGraph PlanProblem::GraphOf(const PoseSet& poses) const {
+  PoseGraph graph = graph_;
+  auto nodes = BuildNodes(poses, calibrate(), source_);
   CHECK(nodes) << nodes.error().message;  // the measured poses have been accepted before
   graph.nodes = *std::move(nodes);
-  graph.layout = graph_.layout;
-  graph.shared = graph_.shared;
   SetStartAttitudes(nominal_, &graph);
   for (PoseNode& node : graph.nodes) {
     for (Observation& observation : node.observations) {
@@ -247,20 +205,15 @@ std::vector<PoseNode> PlanProblem::Nodes(const PoseSet& poses) const {
       }
       const auto weight = weights_.find({node.number, observation.triad});
       if (weight != weights_.end()) observation.weight = weight->second;
-      const Eigen::Matrix3d& S = nominal_.models[observation.triad]->sensitivity;
-      observation.variance =
-          observation.rest_covariance + excess_[observation.triad] * S * S.transpose();
     }
   }
-  return graph.nodes;
+  if (has_gyroscope()) BuildIncrements(poses, nominal_, &graph);
+  ApplyExcess(excess_, &graph);
+  return graph;
 }
 
-std::vector<PoseNode> PlanProblem::PlannedNodes(const std::vector<ProgramPose>& poses) const {
-  PoseSet set = ExactReadings(poses);
-  set.poses.erase(set.poses.begin(),
-                  set.poses.begin() + static_cast<std::ptrdiff_t>(measured_.poses.size()));
-  set.moves.clear();
-  return Nodes(set);
+PoseGraph PlanProblem::GraphWith(const std::vector<ProgramPose>& poses) const {
+  return GraphOf(WithReadings(measured_, poses));
 }
 
 std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& poses) const {
@@ -270,7 +223,7 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
   PoseResidual12 residual;
   PoseSharedJacobian shared_jacobian;
   PoseStateJacobian tangent_jacobian;
-  for (const PoseNode& node : PlannedNodes(poses)) {
+  for (const PoseNode& node : GraphOf(WithReadings(NoReadings(), poses)).nodes) {
     node.Evaluate(graph_.layout,
                   graph_.shared.data(),
                   node.state.data(),
@@ -286,12 +239,6 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
   return rows;
 }
 
-Eigen::MatrixXd PlanProblem::Regularised() const {
-  Eigen::MatrixXd information = known_;
-  information.diagonal().array() += 1.0 / (kAnything * kAnything);
-  return information;
-}
-
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
   const Cholesky factor(information);
   if (factor.is_positive() && factor.ReciprocalCondition() > kWellConditioned) {
@@ -302,8 +249,8 @@ Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
   const double least = kRoundingShare * std::max(solver.values.maxCoeff(), 1.0);
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(quantities_.size()));
   for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
-    const Eigen::VectorXd along = TransposeTimesVector(
-        solver.vectors, quantities_[static_cast<std::size_t>(q)].row.transpose());
+    const Eigen::VectorXd along =
+        TransposeTimesVector(solver.vectors, quantity_rows_.row(q).transpose());
     double variance = 0.0;
     for (Eigen::Index i = 0; i < along.size(); ++i) {
       const double share = along[i] * along[i];
@@ -320,9 +267,8 @@ Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
 
 std::vector<PlannedNoise> PlanProblem::Noise(const std::vector<ProgramPose>& poses) const {
   std::vector<PlannedNoise> all;
-  const std::vector<PoseNode> nodes = PlannedNodes(poses);
-  // All planned poses have the same.
-  for (const Observation& observation : nodes.front().observations) {
+  const PoseGraph graph = GraphOf(WithReadings(NoReadings(), {poses.front()}));
+  for (const Observation& observation : graph.nodes.front().observations) {
     PlannedNoise& planned = all.emplace_back();
     planned.triad = observation.triad;
     planned.unit = measured_.Find(observation.triad)->unit.name;
@@ -337,56 +283,25 @@ std::vector<PlannedNoise> PlanProblem::Noise(const std::vector<ProgramPose>& pos
 }
 
 double PlanProblem::RestSeconds() const {
-  if (rest_s_ > 0.0 || measured_.poses.empty()) return rest_s_;
+  if (options_.rest_s > 0.0 || measured_.poses.empty()) return options_.rest_s;
   std::vector<double> durations_s;
   for (const StaticPose& pose : measured_.poses) durations_s.push_back(pose.duration_s());
   return Median(durations_s);
 }
 
-PoseGraph PlanProblem::GraphWith(const std::vector<ProgramPose>& poses) const {
-  PoseGraph graph = graph_;
-  if (!has_gyroscope()) {
-    for (PoseNode& node : PlannedNodes(poses)) graph.nodes.push_back(node);
-    return graph;
-  }
-  const PoseSet set = ExactReadings(poses);
-  graph.nodes = Nodes(set);
-  BuildIncrements(set, nominal_, &graph);
-  for (IncrementEdge& edge : graph.increments) {
-    edge.variance = edge.increment.covariance +
-                    turns_.sigma_rad * turns_.sigma_rad * Eigen::Matrix3d::Identity();
-  }
-  return graph;
-}
-
 Eigen::MatrixXd PlanProblem::Information(const std::vector<ProgramPose>& poses) const {
-  Eigen::MatrixXd information = known_;
   if (has_gyroscope()) {
-    const ReducedSystem system(GraphWith(poses));
-    information = scale_.asDiagonal() * system.information() * scale_.asDiagonal();
-    return information;
+    return ScaledBothSides(scale_, ReducedSystem(GraphWith(poses)).information());
   }
+  Eigen::MatrixXd information = known_;
   for (const InformationRows& rows : Rows(poses)) information.noalias() += rows.transpose() * rows;
   return information;
 }
 
 PresentedSolution PlanProblem::Present(const Eigen::MatrixXd& free_covariance) const {
   PresentedSolution solution = SolvedFrame(graph_, free_covariance);
-  StateInGauge(calibrate_, &solution);
+  StateInGauge(calibrate(), &solution);
   return solution;
-}
-
-void PlanProblem::FindQuantities() {
-  const Eigen::Index free = graph_.layout.free_size();
-  const PresentedSolution solution = Present(Eigen::MatrixXd::Zero(free, free));
-  quantities_ = QuantitiesOf(solution,
-                             solution.from_free * scale_.asDiagonal(),
-                             nominal_.reference,
-                             graph_.layout.thermal_scale);
-  quantity_rows_.resize(static_cast<Eigen::Index>(quantities_.size()), free);
-  for (std::size_t q = 0; q < quantities_.size(); ++q) {
-    quantity_rows_.row(static_cast<Eigen::Index>(q)) = quantities_[q].row;
-  }
 }
 
 }  // namespace truetriad

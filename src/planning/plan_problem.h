@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,21 +10,24 @@
 #include <Eigen/Core>
 
 #include "base/messages.h"
-#include "noise/variance_components.h"
-#include "planning/exchange.h"
-#include "planning/plan_quantities.h"
-#include "planning/plan_turns.h"
+#include "noise/components.h"
+#include "planning/pose_order.h"
 #include "problem/graph.h"
 #include "problem/start_values.h"
-#include "start/start.h"
 #include "truetriad/base/result.h"
 #include "truetriad/planning/plan.h"
 #include "verdict/presentation.h"
 
 namespace truetriad {
 
-inline constexpr std::array kPlannedTriads = {
-    Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
+// What one pose says: its information is rows^T rows.
+using InformationRows = Eigen::MatrixXd;
+
+// A quantity whose σ is predicted.
+struct PlanQuantity {
+  std::string name, group, unit;
+  double typical = 1.0;  // as large as the signal
+};
 
 // σ / wanted that counts as reached: four poses of noise σ make σ / 2 but for the rounding.
 inline constexpr double kReached = 1.0 + 1e-9;
@@ -45,11 +47,10 @@ class PlanProblem {
   const Eigen::MatrixXd& known() const { return known_; }
   // What these, the program's poses and the turns between them say, in this order.
   Eigen::MatrixXd Information(const std::vector<ProgramPose>& poses) const;
-  // The same as known(), with an uncertainty of many times the signal where nothing is known, so
-  // that there is an inverse from the first pose on.
-  Eigen::MatrixXd Regularised() const;
 
   const std::vector<PlanQuantity>& quantities() const { return quantities_; }
+  // Each as a linear function of the free coordinates.
+  const Eigen::MatrixXd& quantity_rows() const { return quantity_rows_; }
 
   // σ of every quantity; infinite where it is not determined.
   Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information) const;
@@ -65,46 +66,48 @@ class PlanProblem {
   // The nominal unit in the wanted gauge, with the covariance of the free coordinates.
   PresentedSolution Present(const Eigen::MatrixXd& free_covariance) const;
 
-  // The measured poses, and what the program's rests would read without noise.
-  PoseSet ExactReadings(const std::vector<ProgramPose>& poses) const;
+  // How many poses the model needs beyond the measured; at least one.
+  int LeastPoses() const;
 
   // Calibrates from these poses' exact readings. Error: fewer poses than the model needs, or the
   // estimator does not find its way.
   Status Rehearse(const std::vector<ProgramPose>& poses) const;
 
-  const CalibrateOptions& options() const { return calibrate_; }
   bool has_heading() const { return has_heading_; }
-  bool has_gyroscope() const { return calibrate_.triads[Triad::kGyroscope].enabled; }
+  bool has_gyroscope() const { return calibrate().triads[Triad::kGyroscope].enabled; }
 
-  // The poses in the order in which the turns between them show the gyroscope best.
-  std::vector<ProgramPose> OrderedForGyroscope(const std::vector<ProgramPose>& poses) const;
+  const PlannedTurns& turns() const { return turns_; }
 
   const Messages& messages() const { return messages_; }
 
  private:
   PlanProblem() = default;
 
-  void AppendReadings(const std::vector<ProgramPose>& poses, PoseSet* set) const;
-  std::vector<ProgramPose> MeasuredAttitudes() const;
-
-  Status ChooseNominal(const PoseSet& measured, const PlanOptions& options);
-  Status ChooseNoise(const PoseSet& measured,
-                     const PlanOptions& options,
-                     const std::optional<Calibration>& calibrated);
-  Status ChooseTurns(const PlanOptions& options, const std::optional<Calibration>& calibrated);
-  double AttitudeSigma() const;
-  std::vector<PoseNode> Nodes(const PoseSet& poses) const;
-  std::vector<PoseNode> PlannedNodes(const std::vector<ProgramPose>& poses) const;
+  Status ChooseNominal();
+  void ChooseReference();
+  Status ChooseNoise();
+  Status ChooseTurns();
+  Status ChooseLayout();
   void FindQuantities();
 
-  CalibrateOptions calibrate_;
+  // What is measured, without its poses and turns.
+  PoseSet NoReadings() const;
+  // `set`, and what the nominal unit would read in `poses` and from one to the next.
+  PoseSet WithReadings(PoseSet set, const std::vector<ProgramPose>& poses) const;
+  // Of all poses of the set.
+  PoseGraph GraphOf(const PoseSet& poses) const;
+  double AttitudeSigma() const;
+
+  CalibrateOptions& calibrate() { return options_.calibrate; }
+  const CalibrateOptions& calibrate() const { return options_.calibrate; }
+
+  PlanOptions options_;
+  std::optional<Calibration> calibrated_;  // of the measured poses, if they are enough for one
   StartValues nominal_;
   PerTriad<NoiseSource> source_{};
   PerTriad<Eigen::Matrix3d> rest_covariance_;  // of a planned pose, raw
   ExcessVariance excess_{};
   std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
-  Eigen::Vector3d attitude_sigma_rad_ = Eigen::Vector3d::Zero();
-  double rest_s_ = 0.0;
   PlannedTurns turns_;
   // False: what the unit reads is the same whichever way it faces. A magnetometer alone sees one
   // direction too, but that is the field's, which is not vertical.
@@ -114,8 +117,20 @@ class PlanProblem {
   Eigen::VectorXd scale_;
   Eigen::MatrixXd known_;
   std::vector<PlanQuantity> quantities_;
-  Eigen::MatrixXd quantity_rows_;  // of all quantities
+  Eigen::MatrixXd quantity_rows_;
   Messages messages_;
 };
+
+// The poses that the options ask for, in the order in which they are to be taken.
+// Error: as PlanProblem::Create, of the problem without the gyroscope.
+Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
+                                           const PlanOptions& options,
+                                           const PlanProblem& problem);
+
+// Poses that would do if σ of this group were all that is wanted; unset: more than max_poses. Not
+// of a gyroscope.
+std::optional<int> FewestPoses(const PlanProblem& problem,
+                               PlanOptions options,
+                               const std::string& group);
 
 }  // namespace truetriad

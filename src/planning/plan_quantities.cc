@@ -1,148 +1,115 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "planning/plan_quantities.h"
-
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "planning/plan_problem.h"
 #include "problem/parameter_name.h"
-#include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/mounting.h"
+
+// What is estimated, by sensing axis and in the units in which limits are stated.
 
 namespace truetriad {
 namespace {
 
-// A sensor by its sensing axes, whatever body axes they were mounted along; as limits are judged.
-struct SensingAxes {
-  SensingAxes(Triad of_triad, const Eigen::Matrix3d& S, const ReferenceVector& reference)
-      : triad(of_triad), map(NearestAxisMap(S)), gain((S * map.transpose()).diagonal()) {
-    if (triad != Triad::kGyroscope) signal = WorldVector(triad, reference).norm();
-  }
-
-  Triad triad;
-  Eigen::Matrix3d map;
-  Eigen::Vector3d gain;
-  double signal = 1.0;  // that of a gyroscope: 1 rad/s
+// A quantity as an entry of the solution over a divisor.
+struct ScaledEntry {
+  PlanQuantity quantity;
+  double divisor = 1.0;
+  // Sensor by sensor, then the reference; biases, gains and misalignments by axis, then all else as
+  // the solution lists it.
+  std::tuple<int, int, std::string> order;
 };
 
-class QuantityList {
- public:
-  QuantityList(const PresentedSolution& solution, const Eigen::MatrixXd& rows)
-      : names_(solution.covariance.parameters), rows_(rows) {}
-
-  bool Has(const std::string& name) const {
-    return std::find(names_.begin(), names_.end(), name) != names_.end();
+// By sensing axis, whatever body axes they were mounted along; as limits are judged.
+ScaledEntry OfSensor(const ParameterName& name,
+                     const Eigen::Matrix3d& S,
+                     const ReferenceVector& reference,
+                     const ThermalScale& scale) {
+  const Eigen::Matrix3d map = NearestAxisMap(S);
+  const double gain = (S * map.transpose())(name.row, name.row);
+  const bool is_gyroscope = name.triad == Triad::kGyroscope;
+  // That of a gyroscope: 1 rad/s.
+  const double signal = is_gyroscope ? 1.0 : WorldVector(name.triad, reference).norm();
+  const bool is_matrix = name.kind == ParameterKind::kSensitivity;
+  const std::string text = name.str();
+  std::string group = text.substr(0, text.rfind('.'));
+  std::string axes = text.substr(text.rfind('.') + 1);
+  std::string unit = is_matrix ? "" : std::string(TruthUnitName(name.triad));
+  double typical = is_matrix ? 1.0 : signal;
+  double divisor = gain;
+  int rank = 3;
+  if (const auto rate = InfoOf(name.kind).rate) {
+    unit.append(" ").append(InfoOf(*rate).unit);
+    typical /= FactorOf(*rate, scale.half_range_degc, scale.rate_degcps);
+  } else if (name.is_thermal()) {
+    unit += is_matrix ? "1/degC" : "/degC";
+    if (name.power > 1) unit.append("^").append(std::to_string(name.power));
+    typical /= std::pow(scale.half_range_degc, name.power);
+  } else if (name.kind == ParameterKind::kGSensitivity) {
+    unit = "rad/s/(m/s^2)";
+    typical = 1.0 / reference[kGravity];
+  } else if (const auto term = InfoOf(name.kind).axis_term) {
+    // As a share of the signal.
+    unit.clear();
+    typical = 1.0;
+    divisor = 1.0 / InfoOf(*term).PowerOf(gain * signal);
+  } else if (is_matrix) {
+    Eigen::Index axis = 0;
+    map.col(name.col).cwiseAbs().maxCoeff(&axis);
+    const bool is_gain = axis == name.row;
+    rank = is_gain ? 1 : 2;
+    group = std::string(TriadName(name.triad)) + (is_gain ? ".scale_error" : ".misalignment_rad");
+    unit = is_gain ? "" : "rad";
+    axes = is_gain ? axes.substr(0, 1) : axes.substr(0, 1) + AxisLetter(axis);
+  } else {
+    rank = 0;
   }
-  Eigen::RowVectorXd RowOf(const std::string& name) const {
-    return rows_.row(std::find(names_.begin(), names_.end(), name) - names_.begin());
-  }
+  return {{group + "." + axes, group, unit, typical},
+          divisor,
+          {static_cast<int>(name.triad), rank, rank < 3 ? axes : ""}};
+}
 
-  void Add(const std::string& group,
-           const std::string& axes,
-           const std::string& unit,
-           double typical,
-           const Eigen::RowVectorXd& row) {
-    if (row.isZero(0.0)) return;  // held, or fixed by the gauge
-    quantities_.push_back({axes.empty() ? group : group + "." + axes, group, unit, typical, row});
-  }
-
-  // Biases, gains and misalignments.
-  void AddModel(const SensingAxes& sensing) {
-    const std::string sensor(TriadName(sensing.triad));
-    const auto entry = [&](int row, int col) -> Eigen::RowVectorXd {
-      Eigen::Index from = 0;
-      sensing.map.row(col).cwiseAbs().maxCoeff(&from);
-      return RowOf(sensor + ".sensitivity." + AxisLetter(row) + AxisLetter(from)) /
-             sensing.gain[row];
-    };
-    for (int i = 0; i < 3; ++i) {
-      const std::string axis(1, AxisLetter(i));
-      Add(sensor + ".bias",
-          axis,
-          std::string(TruthUnitName(sensing.triad)),
-          sensing.signal,
-          RowOf(sensor + ".bias." + axis) / sensing.gain[i]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      Add(sensor + ".scale_error", std::string(1, AxisLetter(i)), "", 1.0, entry(i, i));
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        if (i == j) continue;
-        Add(sensor + ".misalignment_rad",
-            std::string(1, AxisLetter(i)) + AxisLetter(j),
-            "rad",
-            1.0,
-            entry(i, j));
-      }
-    }
-  }
-
-  // One of the parameters beyond these, if it is of this sensor.
-  void AddTerm(const std::string& name,
-               const SensingAxes& sensing,
-               const ReferenceVector& reference,
-               const ThermalScale& scale) {
-    const auto term = ParameterName::Parse(name);
-    if (!term || term->triad != sensing.triad) return;
-    const std::string group = name.substr(0, name.rfind('.'));
-    const std::string axes = name.substr(name.rfind('.') + 1);
-    const double gain = sensing.gain[term->row];
-    if (term->kind == ParameterKind::kGSensitivity) {
-      Add(group, axes, "rad/s/(m/s^2)", 1.0 / reference[kGravity], RowOf(name) / gain);
-    } else if (const auto bend = InfoOf(term->kind).axis_term) {
-      // As a share of the signal.
-      Add(group, axes, "", 1.0, RowOf(name) * InfoOf(*bend).PowerOf(gain * sensing.signal));
-    }
-    if (!term->is_thermal()) return;
-    const bool is_bias = term->kind != ParameterKind::kSensitivity;
-    std::string unit = is_bias ? std::string(TruthUnitName(sensing.triad)) : "1";
-    double typical = is_bias ? sensing.signal : 1.0;
-    if (const auto rate = InfoOf(term->kind).rate) {
-      unit.append(" ").append(InfoOf(*rate).unit);
-      typical /= FactorOf(*rate, scale.half_range_degc, scale.rate_degcps);
-    } else {
-      unit += "/degC";
-      if (term->power > 1) unit.append("^").append(std::to_string(term->power));
-      typical /= std::pow(scale.half_range_degc, term->power);
-    }
-    Add(group, axes, unit, typical, RowOf(name) / gain);
-  }
-
-  std::vector<PlanQuantity> Take() { return std::move(quantities_); }
-
- private:
-  const std::vector<std::string>& names_;
-  const Eigen::MatrixXd& rows_;
-  std::vector<PlanQuantity> quantities_;
-};
+ScaledEntry OfReference(const std::string& name, const ReferenceVector& reference) {
+  const bool is_gravity = name == "reference.gravity_mps2", is_field = name == "reference.field_ut";
+  return {{name,
+           name,
+           is_gravity ? "m/s^2" : (is_field ? "uT" : "rad"),
+           is_gravity ? reference[kGravity] : (is_field ? reference[kField] : 1.0)},
+          1.0,
+          {static_cast<int>(kTriads.size()), 0, ""}};
+}
 
 }  // namespace
 
-std::vector<PlanQuantity> QuantitiesOf(const PresentedSolution& solution,
-                                       const Eigen::MatrixXd& rows,
-                                       const ReferenceVector& reference,
-                                       const ThermalScale& scale) {
-  QuantityList list(solution, rows);
-  for (const Triad triad : kPlannedTriads) {
-    if (!solution.models[triad]) continue;
-    const SensingAxes sensing(triad, solution.models[triad]->sensitivity, reference);
-    list.AddModel(sensing);
-    for (const std::string& name : solution.covariance.parameters) {
-      list.AddTerm(name, sensing, reference, scale);
-    }
+void PlanProblem::FindQuantities() {
+  const Eigen::Index free = graph_.layout.free_size();
+  const PresentedSolution solution = Present(Eigen::MatrixXd::Zero(free, free));
+  const Eigen::MatrixXd rows = solution.from_free * scale_.asDiagonal();
+  std::vector<std::pair<ScaledEntry, Eigen::RowVectorXd>> entries;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    if (rows.row(i).isZero(0.0)) continue;  // held, or fixed by the gauge
+    const std::string& name = solution.covariance.parameters[static_cast<std::size_t>(i)];
+    const auto parsed = ParameterName::Parse(name);
+    ScaledEntry entry = parsed ? OfSensor(*parsed,
+                                          solution.models[parsed->triad]->sensitivity,
+                                          nominal_.reference,
+                                          graph_.layout.thermal_scale)
+                               : OfReference(name, nominal_.reference);
+    entries.emplace_back(entry, rows.row(i) / entry.divisor);
   }
-  for (const auto& [name, unit, typical] :
-       {std::tuple("reference.gravity_mps2", "m/s^2", reference[kGravity]),
-        std::tuple("reference.field_ut", "uT", reference[kField]),
-        std::tuple("reference.dip_rad", "rad", 1.0),
-        std::tuple("reference.heading_rad", "rad", 1.0)}) {
-    if (list.Has(name)) list.Add(name, "", unit, typical, list.RowOf(name));
+  std::stable_sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) {
+    return a.first.order < b.first.order;
+  });
+  quantity_rows_.resize(std::ssize(entries), free);
+  for (auto& [entry, row] : entries) {
+    quantity_rows_.row(std::ssize(quantities_)) = row;
+    quantities_.push_back(std::move(entry.quantity));
   }
-  return list.Take();
 }
 
 }  // namespace truetriad

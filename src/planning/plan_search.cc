@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "planning/plan_search.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
+#include "math/dense/cholesky.h"
+#include "math/dense/products.h"
 #include "math/random.h"
-#include "start/start.h"
+#include "planning/plan_problem.h"
+#include "solve/row_products.h"
 #include "truetriad/base/units.h"
+
+// Exact optimal design: which poses, of a list of candidates, say most about the parameters.
+// Fedorov, Theory of Optimal Experiments, 1972; Atkinson, Donev and Tobias 2007, ch. 12.
 
 namespace truetriad {
 namespace {
@@ -21,12 +27,87 @@ constexpr int kWeightRounds = 8;
 constexpr int kIdleRounds = 3;
 // Starts from which one pose less is tried.
 constexpr int kSparingStarts = 3;
+// Where nothing is known a parameter may be off by this many times the signal.
+constexpr double kAnything = 10.0;
 // A hand does not turn a unit more finely than this.
 constexpr double kFinestTurnRad = kRadPerDeg;
-// A guard: sweeps end by kLeastRefinement.
-constexpr int kRefineSweeps = 10;
-// Share of what a pose is worth, below which a move is not worth another sweep.
+// A guard: sweeps end by the least gain.
+constexpr int kMostSweeps = 10;
+// An exchange must gain this share of what the pose it replaces is worth: less is rounding, and
+// would let sweeps go round for ever.
+constexpr double kLeastGain = 1e-6;
+// The same of a turn off the grid, which would go on getting better by less and less.
 constexpr double kLeastRefinement = 1e-4;
+
+// Poses, and what each of them says.
+struct Candidates {
+  std::vector<ProgramPose> poses;
+  std::vector<InformationRows> rows;
+};
+
+struct Program : Candidates {
+  Eigen::MatrixXd weights;  // of the cost that it is best by
+  double score = 0.0;       // less is better
+};
+
+// A design of information M (positive definite) with room for one more pose. Its cost is
+//
+//   weights W empty   D: -log det M
+//   else              A: tr(W M^-1), a weighted sum of variances
+class Vacancy {
+ public:
+  Vacancy(const Eigen::MatrixXd& information, const Eigen::MatrixXd& weights)
+      : covariance_(Cholesky(information).Inverse()) {
+    if (weights.size() > 0) weighted_ = Times(Times(covariance_, weights), covariance_);
+  }
+
+  struct Choice {
+    std::size_t candidate = 0;
+    double gain = -1.0;
+  };
+
+  // The candidate of most gain: by how much the cost falls when it is added. With P = M^-1 and rows
+  // B of a candidate:
+  //   D: log det(I + B P B^T)      A: tr((I + B P B^T)^-1 B P W P B^T)
+  Choice Best(const std::vector<InformationRows>& candidates) const {
+    using Small =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
+    Eigen::Index count = 0, at = 0;
+    for (const InformationRows& rows : candidates) count += rows.rows();
+    // All are tried by one product.
+    StackedRows stacked(count, covariance_.cols());
+    for (const InformationRows& rows : candidates) {
+      stacked.middleRows(at, rows.rows()) = rows;
+      at += rows.rows();
+    }
+    const Eigen::MatrixXd by_covariance = stacked * covariance_;
+    Eigen::MatrixXd by_weighted;
+    if (weighted_.size() > 0) by_weighted = stacked * weighted_;
+    at = 0;
+    Choice best;
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      const InformationRows& rows = candidates[c];
+      Small sum = by_covariance.middleRows(at, rows.rows()) * rows.transpose();
+      sum.diagonal().array() += 1.0;
+      const Eigen::LLT<Small> factor(sum);
+      double gain = 0.0;
+      if (weighted_.size() > 0) {
+        const Small weighted = by_weighted.middleRows(at, rows.rows()) * rows.transpose();
+        gain = factor.solve(weighted).trace();
+      } else {
+        gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+      }
+      // Equals differ by rounding: the first of them, so that every machine picks the same.
+      if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
+      at += rows.rows();
+    }
+    return best;
+  }
+
+ private:
+  Eigen::MatrixXd covariance_;  // P
+  Eigen::MatrixXd weighted_;    // P W P; empty for D
+};
 
 // All poses of the grid; where headings are not seen, one a direction. One temperature after
 // another.
@@ -53,221 +134,276 @@ std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   return at_temperatures;
 }
 
-}  // namespace
-
-PlanSearch::PlanSearch(const PlanProblem& problem, const PlanOptions& options)
-    : problem_(problem),
-      options_(options),
-      candidates_(DistinctPoses(options.grid, problem.has_heading())),
-      rows_(problem.Rows(candidates_)),
-      base_(problem.Regularised()) {}
-
-Eigen::MatrixXd PlanSearch::Information(const Program& program, bool regularised) const {
-  Eigen::MatrixXd information = regularised ? base_ : problem_.known();
-  for (const InformationRows& rows : program.rows) information.noalias() += rows.transpose() * rows;
-  return information;
-}
-
-Eigen::MatrixXd PlanSearch::Weights(const Eigen::VectorXd& factors) const {
-  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(base_.rows(), base_.cols());
-  for (Eigen::Index q = 0; q < factors.size(); ++q) {
-    const Eigen::RowVectorXd& row = problem_.quantities()[static_cast<std::size_t>(q)].row;
-    weights.noalias() += factors[q] * row.transpose() * row;
+// Looks for the program: greedily, by exchange over the grid, off the grid where that is allowed,
+// from several starts; the number of poses by bisection where σ are wanted.
+class PlanSearch {
+ public:
+  PlanSearch(const PlanProblem& problem, const PlanOptions& options)
+      : problem_(problem),
+        options_(options),
+        base_(problem.known()),
+        least_(std::min(problem.LeastPoses(), options.max_poses)) {
+    grid_.poses = DistinctPoses(options.grid, problem.has_heading());
+    grid_.rows = problem.Rows(grid_.poses);
+    base_.diagonal().array() += 1.0 / (kAnything * kAnything);
+    // What each σ is to be, whether somebody wants it or only the verdict does.
+    targets_.resize(std::ssize(problem.quantities()));
+    for (Eigen::Index q = 0; q < targets_.size(); ++q) {
+      const PlanQuantity& quantity = problem.quantities()[static_cast<std::size_t>(q)];
+      const auto found = options.wanted.find(quantity.group);
+      is_wanted_.push_back(found != options.wanted.end());
+      targets_[q] =
+          is_wanted_.back() ? found->second : options.calibrate.observable_sigma * quantity.typical;
+    }
   }
-  return weights;
-}
 
-Eigen::VectorXd PlanSearch::Targets(const Wanted& wanted) const {
-  Eigen::VectorXd targets(static_cast<Eigen::Index>(problem_.quantities().size()));
-  for (Eigen::Index q = 0; q < targets.size(); ++q) {
-    const PlanQuantity& quantity = problem_.quantities()[static_cast<std::size_t>(q)];
-    const auto found = wanted.find(quantity.group);
-    targets[q] = found != wanted.end() ? found->second
-                                       : options_.calibrate.observable_sigma * quantity.typical;
+  // The program that the options ask for, in no order.
+  std::vector<ProgramPose> Find() const {
+    int count = options_.poses;
+    if (count == 0) count = Fewest().value_or(options_.max_poses);
+    std::vector<Program> programs = BestPrograms(count);
+    // All starts together, refined, may do with fewer than one of them showed.
+    while (options_.poses == 0 && count > least_ && programs.front().score <= kReached) {
+      std::vector<Program> fewer = BestPrograms(count - 1);
+      if (fewer.front().score > kReached) break;
+      programs = std::move(fewer);
+      --count;
+    }
+    for (const Program& program : programs) {
+      if (problem_.Rehearse(program.poses)) return program.poses;
+    }
+    return programs.front().poses;
   }
-  return targets;
-}
 
-// Without wanted σ: the criterion itself. With them: the largest σ / wanted.
-double PlanSearch::Score(const Program& program, const Wanted& wanted) const {
-  if (wanted.empty() && options_.criterion == PlanCriterion::kDeterminant) {
-    return DesignCost(Information(program, true), {});
+  // The fewest poses whose score is at most 1; unset: more than max_poses. As many as the model
+  // needs where no σ is wanted.
+  std::optional<int> Fewest() const {
+    if (!wants()) return least_;
+    const auto reaches = [&](int count, int starts) {
+      return Programs(count, starts).front().score <= kReached;
+    };
+    int low = least_ - 1, high = least_;  // too few, perhaps enough
+    while (!reaches(high, 1)) {
+      if (high == options_.max_poses) return std::nullopt;
+      low = high;
+      high = std::min(2 * high, options_.max_poses);
+    }
+    while (high - low > 1) {
+      const int middle = (low + high) / 2;
+      (reaches(middle, 1) ? high : low) = middle;
+    }
+    // One start may have missed what another finds.
+    while (high > least_ && reaches(high - 1, kSparingStarts)) --high;
+    return high;
   }
-  const Eigen::VectorXd sigmas = problem_.Sigmas(Information(program, false));
-  if (wanted.empty()) return sigmas.array().log().sum();
-  return (sigmas.array() / Targets(wanted).array()).maxCoeff();
-}
 
-void PlanSearch::SortByScore(std::vector<Program>* programs) {
-  std::stable_sort(programs->begin(), programs->end(), [](const Program& a, const Program& b) {
-    return a.score < b.score;
-  });
-}
+ private:
+  bool wants() const { return !options_.wanted.empty(); }
 
-std::size_t PlanSearch::LeastCount() const {
-  std::vector<ProgramPose> poses;
-  while (!CheckPoseCounts(problem_.ExactReadings(poses), problem_.options())) {
-    poses.push_back(candidates_.front());
+  static void SortByScore(std::vector<Program>* programs) {
+    std::stable_sort(programs->begin(), programs->end(), [](const Program& a, const Program& b) {
+      return a.score < b.score;
+    });
   }
-  return std::max<std::size_t>(poses.size(), 1);
-}
 
-// Moves poses off the grid, one at a time, by ever smaller turns about the body axes.
-PlanSearch::Program PlanSearch::Refined(Program program) const {
-  // Half the spacing of as many attitudes spread over SO(3), whose volume is 8 pi^2.
-  double step = 0.5 * std::cbrt(8.0 * std::numbers::pi * std::numbers::pi /
-                                static_cast<double>(options_.grid.attitudes.size()));
-  for (; step > kFinestTurnRad; step *= 0.5) {
+  // What is known and what the program says, without one of its poses.
+  static Eigen::MatrixXd Sum(Eigen::MatrixXd information,
+                             const Program& program,
+                             std::optional<std::size_t> without = std::nullopt) {
+    for (std::size_t k = 0; k < program.rows.size(); ++k) {
+      if (k == without) continue;
+      information.noalias() += program.rows[k].transpose() * program.rows[k];
+    }
+    return information;
+  }
+
+  // Without wanted σ: the criterion itself. With them: the largest σ / wanted.
+  double Score(const Program& program) const {
+    if (!wants() && options_.criterion == PlanCriterion::kDeterminant) {
+      return -Cholesky(Sum(base_, program)).LogDeterminant();
+    }
+    const Eigen::VectorXd sigmas = problem_.Sigmas(Sum(problem_.known(), program));
+    if (!wants()) return sigmas.array().log().sum();
+    return (sigmas.array() / targets_.array()).maxCoeff();
+  }
+
+  // Exchanges each pose for the best one that `offered` has in its place, until no exchange gains
+  // `least_gain`.
+  template <class Offered>
+  void ExchangeUntilSettled(const Offered& offered, double least_gain, Program* program) const {
     bool improved = true;
-    for (int sweep = 0; improved && sweep < kRefineSweeps; ++sweep) {
+    for (int sweep = 0; improved && sweep < kMostSweeps; ++sweep) {
       improved = false;
-      for (std::size_t k = 0; k < program.poses.size(); ++k) {
-        Program others = program;
-        others.rows.erase(others.rows.begin() + static_cast<std::ptrdiff_t>(k));
-        const Vacancy vacancy(Information(others, true), program.weights);
-        std::vector<ProgramPose> moved;
-        for (int axis = 0; axis < 3; ++axis) {
-          for (const double angle : {step, -step}) {
-            moved.push_back(program.poses[k]);
-            moved.back().world_from_body = program.poses[k].world_from_body *
-                                           Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis));
-          }
-        }
-        const std::vector<InformationRows> rows = problem_.Rows(moved);
-        const Vacancy::Choice best = vacancy.Best(Candidates(rows));
-        if (best.gain <= vacancy.Gain(program.rows[k]) * (1.0 + kLeastRefinement)) continue;
-        program.poses[k] = moved[best.candidate];
-        program.rows[k] = rows[best.candidate];
+      for (std::size_t k = 0; k < program->poses.size(); ++k) {
+        // Summed anew: taking a pose out of a sum leaves rounding where it was the only one.
+        const Vacancy vacancy(Sum(base_, *program, k), program->weights);
+        const Candidates& candidates = offered(program->poses[k]);
+        const Vacancy::Choice best = vacancy.Best(candidates.rows);
+        if (best.gain <= vacancy.Best({program->rows[k]}).gain * (1.0 + least_gain)) continue;
+        program->poses[k] = candidates.poses[best.candidate];
+        program->rows[k] = candidates.rows[best.candidate];
         improved = true;
       }
     }
   }
-  return program;
-}
 
-PlanSearch::Program PlanSearch::ProgramFrom(Design design, const Wanted& wanted) const {
-  const auto of_design = [&](const Eigen::MatrixXd& weights) {
-    Program program;
-    for (const std::size_t place : design) {
-      program.poses.push_back(candidates_[place]);
-      program.rows.emplace_back(rows_.rows(place));
-    }
-    program.weights = weights;
-    program.score = Score(program, wanted);
-    return program;
-  };
-  if (options_.criterion == PlanCriterion::kDeterminant) {
-    ExchangeUntilSettled(base_, rows_, {}, &design);
-    return of_design({});
+  void ExchangeOverGrid(const Eigen::MatrixXd& weights, Program* program) const {
+    program->weights = weights;
+    const auto grid = [this](const ProgramPose&) -> const Candidates& { return grid_; };
+    ExchangeUntilSettled(grid, kLeastGain, program);
+    program->score = Score(*program);
   }
+
+  // Moves poses off the grid, one at a time, by ever smaller turns about the body axes.
+  Program Refined(Program program) const {
+    // Half the spacing of as many attitudes spread over SO(3), whose volume is 8 pi^2.
+    double step = 0.5 * std::cbrt(8.0 * std::numbers::pi * std::numbers::pi /
+                                  static_cast<double>(options_.grid.attitudes.size()));
+    for (; step > kFinestTurnRad; step *= 0.5) {
+      const auto turned = [&](const ProgramPose& pose) {
+        std::vector<ProgramPose> moved(6, pose);
+        for (int k = 0; k < 6; ++k) {
+          moved[static_cast<std::size_t>(k)].world_from_body =
+              pose.world_from_body *
+              Eigen::AngleAxisd(k % 2 == 0 ? step : -step, Eigen::Vector3d::Unit(k / 2));
+        }
+        return Candidates{moved, problem_.Rows(moved)};
+      };
+      ExchangeUntilSettled(turned, kLeastRefinement, &program);
+    }
+    program.score = Score(program);
+    return program;
+  }
+
+  // A-weights of quantities: tr(W P) = sum of factors * σ^2.
+  Eigen::MatrixXd Weights(const Eigen::VectorXd& factors) const {
+    Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(base_.rows(), base_.cols());
+    for (Eigen::Index q = 0; q < factors.size(); ++q) {
+      const Eigen::RowVectorXd row = problem_.quantity_rows().row(q);
+      weights.noalias() += factors[q] * row.transpose() * row;
+    }
+    return weights;
+  }
+
   // Weights that follow the σ they led to. Without wanted σ: 1/σ^2, of which a fixed point is least
   // in the sum of log σ. With them: those that are still too large count more.
-  const Eigen::VectorXd targets = Targets(wanted);
-  Eigen::VectorXd factors = targets.cwiseAbs2().cwiseInverse();
-  Program best = of_design({});
-  Program program = best;
-  int idle = 0;
-  for (int round = 0; round < kWeightRounds; ++round) {
-    const Eigen::VectorXd sigmas = problem_.Sigmas(Information(program, true));
-    if (wanted.empty()) {
-      factors = sigmas.cwiseAbs2().cwiseInverse();
-    } else if (round > 0) {
-      for (Eigen::Index q = 0; q < factors.size(); ++q) {
-        const std::string& group = problem_.quantities()[static_cast<std::size_t>(q)].group;
-        if (wanted.contains(group)) factors[q] *= sigmas[q] / targets[q] / program.score;
-      }
+  Program BestFrom(Program program) const {
+    if (options_.criterion == PlanCriterion::kDeterminant) {
+      ExchangeOverGrid({}, &program);
+      return program;
     }
-    const Eigen::MatrixXd weights = Weights(factors);
-    ExchangeUntilSettled(base_, rows_, weights, &design);
-    program = of_design(weights);
-    const bool better = program.score < best.score;
-    if (better) best = program;
-    idle = better ? 0 : idle + 1;
-    if (idle == (wanted.empty() ? 1 : kIdleRounds) || !std::isfinite(program.score)) break;
-    if (!wanted.empty() && options_.poses == 0 && best.score <= kReached) break;  // that is enough
-  }
-  return best;
-}
-
-std::vector<PlanSearch::Program> PlanSearch::Programs(std::size_t count,
-                                                      const Wanted& wanted,
-                                                      int starts) const {
-  Random random(options_.seed);
-  std::vector<Program> programs;
-  for (int start = 0; start < starts; ++start) {
-    Design design;
-    if (start == 0) {
-      // D finds its way from nothing, where A sees only what is worst.
-      design = GreedyDesign(base_, rows_, {}, count);
-    } else {
-      for (std::size_t k = 0; k < count; ++k) {
-        design.push_back(
-            static_cast<std::size_t>(random.Below(static_cast<int>(candidates_.size()))));
+    program.score = Score(program);
+    Program best = program;
+    Eigen::VectorXd factors = targets_.cwiseAbs2().cwiseInverse();
+    int idle = 0;
+    for (int round = 0; round < kWeightRounds; ++round) {
+      const Eigen::VectorXd sigmas = problem_.Sigmas(Sum(base_, program));
+      if (!wants()) factors = sigmas.cwiseAbs2().cwiseInverse();
+      for (Eigen::Index q = 0; wants() && round > 0 && q < factors.size(); ++q) {
+        if (is_wanted_[static_cast<std::size_t>(q)]) {
+          factors[q] *= sigmas[q] / targets_[q] / program.score;
+        }
       }
+      ExchangeOverGrid(Weights(factors), &program);
+      const bool better = program.score < best.score;
+      if (better) best = program;
+      idle = better ? 0 : idle + 1;
+      if (idle == (wants() ? kIdleRounds : 1) || !std::isfinite(program.score)) break;
+      if (wants() && options_.poses == 0 && best.score <= kReached) break;  // that is enough
     }
-    programs.push_back(ProgramFrom(design, wanted));
+    return best;
   }
-  SortByScore(&programs);
-  return programs;
+
+  // Programs of `count` poses of the grid, from as many starts, best first.
+  std::vector<Program> Programs(int count, int starts) const {
+    Random random(options_.seed);
+    std::vector<Program> programs;
+    for (int start = 0; start < starts; ++start) {
+      Program program;
+      for (int k = 0; k < count; ++k) {
+        // D finds its way from nothing, where A sees only what is worst.
+        const std::size_t next =
+            start == 0
+                ? Vacancy(Sum(base_, program), {}).Best(grid_.rows).candidate
+                : static_cast<std::size_t>(random.Below(static_cast<int>(grid_.poses.size())));
+        program.poses.push_back(grid_.poses[next]);
+        program.rows.push_back(grid_.rows[next]);
+      }
+      programs.push_back(BestFrom(std::move(program)));
+    }
+    SortByScore(&programs);
+    return programs;
+  }
+
+  // From all starts and refined, best first.
+  std::vector<Program> BestPrograms(int count) const {
+    std::vector<Program> programs = Programs(count, kStarts);
+    for (Program& program : programs) {
+      if (!options_.grid.continuous) break;
+      Program refined = Refined(program);
+      if (refined.score < program.score) program = std::move(refined);
+    }
+    SortByScore(&programs);
+    return programs;
+  }
+
+  const PlanProblem& problem_;
+  const PlanOptions& options_;
+  Candidates grid_;
+  Eigen::MatrixXd base_;  // what is known, so little of all else that there is an inverse
+  Eigen::VectorXd targets_;
+  std::vector<bool> is_wanted_;
+  int least_;  // fewer poses are not enough for the model
+};
+
+// Largest σ of the gyroscope over wanted σ.
+double WorstOfGyroscope(const PlanProblem& problem,
+                        const PlanOptions& options,
+                        const Eigen::VectorXd& sigmas) {
+  double worst = 0.0;
+  for (std::size_t q = 0; q < problem.quantities().size(); ++q) {
+    const std::string& group = problem.quantities()[q].group;
+    if (!group.starts_with("gyroscope.") || !options.wanted.contains(group)) continue;
+    worst = std::max(worst, sigmas[static_cast<Eigen::Index>(q)] / options.wanted.at(group));
+  }
+  return worst;
 }
 
-std::optional<std::size_t> PlanSearch::Fewest(const Wanted& wanted) const {
-  const auto reaches = [&](std::size_t count, int starts) {
-    return Programs(count, wanted, starts).front().score <= kReached;
-  };
-  const auto most = static_cast<std::size_t>(options_.max_poses);
-  std::size_t low = std::min(LeastCount(), most) - 1;  // too few
-  std::size_t high = low + 1;
-  while (!reaches(high, 1)) {
-    if (high == most) return std::nullopt;
-    low = high;
-    high = std::min(2 * high, most);
-  }
-  while (high - low > 1) {
-    const std::size_t middle = (low + high) / 2;
-    (reaches(middle, 1) ? high : low) = middle;
-  }
-  // One start may have missed what another finds.
-  const std::size_t least = LeastCount();
-  while (high > least && reaches(high - 1, kSparingStarts)) --high;
-  return high;
+}  // namespace
+
+std::optional<int> FewestPoses(const PlanProblem& problem,
+                               PlanOptions options,
+                               const std::string& group) {
+  options.wanted = {{group, options.wanted.at(group)}};
+  options.poses = 0;
+  return PlanSearch(problem, options).Fewest();
 }
 
-std::optional<int> PlanSearch::FewestFor(const std::string& group) const {
-  const std::optional<std::size_t> count = Fewest({{group, options_.wanted.at(group)}});
-  return count ? std::optional<int>(static_cast<int>(*count)) : std::nullopt;
-}
-
-std::vector<PlanSearch::Program> PlanSearch::BestPrograms(std::size_t count) const {
-  std::vector<Program> programs = Programs(count, options_.wanted, kStarts);
-  for (Program& program : programs) {
-    if (!options_.grid.continuous) break;
-    Program refined = Refined(program);
-    refined.score = Score(refined, options_.wanted);
-    if (refined.score < program.score) program = refined;
+Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
+                                           const PlanOptions& options,
+                                           const PlanProblem& problem) {
+  if (!problem.has_gyroscope()) {
+    return OrderForOperator(PlanSearch(problem, options).Find(), problem.has_heading());
   }
-  SortByScore(&programs);
-  return programs;
-}
-
-std::vector<ProgramPose> PlanSearch::Find() const {
-  auto count = static_cast<std::size_t>(options_.poses);
-  if (count == 0) {
-    const std::optional<std::size_t> fewest = Fewest(options_.wanted);
-    count = fewest.value_or(static_cast<std::size_t>(options_.max_poses));
+  // An eighth more poses each round: ten rounds from the least program to three times as many.
+  constexpr int kShareMore = 8;
+  PlanOptions without = options;
+  without.calibrate.triads[Triad::kGyroscope].enabled = false;
+  std::erase_if(without.wanted,
+                [](const auto& item) { return item.first.starts_with("gyroscope."); });
+  TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem others, PlanProblem::Create(measured, without));
+  while (true) {
+    std::vector<ProgramPose> poses = OrderForGyroscope(
+        OrderForOperator(PlanSearch(others, without).Find(), others.has_heading()),
+        problem.turns());
+    const auto count = static_cast<int>(poses.size());
+    if (options.poses > 0 || count >= options.max_poses ||
+        WorstOfGyroscope(problem, options, problem.Sigmas(problem.Information(poses))) <=
+            kReached) {
+      return poses;
+    }
+    without.poses = std::min(count + 1 + count / kShareMore, options.max_poses);
   }
-  std::vector<Program> programs = BestPrograms(count);
-  // All starts together, refined, may do with fewer than one of them showed.
-  while (options_.poses == 0 && count > LeastCount() && programs.front().score <= kReached) {
-    std::vector<Program> fewer = BestPrograms(count - 1);
-    if (fewer.front().score > kReached) break;
-    programs = std::move(fewer);
-    --count;
-  }
-  for (const Program& program : programs) {
-    if (problem_.Rehearse(program.poses)) return program.poses;
-  }
-  return programs.front().poses;
 }
 
 }  // namespace truetriad

@@ -9,13 +9,11 @@
 #include "config/field_check.h"
 #include "data/clock_lags.h"
 #include "model/mechanisms.h"
-#include "session/clocks.h"
-#include "session/load_sessions.h"
-#include "session/settle_experiment.h"
+#include "session/steps.h"
 #include "truetriad/base/version.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/session/session.h"
+#include "verdict/checks/clock_offsets.h"
 #include "verdict/checks/units.h"
 
 namespace truetriad {
@@ -24,21 +22,13 @@ namespace {
 // A lag of seconds is known to a tenth; the moves find what is left, and again what that leaves.
 constexpr int kMostClockRounds = 3;
 
-Calibration NotEnough(const Experiment& experiment, const Error& reason) {
-  Calibration calibration = StatedCalibration(experiment.options);
-  calibration.findings = {RefusalOf(reason)};
-  calibration.outcome = OutcomeOf(calibration.findings);
-  return calibration;
-}
-
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
   if (loaded.not_enough) {
-    Calibration calibration = NotEnough(experiment, *loaded.not_enough);
+    Calibration calibration = StatedCalibration(experiment.options);
     // A wrong unit of time leaves no rest.
-    if (auto reason = WhyNotAsStated(loaded.poses, experiment.options)) {
-      calibration.findings = {*std::move(reason)};
-      calibration.outcome = OutcomeOf(calibration.findings);
-    }
+    const auto reason = WhyNotAsStated(loaded.poses, experiment.options);
+    calibration.findings = {reason ? *reason : RefusalOf(*loaded.not_enough)};
+    calibration.outcome = OutcomeOf(calibration.findings);
     calibration.config_yaml = experiment.resolved_yaml;
     return calibration;
   }
@@ -66,19 +56,61 @@ Result<Attempt> CalibrateAsStated(Experiment experiment,
   Result<LoadedPoses> read = LoadSessions(experiment, first, progress, opener);
   if (!read) return AtItsKey(experiment, read.error());
   attempt.loaded = *std::move(read);
-  TRUETRIAD_RETURN_IF_ERROR(CheckSerial(attempt.loaded, experiment));
-  if (!attempt.loaded.not_enough) {
-    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&attempt.loaded, &experiment));
-  }
+  TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&attempt.loaded, &experiment));
   TRUETRIAD_ASSIGN_OR_RETURN(attempt.calibration, CalibratePoses(attempt.loaded, experiment));
   attempt.experiment = std::move(experiment);
   return attempt;
 }
 
+// By how much a sensor's times are later than those of the reference (ClockReference), beyond what
+// has been taken off them.
+struct ClockLeft {
+  double later_s = 0.0;
+  double sigma_s = 0.0;
+};
+using Clocks = PerTriad<std::optional<ClockLeft>>;
+
+// Those that a recording of rests and its solution show. Of a clock that was `taken_off` as a lag,
+// which is no better known than to tenths of a second, whatever is left.
+Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Clocks& taken_off) {
+  Clocks left;
+  for (const Triad triad : kTriads) {
+    if (poses.clock_lag_s[triad]) left[triad] = {*poses.clock_lag_s[triad], kClockLagSigmaS};
+  }
+  for (const ClockOffset& offset : calibration.quality.rests.clock_offsets) {
+    const std::optional<ClockLeft>& off = taken_off[offset.triad];
+    const bool is_rough = off && off->sigma_s >= kClockLagSigmaS;
+    if (!is_rough && !IsNotable(offset, poses)) continue;
+    left[offset.triad] = {offset.later_s, offset.sigma_s};
+  }
+  return left;
+}
+
+// What was taken off against the clock of `reference`, in the place of what an `earlier` solution
+// without that said of it.
+void SayClocksCorrected(const Clocks& taken_off,
+                        const Findings& earlier,
+                        Triad reference,
+                        Calibration* calibration) {
+  for (const Triad triad : kTriads) {
+    if (!taken_off[triad]) continue;
+    ClockLeft clock = *taken_off[triad];
+    for (const ClockOffset& offset : calibration->quality.rests.clock_offsets) {
+      if (offset.triad == triad) clock.sigma_s = offset.sigma_s;
+    }
+    Finding finding = ClockCorrected(triad, clock.later_s, clock.sigma_s, reference);
+    const auto said = std::find_if(earlier.begin(), earlier.end(), [&](const Finding& other) {
+      return other.code == FindingCode::kClockOffset && other.sensor == triad;
+    });
+    if (said != earlier.end()) {
+      finding.Shifting(said->Value("effect").value_or(0.0), Treatment::kCorrected);
+    }
+    calibration->findings.push_back(std::move(finding));
+  }
+}
+
 // Whether one clock at least is much better, none is worse, and nothing was lost by it.
-bool IsNearer(const Attempt& next,
-              const PerTriad<std::optional<ClockLeft>>& left,
-              const Attempt& attempt) {
+bool IsNearer(const Attempt& next, const Clocks& left, const Attempt& attempt) {
   if (attempt.calibration.IsUsable() && !next.calibration.IsUsable()) return false;
   const auto left_now = ClocksLeft(next.loaded.poses, next.calibration, {});
   return std::all_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
@@ -95,11 +127,11 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
                                     const RecordingOpener& opener) {
   TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateAsStated(stated, &first, progress, opener));
   if (!stated.options.corrects_clocks) return attempt;
-  PerTriad<std::optional<ClockLeft>> taken_off;
+  Clocks taken_off;
   Findings said;
   for (int round = 0; round < kMostClockRounds; ++round) {
     const auto left = ClocksLeft(attempt.loaded.poses, attempt.calibration, taken_off);
-    PerTriad<std::optional<ClockLeft>> wanted = taken_off;
+    Clocks wanted = taken_off;
     PerTriad<double> offset_s = stated.poses.time_offset_s;
     for (const Triad triad : kTriads) {
       if (left[triad]) {

@@ -17,45 +17,32 @@ constexpr std::size_t kFewestRests = 6;
 // A unit that rests more than it moves was not tumbled: its rests are too few.
 constexpr double kMostAtRest = 0.5;
 
-struct InitialPoses {
-  std::string line;     // of the experiment; empty: as without it
-  std::string comment;  // what was seen
-};
-
 bool IsSeen(const PoseSet& poses, Triad triad) {
   const StreamSummary* stream = poses.Find(triad);
   return stream != nullptr && stream->samples > 0;
 }
 
-InitialPoses PosesFor(const LoadedPoses& loaded) {
+// What the experiment says of where the poses are. To detect is to say nothing: there is no choice
+// where the recording says so itself, has no times, or has rests enough.
+PoseSelectionKind PosesFor(const LoadedPoses& loaded) {
   const PoseSet& poses = loaded.poses;
-  const std::string seen = std::to_string(poses.poses.size()) + " poses by " + poses.how;
-  // Where the recording says itself where its poses are, or has no times, there is no choice.
   if (!loaded.are_detected || poses.poses.size() >= kFewestRests || !poses.has_time ||
       poses.static_share > kMostAtRest) {
-    return {"", seen};
+    return PoseSelectionKind::kDetect;
   }
   const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
   const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
   if (IsSeen(poses, Triad::kGyroscope) && (has_accelerometer || has_magnetometer)) {
-    return {"poses: { motion: { spacing_s: 0.1 } }", seen + ": taken for a unit tumbled by hand"};
+    return PoseSelectionKind::kMotion;
   }
-  if (has_magnetometer && !has_accelerometer) return {"poses: every_row", seen};
-  return {"", seen};
+  return has_magnetometer && !has_accelerometer ? PoseSelectionKind::kEveryRow
+                                                : PoseSelectionKind::kDetect;
 }
 
 std::string RelativeTo(const std::string& folder, const std::string& path) {
   namespace fs = std::filesystem;
   const fs::path from = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
   return fs::absolute(path).lexically_normal().lexically_proximate(from).string();
-}
-
-std::string InputLine(const std::vector<std::string>& inputs, const std::string& folder) {
-  YamlText list;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    list << (i > 0 ? ", " : "") << Quoted{RelativeTo(folder, inputs[i])};
-  }
-  return "input: " + (inputs.size() == 1 ? list.str() : "[" + list.str() + "]");
 }
 
 Result<std::string> ExperimentFor(const LoadedPoses& loaded,
@@ -70,11 +57,18 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
                  "has a gyroscope alone, which is calibrated from turns or rates that "
                  "are known; state them in an experiment (`turns:` or `rates:`)");
   }
-  const InitialPoses initial = PosesFor(loaded);
+  const PoseSelectionKind kind = PosesFor(loaded);
+  YamlText list;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    list << (i > 0 ? ", " : "") << Quoted{RelativeTo(folder, inputs[i])};
+  }
   std::string text =
       "# All keys, and what they are when they are not stated: docs/experiments.md\n"
-      "experiment: 1\n" +
-      InputLine(inputs, folder) + "  # " + initial.comment + '\n';
+      "experiment: 1\n"
+      "input: " +
+      (inputs.size() == 1 ? list.str() : "[" + list.str() + "]") + "  # " +
+      std::to_string(poses.poses.size()) + " poses by " + poses.how +
+      (kind == PoseSelectionKind::kMotion ? ": taken for a unit tumbled by hand\n" : "\n");
   if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
   text +=
       "reference:\n"
@@ -100,7 +94,8 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
         "# sits on one: tilt_sigma_deg, seat_sigma_deg.\n"
         "attitudes: { six_face: {} }\n";
   }
-  if (!initial.line.empty()) text += initial.line + '\n';
+  if (kind == PoseSelectionKind::kMotion) text += "poses: { motion: { spacing_s: 0.1 } }\n";
+  if (kind == PoseSelectionKind::kEveryRow) text += "poses: every_row\n";
   return text +
          "# What makes a unit good; sensors whose axes are not x, y and z state `mounting:` then:\n"
          "# limits: { accelerometer.bias: 0.5, accelerometer.residual_rms: 0.02 }\n";

@@ -2,18 +2,24 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <utility>
 
 #include "data/rows_in_time.h"
 #include "io/known_motion_file.h"
+#include "problem/session_block.h"
+#include "session/steps.h"
 #include "truetriad/base/units.h"
+#include "truetriad/data/sessions.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {
+
+/// The recording from its beginning.
+using Opener = std::function<Result<std::unique_ptr<SampleSource>>()>;
 
 Result<PoseSelection> SelectionOf(const PosesConfig& config) {
   PoseSelection selection;
@@ -38,12 +44,13 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
     for (const std::string& id : config.held_out_turns) {
       bool found = false;
       for (StatedTurn& turn : turns) {
-        if (id != "all" && id != turn.id) continue;
-        found = turn.held_out = true;
+        if (id == "all" || id == turn.id) found = turn.held_out = true;
       }
-      if (found) continue;
-      return Error(ErrorCode::kNotInRecording,
-                   "turns.held_out: `" + id + "` is not the id of a turn in " + config.turns_file);
+      if (!found) {
+        return Error(
+            ErrorCode::kNotInRecording,
+            "turns.held_out: `" + id + "` is not the id of a turn in " + config.turns_file);
+      }
     }
     selection->turns = std::move(turns);
   }
@@ -72,17 +79,9 @@ Result<PoseSelection> StatedSelection(const std::string& input, const RecordingI
   return selection;
 }
 
-/// A table is already averaged: to find rests in it, or to take each row, is to read it as it is.
-bool MayBeTable(const PosesConfig& config) {
-  return config.kind == PoseSelectionKind::kDetect || config.kind == PoseSelectionKind::kEveryRow;
-}
-
 /// What can be said about the streams of a recording without any pose.
-Result<PoseSet> DescribeStreams(const std::string& input,
-                                const RecordingOpener& open,
-                                const OpenRecordingOptions& options,
-                                TimeStamps time_stamps) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open(input, options));
+Result<PoseSet> DescribeStreams(const Opener& open, TimeStamps time_stamps) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
   PoseSelection everything;
   everything.kind = PoseSelectionKind::kEveryN;
   everything.every = std::numeric_limits<std::int64_t>::max();
@@ -100,10 +99,8 @@ Result<PoseSet> DescribeStreams(const std::string& input,
 }
 
 /// When a recording begins, whichever of its sensors is the first.
-Result<std::int64_t> FirstTime(const std::string& input,
-                               const RecordingOpener& open,
-                               const OpenRecordingOptions& options) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open(input, options));
+Result<std::int64_t> FirstTime(const Opener& open) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
   PerTriad<bool> has_begun{};
   std::size_t missing = source->info().streams.size();
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
@@ -121,8 +118,7 @@ Result<std::int64_t> FirstTime(const std::string& input,
 }
 
 Status SelectExcluded(const std::string& input,
-                      const RecordingOpener& open,
-                      const OpenRecordingOptions& options,
+                      const Opener& open,
                       const PosesConfig& config,
                       bool has_time,
                       PoseSelection* selection) {
@@ -132,15 +128,15 @@ Status SelectExcluded(const std::string& input,
                    config.exclude.front().stated_in,
                    input + " has no times; use `exclude_poses:`");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(input, open, options));
-  // To the end is what a time beyond any recording's means.
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(open));
   const auto after_first_ns = [first_ns](double seconds) {
+    // To the end is what a time beyond any recording's means.
     constexpr double kLongestNs = 4.6e18;
     return first_ns + std::llround(std::min(1e9 * seconds, kLongestNs));
   };
   for (const ExcludedSeconds& range : config.exclude) {
-    const TimeRange times{after_first_ns(range.from_s), after_first_ns(range.to_s)};
-    selection->excluded.push_back({times, range.stated_in});
+    selection->excluded.push_back(
+        {{after_first_ns(range.from_s), after_first_ns(range.to_s)}, range.stated_in});
   }
   return {};
 }
@@ -148,26 +144,27 @@ Status SelectExcluded(const std::string& input,
 Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
                                   const ProgressCallback& progress,
-                                  const RecordingOpener& open,
-                                  bool is_file) {
+                                  const RecordingOpener& opener) {
   const OpenRecordingOptions options{config.column, config.sweep.ambient, /*may_be_joined=*/true};
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open(input, options));
+  const Opener open = [&] {
+    return opener ? opener(input, options) : OpenRecording(input, options);
+  };
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
   TRUETRIAD_ASSIGN_OR_RETURN(
       PoseSelection selection,
-      config.given ? SelectionOf(config) : StatedSelection(is_file ? input : "", source->info()));
-
+      config.given ? SelectionOf(config) : StatedSelection(opener ? "" : input, source->info()));
   selection.moves = config.moves;
   selection.time_offset_s = config.time_offset_s;
   selection.time_stamps = config.time_stamps;
   TRUETRIAD_RETURN_IF_ERROR(
-      SelectExcluded(input, open, options, config, source->info().has_time, &selection));
+      SelectExcluded(input, open, config, source->info().has_time, &selection));
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   LoadedPoses loaded;
   loaded.are_detected = selection.kind == PoseSelectionKind::kDetect;
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
   if (!poses && poses.error().kind() == ErrorKind::kNotEnough) {
     loaded.not_enough = poses.error();
-    poses = DescribeStreams(input, open, options, config.time_stamps);
+    poses = DescribeStreams(open, config.time_stamps);
   }
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
@@ -185,14 +182,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   return loaded;
 }
 
-Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
-                                         const PosesConfig& config,
-                                         const ProgressCallback& progress,
-                                         const RecordingOpener& opener) {
-  if (opener) return LoadRecording(input, config, progress, opener, /*is_file=*/false);
-  if (!MayBeTable(config)) return LoadRecording(input, config, progress, OpenRecording, true);
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_table, IsPoseTable(input));
-  if (!is_table) return LoadRecording(input, config, progress, OpenRecording, true);
+Result<LoadedPoses> LoadTable(const std::string& input, const PosesConfig& config) {
   TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(input));
   if (!config.given) TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(table.poses));
   if (!config.exclude.empty()) {
@@ -216,18 +206,183 @@ Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
   return loaded;
 }
 
+/// What has a meaning in one recording alone, by its key in the experiment.
+Status CheckOneRecordingKeys(const Experiment& experiment) {
+  if (experiment.inputs.size() > kMaxSessions) {
+    return Error(ErrorCode::kInvalidExperiment,
+                 std::to_string(experiment.inputs.size()) + " recordings; expected at most " +
+                     std::to_string(kMaxSessions))
+        .About("input");
+  }
+  const PosesConfig& poses = experiment.poses;
+  struct Rule {
+    bool is_broken;
+    const char *key, *what, *instead;
+  };
+  for (const Rule& rule : {
+           Rule{poses.kind == PoseSelectionKind::kMotion || poses.kind == PoseSelectionKind::kSweep,
+                "poses",
+                "follows one recording",
+                "give one, or calibrate from rests"},
+           Rule{poses.kind == PoseSelectionKind::kRanges,
+                "poses",
+                "names rows of one file",
+                "state `poses:` in the manifest of each"},
+           Rule{!poses.exclude.empty(),
+                "exclude",
+                "counts seconds of one recording",
+                "use `exclude_poses:`"},
+           Rule{!poses.known_motions.turns_file.empty(),
+                "turns",
+                "are places in one recording",
+                "give one, or remove it"},
+           Rule{!poses.known_motions.rates_file.empty(),
+                "rates",
+                "are places in one recording",
+                "give one, or remove it"},
+       }) {
+    if (!rule.is_broken) continue;
+    return Error(ErrorCode::kInvalidExperiment,
+                 std::string("`") + rule.key + "` " + rule.what +
+                     ", but `input` lists several recordings; " + rule.instead)
+        .About(rule.key);
+  }
+  return {};
+}
+
+/// Counts are one size in all sessions.
+Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
+  for (const StreamSummary& stream : more.poses.streams) {
+    const StreamSummary* other = first.poses.Find(stream.triad);
+    if (other == nullptr || first.si_per_count[stream.triad] == more.si_per_count[stream.triad]) {
+      continue;
+    }
+    return Error(ErrorCode::kDoesNotMatch,
+                 {more.poses.source},
+                 "`si_per_count` of the " + std::string(TriadName(stream.triad)) +
+                     " is not that of " + first.poses.source +
+                     "; sessions are of one unit, so state the same");
+  }
+  return {};
+}
+
+// Poses of the two that have the same means to the last bit: the same readings.
+int SharedPoses(const PoseSet& one, const PoseSet& other) {
+  // Means of fewer readings in steps may be the same by chance.
+  constexpr int kFewestSamples = 10;
+  int shared = 0;
+  for (const StaticPose& a : one.poses) {
+    shared += static_cast<int>(
+        std::any_of(other.poses.begin(), other.poses.end(), [&](const StaticPose& b) {
+          bool is_same = false;
+          for (const Triad triad : kTriads) {
+            const auto &in_a = a.triads[triad], &in_b = b.triads[triad];
+            if (!in_a || !in_b || in_a->samples < kFewestSamples) continue;
+            if (in_a->mean_raw != in_b->mean_raw || in_a->samples != in_b->samples) return false;
+            is_same = true;
+          }
+          return is_same;
+        }));
+  }
+  return shared;
+}
+
+// Error: a recording is there twice, or a part of it.
+Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
+                         const std::vector<std::string>& inputs) {
+  // So many are no chance.
+  constexpr int kNoChance = 3;
+  const PoseSet& last = sessions.back();
+  const int most = std::clamp(static_cast<int>(last.poses.size()), 1, kNoChance);
+  for (std::size_t k = 0; k + 1 < sessions.size(); ++k) {
+    const int shared = SharedPoses(last, sessions[k]);
+    if (shared < most) continue;
+    return Error(ErrorCode::kConflictingArguments,
+                 {inputs[sessions.size() - 1]},
+                 "has readings of " + inputs[k] + " (" + std::to_string(shared) +
+                     " poses are the same to the last digit), so it is no session of its own; "
+                     "give each recording once");
+  }
+  return {};
+}
+
+// Whether reading `input` once more would give the same.
+bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
+  // Without a gyroscope there is nothing between the poses.
+  if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
+  return read.input == input && read.config == config;
+}
+
+/// A number above zero and nothing else.
+template <class Number>
+bool ReadPositive(const std::string& text, Number* number) {
+  const char* end = text.data() + text.size();
+  const auto [stop, failure] = std::from_chars(text.data(), end, *number);
+  return failure == std::errc() && stop == end && *number > 0;
+}
+
 }  // namespace
 
 Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress,
                               const RecordingOpener& opener) {
-  Result<LoadedPoses> loaded = LoadTableOrRecording(input, config, progress, opener);
-  if (loaded) {
-    loaded->input = input;
-    loaded->config = config;
+  // A table is already averaged: to find rests in it, or to take each row, is to read it as it is.
+  Result<bool> is_table = false;
+  if (!opener &&
+      (config.kind == PoseSelectionKind::kDetect || config.kind == PoseSelectionKind::kEveryRow)) {
+    is_table = IsPoseTable(input);
   }
+  TRUETRIAD_RETURN_IF_ERROR(is_table);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      LoadedPoses loaded,
+      *is_table ? LoadTable(input, config) : LoadRecording(input, config, progress, opener));
+  loaded.input = input;
+  loaded.config = config;
   return loaded;
+}
+
+Result<LoadedPoses> LoadSessions(const Experiment& experiment,
+                                 std::optional<LoadedPoses>* first,
+                                 const ProgressCallback& progress,
+                                 const RecordingOpener& opener) {
+  const std::vector<std::string>& inputs = experiment.inputs;
+  const auto load = [&](const std::string& input,
+                        const ProgressCallback& part) -> Result<LoadedPoses> {
+    if (!*first || !IsAskedFor(**first, input, experiment.poses)) {
+      return LoadPoses(input, experiment.poses, part, opener);
+    }
+    LoadedPoses read = *std::move(*first);
+    first->reset();
+    return read;
+  };
+  if (inputs.size() == 1) return load(inputs.front(), progress);
+  TRUETRIAD_RETURN_IF_ERROR(CheckOneRecordingKeys(experiment));
+  LoadedPoses all;
+  std::vector<PoseSet> sessions;
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
+    const ProgressCallback part = [&](double share) {
+      if (progress) progress((static_cast<double>(k) + share) / static_cast<double>(inputs.size()));
+    };
+    TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses more, load(inputs[k], part));
+    if (more.not_enough) {
+      more.not_enough->message = inputs[k] + ": " + more.not_enough->message;
+      return more;
+    }
+    sessions.push_back(more.poses);
+    TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(sessions, inputs));
+    if (k == 0) {
+      all = std::move(more);
+      continue;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(CheckCountSizes(all, more));
+    for (const StreamSummary& stream : more.poses.streams) {
+      all.si_per_count[stream.triad] = more.si_per_count[stream.triad];
+    }
+    std::move(more.inputs.begin(), more.inputs.end(), std::back_inserter(all.inputs));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(all.poses, JoinSessions(std::move(sessions)));
+  return all;
 }
 
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs) {
@@ -244,39 +399,30 @@ bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& in
 
 Result<PosesConfig> ParsePoses(const std::string& text) {
   PosesConfig config;
-  if (text.empty()) return config;
-  config.given = true;
+  config.given = !text.empty();
   const std::size_t colon = text.find(':');
   const std::string kind = text.substr(0, colon);
   const std::string value = colon == std::string::npos ? "" : text.substr(colon + 1);
-  if (text == "detect") return config;
+  bool is_known = text.empty() || text == "detect";
   if (text == "every_row") {
     config.kind = PoseSelectionKind::kEveryRow;
-    return config;
-  }
-  if (kind == "every") {
+    is_known = true;
+  } else if (kind == "every") {
     config.kind = PoseSelectionKind::kEveryN;
-    const char* end = value.data() + value.size();
-    const auto [stop, failure] = std::from_chars(value.data(), end, config.every);
-    if (failure == std::errc() && stop == end && config.every >= 1) return config;
-  }
-  if (kind == "column" && !value.empty()) {
+    is_known = ReadPositive(value, &config.every);
+  } else if (kind == "column") {
     config.kind = PoseSelectionKind::kColumn;
     config.column = value;
-    return config;
-  }
-  if (kind == "file" && !value.empty()) {
+    is_known = !value.empty();
+  } else if (kind == "file") {
     config.kind = PoseSelectionKind::kRanges;
     config.file = value;
-    return config;
-  }
-  if (kind == "sweep") {
+    is_known = !value.empty();
+  } else if (kind == "sweep") {
     config.kind = PoseSelectionKind::kSweep;
-    if (colon == std::string::npos) return config;
-    const char* end = value.data() + value.size();
-    const auto [stop, failure] = std::from_chars(value.data(), end, config.sweep.window_s);
-    if (failure == std::errc() && stop == end && config.sweep.window_s > 0.0) return config;
+    is_known = colon == std::string::npos || ReadPositive(value, &config.sweep.window_s);
   }
+  if (is_known) return config;
   return Error(ErrorCode::kInvalidArgument,
                "--poses=" + text +
                    " is unknown; expected detect, every_row, every:N (N >= 1), column:NAME, "

@@ -4,9 +4,8 @@
 
 #include "io/pose_program_file.h"
 #include "model/attitude_sets.h"
-#include "session/settle_experiment.h"
+#include "session/steps.h"
 #include "truetriad/base/units.h"
-#include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {
@@ -38,18 +37,11 @@ Result<Plan> PlanExperiment(Experiment experiment,
   }
   const PlanConfig& config = *experiment.plan;
   LoadedPoses loaded = NothingMeasured(experiment);
-  if (measured.empty()) {
-    // Attitudes and forces belong to poses that are not there yet.
-    TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(loaded, &experiment));
-    TRUETRIAD_RETURN_IF_ERROR(SettleAllanNoise(loaded.poses, &experiment));
-  } else {
-    TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses recording,
-                               LoadPoses(measured, experiment.poses, progress));
-    TRUETRIAD_RETURN_IF_ERROR(CheckSerial(recording, experiment));
-    if (recording.not_enough) return *recording.not_enough;
-    loaded = std::move(recording);
-    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
+  if (!measured.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(loaded, LoadPoses(measured, experiment.poses, progress));
   }
+  TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
+  if (loaded.not_enough) return *loaded.not_enough;
 
   PlanOptions options;
   options.calibrate = experiment.options;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "session/settle_experiment.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -10,6 +8,7 @@
 
 #include "allan/allan_file.h"
 #include "base/sensor_line.h"
+#include "session/steps.h"
 #include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
@@ -18,61 +17,53 @@
 namespace truetriad {
 namespace {
 
-/// Each row of the table `file` for the pose of the same number, to be read by `assign`.
-template <typename Assign>
-Status AssignRows(const std::string& file, std::vector<StaticPose>* poses, Assign assign) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const PoseTable table, ReadPoseTable(file));
-  const std::vector<StaticPose>& rows = table.poses.poses;
-  if (rows.size() != poses->size()) {
-    return Error(ErrorCode::kDoesNotMatch,
-                 {file},
-                 "has " + std::to_string(rows.size()) + " rows, but the recording has " +
-                     std::to_string(poses->size()) +
-                     " poses; expected one row per pose, in the same order (`truetriad "
-                     "inspect` lists the poses)");
-  }
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    TRUETRIAD_RETURN_IF_ERROR(assign(table.poses, rows[k], &(*poses)[k]));
+/// The table `file` as poses, one row for each of `poses` in the same order.
+Result<PoseSet> ReadRowsFor(const PoseSet& poses, const std::string& file) {
+  TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(file));
+  if (table.poses.poses.size() == poses.poses.size()) return std::move(table.poses);
+  return Error(ErrorCode::kDoesNotMatch,
+               {file},
+               "has " + std::to_string(table.poses.poses.size()) + " rows, but the recording has " +
+                   std::to_string(poses.poses.size()) +
+                   " poses; expected one row per pose, in the same order (`truetriad inspect` "
+                   "lists the poses)");
+}
+
+Error LacksInRow(const std::string& file, const StaticPose& row, const std::string& what) {
+  return {
+      ErrorCode::kMissingColumn, {file}, "row " + std::to_string(row.number) + " has no " + what};
+}
+
+Status AttachAttitudes(const Experiment& experiment, PoseSet* poses) {
+  const std::string& file = experiment.attitudes_file;
+  if (file.empty()) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const PoseSet rows, ReadRowsFor(*poses, file));
+  for (std::size_t k = 0; k < rows.poses.size(); ++k) {
+    const StaticPose& row = rows.poses[k];
+    if (!row.attitude) {
+      return LacksInRow(file, row, "attitude; expected the columns qw,qx,qy,qz");
+    }
+    poses->poses[k].attitude = row.attitude;
+    poses->poses[k].attitude->sigma_rad.setConstant(experiment.attitudes_sigma_deg * kRadPerDeg);
   }
   return {};
 }
 
-Status AttachAttitudes(const Experiment& experiment, PoseSet* poses) {
-  if (experiment.attitudes_file.empty()) return {};
-  const double sigma_rad = experiment.attitudes_sigma_deg * kRadPerDeg;
-  return AssignRows(experiment.attitudes_file,
-                    &poses->poses,
-                    [&](const PoseSet&, const StaticPose& row, StaticPose* pose) -> Status {
-                      if (!row.attitude) {
-                        return Error(ErrorCode::kMissingColumn,
-                                     {experiment.attitudes_file},
-                                     "row " + std::to_string(row.number) +
-                                         " has no attitude; expected the columns qw,qx,qy,qz");
-                      }
-                      pose->attitude = row.attitude;
-                      pose->attitude->sigma_rad.setConstant(sigma_rad);
-                      return {};
-                    });
-}
-
-Status ReadKnownForces(const std::string& file,
-                       PoseSet* poses,
-                       std::vector<Eigen::Vector3d>* forces) {
+Status ReadKnownForces(const PoseSet& poses, Experiment* experiment) {
+  const std::string& file = experiment->forces_file;
   if (file.empty()) return {};
-  return AssignRows(
-      file, &poses->poses, [&](const PoseSet& table, const StaticPose& row, StaticPose*) -> Status {
-        const Boxed<TriadPose>& force = row.triads[Triad::kAccelerometer];
-        const StreamSummary* stream = table.Find(Triad::kAccelerometer);
-        if (!force || stream == nullptr || stream->unit.is_counts) {
-          return Error(ErrorCode::kMissingColumn,
-                       {file},
-                       "row " + std::to_string(row.number) +
-                           " has no known force; expected accel_x, accel_y, accel_z in m/s^2, "
-                           "g or mg");
-        }
-        forces->push_back(force->mean_raw * stream->unit.truth_per_raw);
-        return {};
-      });
+  TRUETRIAD_ASSIGN_OR_RETURN(const PoseSet rows, ReadRowsFor(poses, file));
+  const StreamSummary* stream = rows.Find(Triad::kAccelerometer);
+  for (const StaticPose& row : rows.poses) {
+    const Boxed<TriadPose>& force = row.triads[Triad::kAccelerometer];
+    if (!force || stream == nullptr || stream->unit.is_counts) {
+      return LacksInRow(
+          file, row, "known force; expected accel_x, accel_y, accel_z in m/s^2, g or mg");
+    }
+    experiment->options.initialise.known_forces.push_back(force->mean_raw *
+                                                          stream->unit.truth_per_raw);
+  }
+  return {};
 }
 
 /// The sensitivity of a perfect chip, as it is mounted: truth = raw, in true units.
@@ -94,12 +85,6 @@ Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
       triad == Triad::kAccelerometer && options.sign == AccelerometerSign::kGravity;
   return Eigen::Matrix3d(options.mounting.value_or(Eigen::Matrix3d::Identity()) *
                          ((reports_gravity ? -1.0 : 1.0) / *truth_per_raw));
-}
-
-/// `axes` of a coefficient in the recording's unit.
-template <typename Get>
-Eigen::Vector3d PerAxis(const AllanTriad& triad, double scale, Get get) {
-  return scale * Eigen::Vector3d(get(triad.axes[0]), get(triad.axes[1]), get(triad.axes[2]));
 }
 
 /// Noise of `triad` in the recording's unit from the Allan result in `file`.
@@ -140,26 +125,18 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
   }
   // Both are 1 for counts.
   const double scale = found->unit.truth_per_raw / unit.truth_per_raw;
-  return AllanNoise{
-      PerAxis(*found, scale, [](const AllanAxis& axis) { return axis.white_density->value; }),
-      PerAxis(*found, scale, [](const AllanAxis& axis) {
-        return axis.instability->coefficient.value;
-      })};
+  AllanNoise noise;
+  for (int axis = 0; axis < 3; ++axis) {
+    const AllanAxis& seen = found->axes[static_cast<std::size_t>(axis)];
+    noise.white_density_raw[axis] = scale * seen.white_density->value;
+    noise.instability_raw[axis] = scale * seen.instability->coefficient.value;
+  }
+  return noise;
 }
 
-/// What a sweep takes from a calibration at one temperature, or without one from the units.
+/// What a sweep takes from a calibration at one temperature.
 Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   CalibrateOptions& options = experiment->options;
-  if (experiment->static_file.empty()) {
-    for (const Triad triad : kTriads) {
-      TriadOptions& sensor = options.triads[triad];
-      if (!sensor.enabled || sensor.fixed_sensitivity || !loaded.poses.Find(triad)) continue;
-      TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d identity,
-                                 IdentitySensitivity(loaded, triad, sensor));
-      sensor.fixed_sensitivity = identity;
-    }
-    return {};
-  }
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration known, ReadCalibration(experiment->static_file));
   const std::string& serial = experiment->serial.empty() ? loaded.poses.serial : experiment->serial;
   if (!known.serial.empty() && !serial.empty() && known.serial != serial) {
@@ -234,22 +211,22 @@ Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
   return {};
 }
 
-}  // namespace
-
-Status HoldMatrices(const LoadedPoses& loaded, Experiment* experiment) {
+/// The matrices that are held at a value which only the recording can tell: all of a sweep, else
+/// those that the experiment names or that its models have no entries of.
+Status HoldMatrices(const LoadedPoses& loaded, bool is_sweep, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     TriadOptions& options = experiment->options.triads[triad];
+    const bool to_identity =
+        experiment->fixed_identity[triad] || (is_sweep && !options.fixed_sensitivity);
     const bool may_be_held =
         options.model == MatrixModel::kBias || options.model == MatrixModel::kAuto;
-    const bool held =
-        experiment->fixed_identity[triad] || (may_be_held && !options.fixed_sensitivity);
+    const bool held = to_identity || (may_be_held && !options.fixed_sensitivity);
     if (!options.enabled || !held || loaded.poses.Find(triad) == nullptr) continue;
-    const bool is_candidate =
-        options.model == MatrixModel::kAuto && !experiment->fixed_identity[triad];
+    const bool is_candidate = options.model == MatrixModel::kAuto && !to_identity;
     std::optional<Eigen::Matrix3d>& matrix =
         is_candidate ? options.nominal_sensitivity : options.fixed_sensitivity;
     const bool has_prior = options.prior && options.prior->sensitivity_sigma.allFinite();
-    if (has_prior && !experiment->fixed_identity[triad]) {
+    if (has_prior && !to_identity) {
       matrix = options.prior->sensitivity;
       continue;
     }
@@ -262,6 +239,7 @@ Status HoldMatrices(const LoadedPoses& loaded, Experiment* experiment) {
   return {};
 }
 
+/// Noise of each triad from the Allan deviation that the experiment names.
 Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     TriadOptions& options = experiment->options.triads[triad];
@@ -273,6 +251,7 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
   return {};
 }
 
+/// Error: the recording is of another unit than the experiment states.
 Status CheckSerial(const LoadedPoses& loaded, const Experiment& experiment) {
   const std::string& serial = loaded.poses.serial;
   if (serial.empty() || experiment.serial.empty() || serial == experiment.serial) return {};
@@ -283,13 +262,23 @@ Status CheckSerial(const LoadedPoses& loaded, const Experiment& experiment) {
                    "`; give that unit's recording, or correct the number");
 }
 
+}  // namespace
+
 Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
-  if (experiment->options.sweep) return SettleSweep(*loaded, experiment);
-  TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
-  TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
-      experiment->forces_file, &loaded->poses, &experiment->options.initialise.known_forces));
-  TRUETRIAD_RETURN_IF_ERROR(ExcludePoses(&loaded->poses, experiment));
-  TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, experiment));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSerial(*loaded, *experiment));
+  if (loaded->not_enough) return {};
+  const bool is_taken = !loaded->input.empty();
+  const bool is_sweep = is_taken && experiment->options.sweep;
+  if (is_sweep) {
+    return experiment->static_file.empty() ? HoldMatrices(*loaded, is_sweep, experiment)
+                                           : SettleSweep(*loaded, experiment);
+  }
+  if (is_taken) {
+    TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
+    TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(loaded->poses, experiment));
+    TRUETRIAD_RETURN_IF_ERROR(ExcludePoses(&loaded->poses, experiment));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, is_sweep, experiment));
   return SettleAllanNoise(loaded->poses, experiment);
 }
 

@@ -19,4 +19,11 @@ Result<LoadedPoses> LoadSessions(const Experiment& experiment,
                                  const ProgressCallback& progress,
                                  const RecordingOpener& opener);
 
+/// Fills in what the experiment leaves to files and to the recording: attitudes and forces of the
+/// poses, unless these are yet to be taken (LoadedPoses::input is empty), matrices that are held,
+/// noise from an Allan deviation, what a sweep starts from.
+/// Error (bad input): files that contradict the experiment or the recording, which may be of
+/// another unit. Only that is looked at where there is not enough to calibrate from.
+Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment);
+
 }  // namespace truetriad
