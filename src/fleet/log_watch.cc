@@ -15,8 +15,8 @@
 #include <sys/vfs.h>
 #include <unistd.h>
 
+#include "fleet/database.h"
 #include "fleet/log_files.h"
-#include "fleet/sql_store.h"
 #include "fleet/unit_list.h"
 
 namespace truetriad::fleet {

@@ -15,7 +15,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "fleet/fleet_engine.h"
+#include "fleet/fleet_run.h"
 #include "fleet/log_files.h"
 #include "truetriad/base/result.h"
 

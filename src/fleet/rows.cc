@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/rows.h"
-
 #include <array>
 #include <bit>
 #include <charconv>
 #include <utility>
 
+#include "fleet/database.h"
 #include "json/verb_json.h"
 
 namespace truetriad::fleet {
@@ -288,10 +287,6 @@ std::vector<TableRows> RowsOf(const UnitRun& run) {
 TableRows RowOf(const Disposition& disposition) { return OneRow("disposition", disposition); }
 TableRows RowOf(const StationCheck& check) { return OneRow("station_check", check); }
 
-TableRows FactRow(std::string_view name, std::string_view value) {
-  return {"fact", 2, {name, value}};
-}
-
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows) {
   std::string sql = "INSERT INTO ";
   sql.append(table).append(" VALUES ");
@@ -303,17 +298,6 @@ std::string InsertStatement(std::string_view table, std::size_t columns, std::si
     }
   }
   return sql + ") ON CONFLICT DO NOTHING";
-}
-
-std::string RunsOfSameReadings(std::size_t files) {
-  std::string runs;
-  for (std::size_t i = 0; i < files; ++i) {
-    runs += (i > 0 ? " INTERSECT " : "") +
-            ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
-  }
-  return "SELECT run, serial, log FROM run WHERE serial <> $1 AND log <> $2 AND "
-         "verdict <> 'NO_RESULT' AND run IN (" +
-         runs + ") ORDER BY run LIMIT 100";
 }
 
 std::string TablesSql(const TypeNames& types) {
@@ -334,7 +318,8 @@ std::string TablesSql(const TypeNames& types) {
       TableSql(
           "fact", "  name {text} NOT NULL,\n  value {text} NOT NULL,\n", "PRIMARY KEY (name)") +
       std::string(kViews) + "INSERT INTO fact VALUES ('" + std::string(kSchemaVersionName) +
-      "', '" + std::to_string(kSchemaVersion) + "');\n";
+      "', '" + std::to_string(kSchemaVersion) + "'), ('" + std::string(kStoreFact) + "', '" +
+      NewRunId() + "');\n";
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{text}", types.text},
         {"{real}", types.real},
@@ -354,21 +339,6 @@ Status CheckSchemaVersion(const std::string& name, const std::string& found) {
       (found.empty() ? "states no version of its schema" : "has the schema of version " + found) +
           ", and this program reads and writes version " + std::to_string(kSchemaVersion) +
           "; use the truetriad that wrote it, or calibrate its logs into another store");
-}
-
-Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated) {
-  if (there == stated) return {};
-  return Error(ErrorCode::kConflictingArguments,
-               name + ": of a unit's runs counts the one by `" + PolicyText(there) + "`, not by `" +
-                   PolicyText(stated) + "`; state the same, or take another store");
-}
-
-Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated) {
-  if (there == stated) return {};
-  return Error(ErrorCode::kConflictingArguments,
-               name + ": its runs are shared among " + std::to_string(there) + ", not " +
-                   std::to_string(stated) + "; give --shard=I/" + std::to_string(there) +
-                   ", or another store");
 }
 
 std::string ShortestText(double number) {

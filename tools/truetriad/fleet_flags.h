@@ -10,7 +10,7 @@
 
 #include <gflags/gflags.h>
 
-#include "fleet/fleet_engine.h"
+#include "fleet/fleet_run.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "truetriad/base/result.h"

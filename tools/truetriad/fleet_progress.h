@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "fleet/fleet_engine.h"
+#include "fleet/fleet_run.h"
 #include "json/json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/progress.h"

@@ -8,6 +8,7 @@
 #include <gflags/gflags.h>
 
 #include "fleet/fleet_run.h"
+#include "fleet/log_watch.h"
 #include "fleet/unit_folders.h"
 #include "fleet/unit_list.h"
 #include "tools/truetriad/command.h"
