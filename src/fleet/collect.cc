@@ -253,13 +253,9 @@ Result<Source> ForBatches(const std::string& name,
 /// Of the runs of a source that `target` has, too, it has the same.
 Status Compare(const std::string& name, Store& target) {
   const Result<Source> read = ForBatches(name, [&](std::span<const UnitRun> runs) -> Status {
-    std::vector<std::string> names;
     std::map<std::string, std::string> contents;
-    for (const UnitRun& run : runs) {
-      names.push_back(run.id);
-      contents[run.id] = ContentOf(run);
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, target.ReadNamedRuns(names));
+    for (const UnitRun& run : runs) contents[run.id] = ContentOf(run);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, target.ReadRunsNamedLike(runs));
     for (const UnitRun& run : there) {
       if (ContentOf(run) != contents[run.id]) return OtherContent(name, "run " + run.id);
     }

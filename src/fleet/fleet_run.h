@@ -124,7 +124,7 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const std::function<bool()>& is_stopped);
 
 /// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
-/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as LogWatch.
+/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as OpenLogWatch.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,
                                  Store& store,

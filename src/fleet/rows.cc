@@ -188,42 +188,29 @@ const Thing& RowFor(const Thing& thing) {
   return thing;
 }
 
+/// The values of a row: those of a thing, behind others.
 template <typename Thing>
-std::size_t CountOfColumns() {
-  std::size_t count = 0;
-  const Thing none{};
-  Fields([&count](const char*, const auto&) { ++count; }, none);
-  return count;
-}
-
-template <typename Thing>
-TableRows OneRow(std::string_view table, const Thing& thing) {
-  TableRows rows{table, CountOfColumns<Thing>(), {}};
-  Fields(RowWriter{&rows.values}, thing);
-  return rows;
+std::vector<Value> ValuesOf(const Thing& thing, std::vector<Value> values = {}) {
+  Fields(RowWriter{&values}, thing);
+  return values;
 }
 
 /// One row an item, numbered from 1 on, behind the name of the run.
-template <typename Row, typename Items>
+template <typename Items>
 TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& items) {
-  TableRows rows{table, 2 + CountOfColumns<Row>(), {}};
-  rows.values.reserve(rows.columns * items.size());
+  TableRows rows{table, {}};
   std::int64_t place = 0;
   for (const auto& item : items) {
-    rows.values.insert(rows.values.end(), {std::string_view(run.id), ++place});
-    const auto& row = RowFor(item);
-    Fields(RowWriter{&rows.values}, row);
+    rows.rows.push_back(ValuesOf(RowFor(item), {std::string_view(run.id), ++place}));
   }
   return rows;
 }
 
 TableRows RowsOfTags(const UnitRun& run) {
-  TableRows rows{"tag", 3, {}};
+  TableRows rows{"tag", {}};
   TagFields(
       [&](std::string_view name, const std::string& value) {
-        if (value.empty()) return;
-        rows.values.insert(rows.values.end(),
-                           {std::string_view(run.id), name, std::string_view(value)});
+        if (!value.empty()) rows.rows.push_back({run.id, name, value});
       },
       run.tags);
   return rows;
@@ -275,17 +262,17 @@ std::string PartSql(std::string_view name) {
 }  // namespace
 
 std::vector<TableRows> RowsOf(const UnitRun& run) {
-  return {{"unit", 1, {std::string_view(run.serial)}},
-          OneRow(kRunTable, run),
+  return {{"unit", {{run.serial}}},
+          {kRunTable, {ValuesOf(run)}},
           RowsOfTags(run),
-          RowsOfItems<InputFile>("input", run, run.inputs),
-          RowsOfItems<Parameter>("parameter", run, run.parameters),
-          RowsOfItems<FindingRow>("finding", run, run.findings),
-          RowsOfItems<LimitCheck>("judgement", run, run.judgements)};
+          RowsOfItems("input", run, run.inputs),
+          RowsOfItems("parameter", run, run.parameters),
+          RowsOfItems("finding", run, run.findings),
+          RowsOfItems("judgement", run, run.judgements)};
 }
 
-TableRows RowOf(const Disposition& disposition) { return OneRow("disposition", disposition); }
-TableRows RowOf(const StationCheck& check) { return OneRow("station_check", check); }
+TableRows RowOf(const Disposition& disposition) { return {"disposition", {ValuesOf(disposition)}}; }
+TableRows RowOf(const StationCheck& check) { return {"station_check", {ValuesOf(check)}}; }
 
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows) {
   std::string sql = "INSERT INTO ";

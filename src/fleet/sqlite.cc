@@ -72,8 +72,6 @@ class Statement {
         value);
   }
 
-  std::int64_t Integer(int column) const { return sqlite3_column_int64(statement_, column); }
-
  private:
   sqlite3_stmt* statement_ = nullptr;
 };
@@ -237,9 +235,8 @@ class SqliteDatabase : public Database {
   }
 
   Result<std::int64_t> Number(std::string_view sql) {
-    Statement statement(database_, sql);
-    if (statement.get() == nullptr || statement.Step() != SQLITE_ROW) return Failure();
-    return statement.Integer(0);
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Ask(sql, {}));
+    return NumberOf<std::int64_t>(table.rows.at(0).at(0), 0);
   }
 
   Status MakeTables() {

@@ -52,12 +52,6 @@ std::vector<Thing> ThingsIn(const Table& table) {
   return things;
 }
 
-/// The first thing of a table; unset: there is none.
-template <typename Thing>
-std::optional<Thing> FirstIn(const Table& table) {
-  return table.rows.empty() ? std::nullopt : std::optional(FromRow<Thing>(table.rows[0]));
-}
-
 /// The first field of a table; unset: there is none.
 Cell FieldIn(const Table& table) { return table.rows.empty() ? Cell() : table.rows[0][0]; }
 
@@ -192,20 +186,20 @@ Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
 }
 
 Result<std::int64_t> Store::Insert(const TableRows& rows) {
-  const std::size_t count = rows.values.size() / rows.columns;
-  const std::span<const Value> values(rows.values);
   std::int64_t inserted = 0;
   std::string sql;
   std::size_t rows_of_sql = 0;
-  for (std::size_t row = 0; row < count;) {
-    const std::size_t part = std::min(database_->rows_at_once(), count - row);
-    if (part != rows_of_sql) sql = InsertStatement(rows.table, rows.columns, part);
+  for (auto row = rows.rows.begin(); row != rows.rows.end();) {
+    const std::size_t part =
+        std::min<std::size_t>(database_->rows_at_once(), rows.rows.end() - row);
+    if (part != rows_of_sql) sql = InsertStatement(rows.table, row->size(), part);
     rows_of_sql = part;
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const std::int64_t more,
-        database_->Run(sql, values.subspan(row * rows.columns, part * rows.columns)));
+    std::vector<Value> values;
+    for (const auto end = row + static_cast<std::ptrdiff_t>(part); row != end; ++row) {
+      values.insert(values.end(), row->begin(), row->end());
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t more, database_->Run(sql, values));
     inserted += more;
-    row += part;
   }
   return inserted;
 }
@@ -233,7 +227,7 @@ Status Store::AddAll(std::span<const UnitRun> runs) {
   });
 }
 
-Result<Table> Store::Asked(std::string_view sql, std::span<const Value> values) {
+Result<Table> Store::Asked(std::string_view sql, const std::vector<Value>& values) {
   Table table;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(table, database_->Ask(sql, values));
@@ -242,10 +236,14 @@ Result<Table> Store::Asked(std::string_view sql, std::span<const Value> values) 
   return table;
 }
 
+template <typename Thing>
+Result<std::vector<Thing>> Store::Things(const std::string& sql, const std::vector<Value>& values) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(sql, values));
+  return ThingsIn<Thing>(table);
+}
+
 Result<bool> Store::Has(const std::string& run) {
-  const Value values[] = {std::string_view(run)};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             Asked("SELECT run FROM run WHERE run = $1", values));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked("SELECT run FROM run WHERE run = $1", {run}));
   return !table.rows.empty();
 }
 
@@ -259,8 +257,7 @@ Result<std::vector<KnownRun>> Store::LastRuns() {
       "10000) AS last LEFT JOIN tag ON tag.run = last.run ORDER BY last.log";
   std::vector<KnownRun> runs;
   for (std::string log;; log = runs.back().log) {
-    const Value after[] = {std::string_view(log)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(last_runs, after));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(last_runs, {log}));
     if (table.rows.empty()) return runs;
     for (const auto& row : table.rows) {
       if (runs.empty() || runs.back().log != row[0]) runs.push_back(FromRow<KnownRun>(row));
@@ -275,8 +272,7 @@ Result<StoreFacts> Store::StateFacts(
   StoreFacts facts;
   const auto state = [&]() -> Status {
     for (const auto& [name, value] : stated) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted,
-                                 Insert({"fact", 2, {name, std::string_view(value)}}));
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert({"fact", {{name, value}}}));
       if (inserted == 0) break;
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
@@ -352,8 +348,7 @@ Result<std::string> Store::Identity() {
 }
 
 Result<std::string> Store::LatestRun(const UnitRun& run) {
-  const Value values[] = {std::string_view(run.serial), std::string_view(run.log)};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table latest, Asked(kLatestRun, values));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table latest, Asked(kLatestRun, {run.serial, run.log}));
   return FieldIn(latest).value_or("");
 }
 
@@ -363,8 +358,7 @@ Result<std::vector<RunName>> Store::RunsOfSameReadings(const UnitRun& run) {
     if (input.samples > 0) values.emplace_back(std::string_view(input.sha256));
   }
   if (values.size() == 2) return std::vector<RunName>();
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table runs, Asked(SameReadings(values.size() - 2), values));
-  return ThingsIn<RunName>(runs);
+  return Things<RunName>(SameReadings(values.size() - 2), values);
 }
 
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
@@ -374,29 +368,27 @@ Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
       ", (SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) "
       "FROM disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1) FROM standing "
       "WHERE serial = $1";
-  const Value values[] = {std::string_view(serial)};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(standing_of, values));
-  std::optional<Standing> standing = FirstIn<Standing>(table);
-  if (!standing) return standing;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(standing_of, {serial}));
+  if (table.rows.empty()) return std::optional<Standing>();
+  std::optional<Standing> standing = FromRow<Standing>(table.rows[0]);
   const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(2);
   if (more[0]) standing->most = NumberOf<std::int64_t>(more[0], 0);
   standing->disposed_at = more[1].value_or("");
   return standing;
 }
 
-Result<std::vector<Cell>> Store::Row(std::string_view sql, std::span<const Value> values) {
+Result<std::vector<Cell>> Store::Row(std::string_view sql, const std::vector<Value>& values) {
   TRUETRIAD_ASSIGN_OR_RETURN(Table table, database_->Ask(sql, values));
   return table.rows.empty() ? std::vector<Cell>() : std::move(table.rows[0]);
 }
 
 Result<bool> Store::MakeLast(const std::string& table, const std::string& other, std::string* id) {
-  const Value name[] = {std::string_view(*id)};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<Cell> same,
-      Row("SELECT " + table + " FROM " + table + " WHERE " + table + " = $1", name));
+      Row("SELECT " + table + " FROM " + table + " WHERE " + table + " = $1", {*id}));
   if (!same.empty()) return false;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> greatest,
-                             Row("SELECT max(" + table + ") FROM " + table, {}));
+                             Row("SELECT max(" + table + ") FROM " + table));
   const std::string last = std::max(greatest.at(0).value_or(""), other);
   if (last > *id) *id = NewRunIdAfter(last);
   return true;
@@ -404,7 +396,7 @@ Result<bool> Store::MakeLast(const std::string& table, const std::string& other,
 
 Result<std::vector<std::string>> Store::UnitsHeldBack() {
   if (lines_) return std::vector<std::string>();
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(kUnitsHeldBack, {}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(kUnitsHeldBack));
   std::vector<std::string> units;
   for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
   return units;
@@ -412,21 +404,18 @@ Result<std::vector<std::string>> Store::UnitsHeldBack() {
 
 Result<std::vector<RunFolder>> Store::FoldersOfUnit(const std::string& serial) {
   if (lines_) return std::vector<RunFolder>();
-  const Value values[] = {std::string_view(serial)};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             Asked("SELECT " + ColumnsOf<RunFolder>() +
-                                       " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
-                                   values));
-  return ThingsIn<RunFolder>(table);
+  return Things<RunFolder>("SELECT " + ColumnsOf<RunFolder>() +
+                               " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
+                           {serial});
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
   Disposition added = disposition;
   const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
-    const Value serial[] = {std::string_view(disposition.serial)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> standing,
-                               Row("SELECT run, verdict FROM standing WHERE serial = $1", serial));
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const std::vector<Cell> standing,
+        Row("SELECT run, verdict FROM standing WHERE serial = $1", {disposition.serial}));
     if (standing.empty()) {
       return Error(ErrorCode::kUnknownName,
                    database_->name() + ": has no unit `" + disposition.serial +
@@ -435,8 +424,9 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
     added.run = standing[0].value_or("");
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
         added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> last,
-                               Row("SELECT max(run) FROM run WHERE serial = $1", serial));
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const std::vector<Cell> last,
+        Row("SELECT max(run) FROM run WHERE serial = $1", {disposition.serial}));
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
                                MakeLast("disposition", last.at(0).value_or(""), &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
@@ -457,8 +447,8 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
     const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
                                     " FROM station_check WHERE station = $1 AND recording = $2 "
                                     "ORDER BY station_check LIMIT 1";
-    const Value values[] = {std::string_view(added.station), std::string_view(added.recording)};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row, Row(first_check, values));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row,
+                               Row(first_check, {added.station, added.recording}));
     if (row.at(0) != added.id) first = FromRow<StationCheck>(row);
     return {};
   });
@@ -472,9 +462,9 @@ Result<Decisions> Store::ReadDecisions() {
       ", serial FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";
   const std::string checks =
       "SELECT " + ColumnsOf<StationCheck>() + " FROM station_check ORDER BY station_check";
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table decided, Asked(dispositions, {}));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table checked, Asked(checks, {}));
-  Decisions decisions{ThingsIn<Disposition>(decided), ThingsIn<StationCheck>(checked)};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table decided, Asked(dispositions));
+  Decisions decisions{ThingsIn<Disposition>(decided), {}};
+  TRUETRIAD_ASSIGN_OR_RETURN(decisions.checks, Things<StationCheck>(checks));
   for (std::size_t i = 0; i < decided.rows.size(); ++i) {
     decisions.dispositions[i].serial = decided.rows[i].back().value_or("");
   }
@@ -495,13 +485,12 @@ Status Store::AddDecisions(const Decisions& decisions) {
 
 Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
-  const Value values[] = {std::string_view(station)};
   TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table table,
-      Asked("SELECT " + ColumnsOf<StationCheck>() + " FROM " + kChecksThatCount +
-                " AND station = $1 ORDER BY station_check DESC LIMIT 1",
-            values));
-  return FirstIn<StationCheck>(table);
+      const std::vector<StationCheck> last,
+      Things<StationCheck>("SELECT " + ColumnsOf<StationCheck>() + " FROM " + kChecksThatCount +
+                               " AND station = $1 ORDER BY station_check DESC LIMIT 1",
+                           {station}));
+  return last.empty() ? std::nullopt : std::optional(last.front());
 }
 
 Status Store::TakeStandings(const std::string& condition, std::vector<UnitRun>* runs) {
@@ -570,10 +559,10 @@ Status Store::ForEachRun(const RunSelection& which, const std::function<Status(U
   }
 }
 
-Result<std::vector<UnitRun>> Store::ReadNamedRuns(const std::vector<std::string>& names) {
+Result<std::vector<UnitRun>> Store::ReadRunsNamedLike(std::span<const UnitRun> runs) {
   std::string condition = "run IN (";
-  for (const std::string& name : names) {
-    condition += (condition.ends_with('(') ? "" : ",") + SqlText(name);
+  for (const UnitRun& run : runs) {
+    condition += (condition.ends_with('(') ? "" : ",") + SqlText(run.id);
   }
   return RunsOfPage({}, condition + ")");
 }

@@ -76,8 +76,7 @@ using Value = std::variant<std::monostate,
 /// Rows to be inserted into one table, unless they are there.
 struct TableRows {
   std::string_view table;
-  std::size_t columns = 0;
-  std::vector<Value> values;  ///< Row by row.
+  std::vector<std::vector<Value>> rows;
 };
 
 /// What is stated of a store as a whole, by name.
@@ -243,8 +242,8 @@ class Store {
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
   Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
-  /// Those of `names` that the store has, whole.
-  Result<std::vector<UnitRun>> ReadNamedRuns(const std::vector<std::string>& names);
+  /// Runs of the store, whole, that have the names of these.
+  Result<std::vector<UnitRun>> ReadRunsNamedLike(std::span<const UnitRun> runs);
 
  private:
   explicit Store(std::unique_ptr<Database> database);
@@ -259,9 +258,12 @@ class Store {
   /// transaction.
   Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
   /// The first row of an answer; empty: there is none. In a transaction.
-  Result<std::vector<Cell>> Row(std::string_view sql, std::span<const Value> values);
+  Result<std::vector<Cell>> Row(std::string_view sql, const std::vector<Value>& values = {});
   /// What a statement says, in a transaction of its own.
-  Result<Table> Asked(std::string_view sql, std::span<const Value> values);
+  Result<Table> Asked(std::string_view sql, const std::vector<Value>& values = {});
+  /// The same as things, one a row.
+  template <typename Thing>
+  Result<std::vector<Thing>> Things(const std::string& sql, const std::vector<Value>& values = {});
   /// The runs that `condition`, on columns of `run` alone, is true of.
   Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which, const std::string& condition);
   /// What units amount to, for those of their runs that count.
