@@ -150,6 +150,12 @@ std::string SourceOf(const RunSelection& which) {
   return FromWhere(source, {.where = which.where});
 }
 
+/// What is asked of a run that is in a file of runs.
+UnitRun Known(UnitRun run) {
+  run.parameters.clear(), run.covariance.clear(), run.findings.clear(), run.judgements.clear();
+  return run;
+}
+
 }  // namespace
 
 Store::Store(std::unique_ptr<Database> database) : database_(std::move(database)) {}
@@ -167,11 +173,7 @@ Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, OpenPassingSqlite(path));
   std::unique_ptr<Store> store(new Store(std::move(database)));
   const Status opened = store->database_->Transact(Access::kWrite, [&]() -> Status {
-    const auto note = [&store](UnitRun run) {
-      // Nobody asks for the rest of it here.
-      run.parameters.clear(), run.covariance.clear(), run.findings.clear(), run.judgements.clear();
-      return store->InsertRun(run);
-    };
+    const auto note = [&store](UnitRun run) { return store->InsertRun(Known(std::move(run))); };
     TRUETRIAD_ASSIGN_OR_RETURN(store->lines_, RunLines::Open(path, note));
     return {};
   });
@@ -222,7 +224,9 @@ Status Store::AddAll(std::span<const UnitRun> runs) {
     TRUETRIAD_RETURN_IF_ERROR(lines_->Add(run));
   }
   return database_->Transact(Access::kWrite, [&]() -> Status {
-    for (const UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(InsertRun(run));
+    for (const UnitRun& run : runs) {
+      TRUETRIAD_RETURN_IF_ERROR(lines_ ? InsertRun(Known(run)) : InsertRun(run));
+    }
     return {};
   });
 }
