@@ -12,12 +12,12 @@
 #include <unordered_map>
 #include <utility>
 
+#include "fleet/database.h"
 #include "fleet/json_lines.h"
-#include "fleet/rows.h"
 #include "fleet/run_check.h"
-#include "fleet/sql_store.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
+#include "io/input_guard.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -98,8 +98,10 @@ void TakeReadings(const UnitRun& run, Survey* survey) {
 }
 
 /// Notes by which policy the runs of a store count. Error (usage): those before count by another.
-Status TakePolicy(Store& store, const std::string& name, bool has_runs, Survey* survey) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> stated, store.StatedRetestPolicy());
+Status TakePolicy(const std::optional<RetestPolicy>& stated,
+                  const std::string& name,
+                  bool has_runs,
+                  Survey* survey) {
   if (!stated && !has_runs) return {};
   const RetestPolicy policy = stated.value_or(RetestPolicy());
   if (survey->policy && *survey->policy != policy) {
@@ -115,9 +117,8 @@ Status TakePolicy(Store& store, const std::string& name, bool has_runs, Survey* 
   return {};
 }
 
-/// Looks at the decisions and checks of a store, and notes them.
-Status TakeDecisions(const std::string& source, Store& store, Survey* survey) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
+/// Looks at decisions and checks of a store, and notes them.
+Status TakeDecisions(const std::string& source, const Decisions& decisions, Survey* survey) {
   for (const Disposition& one : decisions.dispositions) {
     TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
     TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "decision " + one.id, ContentOf(one), survey));
@@ -153,92 +154,122 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   return {};
 }
 
-/// The shard of a run, which is one of `count`.
-Result<int> IndexOf(const UnitRun& run, int count, const std::string& source) {
+/// What a source has besides its runs.
+struct Source {
+  StatedShards shards;
+  std::optional<RetestPolicy> policy;
+  Decisions decisions;
+  std::optional<Error> unfinished;  ///< Why it may lack runs.
+};
+
+/// Error: a run of a store is none, or of no shard of the store's.
+Status CheckRunOfStore(const UnitRun& run, int shards) {
+  const std::string name = "run " + run.id;
+  if (const Status checked = CheckRun(run); !checked) {
+    return Error(checked.error().code, name + ": " + checked.error().message);
+  }
   const std::optional<Shard> shard = ShardFromText(run.shard);
-  if (shard && shard->count == count) return shard->index;
+  if (shard && shard->count == shards) return {};
   return Error(ErrorCode::kDoesNotMatch,
-               {ShownStore(source)},
-               "run " + run.id + " is of shard `" + run.shard + "`, and the store is of " +
-                   std::to_string(count) + "; it has been changed by another program");
+               name + " is of shard `" + run.shard + "`, and the store is of " +
+                   std::to_string(shards) + "; it has been changed by another program");
 }
 
-Status Look(const std::string& source, bool takes_unfinished, Survey* survey) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
-  TRUETRIAD_ASSIGN_OR_RETURN(const StatedShards shards, store->Shards());
+Result<Source> ReadLines(const std::string& path, const std::function<Status(UnitRun)>& take) {
+  InputGuard::Add(path);
+  TRUETRIAD_ASSIGN_OR_RETURN(LinesRead read, ForEachLine(path, take));
+  Source source{read.header.shards, read.header.policy, std::move(read.decisions), std::nullopt};
+  if (read.is_ended) return source;
+  source.unfinished =
+      Error(ErrorCode::kDamagedFile,
+            {path},
+            "has " + std::to_string(read.counts.runs) +
+                " runs, and at its end no line that says these are all: `fleet run` is still "
+                "writing it, was ended before it was done or is of an older truetriad, or lines "
+                "have been cut off. Run the shard again with --resume, which does what is missing, "
+                "or collect what is there with --unfinished");
+  return source;
+}
+
+/// `take`s all runs of a source, whatever kind it is of.
+Result<Source> ReadSource(const std::string& url, const std::function<Status(UnitRun)>& take) {
+  if (const std::optional<std::string> path = JsonLinesPath(url)) return ReadLines(*path, take);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(url));
+  Source source;
+  TRUETRIAD_ASSIGN_OR_RETURN(source.shards.count, store->Shards());
+  TRUETRIAD_ASSIGN_OR_RETURN(source.policy, store->StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(source.decisions, store->ReadDecisions());
+  const Status read = store->ForEachRun({}, [&](UnitRun run) -> Status {
+    TRUETRIAD_RETURN_IF_ERROR(CheckRunOfStore(run, std::max(source.shards.count, 1)));
+    return take(std::move(run));
+  });
+  TRUETRIAD_RETURN_IF_ERROR(read);
+  return source;
+}
+
+Status Look(const std::string& name, bool takes_unfinished, Survey* survey) {
+  const std::size_t before = survey->runs;
+  const Result<Source> source = ReadSource(name, [&](const UnitRun& run) -> Status {
+    survey->present.insert(ShardFromText(run.shard)->index);
+    ++survey->runs;
+    TakeReadings(run, survey);
+    return TakeContent(name, "run " + run.id, ContentOf(run), survey);
+  });
+  if (!source) return Placed(source.error(), name);
+  const StatedShards& shards = source->shards;
   if (shards.count > 0) {
     if (survey->shards > 0 && survey->shards != shards.count) {
       return Error(ErrorCode::kConflictingArguments,
-                   {ShownStore(source)},
+                   {ShownStore(name)},
                    "is of " + std::to_string(shards.count) + " shards, and " + survey->said_by +
                        " of " + std::to_string(survey->shards) +
                        "; collect those of one fleet run");
     }
     survey->shards = shards.count;
-    survey->said_by = ShownStore(source);
+    survey->said_by = ShownStore(name);
   }
   if (shards.only) survey->present.insert(*shards.only);
-  const std::size_t before = survey->runs;
-  const Status status = store->ForEachRun({}, [&](const UnitRun& run) -> Status {
-    if (const Status checked = CheckRun(run); !checked) {
-      return Error(checked.error().code,
-                   {ShownStore(source)},
-                   "run " + run.id + ": " + checked.error().message);
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(const int index, IndexOf(run, std::max(shards.count, 1), source));
-    survey->present.insert(index);
-    ++survey->runs;
-    TakeReadings(run, survey);
-    return TakeContent(source, "run " + run.id, ContentOf(run), survey);
-  });
-  if (!status) return Placed(status, source);
-  if (const Status ended = store->CheckEnd(); !ended) {
-    if (!takes_unfinished) return ended;
-    survey->unfinished.push_back(ShownStore(source));
-  }
-  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(source, *store, survey));
-  return TakePolicy(*store, source, survey->runs > before, survey);
+  if (source->unfinished && !takes_unfinished) return *source->unfinished;
+  if (source->unfinished) survey->unfinished.push_back(ShownStore(name));
+  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(name, source->decisions, survey));
+  return TakePolicy(source->policy, name, survey->runs > before, survey);
 }
 
 /// Calls `use` with the runs of a source, some at a time.
-Status ForBatches(Store& source, const std::function<Status(std::span<const UnitRun>)>& use) {
+Result<Source> ForBatches(const std::string& name,
+                          const std::function<Status(std::span<const UnitRun>)>& use) {
   std::vector<UnitRun> waiting;
-  const auto give = [&]() -> Status {
-    TRUETRIAD_RETURN_IF_ERROR(use(waiting));
-    waiting.clear();
-    return {};
-  };
-  TRUETRIAD_RETURN_IF_ERROR(source.ForEachRun({}, [&](UnitRun run) -> Status {
-    waiting.push_back(std::move(run));
-    return waiting.size() < kRunsAtOnce ? Status() : give();
-  }));
-  return waiting.empty() ? Status() : give();
+  TRUETRIAD_ASSIGN_OR_RETURN(Source source, ReadSource(name, [&](UnitRun run) -> Status {
+                               waiting.push_back(std::move(run));
+                               if (waiting.size() < kRunsAtOnce) return {};
+                               TRUETRIAD_RETURN_IF_ERROR(use(waiting));
+                               waiting.clear();
+                               return {};
+                             }));
+  if (!waiting.empty()) TRUETRIAD_RETURN_IF_ERROR(use(waiting));
+  return source;
 }
 
 /// Of the runs of a source that `target` has, too, it has the same.
-Status Compare(const std::string& source, Store& target) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
-  return ForBatches(*store, [&](std::span<const UnitRun> runs) -> Status {
-    std::vector<std::string> names;
+Status Compare(const std::string& name, Store& target) {
+  const Result<Source> read = ForBatches(name, [&](std::span<const UnitRun> runs) -> Status {
     std::map<std::string, std::string> contents;
-    for (const UnitRun& run : runs) {
-      names.push_back(run.id);
-      contents[run.id] = ContentOf(run);
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, ReadNamedRuns(target, names));
+    for (const UnitRun& run : runs) contents[run.id] = ContentOf(run);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, target.ReadRunsNamedLike(runs));
     for (const UnitRun& run : there) {
-      if (ContentOf(run) != contents[run.id]) return OtherContent(source, "run " + run.id);
+      if (ContentOf(run) != contents[run.id]) return OtherContent(name, "run " + run.id);
     }
     return {};
   });
+  return read ? Status() : Status(read.error());
 }
 
-Status AddFrom(const std::string& source, Store& target) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
-  TRUETRIAD_RETURN_IF_ERROR(ForBatches(
-      *store, [&](std::span<const UnitRun> runs) -> Status { return target.AddAll(runs); }));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
-  return target.AddDecisions(decisions);
+Status AddFrom(const std::string& name, Store& target) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Source source,
+                             ForBatches(name, [&](std::span<const UnitRun> runs) -> Status {
+                               return target.AddAll(runs);
+                             }));
+  return target.AddDecisions(source.decisions);
 }
 
 Result<std::size_t> CountRuns(Store& store) {
@@ -288,8 +319,10 @@ Result<Collected> Collect(const std::vector<std::string>& sources,
   collected.copies = survey.copies;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
-  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(*store, target, before > 0, &survey));
-  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, *store, &survey));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> policy, store->StatedRetestPolicy());
+  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(policy, target, before > 0, &survey));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
+  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, decisions, &survey));
   if (before > 0) {
     for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(Compare(source, *store));
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -20,10 +19,10 @@
 #include <vector>
 
 #include "fleet/fields.h"
-#include "fleet/fleet_page_assets.h"
 #include "fleet/line_reader.h"
 #include "fleet/line_summary.h"
 #include "fleet/unit_folders.h"
+#include "fleet/unit_work.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "line/line_data.h"
@@ -42,22 +41,6 @@ namespace fs = std::filesystem;
 /// Points of a chart, the last ones: what a screen can show.
 constexpr int kPointsOfChart = 400;
 
-/// `path` as it stands in a link: byte by byte, but for what is plain.
-std::string LinkOf(const std::string& path) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  std::string link;
-  for (const char c : path) {
-    const auto byte = static_cast<unsigned char>(c);
-    if ((byte < 0x80 && std::isalnum(byte) != 0) ||
-        std::string_view("-_./~").find(c) != std::string_view::npos) {
-      link += c;
-    } else {
-      link += {'%', kDigits[byte >> 4], kDigits[byte & 15U]};
-    }
-  }
-  return link;
-}
-
 /// Where the report of a run is.
 class Reports {
  public:
@@ -75,8 +58,9 @@ class Reports {
     if (!fs::is_regular_file(place / "report.html", ignored)) return {};
     const fs::path unit = place.parent_path();
     const fs::path units = Canonical(unit.parent_path()).lexically_relative(page_);
-    return {LinkOf(units.generic_string()),
-            LinkOf((unit.filename() / place.filename()).generic_string())};
+    constexpr std::string_view kPlain = "-_./~";
+    return {PercentEncoded(units.generic_string(), kPlain),
+            PercentEncoded((unit.filename() / place.filename()).generic_string(), kPlain)};
   }
 
  private:
@@ -500,6 +484,8 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
     return (fs::path(options.folder) / name).string();
   };
   TRUETRIAD_RETURN_IF_ERROR(CheckIndex(path("index.html")));
+  // First, so that its memory is free again for what the page is made of.
+  TRUETRIAD_ASSIGN_OR_RETURN(const Json line, LineJson(store, options.where));
   PageData data(store, options);
   TRUETRIAD_RETURN_IF_ERROR(data.Read());
   const FleetPageSummary summary = data.Summary();
@@ -509,7 +495,6 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
                  options.where.empty() ? "has no runs yet; `truetriad fleet run` adds them"
                                        : "has no units with --where=" + options.where);
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const Json line, LineJson(store, options.where));
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(path("assets")));
   WholeFiles files;
   TRUETRIAD_RETURN_IF_ERROR(files.Write(path("assets/report.css"), ReportStyleSheet()));

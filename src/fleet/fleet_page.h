@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "fleet/store.h"
 #include "json/json.h"
@@ -23,6 +25,20 @@ struct FleetPageSummary {
   std::size_t reports = 0;    ///< Runs whose own report is linked.
   bool draws_charts = false;  ///< This program has what draws them.
 };
+
+/// A file that every page's folder has.
+struct PageAsset {
+  std::string_view name;  ///< "assets/fleet.css".
+  std::string_view text;
+};
+
+/// What is in src/fleet/assets, but for the frame of a page.
+const std::vector<PageAsset>& FleetPageAssets();
+/// The frame of a page, with {names} for what goes in.
+std::string_view FleetPageFrame();
+
+/// uPlot, which draws the charts, with its licence; empty where it was not there at build time.
+const std::vector<PageAsset>& ChartAssets();
 
 /// Text of a script that is `json`, in ASCII: what ends a script, a line or a string in any browser
 /// (<, quotes, U+2028) is escaped. What is no UTF-8 becomes U+FFFD. (A page from the disk may load

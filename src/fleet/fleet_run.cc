@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/fleet_run.h"
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <deque>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <unordered_map>
 #include <utility>
 
 #include "fleet/log_files.h"
+#include "fleet/log_watch.h"
+#include "fleet/unit_folders.h"
 #include "line/golden_history.h"
 #include "line/line_data.h"
 
@@ -52,7 +61,325 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
                        check->created + ", " + HoursText(age_s) + " ago or more" + remedy);
 }
 
+std::optional<double> FleetProgress::SecondsLeft() const {
+  const double rate = Rate();
+  if (!units || !(rate > 0.0)) return std::nullopt;
+  return static_cast<double>(*units - std::min(done, *units)) / rate;
+}
+
 namespace {
+
+/// Why a unit is good, or not, whatever its run of now says.
+std::string ReasonOf(const Standing& unit) {
+  const std::string verdict(VerdictName(unit.final_verdict));
+  if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
+  return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
+}
+
+/// Calibrates units of a source in processes, and adds every run to a store once its files are on
+/// the disk.
+class FleetEngine {
+ public:
+  FleetEngine(const FleetOptions& options,
+              std::string config_sha256,
+              OrderSource* source,
+              Store* store,
+              FleetListener listener)
+      : options_(options),
+        config_sha256_(std::move(config_sha256)),
+        source_(source),
+        store_(store),
+        listener_(std::move(listener)),
+        workers_(options.worker_command, options.plan, options.jobs, options.limits) {}
+
+  /// Until the source has ended, or `is_stopped` says so and the units in hand are done.
+  /// `progress`: what is known before. Error (bad input): the store or the workers fail and the
+  /// options have no patience; what is done is in the store.
+  Result<FleetProgress> Run(FleetProgress progress, const std::function<bool()>& is_stopped) {
+    constexpr double kLookS = 0.2;
+    progress_ = std::move(progress);
+    store_->TellNotes([this](const std::string& note) { Tell(note); });
+    const auto no_longer = [](Store* store) { store->TellNotes({}); };
+    const std::unique_ptr<Store, decltype(no_longer)> telling(store_, no_longer);
+    const Clock::time_point begin = Clock::now();
+    TRUETRIAD_RETURN_IF_ERROR(MakeUpForEarlier());
+    const auto count_time = [&] {
+      progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    };
+    for (;;) {
+      const bool is_ending = is_stopped();
+      if (!is_ending) {
+        TRUETRIAD_RETURN_IF_ERROR(source_->Look());
+        TRUETRIAD_RETURN_IF_ERROR(GiveWork());
+      }
+      const bool is_done = is_ending || (source_->HasEnded() && !next_ && ended_.empty());
+      if (!workers_.IsBusy() && is_done) break;
+      TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, workers_.Wait(kLookS));
+      // First something to do for those that are free, then what they have done.
+      if (!is_stopped()) TRUETRIAD_RETURN_IF_ERROR(GiveWork());
+      const Status taken = Take(std::move(runs));
+      count_time();
+      TRUETRIAD_RETURN_IF_ERROR(Keep());
+      TRUETRIAD_RETURN_IF_ERROR(taken);
+    }
+    if (!ended_.empty()) {  // The store has failed, and this is the last time to try.
+      store_retry_ = Retry();
+      TRUETRIAD_RETURN_IF_ERROR(Keep());
+      if (!ended_.empty()) {
+        return Error(ErrorCode::kCannotWrite,
+                     std::to_string(ended_.size()) +
+                         " runs could not be stored, their logs will be calibrated again: " +
+                         store_retry_.why);
+      }
+    }
+    for (const std::string& note : source_->Left()) Tell(note);
+    count_time();
+    progress_.is_stopped = next_.has_value() || !source_->HasEnded();
+    return progress_;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// When something that failed is tried again.
+  struct Retry {
+    double wait_s = 0.0;  ///< 0: it has not failed.
+    Clock::time_point at;
+    std::string why;
+
+    bool IsDue() const { return wait_s == 0.0 || Clock::now() >= at; }
+  };
+
+  Status GiveWork() {
+    // While runs wait for the store there are no more of them.
+    while (ended_.empty() && workers_.HasFree() && worker_retry_.IsDue() && disk_retry_.IsDue()) {
+      if (!next_) next_ = source_->Next();
+      if (!next_) return {};
+      if (next_->refusal) {
+        UnitRun run = RunOf(options_.plan, next_->order);
+        Fill(*next_->refusal, &run);
+        ended_.push_back(std::move(run));
+        next_.reset();
+        return {};
+      }
+      TRUETRIAD_ASSIGN_OR_RETURN(const bool may_begin, MayBegin());
+      if (!may_begin) return {};
+      const Status given = workers_.Give(next_->order);
+      if (!given) return Failed(given.error(), &worker_retry_);
+      worker_retry_ = Retry();
+      next_.reset();
+    }
+    return {};
+  }
+
+  /// Why no unit may be begun, is told once.
+  Result<bool> MayBegin() {
+    if (!options_.hold) return true;
+    if (!hold_retry_.IsDue()) return false;
+    const Result<std::optional<std::string>> why = options_.hold(next_->order.tags.station);
+    if (!why && !options_.is_patient) return why.error();
+    const std::string text = why ? why->value_or("") : why.error().message;
+    if (text.empty()) {
+      if (!hold_retry_.why.empty()) Tell("units go on");
+      hold_retry_ = Retry();
+      return true;
+    }
+    if (text != hold_retry_.why) Tell("units wait: " + text);
+    hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
+    return false;
+  }
+
+  /// Takes runs that have ended, but for those whose files this machine could not write.
+  Status Take(std::vector<UnitRun> runs) {
+    Status status;
+    for (UnitRun& run : runs) {
+      if (run.code != InfoOf(ErrorCode::kCannotWrite).name) {
+        if (!run.folder.empty()) disk_retry_ = Retry();
+        ended_.push_back(std::move(run));
+        continue;
+      }
+      // A full disk says nothing about the unit.
+      const Error error(ErrorCode::kCannotWrite, run.message);
+      if (const Status failed = Failed(error, &disk_retry_); !failed) status = failed;
+      source_->Again(run);
+    }
+    return status;
+  }
+
+  /// Adds runs that wait for it to the store.
+  Status Keep() {
+    while (!ended_.empty() && store_retry_.IsDue()) {
+      UnitRun& run = ended_.front();
+      run.config_sha256 = config_sha256_;
+      const Result<std::optional<Standing>> before = Add(&run);
+      if (!before) return Failed(before.error(), &store_retry_);
+      if (store_retry_.wait_s > 0.0) Tell("the store works again");
+      store_retry_ = Retry();
+      FinishFolder(run.folder);
+      AgreeInFolders(run.serial);
+      Count(run, *before);
+      ended_.pop_front();
+    }
+    return {};
+  }
+
+  void Count(const UnitRun& run, const std::optional<Standing>& before) {
+    source_->Finish(run);
+    ++progress_.done;
+    ++progress_.verdicts[run.verdict];
+    progress_.cpu_s += run.cpu_s;
+    if (IsRed(run.verdict)) {
+      ++progress_.red;
+      ++progress_.codes[run.code];
+    }
+    CountYield(run, before);
+    if (listener_.on_run) listener_.on_run(run, progress_);
+  }
+
+  /// Adds a run to the store, with a later name where the clock has gone back since the last one of
+  /// its unit or log. What its unit amounted to before.
+  Result<std::optional<Standing>> Add(UnitRun* run) {
+    TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
+    TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
+    // Of two at the same time the one that was begun first may well end last. What was decided
+    // meanwhile was decided without it.
+    const bool is_decided = before && !before->disposed_by.empty();
+    if (run->id < latest && (is_decided || NewRunId() < latest)) {
+      const std::string id = NewRunIdAfter(latest);
+      TRUETRIAD_RETURN_IF_ERROR(RenameFolder(id, &run->folder));
+      run->id = id;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(store_->Add(*run));
+    return before;
+  }
+
+  /// Makes a run of a log that is another unit's over again one that is refused, without files.
+  Status RefuseCopy(UnitRun* run) const {
+    if (run->verdict == Verdict::kNoResult) return {};
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunName> others, store_->RunsOfSameReadings(*run));
+    std::error_code ignored;
+    // A log that was renamed since was given the right serial number by that.
+    const auto other = std::find_if(others.begin(), others.end(), [&](const RunName& one) {
+      return std::filesystem::exists(one.log, ignored);
+    });
+    if (other == others.end()) return {};
+    if (!run->folder.empty()) std::filesystem::remove_all(run->folder, ignored);
+    run->folder.clear();
+    run->parameters.clear();
+    run->covariance.clear();
+    run->judgements.clear();
+    run->effective_dof = 0.0;
+    run->mode.clear();
+    Fill(Error(ErrorCode::kOtherDevice,
+               {run->log},
+               "has the readings of " + other->log + ", which is unit `" + other->serial +
+                   "` (run " + other->run + "), and not of `" + run->serial +
+                   "`: a copy of it, or one serial number is wrong; measure this unit, or take the "
+                   "wrong log away"),
+         run);
+    return {};
+  }
+
+  /// Of the run's unit, as the store has it now; `before`: as Add.
+  void CountYield(const UnitRun& run, const std::optional<Standing>& before) {
+    const Result<std::optional<Standing>> standing = store_->StandingOf(run.serial);
+    if (!standing || !*standing) return;  // It cannot say.
+    const Standing& unit = **standing;
+    const bool is_new_recording = unit.attempts > (before ? before->attempts : 0);
+    if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
+      Tell(run.serial + ": recording " + std::to_string(unit.attempts) +
+           " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
+    }
+    if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
+      Tell(run.serial + ": run " + run.id + ", of another recording, lifts the decision of " +
+           before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
+           before->disposed_why + ")");
+    }
+    if (before && before->disposed_by.empty() && before->final_verdict == Verdict::kFail &&
+        unit.final_verdict == Verdict::kNoLimits) {
+      Tell(run.serial + ": was FAIL, and is NO LIMITS SET now, since run " + run.id +
+           " counts, which had no limits; run it again with those of before");
+    }
+    if (before && !is_new_recording) {
+      constexpr std::size_t kMostNamed = 3;
+      ++progress_.known_recordings;
+      progress_.known_units.insert(run.serial);
+      if (progress_.known_units.size() > kMostNamed) {
+        progress_.known_units.erase(std::prev(progress_.known_units.end()));
+      }
+    }
+    Yield& yield = progress_.yield;
+    const bool is_good = !IsRed(unit.final_verdict);
+    progress_.overruled.erase(run.serial);
+    if (is_good == IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
+    const auto [item, is_new] =
+        is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
+    if (is_new) {
+      ++yield.units;
+      if (!IsRed(unit.first_verdict)) ++yield.first_good;
+    } else if (item->second) {
+      --yield.final_good;
+    }
+    if (is_good) ++yield.final_good;
+    item->second = is_good;
+  }
+
+  /// AgreeFolders of all units held back: folders were away, or a process was killed, when that was
+  /// to be said. Error: the store cannot say which they are.
+  Status MakeUpForEarlier() {
+    if (options_.plan.folder.empty()) return {};
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
+    for (const std::string& serial : held_back) {
+      Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
+      if (!agreed) continue;  // The store is silent: the next start asks again.
+      // What is not there is on another machine, or was put away.
+      std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
+      for (const std::string& note : agreed->Notes(serial)) Tell(note);
+    }
+    return {};
+  }
+
+  /// AgreeFolders, and tells of it.
+  void AgreeInFolders(const std::string& serial) {
+    if (options_.plan.folder.empty()) return;
+    const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
+    if (!agreed) {
+      Tell(serial + ": " + agreed.error().message + "; its other runs are told at the next start");
+      return;
+    }
+    for (const std::string& note : agreed->Notes(serial)) Tell(note);
+    progress_.unsafe.erase(serial);
+    if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
+  }
+
+  /// Notes a failure, to be tried again later; or returns it.
+  Status Failed(const Error& error, Retry* retry) const {
+    constexpr double kFirstS = 1.0, kMostS = 60.0;
+    if (!options_.is_patient) return error;
+    if (retry->wait_s == 0.0) Tell(error.message + "; it is tried again until it works");
+    retry->why = error.message;
+    retry->wait_s = retry->wait_s == 0.0 ? kFirstS : std::min(kMostS, 2.0 * retry->wait_s);
+    retry->at = Clock::now() + std::chrono::milliseconds(static_cast<int>(1e3 * retry->wait_s));
+    return {};
+  }
+
+  void Tell(const std::string& note) const {
+    if (listener_.on_note) listener_.on_note(note);
+  }
+
+  const FleetOptions& options_;
+  std::string config_sha256_;
+  OrderSource* source_;
+  Store* store_;
+  FleetListener listener_;
+  WorkerPool workers_;
+  std::optional<Arrival> next_;  ///< Taken from the source and not begun yet.
+  std::deque<UnitRun> ended_;    ///< Not in the store yet.
+  Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
+  FleetProgress progress_;
+  std::unordered_map<std::size_t, bool> is_final_good_;  ///< By the serial number's hash.
+};
 
 /// Units that are known beforehand, in their order.
 class ListedUnits : public OrderSource {
@@ -99,8 +426,8 @@ Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const std::function<bool()>& is_stopped) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string config_sha256, ConfigSha256(options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(DoneLogs done, DoneLogs::In(store, config_sha256));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<LogWatch> source,
-                             LogWatch::Open(watched, std::move(done), [&](const std::string& note) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<OrderSource> source,
+                             OpenLogWatch(watched, std::move(done), [&](const std::string& note) {
                                if (listener.on_note) listener.on_note(note);
                              }));
   FleetOptions patient = options;

@@ -1,18 +1,110 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "fleet/fleet_engine.h"
-#include "fleet/log_watch.h"
 #include "fleet/store.h"
+#include "fleet/unit_run.h"
 #include "fleet/unit_work.h"
+#include "fleet/worker.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
+
+/// How a fleet is calibrated.
+struct FleetOptions {
+  WorkPlan plan;
+  int jobs = 1;
+  UnitLimits limits;
+  bool resumes = false;  ///< Leaves out what has a run of the same log, experiment and program.
+  /// A store or a machine that fails is tried again, ever more rarely, until it works: for a watch
+  /// of days. Else that is an error.
+  bool is_patient = false;
+  std::vector<std::string> worker_command;
+  /// Asked before each unit, with the station that is stated for it alone, if one is: why it may
+  /// not be begun now; unset: it may. May be empty.
+  std::function<Result<std::optional<std::string>>(const std::string& station)> hold;
+};
+
+/// How many units are good, each counted once however often it was measured.
+struct Yield {
+  std::size_t units = 0;
+  std::size_t first_good = 0;  ///< By their first run ever.
+  std::size_t final_good = 0;  ///< By the run that counts, or what somebody has decided.
+
+  double FirstPercent() const { return Percent(first_good); }
+  double FinalPercent() const { return Percent(final_good); }
+
+ private:
+  double Percent(std::size_t good) const {
+    return 100.0 * static_cast<double>(good) / static_cast<double>(units);
+  }
+};
+
+/// What has become of it so far.
+struct FleetProgress {
+  std::optional<std::size_t> units;  ///< To be calibrated, without those left out; unset: unknown.
+  std::size_t skipped = 0;           ///< Left out: their run is there.
+  std::size_t done = 0, red = 0;
+  std::map<Verdict, std::size_t> verdicts;
+  std::map<std::string, std::size_t> codes;  ///< Of red ones.
+  Yield yield;                               ///< Of these units.
+  /// Units that are not good although a run of now is, and why: "refused by R. Roe (bent)".
+  std::map<std::string, std::string> overruled;
+  /// Runs of recordings that had one in the store before, and some units of theirs: those that come
+  /// first by name, whichever worker is done first.
+  std::size_t known_recordings = 0;
+  std::set<std::string> known_units;
+  std::set<std::string> unsafe;       ///< Units of which Agreement::IsUnsafe.
+  double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
+  bool is_stopped = false;            ///< Before all were done.
+
+  /// Whether all runs are good, and all their units in the end.
+  bool IsGood() const { return red == 0 && yield.final_good == yield.units; }
+  /// Units a second; 0 before the first.
+  double Rate() const { return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0; }
+  /// Until all are done at this rate, s; unset where that is not known.
+  std::optional<double> SecondsLeft() const;
+};
+
+/// Who is told of it; each may be empty.
+struct FleetListener {
+  std::function<void(const UnitRun&, const FleetProgress&)> on_run;  ///< Once it is in the store.
+  std::function<void(const std::string&)> on_note;  ///< What people should know, one line.
+};
+
+/// A unit to be calibrated, or why it cannot be.
+struct Arrival {
+  UnitOrder order;
+  std::optional<Error> refusal = {};
+};
+
+/// Where units come from.
+class OrderSource {
+ public:
+  virtual ~OrderSource() = default;
+  /// Looks for what has come; called several times a second. Error (bad input): it can no longer.
+  virtual Status Look() { return {}; }
+  /// The next unit; unset: none for now.
+  virtual std::optional<Arrival> Next() = 0;
+  /// There will not be another.
+  virtual bool HasEnded() const = 0;
+  /// The run of a unit that was given is in the store.
+  virtual void Finish(const UnitRun& /*run*/) {}
+  /// The run of a unit that was given came to nothing through no fault of its own; where the
+  /// options have patience.
+  virtual void Again(const UnitRun& /*run*/) {}
+  /// At the end, what people should know of units that were seen and not given: a line each.
+  virtual std::vector<std::string> Left() const { return {}; }
+};
+
+struct WatchOptions;
 
 /// Why no unit may be calibrated at a station: its golden unit has no check in the store, none that
 /// is at most `age_s` old, or the last did not agree or is of a time to come. A recording that is
@@ -32,7 +124,7 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const std::function<bool()>& is_stopped);
 
 /// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
-/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as LogWatch.
+/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as OpenLogWatch.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,
                                  Store& store,

@@ -5,8 +5,14 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <unordered_set>
 #include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "fleet/fields.h"
 #include "fleet/run_check.h"
@@ -41,13 +47,60 @@ Error Unreadable(const std::string& path) {
 }
 
 Result<std::ifstream> Opened(const std::string& path) {
+  // A pipe would wait for somebody to write to it.
   std::error_code failure;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Unreadable(path);
+  if (!std::filesystem::exists(path, failure)) {
+    return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
+  }
   if (!std::filesystem::is_regular_file(path, failure)) {
     return Error(ErrorCode::kStoreFailure, {path}, "is no file; name another");
   }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Unreadable(path);
   return file;
+}
+
+/// Error (bad input): none of these files begins so, or it has another version.
+Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
+  const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+  if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
+  TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(
+      path, header.contains(kSchemaVersionName) ? header[kSchemaVersionName].dump() : ""));
+  try {
+    LinesHeader stated;
+    stated.shards.count = header.at("shards");
+    if (header.contains("shard")) stated.shards.only = header["shard"].get<int>();
+    stated.store = header.value("store", "");
+    if (header.contains("retest_counts")) {
+      const std::string counts = header["retest_counts"];
+      stated.policy = {RetestCountsFromName(counts).value(), std::nullopt};
+      if (header.contains("retest_most")) stated.policy->most = header["retest_most"];
+    }
+    const int only = stated.shards.only.value_or(0);
+    const bool is_policy = !stated.policy || stated.policy->most.value_or(0) >= 0;
+    if (only >= 0 && only < stated.shards.count && stated.shards.count <= kMostShards &&
+        is_policy) {
+      return stated;
+    }
+  } catch (const std::exception&) {  // What is stated is of another type, or has no such name.
+  }
+  return NoHeader(path);
+}
+
+/// The first line with its end; empty: there is none, or what a writer that was killed left of it.
+Result<std::string> FirstLine(std::ifstream* file, const std::string& path) {
+  std::string text(kLongestHeader, '\0');
+  file->read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file->gcount()));
+  file->clear();
+  const std::size_t size = text.find('\n') + 1;
+  if (size > 0) {
+    file->seekg(static_cast<std::streamoff>(size));
+    return text.substr(0, size);
+  }
+  const std::string start = "{\"format\":\"" + std::string(kFormat) + '"';
+  if (text.starts_with(start) || start.starts_with(text)) return std::string();
+  return NoHeader(path);
 }
 
 Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
@@ -69,8 +122,7 @@ std::string TextOf(const LineCounts& counts) {
 /// Reads the lines of a file behind its first.
 class LinesReader {
  public:
-  LinesReader(const StatedShards& shards, const std::function<Status(UnitRun)>& take)
-      : shards_(shards), take_(take) {}
+  explicit LinesReader(const std::function<Status(UnitRun)>& take) : take_(take) {}
 
   Status Take(const std::string& line) {
     read_.is_ended = false;
@@ -91,7 +143,7 @@ class LinesReader {
                    std::string("is no line of a fleet's run: ") + failure.what());
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckRun(run_));
-    TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run_, shards_));
+    TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run_, read_.header.shards));
     runs_.insert(std::hash<std::string>()(run_.id));
     is_run_ = true;
     ++read_.counts.runs;
@@ -99,8 +151,6 @@ class LinesReader {
   }
   /// Gives a run that was read to who takes them.
   Status PassOn() { return std::exchange(is_run_, false) ? take_(std::move(run_)) : Status(); }
-  /// What a writer that was killed left of a line follows.
-  void PassOverRest() { read_.is_ended = false; }
   LinesRead& read() { return read_; }
 
  private:
@@ -128,7 +178,6 @@ class LinesReader {
     return {};
   }
 
-  const StatedShards& shards_;
   const std::function<Status(UnitRun)>& take_;
   LinesRead read_;
   UnitRun run_;
@@ -160,65 +209,125 @@ std::string LineOf(const StationCheck& check) {
 
 std::string EndLine(const LineCounts& above) { return LineOfJson({{"end", TreeOf(above)}}); }
 
-Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
-  const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-  if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
-  TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(
-      path, header.contains(kSchemaVersionName) ? header[kSchemaVersionName].dump() : ""));
-  try {
-    LinesHeader stated;
-    stated.shards.count = header.at("shards");
-    if (header.contains("shard")) stated.shards.only = header["shard"].get<int>();
-    stated.store = header.value("store", "");
-    if (header.contains("retest_counts")) {
-      const std::string counts = header["retest_counts"];
-      stated.policy = {RetestCountsFromName(counts).value(), std::nullopt};
-      if (header.contains("retest_most")) stated.policy->most = header["retest_most"];
-    }
-    const int only = stated.shards.only.value_or(0);
-    const bool is_policy = !stated.policy || stated.policy->most.value_or(0) >= 0;
-    if (only >= 0 && only < stated.shards.count && stated.shards.count <= kMostShards &&
-        is_policy) {
-      return stated;
-    }
-  } catch (const std::exception&) {  // What is stated is of another type, or has no such name.
-  }
-  return NoHeader(path);
-}
-
-bool IsCutHeader(std::string_view text) {
-  const std::string start = "{\"format\":\"" + std::string(kFormat) + '"';
-  return text.starts_with(start) || start.starts_with(text);
-}
-
-Result<LinesHeader> ReadJsonLinesHeader(const std::string& path) {
+Result<LinesRead> ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
-  std::string text(kLongestHeader, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  const std::size_t end = text.find('\n');
-  if (end == std::string::npos && IsCutHeader(text)) return LinesHeader();
-  return ReadHeaderLine(path, std::string_view(text).substr(0, end));
-}
-
-Status ForEachLine(const std::string& path,
-                   const std::function<Status(UnitRun)>& take,
-                   LinesRead* read) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const LinesHeader header, ReadJsonLinesHeader(path));
-  TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
-  LinesReader reader(header.shards, take);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string first, FirstLine(&file, path));
+  if (first.empty()) return LinesRead();
+  LinesReader reader(take);
+  LinesRead& read = reader.read();
+  TRUETRIAD_ASSIGN_OR_RETURN(read.header, ReadHeaderLine(path, first));
+  read.bytes = std::ssize(first);
   std::string line;
-  std::getline(file, line);
   // At the end of the file, a line has no end of its own.
   for (std::int64_t number = 2; std::getline(file, line) && !file.eof(); ++number) {
     if (const Status status = reader.Take(line); !status) {
       return Error(status.error().code, {path, number}, status.error().message);
     }
+    read.bytes += std::ssize(line) + 1;
     TRUETRIAD_RETURN_IF_ERROR(reader.PassOn());
   }
-  if (!line.empty() && file.eof()) reader.PassOverRest();
-  if (read != nullptr) *read = std::move(reader.read());
-  return file.bad() ? Status(Unreadable(path)) : Status();
+  // What a writer that was killed left of a line.
+  if (!line.empty()) read.is_ended = false;
+  if (file.bad()) return Unreadable(path);
+  return std::move(read);
+}
+
+RunLines::~RunLines() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+Result<std::unique_ptr<RunLines>> RunLines::Open(const std::string& path,
+                                                 const std::function<Status(UnitRun)>& take) {
+  std::unique_ptr<RunLines> lines(new RunLines(path));
+  TRUETRIAD_RETURN_IF_ERROR(lines->Lock());
+  TRUETRIAD_ASSIGN_OR_RETURN(lines->read_, ForEachLine(path, take));
+  if (ftruncate(lines->descriptor_, lines->read_.bytes) != 0) return lines->Failure();
+  return lines;
+}
+
+Status RunLines::Lock() {
+  descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) return Failure();
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return {};
+  if (errno == EWOULDBLOCK) {
+    return Error(ErrorCode::kStoreFailure,
+                 {path_},
+                 "another run is writing to it; wait for its end, or give each a file of its own");
+  }
+  // A network folder that has no locks: nobody else is told to write to this file.
+  const bool has_no_locks = errno == ENOLCK || errno == EOPNOTSUPP || errno == ENOSYS;
+  return has_no_locks ? Status() : Failure();
+}
+
+Status RunLines::Begin(const LinesHeader& header) {
+  TRUETRIAD_RETURN_IF_ERROR(Append(HeaderLine(header)));
+  read_.header = header;
+  return FlushFolder();
+}
+
+Status RunLines::Add(const UnitRun& run) {
+  TRUETRIAD_RETURN_IF_ERROR(Append(LineOf(run)));
+  ++read_.counts.runs;
+  read_.is_ended = false;
+  return {};
+}
+
+Status RunLines::End() {
+  if (!HasBegun() || read_.is_ended) return {};
+  TRUETRIAD_RETURN_IF_ERROR(Append(EndLine(read_.counts)));
+  read_.is_ended = true;
+  return {};
+}
+
+Status RunLines::Append(std::string_view text) {
+  const auto bytes = std::ssize(text);
+  const auto take_back = [this] {
+    const Error error = Failure();
+    is_cut_ = ftruncate(descriptor_, read_.bytes) != 0;
+    return error;
+  };
+  if (is_cut_ && ftruncate(descriptor_, read_.bytes) != 0) return Failure();
+  while (!text.empty()) {
+    const ssize_t written = write(descriptor_, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return take_back();
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  if (fdatasync(descriptor_) != 0) return take_back();
+  read_.bytes += bytes;
+  return {};
+}
+
+/// The file's name is on the disk, too.
+Status RunLines::FlushFolder() {
+  const std::string folder = std::filesystem::path(path_).parent_path().string();
+  const int descriptor =
+      open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  // A file system that cannot do it (EINVAL, ENOTSUP) has nothing to lose by it.
+  const bool is_flushed =
+      descriptor >= 0 && (fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP);
+  const Status status = is_flushed ? Status() : Failure();
+  if (descriptor >= 0) close(descriptor);
+  return status;
+}
+
+Error RunLines::Failure() const {
+  return Error(
+      ErrorCode::kStoreFailure, {path_}, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+Error NoQuestions(const std::string& path) {
+  return Error(ErrorCode::kWrongFormat,
+               {path},
+               "is a file of runs, which only keeps them; `truetriad fleet collect " + path +
+                   " --store=fleet.db` makes a store of it");
+}
+
+std::optional<std::string> JsonLinesPath(const std::string& url) {
+  constexpr std::string_view kScheme = "jsonl:";
+  if (url.starts_with(kScheme)) return url.substr(kScheme.size());
+  if (!url.starts_with("sqlite:") && url.ends_with(".jsonl")) return url;
+  return std::nullopt;
 }
 
 }  // namespace truetriad::fleet

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "fleet/store.h"
 #include "fleet/unit_run.h"
@@ -29,10 +30,6 @@ struct LinesHeader {
 /// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
 /// "retest_counts":"last"}
 std::string HeaderLine(const LinesHeader& header);
-/// Error (bad input): none of these files begins so, or it has another version.
-Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line);
-/// `text`, which has no line end, is what a writer that was killed left of a header.
-bool IsCutHeader(std::string_view text);
 
 /// {"disposition":{…}} and {"station_check":{…}}.
 std::string LineOf(const Disposition& disposition);
@@ -49,28 +46,56 @@ std::string EndLine(const LineCounts& above);
 
 /// What a file has besides its runs.
 struct LinesRead {
+  LinesHeader header;  ///< Of 0 shards: there is none yet.
   Decisions decisions;
   LineCounts counts;
-  bool is_ended = false;  ///< Its last line is an EndLine.
+  bool is_ended = false;   ///< Its last line is an EndLine.
+  std::int64_t bytes = 0;  ///< Of whole lines.
 };
 
-/// What the file's first line says; nothing where it is empty. Errors as ReadHeaderLine.
-Result<LinesHeader> ReadJsonLinesHeader(const std::string& path);
-/// `take`s every run, and notes what was decided; a last line that has no end, left by a writer
-/// that was killed, is passed over. Error (bad input): the file and line that is no run or
-/// decision, of other shards than the header says, or an end that counts other lines than are above
-/// it; and those of `take`.
-Status ForEachLine(const std::string& path,
-                   const std::function<Status(UnitRun)>& take,
-                   LinesRead* read = nullptr);
+/// `take`s every run of a file; a last line that has no end, left by a writer that was killed, is
+/// passed over. Error (bad input): the file cannot be read or is none of these, the file and line
+/// that is no run or decision, of other shards than the header says, or an end that counts other
+/// lines than are above it; and those of `take`.
+Result<LinesRead> ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take);
 
-/// A store in one text file (json_lines.h): each run is a line, appended whole and flushed to the
-/// disk. For one writer at a time, so that it does on a network folder where shards write a file
-/// each. What a writer that was killed left of a line the next one takes away. Runs can be added
-/// and read, but no questions asked, nor dispositions or station checks added. `Add` does not look
-/// whether the run is there: it is a new one. Errors as OpenStore; error (bad input): another
-/// process is writing to it.
-Result<std::unique_ptr<Store>> OpenJsonLines(const std::string& path, Access access);
+/// A file of runs that one process at a time writes. Each line is appended whole and flushed to the
+/// disk, so that it does on a network folder where shards write a file each.
+class RunLines {
+ public:
+  /// Opens the file, or makes it, and `take`s the runs that are there. What a writer that was
+  /// killed left of a line is taken away. Errors as ForEachLine; error (bad input): it cannot be
+  /// written, or another process is writing to it.
+  static Result<std::unique_ptr<RunLines>> Open(const std::string& path,
+                                                const std::function<Status(UnitRun)>& take);
+  ~RunLines();
+  RunLines(const RunLines&) = delete;
+  RunLines& operator=(const RunLines&) = delete;
+
+  /// What the first line says, and what says whether there is one.
+  const LinesHeader& header() const { return read_.header; }
+  bool HasBegun() const { return read_.header.shards.count > 0; }
+  Status Begin(const LinesHeader& header);
+  Status Add(const UnitRun& run);
+  /// Writes the EndLine, where lines have come since the last.
+  Status End();
+
+ private:
+  explicit RunLines(std::string path) : path_(std::move(path)) {}
+  Status Lock();
+  /// On the disk when it returns; where that fails, nothing of it is there.
+  Status Append(std::string_view text);
+  Status FlushFolder();
+  Error Failure() const;
+
+  std::string path_;
+  int descriptor_ = -1;
+  LinesRead read_;
+  bool is_cut_ = false;  ///< More than whole lines is there.
+};
+
+/// Error (bad input): a file of runs answers no questions.
+Error NoQuestions(const std::string& path);
 
 /// The file that a URL names: jsonl:PATH, or NAME.jsonl. Unset: another kind of store.
 std::optional<std::string> JsonLinesPath(const std::string& url);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
@@ -140,7 +141,7 @@ class LineReader {
                   .course = std::move(course),
                   .log = run.log,
                   .values = {},
-                  .number = records_.size(),
+                  .number = static_cast<std::uint32_t>(records_.size()),
                   .counts = counts,
                   .is_measured = is_measured};
     TagFields(
@@ -159,15 +160,14 @@ class LineReader {
     }
     for (const LimitCheck& check : run.judgements) {
       if (!counts) break;
-      judged_[check.FullName()].push_back({record.number,
-                                           check.limit.lower,
-                                           check.limit.upper,
-                                           check.limit.target.value_or(kNone),
-                                           check.worst,
-                                           check.sigma,
-                                           check.pass});
+      reading_.judged[check.FullName()].push_back(
+          {record.number,
+           2 * PlaceOf(check.limit) + (check.pass ? 0U : 1U),
+           check.worst,
+           check.sigma});
     }
     records_.push_back(std::move(record));
+    counting_ += counts ? 1 : 0;
   }
 
   LineReading Finish() {
@@ -178,10 +178,8 @@ class LineReader {
       return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
              std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
     });
-    LineReading reading;
-    const std::vector<Eigen::Index> places = PlacesOfParameters(&reading.data.parameters);
-    reading.measured.parameters = reading.data.parameters;
-    std::vector<std::size_t> unit_of(records_.size());
+    const std::vector<Eigen::Index> places = PlacesOfParameters(&reading_.data.parameters);
+    std::vector<std::uint32_t> unit_of(records_.size());
     for (Record& record : records_) {
       record.unit.values.setConstant(std::ssize(places), kNone);
       record.unit.sigma.setConstant(std::ssize(places), kNone);
@@ -190,21 +188,19 @@ class LineReader {
         record.unit.sigma[places[parameter]] = sigma;
       }
       record.values = {};
-      if (record.is_measured) reading.measured.units.push_back(record.unit);
-      if (!record.counts) continue;
-      unit_of[record.number] = reading.data.units.size();
-      reading.data.units.push_back(std::move(record.unit));
-      reading.courses.push_back(std::move(record.course));
+      std::vector<line::UnitRecord>& units = record.counts ? reading_.data.units : reading_.others;
+      const auto place = static_cast<std::uint32_t>(units.size());
+      if (record.is_measured)
+        reading_.measured.push_back(record.counts ? place : place + counting_);
+      if (record.counts) reading_.courses.push_back(std::move(record.course));
+      unit_of[record.number] = place;
+      units.push_back(std::move(record.unit));
     }
-    for (auto& [name, checks] : judged_) {
-      for (Judged& check : checks) check.unit = unit_of[check.unit];
-      std::ranges::sort(checks, {}, &Judged::unit);
-      reading.judged.push_back(QuantityOf(name, checks));
+    for (auto& [name, checks] : reading_.judged) {
+      for (LineReading::Judgement& check : checks) check.unit = unit_of[check.unit];
+      std::ranges::sort(checks, {}, &LineReading::Judgement::unit);
     }
-    for (Eigen::Index place = 0; place < std::ssize(places); ++place) {
-      reading.parameters.push_back(ParameterOf(reading.data, place));
-    }
-    return reading;
+    return std::move(reading_);
   }
 
  private:
@@ -212,17 +208,12 @@ class LineReader {
     std::size_t parameter;  ///< In the order in which they came.
     double value, sigma;
   };
-  struct Judged {
-    std::size_t unit;  ///< Record::number, in the end the place among the units.
-    double lower, upper, target, value, sigma;
-    bool pass;
-  };
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
     std::string log;
     std::vector<Value> values;
-    std::size_t number;  ///< In the order in which they came.
+    std::uint32_t number;  ///< In the order in which they came.
     bool counts, is_measured;
   };
 
@@ -238,51 +229,20 @@ class LineReader {
     return places;
   }
 
-  static Quantity ParameterOf(const line::LineData& data, Eigen::Index place) {
-    Quantity quantity;
-    quantity.name = data.parameters[static_cast<std::size_t>(place)];
-    for (std::size_t i = 0; i < data.units.size(); ++i) {
-      if (!std::isnan(data.units[i].values[place])) quantity.units.push_back(static_cast<int>(i));
+  std::uint32_t PlaceOf(const Limit& limit) {
+    const auto [known, is_new] =
+        limits_.try_emplace({limit.lower, limit.upper, limit.target},
+                            static_cast<std::uint32_t>(reading_.limits.size()));
+    if (is_new) {
+      reading_.limits.push_back({limit.lower, limit.upper, limit.target.value_or(kNone)});
     }
-    quantity.values.resize(std::ssize(quantity.units));
-    quantity.sigma.resize(std::ssize(quantity.units));
-    for (Eigen::Index at = 0; at < quantity.values.size(); ++at) {
-      const line::UnitRecord& unit =
-          data.units[static_cast<std::size_t>(quantity.units[static_cast<std::size_t>(at)])];
-      quantity.values[at] = unit.values[place];
-      quantity.sigma[at] = unit.sigma[place];
-    }
-    return quantity;
+    return known->second;
   }
 
-  static Quantity QuantityOf(const std::string& name, const std::vector<Judged>& checks) {
-    Quantity quantity;
-    quantity.name = name;
-    quantity.has_limits = true;
-    const Judged& last = checks.back();
-    quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
-    if (const Result<LimitName> parsed = ParseLimitName(name)) {
-      quantity.unit = parsed->Unit();
-      // "within ± 0.5" is "at most 0.5" of what is never negative.
-      if (parsed->IsNeverNegative() && quantity.lower <= 0.0) {
-        quantity.lower = -std::numeric_limits<double>::infinity();
-      }
-    }
-    quantity.values.resize(std::ssize(checks));
-    quantity.sigma.resize(std::ssize(checks));
-    for (const Judged& check : checks) {
-      const auto at = std::ssize(quantity.units);
-      quantity.units.push_back(static_cast<int>(check.unit));
-      quantity.values[at] = check.value;
-      quantity.sigma[at] = check.sigma;
-      if (!check.pass) ++quantity.missed;
-      if (check.lower != last.lower || check.upper != last.upper) ++quantity.other_limits;
-    }
-    return quantity;
-  }
-
+  LineReading reading_;
   std::vector<Record> records_;
-  std::map<std::string, std::vector<Judged>> judged_;
+  std::uint32_t counting_ = 0;  ///< Of them those that count.
+  std::map<std::tuple<double, double, std::optional<double>>, std::uint32_t> limits_;
   /// By name: the least place in a run, and a number.
   std::map<std::string, std::pair<std::size_t, std::size_t>> parameters_;
 };
@@ -308,6 +268,65 @@ UnitCourse CourseOf(const UnitRun& run) {
 }
 
 }  // namespace
+
+Quantity LineReading::ParameterOf(std::size_t place) const {
+  Quantity quantity;
+  quantity.name = data.parameters[place];
+  const auto at = static_cast<Eigen::Index>(place);
+  for (std::size_t i = 0; i < data.units.size(); ++i) {
+    if (!std::isnan(data.units[i].values[at])) quantity.units.push_back(static_cast<int>(i));
+  }
+  quantity.values.resize(std::ssize(quantity.units));
+  quantity.sigma.resize(std::ssize(quantity.units));
+  for (Eigen::Index i = 0; i < quantity.values.size(); ++i) {
+    const line::UnitRecord& unit =
+        data.units[static_cast<std::size_t>(quantity.units[static_cast<std::size_t>(i)])];
+    quantity.values[i] = unit.values[at];
+    quantity.sigma[i] = unit.sigma[at];
+  }
+  return quantity;
+}
+
+Quantity LineReading::JudgedOf(const std::string& name) const {
+  const std::vector<Judgement>& checks = judged.at(name);
+  const auto limits_of = [this](const Judgement& check) { return limits[check.limits / 2]; };
+  const Limits last = limits_of(checks.back());
+  Quantity quantity;
+  quantity.name = name;
+  quantity.has_limits = true;
+  quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
+  if (const Result<LimitName> parsed = ParseLimitName(name)) {
+    quantity.unit = parsed->Unit();
+    // "within ± 0.5" is "at most 0.5" of what is never negative.
+    if (parsed->IsNeverNegative() && quantity.lower <= 0.0) {
+      quantity.lower = -std::numeric_limits<double>::infinity();
+    }
+  }
+  quantity.values.resize(std::ssize(checks));
+  quantity.sigma.resize(std::ssize(checks));
+  for (const Judgement& check : checks) {
+    const auto at = std::ssize(quantity.units);
+    quantity.units.push_back(static_cast<int>(check.unit));
+    quantity.values[at] = check.value;
+    quantity.sigma[at] = check.sigma;
+    quantity.missed += check.IsMissed() ? 1 : 0;
+    const Limits own = limits_of(check);
+    if (own.lower != last.lower || own.upper != last.upper) ++quantity.other_limits;
+  }
+  return quantity;
+}
+
+line::LineData LineReading::TakeMeasured() {
+  line::LineData taken{std::move(data.parameters), {}};
+  taken.units.reserve(measured.size());
+  const std::size_t counting = data.units.size();
+  for (const std::uint32_t place : measured) {
+    taken.units.push_back(
+        std::move(place < counting ? data.units[place] : others[place - counting]));
+  }
+  data.units.clear(), others.clear();
+  return taken;
+}
 
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
   std::unordered_map<std::string, std::string> first_stations;

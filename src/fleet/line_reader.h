@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,20 +73,41 @@ struct Quantity {
 
 /// Units in the order in which they were measured.
 struct LineReading {
-  line::LineData data;               ///< Each unit by the run that counts.
-  std::vector<UnitCourse> courses;   ///< Of data.units.
-  std::vector<Quantity> judged;      ///< What has limits, by name.
-  std::vector<Quantity> parameters;  ///< In the order of the data.
+  line::LineData data;              ///< Each unit by the run that counts.
+  std::vector<UnitCourse> courses;  ///< Of data.units.
+
+  /// What limits were set on, by name, and a parameter by its place among the data's. Made when it
+  /// is asked for: all of them together need as much memory as the units.
+  Quantity JudgedOf(const std::string& name) const;
+  Quantity ParameterOf(std::size_t place) const;
   /// Each unit by its first calibration at each station, whether it counts or not: with what was
-  /// only good the second time, or elsewhere, a station would look better than it is.
-  line::LineData measured;
+  /// only good the second time, or elsewhere, a station would look better than it is. `data` is
+  /// lost.
+  line::LineData TakeMeasured();
+
+  /// What a unit was judged by; target: NaN where there is none.
+  struct Limits {
+    double lower = 0.0, upper = 0.0, target = 0.0;
+  };
+  struct Judgement {
+    std::uint32_t unit = 0;    ///< Place in data.units.
+    std::uint32_t limits = 0;  ///< Place in `limits`, twice; one more where it is missed.
+    double value = 0.0, sigma = 0.0;
+
+    bool IsMissed() const { return limits % 2 == 1; }
+  };
+  std::map<std::string, std::vector<Judgement>> judged;  ///< By name.
+  std::vector<Limits> limits;                            ///< Those that differ.
+  /// Places of those that TakeMeasured gives, in data.units or, behind those, in `others`.
+  std::vector<std::uint32_t> measured;
+  std::vector<line::UnitRecord> others;
 };
 
 /// The units of the store, each by the run that counts. Needs the memory of the numbers, not that
 /// of the store. Error: as Store::Query; usage: `where` is no condition.
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection = {});
 
-/// All runs, whether they count or not, each as if it were a unit; `measured` is empty.
+/// All runs, whether they count or not, each as if it were a unit; none is measured.
 Result<LineReading> ReadRuns(Store& store, const LineSelection& selection);
 
 }  // namespace truetriad::fleet

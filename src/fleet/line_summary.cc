@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "fleet/database.h"
 #include "fleet/line_reader.h"
-#include "fleet/rows.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -156,12 +156,14 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   LineSummary summary;
   summary.yield = YieldOf(line, options.confidence);
   summary.reasons = ReasonsOf(line);
-  for (Quantity& quantity : line.judged) {
-    summary.limits.push_back(SummaryOf(std::move(quantity), line.data, options));
+  for (const auto& [name, checks] : line.judged) {
+    summary.limits.push_back(SummaryOf(line.JudgedOf(name), line.data, options));
   }
-  for (Quantity& quantity : line.parameters) {
-    summary.parameters.push_back(SummaryOf(std::move(quantity), line.data, options));
+  for (std::size_t place = 0; place < line.data.parameters.size(); ++place) {
+    summary.parameters.push_back(SummaryOf(line.ParameterOf(place), line.data, options));
   }
+  line.judged.clear();
+  summary.measured = line.TakeMeasured();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<line::StationCheck> checks,
                              ReadChecks(store, options.selection.station));
   summary.golden =
@@ -172,8 +174,7 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   line::ChartOptions chart_options;
   chart_options.most_points = options.chart_points;
   chart_options.baseline_units = options.baseline_units;
-  summary.charts = line::ControlCharts(line.measured, chart_options);
-  summary.measured = std::move(line.measured);
+  summary.charts = line::ControlCharts(summary.measured, chart_options);
   return summary;
 }
 
@@ -191,8 +192,9 @@ class StudyOfRuns {
 
   std::vector<QuantityStudy> All() const {
     std::vector<QuantityStudy> studies;
-    for (const Quantity& quantity : runs_.judged) studies.push_back(Of(quantity));
-    for (const Quantity& quantity : runs_.parameters) {
+    for (const auto& [name, checks] : runs_.judged) studies.push_back(Of(runs_.JudgedOf(name)));
+    for (std::size_t place = 0; place < runs_.data.parameters.size(); ++place) {
+      const Quantity quantity = runs_.ParameterOf(place);
       const bool is_fixed =
           quantity.values.size() == 0 || quantity.values.minCoeff() == quantity.values.maxCoeff();
       if (!is_fixed) studies.push_back(Of(quantity));
@@ -237,11 +239,7 @@ class StudyOfRuns {
   /// limit's, which is in true units.
   double ReferenceOf(const QuantityStudy& study) const {
     const auto reference = options_.references.find(study.name);
-    const bool is_of_limit =
-        !study.has_limits &&
-        std::any_of(runs_.judged.begin(), runs_.judged.end(), [&study](const Quantity& judged) {
-          return judged.name == study.name;
-        });
+    const bool is_of_limit = !study.has_limits && runs_.judged.contains(study.name);
     return reference == options_.references.end() || is_of_limit ? line::kNotKnown
                                                                  : reference->second;
   }

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "fleet/database.h"
 #include "fleet/line_summary.h"
-#include "fleet/rows.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -261,11 +261,11 @@ class ChartsJson {
 };
 
 /// A column of the CSV and where its number stands in a quantity's tree.
-struct NumberColumn {
+struct CsvColumn {
   std::string_view name;
   const char* place;
 };
-constexpr std::array<NumberColumn, 15> kNumbers = {{
+constexpr std::array<CsvColumn, 15> kNumbers = {{
     {"units", "/units"},
     {"mean", "/mean"},
     {"lowest", "/lowest"},
@@ -283,7 +283,7 @@ constexpr std::array<NumberColumn, 15> kNumbers = {{
     {"expected_outside", "/observed/overall/expected_outside"},
 }};
 /// The same of estimates: a column each for value, lower and upper end.
-constexpr std::array<NumberColumn, 7> kEstimates = {{
+constexpr std::array<CsvColumn, 7> kEstimates = {{
     {"cp", "/observed/within/cp"},
     {"cpk", "/observed/within/cpk"},
     {"pp", "/observed/overall/pp"},
@@ -317,8 +317,8 @@ std::string SummaryCsv(const LineSummary& summary) {
   // Names are this program's own, without commas and quotes.
   const Json tree = ToJson(summary);
   std::string text = "name,kind,unit";
-  for (const NumberColumn& column : kNumbers) text.append(",").append(column.name);
-  for (const NumberColumn& column : kEstimates) {
+  for (const CsvColumn& column : kNumbers) text.append(",").append(column.name);
+  for (const CsvColumn& column : kEstimates) {
     for (const char* const end : {"", "_lower", "_upper"}) {
       text.append(",").append(column.name).append(end);
     }
@@ -327,8 +327,8 @@ std::string SummaryCsv(const LineSummary& summary) {
   for (const auto& [kind, list] : {std::pair("limit", "limits"), {"parameter", "parameters"}}) {
     for (const Json& quantity : tree[list]) {
       text += quantity["name"].get<std::string>() + "," + kind + "," + quantity.value("unit", "");
-      for (const NumberColumn& column : kNumbers) text += CsvNumber(quantity, column.place);
-      for (const NumberColumn& column : kEstimates) {
+      for (const CsvColumn& column : kNumbers) text += CsvNumber(quantity, column.place);
+      for (const CsvColumn& column : kEstimates) {
         for (const char* const end : {"/value", "/lower", "/upper"}) {
           text += CsvNumber(quantity, std::string(column.place) + end);
         }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/rows.h"
-
 #include <array>
 #include <bit>
 #include <charconv>
 #include <utility>
 
+#include "fleet/database.h"
 #include "json/verb_json.h"
 
 namespace truetriad::fleet {
@@ -189,42 +188,29 @@ const Thing& RowFor(const Thing& thing) {
   return thing;
 }
 
+/// The values of a row: those of a thing, behind others.
 template <typename Thing>
-std::size_t CountOfColumns() {
-  std::size_t count = 0;
-  const Thing none{};
-  Fields([&count](const char*, const auto&) { ++count; }, none);
-  return count;
-}
-
-template <typename Thing>
-TableRows OneRow(std::string_view table, const Thing& thing) {
-  TableRows rows{table, CountOfColumns<Thing>(), {}};
-  Fields(RowWriter{&rows.values}, thing);
-  return rows;
+std::vector<Value> ValuesOf(const Thing& thing, std::vector<Value> values = {}) {
+  Fields(RowWriter{&values}, thing);
+  return values;
 }
 
 /// One row an item, numbered from 1 on, behind the name of the run.
-template <typename Row, typename Items>
+template <typename Items>
 TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& items) {
-  TableRows rows{table, 2 + CountOfColumns<Row>(), {}};
-  rows.values.reserve(rows.columns * items.size());
+  TableRows rows{table, {}};
   std::int64_t place = 0;
   for (const auto& item : items) {
-    rows.values.insert(rows.values.end(), {std::string_view(run.id), ++place});
-    const auto& row = RowFor(item);
-    Fields(RowWriter{&rows.values}, row);
+    rows.rows.push_back(ValuesOf(RowFor(item), {std::string_view(run.id), ++place}));
   }
   return rows;
 }
 
 TableRows RowsOfTags(const UnitRun& run) {
-  TableRows rows{"tag", 3, {}};
+  TableRows rows{"tag", {}};
   TagFields(
       [&](std::string_view name, const std::string& value) {
-        if (value.empty()) return;
-        rows.values.insert(rows.values.end(),
-                           {std::string_view(run.id), name, std::string_view(value)});
+        if (!value.empty()) rows.rows.push_back({run.id, name, value});
       },
       run.tags);
   return rows;
@@ -276,21 +262,17 @@ std::string PartSql(std::string_view name) {
 }  // namespace
 
 std::vector<TableRows> RowsOf(const UnitRun& run) {
-  return {{"unit", 1, {std::string_view(run.serial)}},
-          OneRow(kRunTable, run),
+  return {{"unit", {{run.serial}}},
+          {kRunTable, {ValuesOf(run)}},
           RowsOfTags(run),
-          RowsOfItems<InputFile>("input", run, run.inputs),
-          RowsOfItems<Parameter>("parameter", run, run.parameters),
-          RowsOfItems<FindingRow>("finding", run, run.findings),
-          RowsOfItems<LimitCheck>("judgement", run, run.judgements)};
+          RowsOfItems("input", run, run.inputs),
+          RowsOfItems("parameter", run, run.parameters),
+          RowsOfItems("finding", run, run.findings),
+          RowsOfItems("judgement", run, run.judgements)};
 }
 
-TableRows RowOf(const Disposition& disposition) { return OneRow("disposition", disposition); }
-TableRows RowOf(const StationCheck& check) { return OneRow("station_check", check); }
-
-TableRows FactRow(std::string_view name, std::string_view value) {
-  return {"fact", 2, {name, value}};
-}
+TableRows RowOf(const Disposition& disposition) { return {"disposition", {ValuesOf(disposition)}}; }
+TableRows RowOf(const StationCheck& check) { return {"station_check", {ValuesOf(check)}}; }
 
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows) {
   std::string sql = "INSERT INTO ";
@@ -303,17 +285,6 @@ std::string InsertStatement(std::string_view table, std::size_t columns, std::si
     }
   }
   return sql + ") ON CONFLICT DO NOTHING";
-}
-
-std::string RunsOfSameReadings(std::size_t files) {
-  std::string runs;
-  for (std::size_t i = 0; i < files; ++i) {
-    runs += (i > 0 ? " INTERSECT " : "") +
-            ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
-  }
-  return "SELECT run, serial, log FROM run WHERE serial <> $1 AND log <> $2 AND "
-         "verdict <> 'NO_RESULT' AND run IN (" +
-         runs + ") ORDER BY run LIMIT 100";
 }
 
 std::string TablesSql(const TypeNames& types) {
@@ -334,7 +305,8 @@ std::string TablesSql(const TypeNames& types) {
       TableSql(
           "fact", "  name {text} NOT NULL,\n  value {text} NOT NULL,\n", "PRIMARY KEY (name)") +
       std::string(kViews) + "INSERT INTO fact VALUES ('" + std::string(kSchemaVersionName) +
-      "', '" + std::to_string(kSchemaVersion) + "');\n";
+      "', '" + std::to_string(kSchemaVersion) + "'), ('" + std::string(kStoreFact) + "', '" +
+      NewRunId() + "');\n";
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{text}", types.text},
         {"{real}", types.real},
@@ -354,21 +326,6 @@ Status CheckSchemaVersion(const std::string& name, const std::string& found) {
       (found.empty() ? "states no version of its schema" : "has the schema of version " + found) +
           ", and this program reads and writes version " + std::to_string(kSchemaVersion) +
           "; use the truetriad that wrote it, or calibrate its logs into another store");
-}
-
-Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated) {
-  if (there == stated) return {};
-  return Error(ErrorCode::kConflictingArguments,
-               name + ": of a unit's runs counts the one by `" + PolicyText(there) + "`, not by `" +
-                   PolicyText(stated) + "`; state the same, or take another store");
-}
-
-Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated) {
-  if (there == stated) return {};
-  return Error(ErrorCode::kConflictingArguments,
-               name + ": its runs are shared among " + std::to_string(there) + ", not " +
-                   std::to_string(stated) + "; give --shard=I/" + std::to_string(there) +
-                   ", or another store");
 }
 
 std::string ShortestText(double number) {

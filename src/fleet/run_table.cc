@@ -7,9 +7,9 @@
 #include <map>
 #include <utility>
 
+#include "fleet/database.h"
 #include "fleet/fields.h"
 #include "fleet/json_lines.h"
-#include "fleet/rows.h"
 #include "json/json.h"
 
 namespace truetriad::fleet {
@@ -176,7 +176,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
                                     const RunSelection& which,
                                     const std::string& path) {
   LinesHeader header;
-  TRUETRIAD_ASSIGN_OR_RETURN(header.shards, store.Shards());
+  TRUETRIAD_ASSIGN_OR_RETURN(header.shards.count, store.Shards());
   if (header.shards.count == 0) header.shards.count = 1;
   TRUETRIAD_ASSIGN_OR_RETURN(header.store, store.Identity());
   TRUETRIAD_ASSIGN_OR_RETURN(header.policy, store.StatedRetestPolicy());

@@ -2,243 +2,586 @@
 #include "fleet/store.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <filesystem>
-#include <regex>
-#include <string_view>
-#include <system_error>
+#include <map>
+#include <span>
+#include <unordered_map>
 
-#include "base/named_values.h"
-#include "base/utf8.h"
+#include "fleet/database.h"
 #include "fleet/json_lines.h"
-#include "fleet/sql_store.h"
-#include "io/input_guard.h"
+#include "fleet/line_reader.h"
+#include "json/json.h"
 
 namespace truetriad::fleet {
 namespace {
 
-std::optional<int> WholeNumber(std::string_view text) {
-  int number = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+/// Units whose runs are in memory at once.
+constexpr int kUnitsAPage = 100;
+
+/// The fact that is the number of shards, and those that are the retest policy.
+constexpr std::string_view kShardsFact = "shards", kCountsFact = "retest_counts",
+                           kMostFact = "retest_most";
+
+constexpr std::string_view kUnitsHeldBack =
+    "SELECT serial FROM standing WHERE disposed_by <> '' OR (final_verdict IN ('FAIL', "
+    "'NO_RESULT') "
+    "AND EXISTS (SELECT 1 FROM run WHERE run.serial = standing.serial AND run.run <> "
+    "standing.run AND run.verdict <> 'NO_RESULT' AND run.folder <> '')) ORDER BY serial";
+constexpr std::string_view kLatestRun =
+    "SELECT max(run) FROM (SELECT max(run) AS run FROM run WHERE serial = $1 UNION ALL "
+    "SELECT max(run) FROM run WHERE log = $2 UNION ALL "
+    "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
+    "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
+
+/// Runs not of the unit $1 nor of the log $2 that were made from all `files` with samples: $3, ….
+std::string SameReadings(std::size_t files) {
+  std::string runs;
+  for (std::size_t i = 0; i < files; ++i) {
+    runs += (i > 0 ? " INTERSECT " : "") +
+            ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
+  }
+  return "SELECT run, serial, log FROM run WHERE serial <> $1 AND log <> $2 AND "
+         "verdict <> 'NO_RESULT' AND run IN (" +
+         runs + ") ORDER BY run LIMIT 100";
+}
+
+template <typename Thing>
+std::vector<Thing> ThingsIn(const Table& table) {
+  std::vector<Thing> things;
+  things.reserve(table.rows.size());
+  for (const auto& row : table.rows) things.push_back(FromRow<Thing>(row));
+  return things;
+}
+
+/// The first field of a table; unset: there is none.
+Cell FieldIn(const Table& table) { return table.rows.empty() ? Cell() : table.rows[0][0]; }
+
+/// What a fact says; empty: nobody has stated it.
+std::string FactIn(const StoreFacts& facts, std::string_view name) {
+  const auto found = facts.find(name);
+  return found == facts.end() ? "" : found->second;
+}
+
+/// What was stated; unset: nothing.
+std::optional<RetestPolicy> PolicyIn(const StoreFacts& facts) {
+  const std::string counts = FactIn(facts, kCountsFact), most = FactIn(facts, kMostFact);
+  if (counts.empty()) return std::nullopt;
+  RetestPolicy policy{RetestCountsFromName(counts).value_or(RetestCounts::kLast), std::nullopt};
+  if (!most.empty()) policy.most = NumberOf<std::int64_t>(most, 0);
+  return policy;
+}
+
+/// Error (usage): good is only what has a calibration.
+Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
+  if (of_run != Verdict::kNoResult || disposition.verdict == Verdict::kFail) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               "unit `" + disposition.serial + "` has no calibration (run " + disposition.run +
+                   ", which counts, is `" + std::string(VerdictName(of_run)) +
+                   "`), so cannot be `" + std::string(VerdictName(disposition.verdict)) +
+                   "`; measure it again, or decide `FAIL`");
+}
+
+/// What belongs to runs, a row each behind its run's name, and where it goes.
+struct Part {
+  std::string columns;
+  std::string_view table, order;
+  void (*take)(std::span<const Cell> row, UnitRun* run);
+  bool is_of_whole = false;  ///< RunSelection::is_whole.
+};
+
+template <typename Thing, std::vector<Thing> UnitRun::*kList>
+Part PartOf(std::string_view table, bool is_of_whole = false) {
+  return {
+      ColumnsOf<Thing>(),
+      table,
+      "place",
+      [](std::span<const Cell> row, UnitRun* run) { (run->*kList).push_back(FromRow<Thing>(row)); },
+      is_of_whole};
+}
+
+Finding FindingOf(const FindingRow& row) {
+  Json json = {{"code", row.code}, {"severity", row.severity}, {"text", row.text}};
+  if (row.sensor) json["sensor"] = *row.sensor;
+  if (row.axis) json["axis"] = *row.axis;
+  if (row.pose) json["pose"] = *row.pose;
+  if (row.remedy) json["remedy"] = *row.remedy;
+  if (row.values) json["values"] = Json::parse(*row.values);
+  if (row.treatment) json["treatment"] = *row.treatment;
+  return FindingFrom(json);
+}
+
+const std::vector<Part>& Parts() {
+  static const auto& parts =
+      *new std::vector<Part>{{"name, value",
+                              "tag",
+                              "name",
+                              [](std::span<const Cell> row, UnitRun* run) {
+                                SetTag(row[0].value_or(""), row[1].value_or(""), &run->tags);
+                              }},
+                             PartOf<InputFile, &UnitRun::inputs>("input", true),
+                             PartOf<Parameter, &UnitRun::parameters>("parameter"),
+                             {ColumnsOf<FindingRow>(),
+                              "finding",
+                              "place",
+                              [](std::span<const Cell> row, UnitRun* run) {
+                                run->findings.push_back(FindingOf(FromRow<FindingRow>(row)));
+                              },
+                              true},
+                             PartOf<LimitCheck, &UnitRun::judgements>("judgement")};
+  return parts;
+}
+
+/// A thing of a run from a row. Error (bad input): a verdict is none.
+template <typename Thing>
+Result<Thing> CheckedFromRow(std::span<const Cell> row) {
+  Thing thing;
+  RowReader reader{row};
+  Fields(reader, thing);
+  if (reader.odd_verdict.empty()) return thing;
+  return Error(ErrorCode::kWrongFormat,
+               "run " + row[0].value_or("") + ": its verdict is `" + reader.odd_verdict +
+                   "`, which is none; the store has been changed by another program");
+}
+
+/// What is selected of the store's runs.
+std::string SourceOf(const RunSelection& which) {
+  const std::string source = which.only_standing ? "standing" : "run";
+  // Tags cost a question each: only where somebody may ask for them.
+  if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
+  return FromWhere(source, {.where = which.where});
+}
+
+/// What is asked of a run that is in a file of runs.
+UnitRun Known(UnitRun run) {
+  run.parameters.clear(), run.covariance.clear(), run.findings.clear(), run.judgements.clear();
+  return run;
 }
 
 }  // namespace
 
-std::optional<Shard> ShardFromText(std::string_view text) {
-  if (text.empty()) return Shard();
-  const std::size_t slash = text.find('/');
-  if (slash == std::string_view::npos) return std::nullopt;
-  const std::optional<int> index = WholeNumber(text.substr(0, slash));
-  const std::optional<int> count = WholeNumber(text.substr(slash + 1));
-  if (!index || !count || *index < 0 || *index >= *count || *count > kMostShards) {
-    return std::nullopt;
-  }
-  return Shard{*index, *count};
+Store::Store(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+Store::~Store() = default;
+
+Result<std::unique_ptr<Store>> Store::Open(std::unique_ptr<Database> database) {
+  std::unique_ptr<Store> store(new Store(std::move(database)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, store->StateFacts({}));
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckSchemaVersion(store->database_->name(), FactIn(facts, kSchemaVersionName)));
+  return store;
 }
 
-std::string ShardText(const Shard& shard) {
-  return shard.count == 1 ? "" : std::to_string(shard.index) + "/" + std::to_string(shard.count);
-}
-
-namespace {
-
-constexpr NamedValues<RetestCounts, 3> kRetestCounts = {{
-    {RetestCounts::kLast, "last"},
-    {RetestCounts::kFirst, "first"},
-    {RetestCounts::kBest, "best"},
-}};
-
-Status CheckLine(const std::string& what, const std::string& text, std::size_t longest) {
-  const bool is_blank = text.find_first_not_of(" \t") == std::string::npos;
-  const bool is_line = std::none_of(text.begin(), text.end(), [](char c) {
-    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, OpenPassingSqlite(path));
+  std::unique_ptr<Store> store(new Store(std::move(database)));
+  const Status opened = store->database_->Transact(Access::kWrite, [&]() -> Status {
+    const auto note = [&store](UnitRun run) { return store->InsertRun(Known(std::move(run))); };
+    TRUETRIAD_ASSIGN_OR_RETURN(store->lines_, RunLines::Open(path, note));
+    return {};
   });
-  if (!is_blank && is_line && IsUtf8(text) && text.size() <= longest) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
-                   " bytes of UTF-8");
+  TRUETRIAD_RETURN_IF_ERROR(opened);
+  if (!store->lines_->HasBegun()) return store;
+  const LinesHeader& header = store->lines_->header();
+  TRUETRIAD_RETURN_IF_ERROR(
+      store->StateShard({header.shards.only.value_or(0), header.shards.count}));
+  // What was stated later than the first line cannot be kept.
+  TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(header.policy.value_or(RetestPolicy())));
+  return store;
 }
 
-/// The file of a store, where it is there, is one: a pipe would never end.
-Status CheckFile(const std::string& path) {
-  std::error_code failure;
-  const std::filesystem::file_status status = std::filesystem::status(path, failure);
-  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return {};
-  return Error(ErrorCode::kStoreFailure, {path}, "is no file (a folder, pipe or device); name one");
-}
-
-constexpr std::string_view kSqlite = "sqlite:";
-
-Result<std::unique_ptr<Store>> Open(const std::string& url, Access access) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(url));
-  if (PostgresOptions(url)) return OpenPostgres(url, access);
-  if (const std::optional<std::string> path = FileOfStore(url)) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckFile(*path));
+Result<std::int64_t> Store::Insert(const TableRows& rows) {
+  std::int64_t inserted = 0;
+  std::string sql;
+  std::size_t rows_of_sql = 0;
+  for (auto row = rows.rows.begin(); row != rows.rows.end();) {
+    const std::size_t part =
+        std::min<std::size_t>(database_->rows_at_once(), rows.rows.end() - row);
+    if (part != rows_of_sql) sql = InsertStatement(rows.table, row->size(), part);
+    rows_of_sql = part;
+    std::vector<Value> values;
+    for (const auto end = row + static_cast<std::ptrdiff_t>(part); row != end; ++row) {
+      values.insert(values.end(), row->begin(), row->end());
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t more, database_->Run(sql, values));
+    inserted += more;
   }
-  if (const std::optional<std::string> path = JsonLinesPath(url)) {
-    return OpenJsonLines(*path, access);
-  }
-  return OpenSqlite(FileOfStore(url).value_or(""), access);
+  return inserted;
 }
 
-}  // namespace
-
-Status Store::AddAll(std::span<const UnitRun> runs) {
-  for (const UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(Add(run));
+Status Store::InsertRun(const UnitRun& run) {
+  for (const TableRows& rows : RowsOf(run)) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
+    // It is there already, with all that belongs to it.
+    if (rows.table == kRunTable && inserted == 0) return {};
+  }
   return {};
 }
 
-Result<bool> Store::Has(const std::string& run) {
-  bool has = false;
-  TRUETRIAD_RETURN_IF_ERROR(ForEachRun({}, [&](const UnitRun& one) -> Status {
-    has = has || one.id == run;
+Status Store::AddAll(std::span<const UnitRun> runs) {
+  for (const UnitRun& run : runs) {
+    if (!lines_) break;
+    if (!lines_->HasBegun()) {
+      TRUETRIAD_RETURN_IF_ERROR(StateShard(ShardFromText(run.shard).value_or(Shard())));
+    }
+    TRUETRIAD_RETURN_IF_ERROR(lines_->Add(run));
+  }
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    for (const UnitRun& run : runs) {
+      TRUETRIAD_RETURN_IF_ERROR(lines_ ? InsertRun(Known(run)) : InsertRun(run));
+    }
     return {};
-  }));
-  return has;
+  });
 }
 
-Result<StatedShards> Store::Shards() {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             Query("SELECT value FROM fact WHERE name = 'shards'"));
-  if (table.rows.empty()) return StatedShards();
-  const std::string text = table.rows[0][0].value_or("");
-  const std::optional<Shard> last = ShardFromText("0/" + text);
-  if (last) return StatedShards{last->count, std::nullopt};
+Result<Table> Store::Asked(std::string_view sql, const std::vector<Value>& values) {
+  Table table;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(table, database_->Ask(sql, values));
+    return {};
+  }));
+  return table;
+}
+
+template <typename Thing>
+Result<std::vector<Thing>> Store::Things(const std::string& sql, const std::vector<Value>& values) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(sql, values));
+  return ThingsIn<Thing>(table);
+}
+
+Result<bool> Store::Has(const std::string& run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked("SELECT run FROM run WHERE run = $1", {run}));
+  return !table.rows.empty();
+}
+
+Result<std::vector<KnownRun>> Store::LastRuns() {
+  // From the log after $1 on, some at a time: of a million they need not all be here at once. A row
+  // for each of its tags, or one.
+  const std::string last_runs =
+      "SELECT " + ColumnsOf<KnownRun>("last") +
+      ", tag.name, tag.value FROM (SELECT * FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT "
+      "1 FROM run AS later WHERE later.log = one.log AND later.run > one.run) ORDER BY log LIMIT "
+      "10000) AS last LEFT JOIN tag ON tag.run = last.run ORDER BY last.log";
+  std::vector<KnownRun> runs;
+  for (std::string log;; log = runs.back().log) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(last_runs, {log}));
+    if (table.rows.empty()) return runs;
+    for (const auto& row : table.rows) {
+      if (runs.empty() || runs.back().log != row[0]) runs.push_back(FromRow<KnownRun>(row));
+      const std::size_t tag = row.size() - 2;
+      SetTag(row[tag].value_or(""), row[tag + 1].value_or(""), &runs.back().tags);
+    }
+  }
+}
+
+Result<StoreFacts> Store::StateFacts(
+    const std::vector<std::pair<std::string_view, std::string>>& stated) {
+  StoreFacts facts;
+  const auto state = [&]() -> Status {
+    for (const auto& [name, value] : stated) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert({"fact", {{name, value}}}));
+      if (inserted == 0) break;
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               database_->Ask("SELECT name, value FROM fact", {}));
+    facts.clear();
+    for (const auto& row : table.rows) facts[row[0].value_or("")] = row[1].value_or("");
+    return {};
+  };
+  TRUETRIAD_RETURN_IF_ERROR(
+      database_->Transact(stated.empty() ? Access::kRead : Access::kWrite, state));
+  return facts;
+}
+
+Status Store::StateShard(const Shard& shard) {
+  const std::string stated = std::to_string(shard.count);
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({{kShardsFact, stated}}));
+  if (FactIn(facts, kShardsFact) != stated) {
+    const std::string there = FactIn(facts, kShardsFact);
+    return Error(ErrorCode::kConflictingArguments,
+                 database_->name() + ": its runs are shared among " + there + ", not " + stated +
+                     "; give --shard=I/" + there + ", or another store");
+  }
+  if (!lines_) return {};
+  if (!lines_->HasBegun()) {
+    LinesHeader header{.shards = {shard.count, shard.index}};
+    TRUETRIAD_ASSIGN_OR_RETURN(header.store, Identity());
+    TRUETRIAD_ASSIGN_OR_RETURN(header.policy, StatedRetestPolicy());
+    return lines_->Begin(header);
+  }
+  const std::optional<int> only = lines_->header().shards.only;
+  if (only.value_or(shard.index) == shard.index) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               database_->name() + ": holds the runs of shard " + std::to_string(*only) + " of " +
+                   stated + ", not of " + ShardText(shard) + "; give each shard a file of its own");
+}
+
+Result<int> Store::Shards() {
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({}));
+  const std::string stated = FactIn(facts, kShardsFact);
+  if (!facts.contains(kShardsFact)) return 0;
+  if (const std::optional<Shard> last = ShardFromText("0/" + stated)) return last->count;
   return Error(ErrorCode::kStoreFailure,
-               "its fact `shards` is `" + text +
+               "its fact `shards` is `" + stated +
                    "`, no number of shards; it has been changed by another program");
 }
 
-std::string_view RetestCountsName(RetestCounts counts) { return kRetestCounts.Name(counts); }
-
-std::optional<RetestCounts> RetestCountsFromName(std::string_view name) {
-  return kRetestCounts.Find(name);
-}
-
-std::string PolicyText(const RetestPolicy& policy) {
-  return std::string(RetestCountsName(policy.counts)) +
-         (policy.most ? ", " + std::to_string(*policy.most) + " more" : "");
-}
-
-std::string RecordingOf(const std::vector<InputFile>& inputs) {
-  std::vector<std::string> hashes;
-  for (const InputFile& input : inputs) {
-    if (input.samples > 0) hashes.push_back(input.sha256);
+Status Store::StateRetestPolicy(const RetestPolicy& policy) {
+  constexpr std::int64_t kMost = 1'000'000;
+  if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
   }
-  std::sort(hashes.begin(), hashes.end());
-  std::string recording;
-  for (const std::string& hash : hashes) recording += (recording.empty() ? "" : " ") + hash;
-  return recording;
+  std::vector<std::pair<std::string_view, std::string>> stated = {
+      {kCountsFact, std::string(RetestCountsName(policy.counts))}};
+  if (policy.most) stated.emplace_back(kMostFact, std::to_string(*policy.most));
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts(stated));
+  const RetestPolicy there = PolicyIn(facts).value_or(RetestPolicy());
+  if (there == policy) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               database_->name() + ": of a unit's runs counts the one by `" + PolicyText(there) +
+                   "`, not by `" + PolicyText(policy) + "`; state the same, or take another store");
 }
 
-Status CheckDisposition(const Disposition& disposition) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckLine("who decided it", disposition.who, 200));
-  TRUETRIAD_RETURN_IF_ERROR(CheckLine("why", disposition.why, 2000));
-  std::string verdicts;
-  for (const Verdict verdict : kVerdictsOfPeople) {
-    if (verdict == disposition.verdict) return {};
-    verdicts.append(verdicts.empty() ? "" : ", ").append(VerdictName(verdict));
+Result<std::optional<RetestPolicy>> Store::StatedRetestPolicy() {
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({}));
+  return PolicyIn(facts);
+}
+
+Result<std::string> Store::Identity() {
+  if (lines_ && lines_->HasBegun()) return lines_->header().store;
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({}));
+  return FactIn(facts, kStoreFact);
+}
+
+Result<std::string> Store::LatestRun(const UnitRun& run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table latest, Asked(kLatestRun, {run.serial, run.log}));
+  return FieldIn(latest).value_or("");
+}
+
+Result<std::vector<RunName>> Store::RunsOfSameReadings(const UnitRun& run) {
+  std::vector<Value> values = {std::string_view(run.serial), std::string_view(run.log)};
+  for (const InputFile& input : run.inputs) {
+    if (input.samples > 0) values.emplace_back(std::string_view(input.sha256));
   }
-  return Error(ErrorCode::kInvalidArgument,
-               "people do not decide `" + std::string(VerdictName(disposition.verdict)) +
-                   "`; expected one of " + verdicts);
+  if (values.size() == 2) return std::vector<RunName>();
+  return Things<RunName>(SameReadings(values.size() - 2), values);
 }
 
-std::string NameOfStore(const std::string& url) {
-  const std::optional<std::string> file = FileOfStore(url);
-  if (!file) return ShownStore(url);
-  std::error_code failure;
-  // Absolute first: what is not there yet stays relative.
-  const std::filesystem::path path =
-      std::filesystem::weakly_canonical(std::filesystem::absolute(*file), failure);
-  return failure ? *file : path.string();
+Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
+  if (lines_) return std::optional<Standing>();
+  const std::string standing_of =
+      "SELECT " + ColumnsOf<Standing>() +
+      ", (SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) "
+      "FROM disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1) FROM standing "
+      "WHERE serial = $1";
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(standing_of, {serial}));
+  if (table.rows.empty()) return std::optional<Standing>();
+  std::optional<Standing> standing = FromRow<Standing>(table.rows[0]);
+  const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(2);
+  if (more[0]) standing->most = NumberOf<std::int64_t>(more[0], 0);
+  standing->disposed_at = more[1].value_or("");
+  return standing;
 }
 
-std::string ShownStore(const std::string& url) {
-  if (!CheckStoreUrl(url)) return "the store that is named";
-  return PostgresOptions(url) ? ShownPostgres(url) : url;
+Result<std::vector<Cell>> Store::Row(std::string_view sql, const std::vector<Value>& values) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Table table, database_->Ask(sql, values));
+  return table.rows.empty() ? std::vector<Cell>() : std::move(table.rows[0]);
 }
 
-Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
-  return Open(url, Access::kWrite);
+Result<bool> Store::MakeLast(const std::string& table, const std::string& other, std::string* id) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<Cell> same,
+      Row("SELECT " + table + " FROM " + table + " WHERE " + table + " = $1", {*id}));
+  if (!same.empty()) return false;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> greatest,
+                             Row("SELECT max(" + table + ") FROM " + table));
+  const std::string last = std::max(greatest.at(0).value_or(""), other);
+  if (last > *id) *id = NewRunIdAfter(last);
+  return true;
 }
 
-Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(url));
-  if (const std::optional<std::string> file = FileOfStore(url)) {
-    // SQLite's belong to it.
-    for (const char* const ending : {"", "-wal", "-shm", "-journal"}) {
-      InputGuard::Add(*file + ending);
+Result<std::vector<std::string>> Store::UnitsHeldBack() {
+  if (lines_) return std::vector<std::string>();
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(kUnitsHeldBack));
+  std::vector<std::string> units;
+  for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
+  return units;
+}
+
+Result<std::vector<RunFolder>> Store::FoldersOfUnit(const std::string& serial) {
+  if (lines_) return std::vector<RunFolder>();
+  return Things<RunFolder>("SELECT " + ColumnsOf<RunFolder>() +
+                               " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
+                           {serial});
+}
+
+Result<Disposition> Store::Dispose(const Disposition& disposition) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
+  Disposition added = disposition;
+  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const std::vector<Cell> standing,
+        Row("SELECT run, verdict FROM standing WHERE serial = $1", {disposition.serial}));
+    if (standing.empty()) {
+      return Error(ErrorCode::kUnknownName,
+                   database_->name() + ": has no unit `" + disposition.serial +
+                       "`; `truetriad fleet query` lists those that it has");
+    }
+    added.run = standing[0].value_or("");
+    TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
+        added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const std::vector<Cell> last,
+        Row("SELECT max(run) FROM run WHERE serial = $1", {disposition.serial}));
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
+                               MakeLast("disposition", last.at(0).value_or(""), &added.id));
+    if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
+    return {};
+  });
+  TRUETRIAD_RETURN_IF_ERROR(status);
+  return added;
+}
+
+Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& check) {
+  StationCheck added = check;
+  std::optional<StationCheck> first;
+  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
+    if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
+    first.reset();
+    if (added.recording.empty()) return {};
+    const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
+                                    " FROM station_check WHERE station = $1 AND recording = $2 "
+                                    "ORDER BY station_check LIMIT 1";
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row,
+                               Row(first_check, {added.station, added.recording}));
+    if (row.at(0) != added.id) first = FromRow<StationCheck>(row);
+    return {};
+  });
+  TRUETRIAD_RETURN_IF_ERROR(status);
+  return first;
+}
+
+Result<Decisions> Store::ReadDecisions() {
+  const std::string dispositions =
+      "SELECT " + ColumnsOf<Disposition>("disposition") +
+      ", serial FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";
+  const std::string checks =
+      "SELECT " + ColumnsOf<StationCheck>() + " FROM station_check ORDER BY station_check";
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table decided, Asked(dispositions));
+  Decisions decisions{ThingsIn<Disposition>(decided), {}};
+  TRUETRIAD_ASSIGN_OR_RETURN(decisions.checks, Things<StationCheck>(checks));
+  for (std::size_t i = 0; i < decided.rows.size(); ++i) {
+    decisions.dispositions[i].serial = decided.rows[i].back().value_or("");
+  }
+  return decisions;
+}
+
+Status Store::AddDecisions(const Decisions& decisions) {
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    for (const Disposition& disposition : decisions.dispositions) {
+      TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(disposition)));
+    }
+    for (const StationCheck& check : decisions.checks) {
+      TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+    }
+    return {};
+  });
+}
+
+Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
+  if (lines_) return NoQuestions(database_->name());
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<StationCheck> last,
+      Things<StationCheck>("SELECT " + ColumnsOf<StationCheck>() + " FROM " + kChecksThatCount +
+                               " AND station = $1 ORDER BY station_check DESC LIMIT 1",
+                           {station}));
+  return last.empty() ? std::nullopt : std::optional(last.front());
+}
+
+Status Store::TakeStandings(const std::string& condition, std::vector<UnitRun>* runs) {
+  if (runs->empty()) return {};
+  std::unordered_map<std::string_view, UnitRun*> by_name;
+  for (UnitRun& run : *runs) by_name[run.id] = &run;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      Query("SELECT " + ColumnsOf<Standing>() + " FROM standing WHERE " + condition));
+  for (const auto& row : table.rows) {
+    const auto found = by_name.find(*row[0]);
+    if (found == by_name.end()) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(found->second->standing, CheckedFromRow<Standing>(row));
+  }
+  return {};
+}
+
+Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
+                                               const std::string& condition) {
+  std::string columns = ColumnsOf<UnitRun>();
+  constexpr std::string_view kCovariance = "covariance";
+  if (!which.is_whole) columns.replace(columns.find(kCovariance), kCovariance.size(), "NULL");
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      Query("SELECT " + columns + SourceOf(which) + " AND " + condition + " ORDER BY serial, run"));
+  std::vector<UnitRun> runs;
+  std::map<std::string_view, UnitRun*> by_name;
+  runs.reserve(table.rows.size());
+  for (const auto& row : table.rows) {
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run, CheckedFromRow<UnitRun>(row));
+    runs.push_back(std::move(run));
+    by_name[runs.back().id] = &runs.back();
+  }
+  if (runs.empty()) return runs;
+  for (const Part& part : Parts()) {
+    if (part.is_of_whole && !which.is_whole) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table rows,
+        Query("SELECT run, " + part.columns + " FROM " + std::string(part.table) +
+              " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
+              std::string(part.order)));
+    for (const auto& row : rows.rows) {
+      // Runs that are not wanted have none.
+      const auto found = by_name.find(*row[0]);
+      if (found != by_name.end()) part.take(std::span(row).subspan(1), found->second);
     }
   }
-  return Open(url, Access::kRead);
+  return runs;
 }
 
-std::optional<std::string> FileOfStore(const std::string& url) {
-  if (PostgresOptions(url)) return std::nullopt;
-  if (const std::optional<std::string> path = JsonLinesPath(url)) return path;
-  return url.starts_with(kSqlite) ? url.substr(kSqlite.size()) : url;
+Status Store::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
+  std::string after;  // A condition: behind the last unit that was read.
+  for (;;) {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table last,
+        Query("SELECT max(serial) FROM (SELECT serial FROM unit" +
+              (after.empty() ? "" : " WHERE " + after) + " ORDER BY serial LIMIT " +
+              std::to_string(kUnitsAPage) + ") AS page"));
+    if (!FieldIn(last)) return {};
+    const std::string quoted = SqlText(*FieldIn(last));
+    const std::string of_units = (after.empty() ? "" : after + " AND ") + "serial <= " + quoted;
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, RunsOfPage(which, of_units));
+    if (which.with_standing) TRUETRIAD_RETURN_IF_ERROR(TakeStandings(of_units, &runs));
+    for (UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(take(std::move(run)));
+    after = "serial > " + quoted;
+  }
 }
 
-namespace {
-
-constexpr std::string_view kScheme = "postgresql:";
-
-}  // namespace
-
-std::optional<std::string> PostgresOptions(const std::string& url) {
-  if (url.starts_with("postgresql://") || url.starts_with("postgres://")) return url;
-  if (url.starts_with(kScheme)) return url.substr(kScheme.size());
-  return std::nullopt;
+Result<std::vector<UnitRun>> Store::ReadRunsNamedLike(std::span<const UnitRun> runs) {
+  std::string condition = "run IN (";
+  for (const UnitRun& run : runs) {
+    condition += (condition.ends_with('(') ? "" : ",") + SqlText(run.id);
+  }
+  return RunsOfPage({}, condition + ")");
 }
 
-Status CheckStoreUrl(const std::string& url) {
-  if (PostgresOptions(url)) return {};
-  std::string_view path(url);
-  for (const std::string_view scheme : {"sqlite:", "jsonl:"}) {
-    if (!path.starts_with(scheme)) continue;
-    path.remove_prefix(scheme.size());
-    break;
-  }
-  constexpr std::array<std::string_view, 5> kOfServers = {
-      "://", "password=", "host=", "dbname=", "service="};
-  if (std::any_of(kOfServers.begin(), kOfServers.end(), [&](std::string_view part) {
-        return path.find(part) != std::string_view::npos;
-      })) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--store: what is named looks like a connection to a server; expected "
-                 "postgresql://HOST/DATABASE, \"postgresql:host=HOST dbname=DATABASE\", or a file, "
-                 "as in line.db or shard-2.jsonl");
-  }
-  if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "--store=" + url +
-                   " names no file, so that nothing would be kept; expected one, as in line.db");
+Status Store::MarkEnd() { return lines_ ? lines_->End() : Status(); }
+
+Result<Table> Store::Query(const std::string& sql) {
+  if (lines_) return NoQuestions(database_->name());
+  return database_->AskAsGiven(sql);
 }
 
-std::string ShownPostgres(const std::string& url) {
-  // User, password, and server with port and database; then parameters.
-  static const std::regex kUri(
-      R"(postgres(?:ql)?://(?:([^:@/?]*)(?::[^@/?]*)?@)?)"
-      R"(((?:\[[0-9A-Fa-f:]*\]|[^:@/?]*)(?::[0-9]*)?(?:/[^?@]*)?)(?:\?[^@]*)?)");
-  static const std::regex kValue(R"((?:^|\s)((?:host|hostaddr|port|dbname|user)=\S+))");
-  if (!url.starts_with(kScheme) || url.starts_with("postgresql://")) {
-    std::smatch parts;
-    if (!std::regex_match(url, parts, kUri)) return "postgresql://";
-    return "postgresql://" + (parts[1].matched ? parts.str(1) + "@" : "") + parts.str(2);
-  }
-  std::string shown(kScheme);
-  const std::string values = url.substr(kScheme.size());
-  // A value may have blanks in it, which look like the next one.
-  if (values.find_first_of("'\\") != std::string::npos) return shown;
-  for (std::sregex_iterator value(values.begin(), values.end(), kValue), end; value != end;
-       ++value) {
-    shown += (shown.ends_with(':') ? "" : " ") + value->str(1);
-  }
-  return shown;
+Status Store::AllowTypedText() { return database_->AllowTypedText(); }
+
+void Store::TellNotes(std::function<void(const std::string&)> on_note) {
+  database_->TellNotes(std::move(on_note));
 }
 
 }  // namespace truetriad::fleet

@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "fleet/unit_run.h"
@@ -61,6 +64,23 @@ Number NumberOf(const Cell& cell, Number otherwise) {
   if (cell) std::from_chars(cell->data(), cell->data() + cell->size(), otherwise);
   return otherwise;
 }
+
+/// A value of a row: NULL, text, numbers, or bytes. Only std::string owns what it says.
+using Value = std::variant<std::monostate,
+                           std::string_view,
+                           std::string,
+                           std::int64_t,
+                           double,
+                           const std::vector<double>*>;
+
+/// Rows to be inserted into one table, unless they are there.
+struct TableRows {
+  std::string_view table;
+  std::vector<std::vector<Value>> rows;
+};
+
+/// What is stated of a store as a whole, by name.
+using StoreFacts = std::map<std::string, std::string, std::less<>>;
 
 /// Rows of a question.
 struct Table {
@@ -148,80 +168,109 @@ struct RetestPolicy {
 /// "best, 2 more".
 std::string PolicyText(const RetestPolicy& policy);
 
-/// Where runs are kept. A run is added once and never changed. All functions: an error (bad input)
-/// where the store cannot be reached or written.
+class Database;
+class RunLines;
+
+/// Where runs are kept: in a database, or, to travel to one, in a file of runs (json_lines.h). A
+/// run is added once and never changed. All functions: an error (bad input) where the store cannot
+/// be reached or written. A file of runs answers no questions (Query, ForEachRun, checks of
+/// stations: an error, bad input), and nothing is known of standings there, since it has a part of
+/// the units' runs: `fleet collect` makes a store of it.
 class Store {
  public:
-  virtual ~Store() = default;
+  /// A store in `database`. Error (bad input): the tables are of another version.
+  static Result<std::unique_ptr<Store>> Open(std::unique_ptr<Database> database);
+  /// A file of runs to be written. Errors as RunLines::Open.
+  static Result<std::unique_ptr<Store>> OpenLines(const std::string& path);
+  ~Store();
 
   /// On the disk when it returns. A run that is there already is not added again.
-  virtual Status Add(const UnitRun& run) = 0;
-  /// The same of several, faster where a store can write them at once.
-  virtual Status AddAll(std::span<const UnitRun> runs);
+  Status Add(const UnitRun& run) { return AddAll({&run, 1}); }
+  /// The same of several at once, which is faster.
+  Status AddAll(std::span<const UnitRun> runs);
   /// Whether a run of this name is there.
-  virtual Result<bool> Has(const std::string& run);
+  Result<bool> Has(const std::string& run);
   /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
   /// empty: there is none.
-  virtual Result<std::string> LatestRun(const UnitRun& /*run*/) { return std::string(); }
+  Result<std::string> LatestRun(const UnitRun& run);
   /// Runs of other units, of other logs, that were made from the same files with samples (by their
   /// SHA-256), and not refused for it: some of them.
-  virtual Result<std::vector<RunName>> RunsOfSameReadings(const UnitRun& /*run*/) {
-    return std::vector<RunName>();
-  }
+  Result<std::vector<RunName>> RunsOfSameReadings(const UnitRun& run);
   /// Of each log the last run.
-  virtual Result<std::vector<KnownRun>> LastRuns() = 0;
+  Result<std::vector<KnownRun>> LastRuns();
   /// Of which shard further runs are; the first who says how many there are, states it. Error
-  /// (usage): another number was stated, or the store is of another shard.
-  virtual Status StateShard(const Shard& shard) = 0;
-  virtual Result<StatedShards> Shards();
+  /// (usage): another number was stated, or the file of runs is of another shard.
+  Status StateShard(const Shard& shard);
+  /// 0: nobody has said it.
+  Result<int> Shards();
   /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
-  /// was stated.
-  virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
+  /// was stated, or the file of runs has begun without one.
+  Status StateRetestPolicy(const RetestPolicy& policy);
   /// Unset: nobody has said it.
-  virtual Result<std::optional<RetestPolicy>> StatedRetestPolicy() {
-    return std::optional<RetestPolicy>();
-  }
-  /// A name that was made with the store and is no other's; empty: it has none.
-  virtual Result<std::string> Identity() { return std::string(); }
-  /// Unset: there is no such unit, or this kind of store does not know.
-  virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
-    return std::optional<Standing>();
-  }
+  Result<std::optional<RetestPolicy>> StatedRetestPolicy();
+  /// A name that was made with the store and is no other's.
+  Result<std::string> Identity();
+  /// Unset: there is no such unit.
+  Result<std::optional<Standing>> StandingOf(const std::string& serial);
   /// Units whose files may have to be told something (AgreeFolders): somebody decided about them,
   /// or they are not good and have a result of another run.
-  virtual Result<std::vector<std::string>> UnitsHeldBack() { return std::vector<std::string>(); }
+  Result<std::vector<std::string>> UnitsHeldBack();
   /// Those of the unit's runs that have files, in the order of their names.
-  virtual Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& /*serial*/) {
-    return std::vector<RunFolder>();
-  }
+  Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& serial);
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
   /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error
   /// (usage): there is no such unit.
-  virtual Result<Disposition> Dispose(const Disposition& disposition) = 0;
+  Result<Disposition> Dispose(const Disposition& disposition);
   /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
   /// check at a station: that one, where this is not it.
-  virtual Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check) = 0;
+  Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// The last that counts; unset: there is none of this station.
-  virtual Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) = 0;
-  virtual Result<Decisions> ReadDecisions() { return Decisions(); }
+  Result<std::optional<StationCheck>> LastStationCheck(const std::string& station);
+  Result<Decisions> ReadDecisions();
   /// Those of another store, of which all runs are here; what is there already is not added again.
-  virtual Status AddDecisions(const Decisions& decisions) = 0;
-  /// Says that all that was to be added has been, until more is.
-  virtual Status MarkEnd() { return {}; }
-  /// Error (bad input): nobody has said so since something was added, or it was cut off.
-  virtual Status CheckEnd() { return {}; }
+  Status AddDecisions(const Decisions& decisions);
+  /// Says in a file of runs that all that was to be added has been, until more is.
+  Status MarkEnd();
   /// Answers a statement that only reads. Error (usage): it is none.
-  virtual Result<Table> Query(const std::string& sql) = 0;
+  Result<Table> Query(const std::string& sql);
   /// Error (usage): statements or conditions that somebody has typed must not be part of a
   /// question, since who is connected may do more by a question than read the store.
-  virtual Status AllowTypedText() { return {}; }
+  Status AllowTypedText();
   /// Tells of what takes time; empty: nobody is told.
-  virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
+  void TellNotes(std::function<void(const std::string&)> on_note);
   /// `take`s whole runs, one after the other, in the order of their serials and then names;
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
-  virtual Status ForEachRun(const RunSelection& which,
-                            const std::function<Status(UnitRun)>& take) = 0;
+  Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
+  /// Runs of the store, whole, that have the names of these.
+  Result<std::vector<UnitRun>> ReadRunsNamedLike(std::span<const UnitRun> runs);
+
+ private:
+  explicit Store(std::unique_ptr<Database> database);
+  /// All facts, after those that are stated: together, unless the first of them is there.
+  Result<StoreFacts> StateFacts(
+      const std::vector<std::pair<std::string_view, std::string>>& stated);
+  /// The rows of a run, unless it is there. In a transaction.
+  Status InsertRun(const UnitRun& run);
+  /// How many of them were not there. In a transaction.
+  Result<std::int64_t> Insert(const TableRows& rows);
+  /// Makes `id` greater than all of a table and `other`; false: it is there already. In a
+  /// transaction.
+  Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
+  /// The first row of an answer; empty: there is none. In a transaction.
+  Result<std::vector<Cell>> Row(std::string_view sql, const std::vector<Value>& values = {});
+  /// What a statement says, in a transaction of its own.
+  Result<Table> Asked(std::string_view sql, const std::vector<Value>& values = {});
+  /// The same as things, one a row.
+  template <typename Thing>
+  Result<std::vector<Thing>> Things(const std::string& sql, const std::vector<Value>& values = {});
+  /// The runs that `condition`, on columns of `run` alone, is true of.
+  Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which, const std::string& condition);
+  /// What units amount to, for those of their runs that count.
+  Status TakeStandings(const std::string& condition, std::vector<UnitRun>* runs);
+
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<RunLines> lines_;  ///< Where runs go, with what is asked of them in database_.
 };
 
 /// `url` for people and files: without password.

@@ -309,20 +309,24 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
   return run;
 }
 
-std::string FolderNameOf(std::string_view serial) {
-  constexpr std::size_t kLongest = 120;
-  std::string name;
-  for (const char c : serial) {
+std::string PercentEncoded(std::string_view text, std::string_view plain) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool is_plain = (byte < 0x80 && std::isalnum(byte) != 0) || c == '-' || c == '_' ||
-                          (c == '.' && !name.empty());
-    if (is_plain) {
-      name += c;
+    if ((byte < 0x80 && std::isalnum(byte) != 0) || plain.find(c) != std::string_view::npos) {
+      encoded += c;
     } else {
-      constexpr std::string_view kDigits = "0123456789ABCDEF";
-      name += {'%', kDigits[byte >> 4], kDigits[byte & 15U]};
+      encoded += {'%', kDigits[byte >> 4], kDigits[byte & 15U]};
     }
   }
+  return encoded;
+}
+
+std::string FolderNameOf(std::string_view serial) {
+  constexpr std::size_t kLongest = 120;  // Of 255 bytes that file systems take.
+  std::string name = PercentEncoded(serial, "-_.");
+  if (name.starts_with('.')) name.replace(0, 1, "%2E");
   if (name.size() > kLongest) {
     name = name.substr(0, kLongest) + "-" + Sha256Hex(serial).substr(0, 16);
   }

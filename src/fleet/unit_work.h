@@ -75,6 +75,9 @@ UnitRun Work(const WorkPlan& plan,
              const UnitOrder& order,
              void (*before)(const UnitOrder& order) = nullptr);
 
+/// `text` with %XX for each byte that is neither letter, digit nor `plain`.
+std::string PercentEncoded(std::string_view text, std::string_view plain);
+
 /// `serial` as the name of a folder: what is neither letter, digit, `-`, `_` nor an inner `.` as
 /// %XX, and a long one cut, with its hash.
 std::string FolderNameOf(std::string_view serial);

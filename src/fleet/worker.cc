@@ -24,8 +24,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "fleet/database.h"
 #include "fleet/log_files.h"
-#include "fleet/rows.h"
 #include "io/input_guard.h"
 
 namespace truetriad::fleet {

@@ -8,6 +8,7 @@ const http = require('node:http');
 const os = require('node:os');
 const path = require('node:path');
 const { setTimeout: sleep } = require('node:timers/promises');
+const { isDeepStrictEqual } = require('node:util');
 
 const kSkipped = 77;
 // The one limit of all waits: no test waits for the machine's speed.
@@ -117,8 +118,28 @@ const until = async (isSo, what, act = () => {}) => {
     for (const next = Date.now() + pause; Date.now() < next; await sleep(50)) {
       if (await isSo()) return;
     }
-    assert.ok(Date.now() < end, what);
+    assert.ok(Date.now() < end, typeof what === 'function' ? what() : what);
   }
+};
+
+// Reads again until it is as expected, and gives it: what a page shows comes when it can. `expected`: a function that
+// says whether it is, a pattern, or the same. What cannot be read, as while a page is opened, is not there yet.
+const comes = async (what, read, expected) => {
+  let seen;
+  const isExpected = () => {
+    if (typeof expected === 'function') return expected(seen);
+    return expected instanceof RegExp ? expected.test(seen) : isDeepStrictEqual(seen, expected);
+  };
+  await until(async () => {
+    try {
+      seen = await read();
+    } catch (error) {
+      seen = String(error);
+      return false;
+    }
+    return isExpected();
+  }, () => `${what}: ${JSON.stringify(seen)}`);
+  return seen;
 };
 
 // What axe finds other in another size or other colours.
@@ -131,4 +152,4 @@ const axeFindings = async (page, rules = []) => {
   return serious.map((violation) => `${violation.id}: ${violation.nodes[0].html} ${violation.nodes[0].failureSummary}`).join('\n');
 };
 
-module.exports = { axeFindings, close, kSeenRules, open, serve, skip, until, withBrowser };
+module.exports = { axeFindings, close, comes, kSeenRules, open, serve, skip, until, withBrowser };

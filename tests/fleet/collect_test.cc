@@ -41,12 +41,17 @@ class Collecting : public ::testing::Test {
   /// All that is in a store, as lines.
   std::vector<std::string> Lines(const std::string& url) {
     std::vector<std::string> lines;
-    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(url);
-    EXPECT_TRUE(store) << store.error().message;
-    EXPECT_TRUE((*store)->ForEachRun({}, [&](const UnitRun& run) -> Status {
+    const auto take = [&](const UnitRun& run) -> Status {
       lines.push_back(LineOf(run));
       return {};
-    }));
+    };
+    if (JsonLinesPath(url)) {
+      EXPECT_TRUE(ForEachLine(url, take));
+      return lines;
+    }
+    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(url);
+    EXPECT_TRUE(store) << store.error().message;
+    EXPECT_TRUE((*store)->ForEachRun({}, take));
     return lines;
   }
 

@@ -38,14 +38,12 @@ class JsonLines : public ::testing::Test {
   /// The names of the runs that are read; or why they are not.
   std::vector<std::string> Read() {
     std::vector<std::string> ids;
-    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
-    const Status status = store ? (*store)->ForEachRun({},
-                                                       [&](const UnitRun& run) -> Status {
-                                                         ids.push_back(run.id);
-                                                         return {};
-                                                       })
-                                : Status(store.error());
-    if (!status) ids = {status.error().message};
+    const auto take = [&](const UnitRun& run) -> Status {
+      ids.push_back(run.id);
+      return {};
+    };
+    const Result<LinesRead> read = ForEachLine(path_, take);
+    if (!read) ids = {read.error().message};
     return ids;
   }
   std::string Text() const { return TemporaryFolder::Read(path_); }
@@ -63,9 +61,7 @@ TEST_F(JsonLines, KeepALineARunToTheLastBit) {
   UnitRun expected = SampleRun("2", "unit 2");
   expected.shard = "2/8";
   std::string found;
-  const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
-  ASSERT_TRUE(store);
-  ASSERT_TRUE((*store)->ForEachRun({}, [&](const UnitRun& run) -> Status {
+  ASSERT_TRUE(ForEachLine(path_, [&](const UnitRun& run) -> Status {
     found = LineOf(run);
     return {};
   }));
@@ -92,8 +88,7 @@ TEST_F(JsonLines, SayWhichLineIsSpoilt) {
   const std::string whole = Text();
   folder_.Write("new/shard.jsonl", whole + "{\"run\": 3}\n");
   EXPECT_THAT(Read(), ElementsAre(HasSubstr("shard.jsonl:4: is no line of a fleet's run")));
-  const std::unique_ptr<Store> store = Opened();
-  EXPECT_FALSE(store->LastRuns());
+  EXPECT_FALSE(OpenStore(path_));
 }
 
 TEST_F(JsonLines, AreOfOneShard) {
@@ -106,17 +101,17 @@ TEST_F(JsonLines, AreOfOneShard) {
   UnitRun other = SampleRun("2", "B");
   for (const char* const shard : {"2/3", "3/3", "1/4", "", "x"}) {
     other.shard = shard;
-    folder_.Write("other.jsonl", Text() + LineOf(other));
-    const Result<std::unique_ptr<Store>> read = OpenStoreToRead(folder_.Path("other.jsonl"));
-    ASSERT_TRUE(read);
-    const Status status = (*read)->ForEachRun({}, [](const UnitRun&) { return Status(); });
-    ASSERT_FALSE(status) << shard;
-    EXPECT_THAT(status.error().message, HasSubstr("other.jsonl:3: is a run of shard"));
+    const std::string path = folder_.Write("other.jsonl", Text() + LineOf(other));
+    const Result<LinesRead> read = ForEachLine(path, [](const UnitRun&) { return Status(); });
+    ASSERT_FALSE(read) << shard;
+    EXPECT_THAT(read.error().message, HasSubstr("other.jsonl:3: is a run of shard"));
   }
 }
 
 TEST_F(JsonLines, EndWithAMarkHoweverOftenTheyAreGoneOnWith) {
-  const auto is_ended = [&] { return (*OpenStoreToRead(path_))->CheckEnd().has_value(); };
+  const auto is_ended = [&] {
+    return ForEachLine(path_, [](const UnitRun&) { return Status(); })->is_ended;
+  };
   Write({"1"});
   EXPECT_FALSE(is_ended());
   ASSERT_TRUE(Opened()->MarkEnd());
@@ -145,7 +140,6 @@ TEST_F(JsonLines, HaveOneWriter) {
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().message, HasSubstr("another run is writing to it"));
   // Who reads does not mind.
-  EXPECT_TRUE(OpenStoreToRead(path_));
   EXPECT_THAT(Read(), IsEmpty());
 }
 
@@ -179,10 +173,12 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
                           Case{header + "1,\"shards\":0}\n", "is no file of runs"},
                           Case{header + "1,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
-    for (const auto& open : {OpenStore, OpenStoreToRead}) {
-      const auto store = open(path);
-      ASSERT_FALSE(store) << one.text;
-      EXPECT_THAT(store.error().message, AllOf(HasSubstr(path), HasSubstr(one.message)));
+    const auto store = OpenStore(path);
+    ASSERT_FALSE(store) << one.text;
+    const auto read = ForEachLine(path, [](const UnitRun&) { return Status(); });
+    ASSERT_FALSE(read) << one.text;
+    for (const std::string& message : {store.error().message, read.error().message}) {
+      EXPECT_THAT(message, AllOf(HasSubstr(path), HasSubstr(one.message)));
     }
     EXPECT_EQ(TemporaryFolder::Read(path), one.text);
   }
@@ -254,7 +250,9 @@ TEST_F(JsonLines, AnswerNoQuestions) {
   const Result<Table> answer = store->Query("SELECT 1");
   ASSERT_FALSE(answer);
   EXPECT_THAT(answer.error().message, HasSubstr("truetriad fleet collect " + path_));
-  EXPECT_FALSE(store->ForEachRun({.only_standing = true}, [](const UnitRun&) { return Status(); }));
+  EXPECT_FALSE(store->ForEachRun({}, [](const UnitRun&) { return Status(); }));
+  EXPECT_FALSE(store->LastStationCheck("S1"));
+  EXPECT_THAT(OpenStoreToRead(path_).error().message, HasSubstr("truetriad fleet collect"));
 }
 
 TEST(StoreUrl, OfRunsAsTextHasASchemeOrAnEnding) {

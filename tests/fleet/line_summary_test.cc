@@ -192,10 +192,10 @@ TEST_F(LineOfUnits, ReadsNumbersOfEveryUnitInTheOrderOfTime) {
   EXPECT_EQ(line->data.units[2].tags,
             (std::map<std::string, std::string>{{"operator", "Ann"}, {"station", "S1"}}));
   ASSERT_THAT(line->judged, SizeIs(1));
-  EXPECT_EQ(line->judged[0].name, "accelerometer.bias.x");
-  EXPECT_EQ(line->judged[0].unit, "m/s^2");
-  EXPECT_THAT(line->judged[0].units, ElementsAre(0, 2));
-  EXPECT_EQ(line->judged[0].missed, 1);
+  const Quantity judged = line->JudgedOf("accelerometer.bias.x");
+  EXPECT_EQ(judged.unit, "m/s^2");
+  EXPECT_THAT(judged.units, ElementsAre(0, 2));
+  EXPECT_EQ(judged.missed, 1);
 }
 
 TEST_F(LineOfUnits, LooksAtTheUnitsThatAreAskedFor) {

@@ -46,8 +46,8 @@ class Watch : public ::testing::Test {
   void Open(WatchOptions options = {}) {
     options.folder = Path("");
     options.look_s = 0.2;
-    Result<std::unique_ptr<LogWatch>> watch =
-        LogWatch::Open(options, {}, [this](const std::string& note) { notes_.push_back(note); });
+    Result<std::unique_ptr<OrderSource>> watch =
+        OpenLogWatch(options, {}, [this](const std::string& note) { notes_.push_back(note); });
     ASSERT_TRUE(watch) << watch.error().message;
     watch_ = std::move(*watch);
   }
@@ -76,7 +76,7 @@ class Watch : public ::testing::Test {
 
   const TemporaryFolder folder_;
   std::vector<std::string> notes_;
-  std::unique_ptr<LogWatch> watch_;
+  std::unique_ptr<OrderSource> watch_;
 };
 // Until a look has found something twice.
 constexpr double kTwoLooksS = 0.9;

@@ -8,8 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/database.h"
 #include "fleet/postgres_module.h"
-#include "fleet/sql_store.h"
 #include "fleet/store_samples.h"
 #include "support/private_postgres.h"
 
@@ -101,6 +101,11 @@ class PostgreSQLStore : public ::testing::Test {
     url_ = server()->NewDatabase();
   }
   static PrivatePostgres* server() { return PrivatePostgres::Get(); }
+  Result<std::unique_ptr<Store>> Opened(const PostgresModule& module, double patience_s) const {
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Database> database,
+                               OpenPostgres(module, url_, Access::kWrite, patience_s));
+    return Store::Open(std::move(database));
+  }
 
   std::string url_;
 };
@@ -108,7 +113,7 @@ class PostgreSQLStore : public ::testing::Test {
 // Wherever the connection is lost, and whether the server has still done it or not.
 TEST_F(PostgreSQLStore, RepeatsWhatIsInDoubt) {
   interruption = {};
-  const auto store = OpenPostgres(kInterrupted, url_, Access::kWrite, 5.0);
+  const auto store = Opened(kInterrupted, 5.0);
   ASSERT_TRUE(store) << store.error().message;
   interruption.count = 0;
   ASSERT_TRUE((*store)->Add(RunOf("whole")));
@@ -148,7 +153,7 @@ TEST_F(PostgreSQLStore, ConnectsAnewWhenTheServerIsBack) {
 }
 
 TEST_F(PostgreSQLStore, GivesUpAServerThatIsGone) {
-  const auto store = OpenPostgres(*RealModule(), url_, Access::kWrite, 0.5);
+  const auto store = Opened(*RealModule(), 0.5);
   ASSERT_TRUE(store) << store.error().message;
   server()->Stop();
   const Status status = (*store)->Add(RunOf("A1"));

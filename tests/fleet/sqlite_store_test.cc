@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
-#include "fleet/sql_store.h"
+#include "fleet/database.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 
@@ -37,7 +37,7 @@ TEST_F(SqliteStoreTest, SaysThatItsNumberOfShardsIsNone) {
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);
   Execute(path_, "INSERT INTO fact VALUES ('shards', 'x')");
-  const Result<StatedShards> shards = (*store)->Shards();
+  const Result<int> shards = (*store)->Shards();
   ASSERT_FALSE(shards);
   EXPECT_THAT(shards.error().message, HasSubstr("`shards` is `x`"));
 }

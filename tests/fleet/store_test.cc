@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "fleet/database.h"
 #include "fleet/log_files.h"
-#include "fleet/rows.h"
 #include "fleet/run_samples.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"

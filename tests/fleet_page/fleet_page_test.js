@@ -5,107 +5,124 @@ const assert = require('node:assert/strict');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { axeFindings, close, open, serve, withBrowser } = require('../browser/browser.js');
+const { axeFindings, close, comes, open, serve, withBrowser } = require('../browser/browser.js');
 const { makePage } = require('./make_page.js');
 
 const kUnits = 600;
 const kStrange = '<script>alert(1)</script>';
 
-const hits = async (page) => Number((await page.textContent('#hits')).replace(/ of .*/, '').replace(/\D/g, ''));
+// Numbers in the text of how many units are shown; NaN before there is one.
+const hits = async (page) => {
+  const digits = (await page.textContent('#hits')).replace(/ of .*/, '').replace(/\D/g, '');
+  return digits === '' ? NaN : Number(digits);
+};
+const shows = (page, count) => comes('units shown', () => hits(page), count);
 const rows = (page) => page.locator('#units tbody:not(.space) tr');
-const first = async (page) => (await rows(page).first().locator('th').textContent());
+const showsFirst = (page, serial) => comes('the first row', () => rows(page).first().locator('th').textContent(), serial);
+const attributeIs = (page, of, name, value) => comes(`${name} of ${of}`, () => page.getAttribute(of, name), value);
+const textIs = (page, of, expected) => comes(`text of ${of}`, () => page.textContent(of), expected);
+const valueIs = (page, of, value) => comes(`value of ${of}`, () => page.inputValue(of), value);
+const focused = (page, what, read, expected) => comes(`the focused element's ${what}`, () => page.evaluate(read), expected);
+const isDrawn = (page, of) => comes(`${of} is drawn`, () => page.locator(of).evaluateAll((canvases) => canvases.length > 0 && canvases.every((canvas) => {
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  return data.some((value) => value !== 0);
+})), true);
+const isOpen = (page) => comes('a unit is open', () => page.locator('dialog[open] h3').count(), (count) => count > 0);
 
 const tests = {
   'opens with every unit, and charts drawn': async (page) => {
-    assert.equal(await hits(page), kUnits);
-    assert.equal(await page.getAttribute('#units table', 'aria-rowcount'), String(kUnits + 1));
-    await page.waitForSelector('#parameter-chart canvas');
-    await page.waitForSelector('#yield-chart canvas');
-    await page.waitForFunction(() => [...document.querySelectorAll('canvas')].every((canvas) => {
-      const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-      return data.some((value) => value !== 0);
-    }));
-    assert.match(await page.textContent('#parameter-caption'), /\d units: mean/);
+    await shows(page, kUnits);
+    await attributeIs(page, '#units table', 'aria-rowcount', String(kUnits + 1));
+    for (const chart of ['#parameter-chart canvas', '#yield-chart canvas', 'canvas']) await isDrawn(page, chart);
+    await textIs(page, '#parameter-caption', /\d units: mean/);
   },
 
   'sorts by a column, and back': async (page) => {
     await page.click('#units th >> text=Runs');
+    await attributeIs(page, '#units th:has-text("Runs")', 'aria-sort', 'ascending');
     await page.click('#units th >> text=Runs');
-    assert.equal(await page.getAttribute('#units th:has-text("Runs")', 'aria-sort'), 'descending');
-    assert.equal(await first(page), kStrange); // Three runs.
+    await attributeIs(page, '#units th:has-text("Runs")', 'aria-sort', 'descending');
+    await showsFirst(page, kStrange); // Three runs.
     await page.click('#units th >> text=Serial number');
-    assert.equal(await page.getAttribute('#units th:has-text("Serial number")', 'aria-sort'), 'ascending');
+    await attributeIs(page, '#units th:has-text("Serial number")', 'aria-sort', 'ascending');
   },
 
   'searches serial numbers, reasons and tags': async (page) => {
     await page.fill('#search', 'u000123');
-    assert.equal(await hits(page), 1);
+    await shows(page, 1);
     await page.fill('#search', 'coplanar');
-    const refused = await hits(page);
-    assert.ok(refused > 0 && refused < 20);
+    await shows(page, (refused) => refused > 1 && refused < 20);
     await page.fill('#search', 'no such unit');
-    assert.equal(await hits(page), 0);
-    assert.equal(await rows(page).count(), 0);
+    await shows(page, 0);
+    await comes('rows', () => rows(page).count(), 0);
     await page.click('#reset');
-    assert.equal(await hits(page), kUnits);
+    await shows(page, kUnits);
   },
 
   'filters by verdict, station and reason, and keeps that in its address': async (page) => {
     await page.selectOption('#verdict', 'not-good');
-    const bad = await hits(page);
-    assert.ok(bad > 0 && bad < kUnits / 4);
+    const bad = await shows(page, (count) => count > 0 && count < kUnits / 4);
     await page.selectOption('[data-tag=station]', 'S2');
-    const ofStation = await hits(page);
-    assert.ok(ofStation > 0 && ofStation < bad);
+    const ofStation = await shows(page, (count) => count > 0 && count < bad);
     await page.reload();
-    assert.equal(await hits(page), ofStation);
-    assert.equal(await page.inputValue('[data-tag=station]'), 'S2');
+    await shows(page, ofStation);
+    await valueIs(page, '[data-tag=station]', 'S2');
     await page.click('#reset');
+    await shows(page, kUnits);
     await page.locator('#reasons button').first().click();
-    assert.match(await page.textContent('#hits'), /with limit:accelerometer/);
+    await textIs(page, '#hits', /with limit:accelerometer/);
     await page.click('#reset');
+    await shows(page, kUnits);
   },
 
   'scrolls to the last unit': async (page) => {
     await page.locator('#units').evaluate((view) => view.scrollTo(0, view.scrollHeight));
-    await page.waitForSelector(`#units tr[aria-rowindex="${kUnits + 1}"]`);
-    assert.ok((await rows(page).count()) < 100);
-    const isInView = await page.evaluate((last) => {
+    await comes('the last unit is in view', () => page.evaluate((last) => {
       const view = document.getElementById('units').getBoundingClientRect();
       const row = document.querySelector(`#units tr[aria-rowindex="${last}"]`).getBoundingClientRect();
       return row.bottom <= view.bottom + 1 && row.top >= view.top;
-    }, kUnits + 1);
-    assert.ok(isInView);
+    }, kUnits + 1), true);
+    await comes('rows', () => rows(page).count(), (count) => count < 100);
     await page.locator('#units').evaluate((view) => view.scrollTo(0, 0));
+    await comes('the first unit is there', () => page.locator('#units tr[aria-rowindex="2"]').count(), 1);
   },
 
   'is used by the keyboard alone': async (page) => {
+    const place = () => Number(document.activeElement.dataset.place);
+    const words = () => document.activeElement.textContent;
     await page.locator('#units tbody a[tabindex="0"]').first().focus();
-    for (const key of ['End', 'Home', 'ArrowDown', 'PageDown', 'ArrowUp']) await page.keyboard.press(key);
-    const place = Number(await page.evaluate(() => document.activeElement.dataset.place));
-    assert.ok(place > 5 && place < 40, String(place));
-    const serial = await page.evaluate(() => document.activeElement.textContent);
+    const press = async (key, isThere) => {
+      await page.keyboard.press(key);
+      return focused(page, `place after ${key}`, place, isThere);
+    };
+    await press('End', kUnits - 1);
+    await press('Home', 0);
+    await press('ArrowDown', 1);
+    const down = await press('PageDown', (at) => at > 6 && at < 41);
+    await press('ArrowUp', down - 1);
+    const serial = await page.evaluate(words);
     await page.keyboard.press('Enter');
-    await page.waitForSelector('dialog[open] h3');
-    assert.equal(await page.textContent('#unit-title'), serial);
+    await isOpen(page);
+    await textIs(page, '#unit-title', serial);
     await page.keyboard.press('Escape');
-    await page.waitForSelector('dialog:not([open])', { state: 'attached' });
-    assert.equal(await page.evaluate(() => document.activeElement.textContent), serial);
+    await comes('dialogs open', () => page.locator('dialog[open]').count(), 0);
+    await focused(page, 'text', words, serial);
   },
 
   'shows the history of a unit, whatever its serial number': async (page) => {
     await page.fill('#search', 'alert(1)');
     await page.click(`#units a >> text="${kStrange}"`);
-    await page.waitForSelector('dialog[open] h3');
-    assert.equal(await page.textContent('#unit-title'), kStrange);
-    const text = await page.textContent('#unit-content');
-    for (const words of ['Its 3 runs', 'Parameters', 'accelerometer.bias.x', 'Judged by']) assert.ok(text.includes(words), words);
-    await page.waitForSelector('dialog canvas');
+    await isOpen(page);
+    await textIs(page, '#unit-title', kStrange);
+    for (const words of ['Its 3 runs', 'Parameters', 'accelerometer.bias.x', 'Judged by']) await textIs(page, '#unit-content', (text) => text.includes(words));
+    await isDrawn(page, 'dialog canvas');
     const reports = page.locator('#unit-content a:has-text("report")');
-    assert.equal(await reports.count(), 3);
-    assert.ok(await reports.first().getAttribute('href'));
+    await comes('reports', () => reports.count(), 3);
+    await comes('where the first is', () => reports.first().getAttribute('href'), Boolean);
     await page.click('#unit-close');
+    await comes('dialogs open', () => page.locator('dialog[open]').count(), 0);
     await page.fill('#search', '');
+    await shows(page, kUnits);
   },
 };
 
@@ -114,16 +131,16 @@ const looksRight = async (browser, url, base, axe) => {
   for (const colorScheme of ['light', 'dark']) {
     for (const width of [390, 1280]) {
       const page = await open(browser, url, base, { colorScheme, viewport: { width, height: 900 }, bypassCSP: true });
-      await page.waitForSelector('#parameter-chart canvas');
+      await isDrawn(page, '#parameter-chart canvas');
       await page.addScriptTag({ path: axe });
-      for (const isOpen of [false, true]) {
-        if (isOpen) {
+      for (const hasUnit of [false, true]) {
+        if (hasUnit) {
           await page.locator('#units tbody a', { hasText: kStrange }).click(); // Three runs.
-          await page.waitForSelector('dialog[open] canvas');
+          await isDrawn(page, 'dialog[open] canvas');
         }
-        const over = await page.evaluate(() => [document.documentElement, document.querySelector('dialog')].map((of) => of.scrollWidth - of.clientWidth));
-        assert.deepEqual(over.map((pixels) => pixels > 0), [false, false], `${width} px: scrolls sideways by ${over}`);
-        assert.equal(await axeFindings(page), '', `${colorScheme}, ${width} px`);
+        await comes(`${width} px: scrolls sideways by`, () => page.evaluate(() => [document.documentElement, document.querySelector('dialog')].map((of) => of.scrollWidth - of.clientWidth)),
+          (over) => over.every((pixels) => pixels <= 0));
+        await comes(`${colorScheme}, ${width} px`, () => axeFindings(page), '');
       }
       if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `unit-${colorScheme}-${width}.png`) });
       await page.keyboard.press('Escape');
@@ -136,31 +153,30 @@ const looksRight = async (browser, url, base, axe) => {
 // Without scripts: how many are good, and why there is no more.
 const worksWithoutScripts = async (browser, url, base) => {
   const page = await open(browser, url, base, { javaScriptEnabled: false });
-  assert.match(await page.textContent('.verdict'), /% good/);
-  assert.match(await page.innerText('main'), /need scripts/);
-  assert.ok(!(await page.isVisible('#filters')));
+  await textIs(page, '.verdict', /% good/);
+  await comes('the page', () => page.innerText('main'), /need scripts/);
+  await comes('filters are seen', () => page.isVisible('#filters'), false);
   await close(page);
 };
 
 // On paper everything has its name, and charts end where the paper does.
 const prints = async (browser, url, base) => {
   const page = await open(browser, url, base);
-  await page.waitForSelector('#parameter-chart canvas');
+  await isDrawn(page, '#parameter-chart canvas');
   await page.emulateMedia({ media: 'print' });
   await page.setViewportSize({ width: 710, height: 1000 });
-  for (const named of ['#units thead button', '#reasons button', '.controls select']) assert.ok(await page.locator(named).first().isVisible(), named);
-  const beyond = await page.evaluate(() => [...document.querySelectorAll('canvas')].filter((canvas) => canvas.getBoundingClientRect().right > window.innerWidth + 1).length);
-  assert.equal(beyond, 0, 'charts beyond the paper');
+  for (const named of ['#units thead button', '#reasons button', '.controls select']) await comes(`${named} is seen`, () => page.locator(named).first().isVisible(), true);
+  await comes('charts beyond the paper', () => page.evaluate(() => [...document.querySelectorAll('canvas')].filter((canvas) => canvas.getBoundingClientRect().right > window.innerWidth + 1).length), 0);
   await close(page);
 };
 
 const lotsAreChosen = async (browser, url, base) => {
   const page = await open(browser, url, base);
   await page.click('a:text-is("L03")');
-  await page.waitForFunction(() => /^50 of/.test(document.getElementById('hits').textContent));
-  assert.equal(await page.inputValue('[data-tag=lot]'), 'L03');
+  await shows(page, 50);
+  await valueIs(page, '[data-tag=lot]', 'L03');
   await page.locator('#units tbody a').first().click();
-  await page.waitForSelector('dialog[open] h3');
+  await isOpen(page);
   await close(page);
 };
 
@@ -168,10 +184,9 @@ const lotsAreChosen = async (browser, url, base) => {
 const reportsAreLinked = async (browser, url, base) => {
   const page = await open(browser, `${url}#unit=${encodeURIComponent(kStrange)}`, base);
   await page.locator('#unit-content a:has-text("report")').first().click();
-  await page.waitForSelector('h1');
-  assert.match(await page.textContent('h1'), /^Calibration of <script>/);
-  assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector('main')).borderRadius), '6px');
-  assert.ok((await page.locator('button', { hasText: 'Copy C and b' }).count()) > 0);
+  await textIs(page, 'h1', /^Calibration of <script>/);
+  await comes('the shared style', () => page.evaluate(() => getComputedStyle(document.querySelector('main')).borderRadius), '6px');
+  await comes('buttons', () => page.locator('button', { hasText: 'Copy C and b' }).count(), (count) => count > 0);
   await close(page);
 };
 

@@ -6,7 +6,7 @@ const { spawnSync } = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { axeFindings, close, kSeenRules, open, skip, withBrowser } = require('../browser/browser.js');
+const { axeFindings, close, comes, kSeenRules, open, skip, withBrowser } = require('../browser/browser.js');
 const { makePages, makeReports } = require('./reports.js');
 const { spheresTurn } = require('./spheres.js');
 
@@ -22,13 +22,13 @@ const openAll = (page) => page.evaluate(() => document.querySelectorAll('details
 
 // Of the words in drawings the smallest, as it is seen.
 const drawingsAreReadable = async (page, report) => {
-  const small = await page.evaluate((least) => [...document.querySelectorAll('svg text')]
+  const small = () => page.evaluate((least) => [...document.querySelectorAll('svg text')]
     .map((text) => {
       const { a, b } = text.getScreenCTM();
       return [parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b), text.textContent];
     })
     .filter(([size]) => size < least - 1e-3), kLeastTextPx);
-  assert.deepEqual(small, [], report.name);
+  await comes(`${report.name}: small words`, small, []);
 };
 
 const fitsAndIsAccessible = async (browser, report, axe) => {
@@ -41,8 +41,8 @@ const fitsAndIsAccessible = async (browser, report, axe) => {
     if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `${report.name}-${colorScheme}.png`), fullPage: true });
     if (width === 390) await drawingsAreReadable(page, report);
     await openAll(page);
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0, `${where}: scrolls sideways`);
-    assert.equal(await axeFindings(page, rules), '', where);
+    await comes(`${where}: scrolls sideways by`, () => page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0);
+    await comes(where, () => axeFindings(page, rules), '');
   }
   await close(page);
 };
@@ -96,8 +96,8 @@ const copies = async (browser, report) => {
       return document.querySelector('[data-copy]').dataset.copy;
     });
     await page.locator('button', { hasText: 'Copy C and b' }).first().click();
-    await page.waitForSelector('[role=status]:text-is("copied")');
-    assert.equal(await page.evaluate((is) => (is ? navigator.clipboard.readText() : window.wasCopied), hasClipboard), copy);
+    await comes('what the page says', () => page.locator('[role=status]:text-is("copied")').count(), (count) => count > 0);
+    await comes('what was copied', () => page.evaluate((is) => (is ? navigator.clipboard.readText() : window.wasCopied), hasClipboard), copy);
     await close(page);
   }
 };
@@ -110,17 +110,17 @@ const goesToAPose = async (browser, report) => {
   if (hasRows) {
     const pose = await points.first().getAttribute('data-pose');
     await points.first().click({ force: true });
-    assert.match(await page.evaluate(() => document.activeElement.id), new RegExp(`^pose-${pose}-`));
-    assert.ok(await page.isVisible('tr.chosen'));
+    await comes(`${report.name}: the row gone to`, () => page.evaluate(() => document.activeElement.id), new RegExp(`^pose-${pose}-`));
+    await comes(`${report.name}: it is marked`, () => page.isVisible('tr.chosen'), true);
   }
   await close(page);
 };
 
 const worksWithoutScripts = async (browser, report) => {
   const page = await openReport(browser, report, { javaScriptEnabled: false });
-  assert.equal(await page.locator('button').count(), 0);
-  assert.ok(await page.isVisible('.verdict'));
-  assert.equal(await page.locator('.scroll:not([tabindex="0"])').count(), 0);
+  await comes(`${report.name}: buttons`, () => page.locator('button').count(), 0);
+  await comes(`${report.name}: the verdict is seen`, () => page.isVisible('.verdict'), true);
+  await comes(`${report.name}: what scrolls by the mouse alone`, () => page.locator('.scroll:not([tabindex="0"])').count(), 0);
   await close(page);
 };
 

@@ -5,11 +5,11 @@ const assert = require('node:assert/strict');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { axeFindings, close, open, until } = require('../browser/browser.js');
+const { axeFindings, close, comes, open, until } = require('../browser/browser.js');
 
 const kMostBytes = 2.5e6;
 
-const allDrawn = (page, count) => page.waitForFunction((all) => document.querySelectorAll('.sphere.drawn').length === all, count);
+const allDrawn = (page, count) => comes('spheres drawn', () => page.locator('.sphere.drawn').count(), count);
 
 // How many pixels of a picture are as blue, and as orange, as nothing but a reading is.
 const coloured = async (page, picture) => {
@@ -94,18 +94,17 @@ const spheresTurn = async (browser, report, axe) => {
   await allDrawn(page, report.spheres);
   for (let at = 0; at < report.spheres; ++at) await turns(page, report, at);
   await page.emulateMedia({ media: 'print' });
-  assert.equal(await page.evaluate(() => [...document.querySelectorAll('.turning')].filter(({ offsetHeight }) => offsetHeight > 0).length), 0, 'on paper');
+  await comes('on paper', () => page.evaluate(() => [...document.querySelectorAll('.turning')].filter(({ offsetHeight }) => offsetHeight > 0).length), 0);
   // A4 between its margins: drawings made for the screen beside the spheres must not push others off it.
   await page.setViewportSize({ width: 710, height: 1000 });
-  const beyond = await page.evaluate(() => [...document.querySelectorAll('figure svg')].filter((svg) => svg.getBoundingClientRect().right > window.innerWidth + 1).length);
-  assert.equal(beyond, 0, `${report.name}: drawings beyond the paper`);
+  await comes(`${report.name}: drawings beyond the paper`, () => page.evaluate(() => [...document.querySelectorAll('figure svg')].filter((svg) => svg.getBoundingClientRect().right > window.innerWidth + 1).length), 0);
   await close(page);
   const narrow = await open(browser, url, url, { colorScheme: 'dark', viewport: { width: 390, height: 900 }, bypassCSP: true });
   await allDrawn(narrow, report.spheres);
   if (process.env.SCREENSHOTS) await narrow.locator('.sphere').first().screenshot({ path: path.join(process.env.SCREENSHOTS, `${report.name}-sphere.png`) });
-  assert.equal(await narrow.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0, `${report.name}: scrolls sideways`);
+  await comes(`${report.name}: scrolls sideways by`, () => narrow.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0);
   await narrow.addScriptTag({ path: axe });
-  assert.equal(await axeFindings(narrow), '', report.name);
+  await comes(report.name, () => axeFindings(narrow), '');
   await close(narrow);
 };
 

@@ -6,7 +6,8 @@
 
 #include <gflags/gflags.h>
 
-#include "fleet/fleet_engine.h"
+#include "fleet/fleet_run.h"
+#include "json/json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/progress.h"
 

@@ -153,19 +153,13 @@ window.fleet = {};
 
   // --- words for people
 
-  const pad = (number) => String(number).padStart(2, '0');
-  const day = (seconds) => {
-    const date = new Date(1000 * seconds);
-    return `${date.getUTCFullYear()}-${pad(date.getUTCMonth() + 1)}-${pad(date.getUTCDate())}`;
-  };
+  // "2026-11-24 06:00:00" of a moment, or how it begins.
+  const timeOf = (length) => (seconds) =>
+    Number.isFinite(seconds) ? new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, length) : '–';
   window.fleet.text = {
-    day,
-    minute: (seconds) => {
-      if (!Number.isFinite(seconds)) return '–';
-      const date = new Date(1000 * seconds);
-      return `${day(seconds)} ${pad(date.getUTCHours())}:${pad(date.getUTCMinutes())}`;
-    },
-    second: (seconds) => (Number.isFinite(seconds) ? new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, 19) : '–'),
+    day: timeOf(10),
+    minute: timeOf(16),
+    second: timeOf(19),
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
     // "2026-11-24 06:00:00" of an ISO 8601 moment.

@@ -15,6 +15,7 @@
 
 #include <gflags/gflags.h>
 
+#include "fleet/log_watch.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
 #include "fleet/unit_list.h"

@@ -14,7 +14,7 @@
 #include <sys/vfs.h>
 
 #include "base/spelling.h"
-#include "fleet/sql_store.h"
+#include "fleet/database.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -72,8 +72,6 @@ class Statement {
         value);
   }
 
-  std::int64_t Integer(int column) const { return sqlite3_column_int64(statement_, column); }
-
  private:
   sqlite3_stmt* statement_ = nullptr;
 };
@@ -88,12 +86,12 @@ class SqliteDatabase : public Database {
   SqliteDatabase(const SqliteDatabase&) = delete;
   SqliteDatabase& operator=(const SqliteDatabase&) = delete;
 
-  /// To write: the tables are there, then.
-  Status Open(Access access) {
+  /// To write: the tables are there, then. `is_passing`: in a file that SQLite makes and removes.
+  Status Open(Access access, bool is_passing = false) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
     // SQLite gives names like :memory: a meaning; a whole path has none.
-    const std::string whole = std::filesystem::absolute(path_).string();
+    const std::string whole = is_passing ? "" : std::filesystem::absolute(path_).string();
     if (sqlite3_open_v2(whole.c_str(), &database_, flags, nullptr) != SQLITE_OK) return Failure();
     sqlite3_busy_timeout(database_, kPatienceMs);
     sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -237,9 +235,8 @@ class SqliteDatabase : public Database {
   }
 
   Result<std::int64_t> Number(std::string_view sql) {
-    Statement statement(database_, sql);
-    if (statement.get() == nullptr || statement.Step() != SQLITE_ROW) return Failure();
-    return statement.Integer(0);
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Ask(sql, {}));
+    return NumberOf<std::int64_t>(table.rows.at(0).at(0), 0);
   }
 
   Status MakeTables() {
@@ -248,8 +245,6 @@ class SqliteDatabase : public Database {
     if (tables > 0) return {};
     TRUETRIAD_RETURN_IF_ERROR(
         Execute(TablesSql({.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
-    const Value store[] = {kStoreFact, NewRunId()};
-    TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
     return Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
   }
 
@@ -297,23 +292,11 @@ std::string_view NetworkFileSystemName(long magic) {
   return "";
 }
 
-Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access) {
+Result<std::unique_ptr<Database>> OpenSqlite(const std::string& path, Access access) {
   namespace fs = std::filesystem;
   std::error_code failure;
   const bool to_read = access == Access::kRead;
-  if (to_read && !fs::exists(path, failure)) {
-    return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
-  }
   const fs::path folder = fs::absolute(path, failure).parent_path();
-  if (!to_read) {
-    fs::create_directories(folder, failure);
-    if (failure) {
-      return Error(
-          ErrorCode::kStoreFailure,
-          {path},
-          "cannot be written: there is no folder " + folder.string() + ": " + failure.message());
-    }
-  }
   struct statfs about {};
   if (statfs(folder.c_str(), &about) == 0) {
     const std::string_view network = NetworkFileSystemName(about.f_type);
@@ -328,7 +311,13 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
   }
   auto database = std::make_unique<SqliteDatabase>(path);
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access));
-  return SqlStore::Open(std::move(database));
+  return std::unique_ptr<Database>(std::move(database));
+}
+
+Result<std::unique_ptr<Database>> OpenPassingSqlite(const std::string& name) {
+  auto database = std::make_unique<SqliteDatabase>(name);
+  TRUETRIAD_RETURN_IF_ERROR(database->Open(Access::kWrite, /*is_passing=*/true));
+  return std::unique_ptr<Database>(std::move(database));
 }
 
 }  // namespace truetriad::fleet

@@ -4,42 +4,78 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <variant>
 #include <vector>
 
 #include "fleet/fields.h"
 #include "fleet/store.h"
+#include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 
-// What SQLite and PostgreSQL have in common: statements with $1, $2, … in their order.
+/// A connection to a database that has the tables of TablesSql: what SQLite and PostgreSQL do each
+/// in its way. All functions: an error (bad input) where it cannot be reached, read or written.
+class Database {
+ public:
+  virtual ~Database() = default;
 
-/// A value of a row: NULL, text, numbers, or bytes. Only std::string owns what it says.
-using Value = std::variant<std::monostate,
-                           std::string_view,
-                           std::string,
-                           std::int64_t,
-                           double,
-                           const std::vector<double>*>;
+  /// For messages, without secrets.
+  virtual const std::string& name() const = 0;
+  /// How many rows one statement is to insert.
+  virtual std::size_t rows_at_once() const = 0;
 
-/// Rows to be inserted into one table, unless they are there.
-struct TableRows {
-  std::string_view table;
-  std::size_t columns = 0;
-  std::vector<Value> values;  ///< Row by row.
+  /// Does all of `work` or nothing of it; on the disk when it returns. `work` may be called several
+  /// times: a connection that is lost is opened anew. Not to be nested.
+  virtual Status Transact(Access access, const std::function<Status()>& work) = 0;
+  /// How many rows a statement has inserted. In `work`.
+  virtual Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) = 0;
+  /// What a statement says. In `work`.
+  virtual Result<Table> Ask(std::string_view sql, std::span<const Value> values) = 0;
+  /// What a statement of somebody else says. Not in `work`. Error (usage): it is not understood,
+  /// not one, or would change something.
+  virtual Result<Table> AskAsGiven(const std::string& sql) = 0;
+  /// Store::AllowTypedText. Not in `work`.
+  virtual Status AllowTypedText() { return {}; }
+  /// Store::TellNotes.
+  virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
 };
+
+/// One file, with write-ahead log and `synchronous=FULL`. Errors as OpenStore.
+Result<std::unique_ptr<Database>> OpenSqlite(const std::string& path, Access access);
+/// One that nobody else sees, and that is gone with the object; `name`: for messages.
+Result<std::unique_ptr<Database>> OpenPassingSqlite(const std::string& name);
+
+/// "NFS" of statfs' `f_type`: a file system on which SQLite's locks do not hold. Else empty.
+std::string_view NetworkFileSystemName(long magic);
+
+struct PostgresModule;
+
+/// A PostgreSQL server, in the schema where its connection makes tables. A connection that is lost
+/// later on is opened anew, and what it was about repeated, for as many seconds as the environment
+/// variable TRUETRIAD_STORE_PATIENCE says, 60 if it does not. Errors as OpenStore.
+Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access);
+/// The same, through `module`, which outlives it.
+Result<std::unique_ptr<Database>> OpenPostgres(const PostgresModule& module,
+                                               const std::string& url,
+                                               Access access,
+                                               double patience_s);
+
+/// Error (usage): this build cannot speak to PostgreSQL.
+Result<const PostgresModule*> LoadedPostgresModule();
+
+// What SQLite and PostgreSQL have in common: statements with $1, $2, … in their order.
 
 /// Of all tables the rows of a run, in an order that references allow: the unit, the run, and what
 /// belongs to it, which is there where the run is. Valid as long as `run`.
 std::vector<TableRows> RowsOf(const UnitRun& run);
 TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
-TableRows FactRow(std::string_view name, std::string_view value);
 
 /// The shortest text that reads back to the same number.
 std::string ShortestText(double number);
@@ -127,19 +163,6 @@ std::string InsertStatement(std::string_view table, std::size_t columns, std::si
 inline constexpr std::string_view kRunTable = "run";
 /// The fact that is a store's identity.
 inline constexpr std::string_view kStoreFact = "store";
-inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
-inline constexpr std::string_view kUnitsHeldBack =
-    "SELECT serial FROM standing WHERE disposed_by <> '' OR (final_verdict IN ('FAIL', "
-    "'NO_RESULT') "
-    "AND EXISTS (SELECT 1 FROM run WHERE run.serial = standing.serial AND run.run <> "
-    "standing.run AND run.verdict <> 'NO_RESULT' AND run.folder <> '')) ORDER BY serial";
-inline constexpr std::string_view kLatestRun =
-    "SELECT max(run) FROM (SELECT max(run) AS run FROM run WHERE serial = $1 UNION ALL "
-    "SELECT max(run) FROM run WHERE log = $2 UNION ALL "
-    "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
-    "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
-/// Runs not of the unit $1 nor of the log $2 that were made from all `files` with samples: $3, ….
-std::string RunsOfSameReadings(std::size_t files);
 /// Of checks that are called `one`: those that count. A recording that was checked again does not.
 inline const std::string kChecksThatCount =
     "station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM station_check AS "
@@ -151,10 +174,5 @@ struct TypeNames {
 };
 /// The statements that make the tables, indices and views.
 std::string TablesSql(const TypeNames& types);
-
-/// Error (usage): of the store `name` another policy was stated.
-Status CheckPolicy(const std::string& name, const RetestPolicy& there, const RetestPolicy& stated);
-/// Error (usage): the store `name` is of `there` shards, and not of `stated`.
-Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated);
 
 }  // namespace truetriad::fleet

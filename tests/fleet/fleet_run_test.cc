@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/fleet_engine.h"
+#include "fleet/fleet_run.h"
 
 #include <array>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -15,7 +19,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "fleet/fleet_run.h"
+#include "fleet/database.h"
 #include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
 #include "fleet/worker.h"
@@ -39,47 +43,34 @@ Tags LotAndStation(const std::string& lot, const std::string& station = "") {
   return tags;
 }
 
-/// A store that cannot be written to for a while, and remembers what it was given.
-class FailingStore : public Store {
+/// A database that cannot be written to for a while.
+class FailingDatabase : public Database {
  public:
-  Status Add(const UnitRun& run) override {
-    if (failures > 0) {
+  explicit FailingDatabase(std::unique_ptr<Database> inner) : inner_(std::move(inner)) {}
+
+  const std::string& name() const override { return inner_->name(); }
+  std::size_t rows_at_once() const override { return inner_->rows_at_once(); }
+  Status Transact(Access access, const std::function<Status()>& work) override {
+    if (access == Access::kWrite && failures > 0) {
       --failures;
       return Error(ErrorCode::kStoreFailure, "the store is away");
     }
-    runs.push_back(run);
-    return {};
+    if (access == Access::kRead && on_question) on_question();
+    return inner_->Transact(access, work);
   }
-  Result<std::vector<KnownRun>> LastRuns() override { return std::vector<KnownRun>(); }
-  Status StateShard(const Shard& /*shard*/) override { return {}; }
-  Status StateRetestPolicy(const RetestPolicy& /*policy*/) override { return {}; }
-  Result<Disposition> Dispose(const Disposition& disposition) override { return disposition; }
-  Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& added) override {
-    check = added;
-    return std::optional<StationCheck>();
+  Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) override {
+    return inner_->Run(sql, values);
   }
-  Result<std::string> LatestRun(const UnitRun& /*run*/) override {
-    if (decided) latest = NewRunId();
-    return latest;
+  Result<Table> Ask(std::string_view sql, std::span<const Value> values) override {
+    return inner_->Ask(sql, values);
   }
-  Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) override {
-    return decided ? std::optional(Standing{.run = "", .disposed_by = "R. Roe"}) : std::nullopt;
-  }
-  Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override {
-    return check && check->station == station ? check : std::nullopt;
-  }
-  Status AddDecisions(const Decisions& /*decisions*/) override { return {}; }
-  Result<Table> Query(const std::string& /*sql*/) override { return Table(); }
-  Status ForEachRun(const RunSelection& /*which*/,
-                    const std::function<Status(UnitRun)>& /*take*/) override {
-    return {};
-  }
+  Result<Table> AskAsGiven(const std::string& sql) override { return inner_->AskAsGiven(sql); }
 
   int failures = 0;
-  std::string latest;
-  bool decided = false;  ///< About every unit, while it was calibrated.
-  std::vector<UnitRun> runs;
-  std::optional<StationCheck> check;
+  std::function<void()> on_question;
+
+ private:
+  std::unique_ptr<Database> inner_;
 };
 
 class Engine : public ::testing::Test {
@@ -89,28 +80,46 @@ class Engine : public ::testing::Test {
     options_.plan.has_report = false;
     options_.plan.folder = folder_.Path("units");
     fs::create_directories(options_.plan.folder);
-    for (int i = 0; i < 3; ++i) {
-      LogOptions log{.rests = 12, .magnetometer = false};
-      log.seed = static_cast<std::uint64_t>(i + 1);
-      const std::string name = "u" + std::to_string(i) + ".csv";
-      units_.push_back({.log = folder_.Write(name, LogText(log))});
-    }
+    for (int i = 0; i < 3; ++i) AddLog(i);
+    auto database = OpenSqlite(url_, Access::kWrite);
+    ASSERT_TRUE(database) << database.error().message;
+    auto failing = std::make_unique<FailingDatabase>(std::move(*database));
+    database_ = failing.get();
+    auto store = Store::Open(std::move(failing));
+    ASSERT_TRUE(store) << store.error().message;
+    store_ = std::move(*store);
+  }
+  void AddLog(int i) {
+    LogOptions log{.rests = 12, .magnetometer = false};
+    log.seed = static_cast<std::uint64_t>(i + 1);
+    units_.push_back({.log = folder_.Write("u" + std::to_string(i) + ".csv", LogText(log))});
   }
   Result<FleetProgress> Run() {
     FleetListener listener;
     listener.on_note = [this](const std::string& note) { notes_.push_back(note); };
-    return RunFleet(units_, options_, store_, listener, [] { return false; });
+    return RunFleet(units_, options_, *store_, listener, [] { return false; });
+  }
+  /// What the store has been given, unit by unit.
+  std::vector<UnitRun> Runs() {
+    std::vector<UnitRun> runs;
+    EXPECT_TRUE(store_->ForEachRun({}, [&](UnitRun run) -> Status {
+      runs.push_back(std::move(run));
+      return {};
+    }));
+    return runs;
   }
 
   const TemporaryFolder folder_;
   FleetOptions options_;
   std::vector<UnitOrder> units_;
-  FailingStore store_;
+  const std::string url_ = folder_.Path("fleet.db");
+  std::unique_ptr<Store> store_;
+  FailingDatabase* database_ = nullptr;  ///< Of the store.
   std::vector<std::string> notes_;
 };
 
 TEST_F(Engine, EndsWithTheErrorOfItsStore) {
-  store_.failures = 1;
+  database_->failures = 1;
   const Result<FleetProgress> progress = Run();
   ASSERT_FALSE(progress);
   EXPECT_EQ(progress.error().code, ErrorCode::kStoreFailure);
@@ -118,11 +127,11 @@ TEST_F(Engine, EndsWithTheErrorOfItsStore) {
 
 TEST_F(Engine, WithPatienceTriesItsStoreAgainAndLosesNothing) {
   options_.is_patient = true;
-  store_.failures = 1;
+  database_->failures = 1;
   const Result<FleetProgress> progress = Run();
   ASSERT_TRUE(progress) << progress.error().message;
   EXPECT_EQ(progress->done, 3u);
-  EXPECT_THAT(store_.runs, SizeIs(3));
+  EXPECT_THAT(Runs(), SizeIs(3));
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("the store is away"), "the store works again"));
 }
 
@@ -139,10 +148,7 @@ TEST_F(Engine, HoldsUnitsForAsLongAsItIsTold) {
 
 // What a worker has lost stays with it alone: another goes on.
 TEST_F(Engine, RenewsAWorkerThatHasGrown) {
-  for (int i = 3; i < 11; ++i) {
-    fs::copy_file(units_[0].log, folder_.Path("u" + std::to_string(i) + ".csv"));
-    units_.push_back({.log = folder_.Path("u" + std::to_string(i) + ".csv")});
-  }
+  for (int i = 3; i < 11; ++i) AddLog(i);
   const std::string worker =
       folder_.Write("worker", "#!/bin/sh\necho >>'" + folder_.Path("starts") + "'\nexec \"$@\"\n");
   fs::permissions(worker, fs::perms::owner_all);
@@ -161,9 +167,9 @@ TEST_F(Engine, KeepsTheTagsOfALogThatCannotBeRead) {
   ASSERT_TRUE(plan) << plan.error().message;
   options_.plan.tags = plan->tags;
   ASSERT_TRUE(Run());
-  ASSERT_THAT(store_.runs, SizeIs(1));
-  EXPECT_EQ(store_.runs[0].verdict, Verdict::kNoResult);
-  EXPECT_EQ(store_.runs[0].tags, LotAndStation("L1", "S3"));
+  ASSERT_THAT(Runs(), SizeIs(1));
+  EXPECT_EQ(Runs()[0].verdict, Verdict::kNoResult);
+  EXPECT_EQ(Runs()[0].tags, LotAndStation("L1", "S3"));
 }
 
 TEST_F(Engine, SaysWhichLineDoesNotAgreeWithTheLog) {
@@ -173,10 +179,10 @@ TEST_F(Engine, SaysWhichLineDoesNotAgreeWithTheLog) {
                 "\"accel_y[m/s^2]\", z: \"accel_z[m/s^2]\", unit: m/s^2 }\n");
   units_ = {{.log = folder_.Path("recording.yaml"), .serial = "B8", .serial_from = "day.csv:3"}};
   ASSERT_TRUE(Run());
-  ASSERT_THAT(store_.runs, SizeIs(1));
-  EXPECT_EQ(store_.runs[0].code, "other-device");
-  EXPECT_EQ(store_.runs[0].serial, "B8");
-  EXPECT_EQ(store_.runs[0].message,
+  ASSERT_THAT(Runs(), SizeIs(1));
+  EXPECT_EQ(Runs()[0].code, "other-device");
+  EXPECT_EQ(Runs()[0].serial, "B8");
+  EXPECT_EQ(Runs()[0].message,
             "day.csv:3: states serial number `B8`, but " + folder_.Path("recording.yaml") +
                 " is of unit `B7`; correct the one that is wrong");
 }
@@ -192,16 +198,16 @@ TEST_F(Engine, RefusesARecordingThatStatesAnotherStation) {
   options_.plan.tags = LotAndStation("", "S1");
   options_.plan.overrides = {"run.station=\"S1\""};
   ASSERT_TRUE(Run());
-  ASSERT_THAT(store_.runs, SizeIs(1));
-  EXPECT_EQ(store_.runs[0].verdict, Verdict::kNoResult);
-  EXPECT_EQ(store_.runs[0].message,
+  ASSERT_THAT(Runs(), SizeIs(1));
+  EXPECT_EQ(Runs()[0].verdict, Verdict::kNoResult);
+  EXPECT_EQ(Runs()[0].message,
             folder_.Path("recording.yaml") +
                 ": states station `S2`, but the unit is to be of station `S1` (--tag, list or "
                 "experiment); correct the one that is wrong");
   options_.plan.tags.station = "S2";
   options_.plan.overrides = {"run.station=\"S2\""};
   ASSERT_TRUE(Run());
-  EXPECT_THAT(store_.runs[1].message, Not(HasSubstr("states station")));
+  EXPECT_THAT(Runs()[1].message, Not(HasSubstr("states station")));
 }
 
 TEST(DoneLogs, AreThoseWithTheSerialAndTagsThatAreStated) {
@@ -238,53 +244,71 @@ TEST_F(Engine, DoesNotBlameAUnitForADiskThatCannotBeWritten) {
   const Result<FleetProgress> progress = Run();
   ASSERT_FALSE(progress);
   EXPECT_EQ(progress.error().code, ErrorCode::kCannotWrite);
-  EXPECT_THAT(store_.runs, IsEmpty());
+  EXPECT_THAT(Runs(), IsEmpty());
 }
 
 TEST_F(Engine, GivesALaterNameWhereTheClockHasGoneBack) {
-  store_.latest = "29991231T235959.999999Z-ffffffff";
+  for (int i = 0; i < 3; ++i) {
+    UnitRun earlier;
+    earlier.id = "29991231T235959.99999" + std::to_string(i) + "Z-ffffffff";
+    earlier.serial = "u" + std::to_string(i);
+    ASSERT_TRUE(store_->Add(earlier));
+  }
   const Result<FleetProgress> progress = Run();
   ASSERT_TRUE(progress) << progress.error().message;
-  ASSERT_THAT(store_.runs, SizeIs(3));
-  for (const UnitRun& run : store_.runs) {
-    EXPECT_GT(run.id, store_.latest);
-    EXPECT_EQ(fs::path(run.folder).filename(), run.id);
-    EXPECT_TRUE(fs::exists(run.folder + "/calibration.yaml"));
+  const std::vector<UnitRun> runs = Runs();
+  ASSERT_THAT(runs, SizeIs(6));
+  for (std::size_t i = 1; i < runs.size(); i += 2) {
+    EXPECT_EQ(runs[i].serial, runs[i - 1].serial);
+    EXPECT_EQ(fs::path(runs[i].folder).filename(), runs[i].id);
+    EXPECT_TRUE(fs::exists(runs[i].folder + "/calibration.yaml"));
   }
 }
 
 TEST_F(Engine, NamesARunAfterWhatWasDecidedWithoutIt) {
-  store_.decided = true;
   units_.resize(1);
+  UnitRun earlier;
+  earlier.id = NewRunId();
+  earlier.serial = "u0";
+  ASSERT_TRUE(store_->Add(earlier));
+  const Disposition decision = {.id = "",
+                                .serial = "u0",
+                                .created = "2026-11-25T12:00:00Z",
+                                .who = "R. Roe",
+                                .why = "bent",
+                                .verdict = Verdict::kFail};
+  std::string decided;
+  int questions = 0;
+  database_->on_question = [&] {
+    if (++questions != 2) return;  // The first is asked before the unit is begun.
+    Disposition now = decision;
+    now.id = NewRunId();
+    decided = (*OpenStore(url_))->Dispose(now)->id;
+  };
   ASSERT_TRUE(Run());
-  ASSERT_THAT(store_.runs, SizeIs(1));
-  EXPECT_GT(store_.runs[0].id, store_.latest);
-  EXPECT_EQ(fs::path(store_.runs[0].folder).filename(), store_.runs[0].id);
+  const std::vector<UnitRun> runs = Runs();
+  ASSERT_THAT(runs, SizeIs(2));
+  EXPECT_GT(runs[1].id, decided);
+  EXPECT_EQ(fs::path(runs[1].folder).filename(), runs[1].id);
 }
 
 TEST_F(Engine, SaysWhichRunLiftsADecision) {
-  const Result<std::unique_ptr<Store>> store = OpenStore(folder_.Path("fleet.db"));
-  FleetListener listener;
-  listener.on_note = [this](const std::string& note) { notes_.push_back(note); };
   units_.resize(1);
-  const auto run = [&] {
-    ASSERT_TRUE(RunFleet(units_, options_, **store, listener, [] { return false; }));
-  };
-  run();
-  ASSERT_TRUE((*store)->Dispose({.id = NewRunId(),
-                                 .serial = "u0",
-                                 .created = "2026-11-25T12:00:00Z",
-                                 .who = "R. Roe",
-                                 .why = "bent",
-                                 .verdict = Verdict::kFail}));
-  run();
+  ASSERT_TRUE(Run());
+  ASSERT_TRUE(store_->Dispose({.id = NewRunId(),
+                               .serial = "u0",
+                               .created = "2026-11-25T12:00:00Z",
+                               .who = "R. Roe",
+                               .why = "bent",
+                               .verdict = Verdict::kFail}));
+  ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, IsEmpty());
   fs::create_directories(folder_.Path("again"));
   units_[0] = {.log = folder_.Write("again/u0.csv",
                                     LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
   // Measured later than the first, not in the same second.
   fs::last_write_time(units_[0].log, fs::file_time_type::clock::now() + std::chrono::seconds(2));
-  run();
+  ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
 }
 
@@ -381,6 +405,7 @@ std::string TimeBefore(double seconds) {
 
 StationCheck CheckBefore(double seconds, bool agrees) {
   StationCheck check;
+  check.id = NewRunId();
   check.station = "S3";
   check.created = TimeBefore(seconds);
   check.agrees = agrees;
@@ -388,23 +413,29 @@ StationCheck CheckBefore(double seconds, bool agrees) {
 }
 
 TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
-  FailingStore store;
+  const TemporaryFolder folder;
+  const Result<std::unique_ptr<Store>> store = OpenStore(folder.Path("fleet.db"));
+  ASSERT_TRUE(store);
   const auto why = [&] {
-    const Result<std::optional<std::string>> hold = GoldenHold(store, "S3", 3600.0);
+    const Result<std::optional<std::string>> hold = GoldenHold(**store, "S3", 3600.0);
     EXPECT_TRUE(hold);
     return hold->value_or("");
   };
+  const auto check = [&](double seconds, bool agrees) {
+    ASSERT_TRUE((*store)->AddStationCheck(CheckBefore(seconds, agrees)));
+  };
+  StationCheck other = CheckBefore(10.0, true);
+  other.station = "S4";
+  ASSERT_TRUE((*store)->AddStationCheck(other));
   EXPECT_THAT(why(), HasSubstr("no check of its golden unit"));
-  store.check = CheckBefore(10.0, true);
+  check(10.0, true);
   EXPECT_EQ(why(), "");
-  store.check = CheckBefore(3700.0, true);
+  check(3700.0, true);
   EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
-  store.check = CheckBefore(10.0, false);
+  check(10.0, false);
   EXPECT_THAT(why(), HasSubstr("did not agree"));
-  store.check = CheckBefore(-7200.0, true);
+  check(-7200.0, true);
   EXPECT_THAT(why(), HasSubstr("which is 2.0 h from now"));
-  store.check->station = "S4";
-  EXPECT_THAT(why(), HasSubstr("no check"));
 }
 
 TEST(PlanWork, KnowsTheStationOfTheTagsOrTheExperiment) {

@@ -13,8 +13,8 @@
 
 #include "base/companion.h"
 #include "base/utf8.h"
+#include "fleet/database.h"
 #include "fleet/postgres_module.h"
-#include "fleet/sql_store.h"
 #include "fleet/store.h"
 
 namespace truetriad::fleet {
@@ -224,7 +224,8 @@ class PostgresDatabase : public Database {
         Ask("SELECT 1 FROM pg_class WHERE relname = 'fact' AND pg_table_is_visible(oid)", {}));
     if (fact.rows.empty()) return false;
     const Value name[] = {kStoreFact};
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, Ask(kFactsOf, name));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table facts,
+                               Ask("SELECT value FROM fact WHERE name = $1", name));
     if (!facts.rows.empty()) return true;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
@@ -246,8 +247,6 @@ class PostgresDatabase : public Database {
                    {name_},
                    failure->message + ", but not from `fleet run`; name another database");
     }
-    const Value store[] = {kStoreFact, NewRunId()};
-    TRUETRIAD_RETURN_IF_ERROR(Run(InsertStatement("fact", 2, 1), store));
     return {};
   }
 
@@ -271,19 +270,19 @@ double StatedPatience() {
 
 }  // namespace
 
-Result<std::unique_ptr<Store>> OpenPostgres(const std::string& url, Access access) {
+Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access) {
   TRUETRIAD_ASSIGN_OR_RETURN(const PostgresModule* const module, LoadedPostgresModule());
   return OpenPostgres(*module, url, access, StatedPatience());
 }
 
-Result<std::unique_ptr<Store>> OpenPostgres(const PostgresModule& module,
-                                            const std::string& url,
-                                            Access access,
-                                            double patience_s) {
+Result<std::unique_ptr<Database>> OpenPostgres(const PostgresModule& module,
+                                               const std::string& url,
+                                               Access access,
+                                               double patience_s) {
   auto database = std::make_unique<PostgresDatabase>(
       module, PostgresOptions(url).value_or(""), ShownPostgres(url));
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));
-  return SqlStore::Open(std::move(database));
+  return std::unique_ptr<Database>(std::move(database));
 }
 
 Result<const PostgresModule*> LoadedPostgresModule() {
