@@ -109,11 +109,11 @@ const close = async (page) => {
   await page.context().close();
 };
 
-// Acts again, each time after twice as long, until it is so: one event may be lost, as while a page draws its first
-// picture.
+// Acts again, each time after twice as long but at most 5 s, until it is so: one event may be lost, as while a page
+// draws its first picture.
 const until = async (isSo, what, act = () => {}) => {
   const end = Date.now() + kLimitMs;
-  for (let pause = 100; ; pause *= 2) {
+  for (let pause = 100; ; pause = Math.min(2 * pause, 5e3)) {
     await act();
     for (const next = Date.now() + pause; Date.now() < next; await sleep(50)) {
       if (await isSo()) return;

@@ -5,7 +5,7 @@ const assert = require('node:assert/strict');
 const fs = require('node:fs');
 const path = require('node:path');
 const { pathToFileURL } = require('node:url');
-const { axeFindings, close, comes, open, serve, withBrowser } = require('../browser/browser.js');
+const { axeFindings, close, comes, open, serve, until, withBrowser } = require('../browser/browser.js');
 const { makePage } = require('./make_page.js');
 
 const kUnits = 600;
@@ -27,6 +27,13 @@ const isDrawn = (page, of) => comes(`${of} is drawn`, () => page.locator(of).eva
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
   return data.some((value) => value !== 0);
 })), true);
+// Clicks until it is so: a click is lost where a row is drawn anew under it.
+const clicked = (of, what, isSo) => until(() => isSo().catch(() => false), what, () => of.click({ timeout: 5e3 }).catch(() => {}));
+const dialogs = (page) => page.locator('dialog[open]').count();
+const opens = (page, of) => clicked(of, 'a unit is open', async () => (await page.locator('dialog[open] h3').count()) > 0);
+const resets = (page) => clicked(page.locator('#reset'), 'all units are shown', async () => (await hits(page)) === kUnits);
+const sortsBy = (page, column, order) => clicked(page.locator(`#units th >> text=${column}`), `${column} is ${order}`,
+  async () => (await page.getAttribute(`#units th:has-text("${column}")`, 'aria-sort')) === order);
 const isOpen = (page) => comes('a unit is open', () => page.locator('dialog[open] h3').count(), (count) => count > 0);
 
 const tests = {
@@ -38,13 +45,10 @@ const tests = {
   },
 
   'sorts by a column, and back': async (page) => {
-    await page.click('#units th >> text=Runs');
-    await attributeIs(page, '#units th:has-text("Runs")', 'aria-sort', 'ascending');
-    await page.click('#units th >> text=Runs');
-    await attributeIs(page, '#units th:has-text("Runs")', 'aria-sort', 'descending');
+    await sortsBy(page, 'Runs', 'ascending');
+    await sortsBy(page, 'Runs', 'descending');
     await showsFirst(page, kStrange); // Three runs.
-    await page.click('#units th >> text=Serial number');
-    await attributeIs(page, '#units th:has-text("Serial number")', 'aria-sort', 'ascending');
+    await sortsBy(page, 'Serial number', 'ascending');
   },
 
   'searches serial numbers, reasons and tags': async (page) => {
@@ -55,8 +59,7 @@ const tests = {
     await page.fill('#search', 'no such unit');
     await shows(page, 0);
     await comes('rows', () => rows(page).count(), 0);
-    await page.click('#reset');
-    await shows(page, kUnits);
+    await resets(page);
   },
 
   'filters by verdict, station and reason, and keeps that in its address': async (page) => {
@@ -67,12 +70,10 @@ const tests = {
     await page.reload();
     await shows(page, ofStation);
     await valueIs(page, '[data-tag=station]', 'S2');
-    await page.click('#reset');
-    await shows(page, kUnits);
-    await page.locator('#reasons button').first().click();
-    await textIs(page, '#hits', /with limit:accelerometer/);
-    await page.click('#reset');
-    await shows(page, kUnits);
+    await resets(page);
+    await clicked(page.locator('#reasons button').first(), 'units with a reason are shown',
+      async () => /with limit:accelerometer/.test(await page.textContent('#hits')));
+    await resets(page);
   },
 
   'scrolls to the last unit': async (page) => {
@@ -111,16 +112,14 @@ const tests = {
 
   'shows the history of a unit, whatever its serial number': async (page) => {
     await page.fill('#search', 'alert(1)');
-    await page.click(`#units a >> text="${kStrange}"`);
-    await isOpen(page);
+    await opens(page, page.locator(`#units a >> text="${kStrange}"`));
     await textIs(page, '#unit-title', kStrange);
     for (const words of ['Its 3 runs', 'Parameters', 'accelerometer.bias.x', 'Judged by']) await textIs(page, '#unit-content', (text) => text.includes(words));
     await isDrawn(page, 'dialog canvas');
     const reports = page.locator('#unit-content a:has-text("report")');
     await comes('reports', () => reports.count(), 3);
     await comes('where the first is', () => reports.first().getAttribute('href'), Boolean);
-    await page.click('#unit-close');
-    await comes('dialogs open', () => page.locator('dialog[open]').count(), 0);
+    await clicked(page.locator('#unit-close'), 'no unit is open', async () => (await dialogs(page)) === 0);
     await page.fill('#search', '');
     await shows(page, kUnits);
   },
@@ -135,7 +134,7 @@ const looksRight = async (browser, url, base, axe) => {
       await page.addScriptTag({ path: axe });
       for (const hasUnit of [false, true]) {
         if (hasUnit) {
-          await page.locator('#units tbody a', { hasText: kStrange }).click(); // Three runs.
+          await opens(page, page.locator('#units tbody a', { hasText: kStrange })); // Three runs.
           await isDrawn(page, 'dialog[open] canvas');
         }
         await comes(`${width} px: scrolls sideways by`, () => page.evaluate(() => [document.documentElement, document.querySelector('dialog')].map((of) => of.scrollWidth - of.clientWidth)),
@@ -172,19 +171,17 @@ const prints = async (browser, url, base) => {
 
 const lotsAreChosen = async (browser, url, base) => {
   const page = await open(browser, url, base);
-  await page.click('a:text-is("L03")');
-  await shows(page, 50);
+  await clicked(page.locator('a:text-is("L03")'), 'the units of a lot are shown', async () => (await hits(page)) === 50);
   await valueIs(page, '[data-tag=lot]', 'L03');
-  await page.locator('#units tbody a').first().click();
-  await isOpen(page);
+  await opens(page, page.locator('#units tbody a').first());
   await close(page);
 };
 
 // A unit's own report, which shares its style with the others.
 const reportsAreLinked = async (browser, url, base) => {
   const page = await open(browser, `${url}#unit=${encodeURIComponent(kStrange)}`, base);
-  await page.locator('#unit-content a:has-text("report")').first().click();
-  await textIs(page, 'h1', /^Calibration of <script>/);
+  await clicked(page.locator('#unit-content a:has-text("report")').first(), 'the report is open',
+    async () => /^Calibration of <script>/.test(await page.textContent('h1')));
   await comes('the shared style', () => page.evaluate(() => getComputedStyle(document.querySelector('main')).borderRadius), '6px');
   await comes('buttons', () => page.locator('button', { hasText: 'Copy C and b' }).count(), (count) => count > 0);
   await close(page);
