@@ -395,10 +395,7 @@ std::vector<FaultColumn> FaultScene::ColumnsOf(Triad triad, FaultForm form) cons
     }
     unknowns = at_turn.cols();
   }
-  const bool is_empty = std::all_of(columns.begin(), columns.end(), [](const FaultColumn& column) {
-    return column.blocks.empty();
-  });
-  if (is_empty) return {};
+  if (unknowns == 0) return {};
   for (FaultColumn& column : columns) column.unknowns = unknowns;
   return columns;
 }

@@ -74,7 +74,8 @@ class FaultScene {
   double largest(Triad triad) const { return largest_[triad]; }
 
   // The column of each stretch: their sum is that of the whole run. A turn belongs half to the
-  // stretch that it begins in and half to that where it ends. Empty: nothing has this form here.
+  // stretch that it begins in and half to that where it ends. Empty: no pose and no turn can have
+  // this form; a solution that fills it with nothing has columns without blocks.
   std::vector<FaultColumn> ColumnsOf(Triad triad, FaultForm form) const;
 
   // In the order of the increments; a turn that the operator states has no steps.

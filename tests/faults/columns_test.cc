@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "faults/fault_system.h"
+#include "faults/fault_test.h"
 #include "faults/fault_trials.h"
+#include "faults/scan.h"
 #include "faults/scene.h"
 #include "truetriad/math/rotation.h"
 
@@ -174,6 +177,20 @@ TEST(FaultColumns, OfPosesAreDifferencesOfWhatIsPredicted) {
     }
     row += node.row_count();
   }
+}
+
+// Of poses that do not move none has play; the next solution may move some again.
+TEST(FaultColumns, WithoutBlocksShowNothing) {
+  Random random(3);
+  auto trial = trials::MakeFaultTrial({.has_gyroscope = false}, &random);
+  SettledModel settled = trials::Settled(trial);
+  for (PoseNode& node : settled.graph.nodes) node.state = settled.graph.nodes.front().state;
+  const FaultScene scene(settled.graph);
+  ScannedForm form(scene.ColumnsOf(Triad::kAccelerometer, FaultForm::kPlay), true);
+  form.Project(FaultSystem(settled.graph, settled.noise.estimated));
+  const ColumnSums sums = form.SumsOf(WeightsOf(FaultShape::kThroughout, {0, 0}, scene));
+  EXPECT_EQ(SeenDirections(sums).cols(), 0);
+  EXPECT_EQ(sums.squares.size(), 3);
 }
 
 }  // namespace columns_test
