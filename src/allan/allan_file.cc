@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "allan/allan_file.h"
 
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <string_view>
 #include <vector>
 

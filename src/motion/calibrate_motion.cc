@@ -35,11 +35,11 @@ constexpr int kMaxRounds = 20;
 constexpr int kMaxIterations = 500;
 // A density that changes less than this moves σ by half of it.
 constexpr double kSettledNoise = 0.02;
+// A clock that changes by less of its σ has settled.
+constexpr double kSettledClock = 0.1;
 // χ² of a step that is short: one of Gauss and Newton then is all that is left to go. With some
 // twenty unknowns a σ each.
 constexpr double kNearChi2 = 20.0;
-// Likewise a clock, in its σ.
-constexpr double kSettledClock = 0.1;
 // Of the duration: a clock further off than this belongs to another recording.
 constexpr double kMostClockError = 0.01;
 // A clock is said to be ahead from this many σ on.

@@ -17,9 +17,9 @@ struct MotionNoiseState {
   // Long-run over white variance of the residuals: 1 unless they hang together.
   PerTriad<double> correlation{{1.0, 1.0, 1.0}};
   // A hand's accelerations show. A chain as stiff as the gyroscope is good would take their slow
-  // part for the accelerometer's attitude in the body: it is left to the attitudes, by a gyroscope
-  // whose residuals are taken as they hang together (40 units tumbled by hand: half the
-  // error of the angles between the sensors).
+  // part for the accelerometer's attitude in the body. The gyroscope's noise then counts by how its
+  // residuals are correlated, so that the attitudes take that part up (40 units tumbled by hand:
+  // half the error of the angles between the sensors).
   bool is_carried = false;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/motion_start.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,7 +9,6 @@
 #include "problem/lay_out.h"
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
-#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {

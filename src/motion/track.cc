@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "data/gyroscope_faults.h"
 #include "data/readings_at.h"
 #include "data/time_stamps.h"
-#include "math/distributions.h"
 #include "model/mechanisms.h"
 #include "truetriad/math/rotation.h"
 

@@ -9,15 +9,12 @@
 
 #include <Eigen/LU>
 
-#include "base/messages.h"
 #include "base/sensor_line.h"
 #include "init/ellipsoid_fit.h"
 #include "init/fixture_fit.h"
 #include "init/frame_alignment.h"
 #include "init/gyro_start.h"
 #include "init/six_position.h"
-#include "math/dense/eigenvalues.h"
-#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
 #include "problem/known_motion_rows.h"

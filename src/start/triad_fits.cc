@@ -9,7 +9,6 @@
 #include <Eigen/LU>
 
 #include "init/ellipsoid_fit.h"
-#include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"

@@ -234,12 +234,11 @@ void RecordingSearch::FindUnsettledTurns() {
 RecordingFaults FindRecordingFaults(const PoseSet& poses,
                                     const PerTriad<Eigen::Vector3d>& sigma_raw,
                                     const PoseGraph& graph,
-                                    const ReducedSystem& system,
-                                    bool has_lost_rows) {
+                                    const ReducedSystem& system) {
   RecordingSearch search(poses, graph, system);
   search.FindRounding();
   search.FindOneSided();
-  if (!has_lost_rows) search.FindLostRows(sigma_raw);
+  search.FindLostRows(sigma_raw);
   search.FindUnsettledTurns();
   return std::move(search).faults();
 }

@@ -25,7 +25,7 @@ struct RecordingFaults {
 //
 //   readings that are off to one side (StreamSummary);
 //   a gyroscope that rests on one step, so that its bias is known to a step only;
-//   rows that were lost (lost_rows.h), unless the turns have shown them already (`has_lost_rows`);
+//   rows that were lost (lost_rows.h): every n-th one, too, of which turns show no scatter;
 //   turns that go on into the rests: what the gyroscope reads in the first quarter of a rest,
 //     beyond its middle half, about the axis of the turn before, and in the last quarter about that
 //     of the next. By the mean angle of it all turns are too short, however large they are.
@@ -35,7 +35,6 @@ struct RecordingFaults {
 RecordingFaults FindRecordingFaults(const PoseSet& poses,
                                     const PerTriad<Eigen::Vector3d>& sigma_raw,
                                     const PoseGraph& graph,
-                                    const ReducedSystem& system,
-                                    bool has_lost_rows);
+                                    const ReducedSystem& system);
 
 }  // namespace truetriad

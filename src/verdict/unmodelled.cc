@@ -93,8 +93,7 @@ void FindBeyondFaults(const PoseSet& poses,
                       const std::vector<TemperatureSetting>& settings,
                       Unmodelled* found) {
   found->drift = FindDriftCovariance(graph, system, settings);
-  found->of_recording =
-      FindRecordingFaults(poses, sigma_raw, graph, system, found->faults.lost_rows.has_value());
+  found->of_recording = FindRecordingFaults(poses, sigma_raw, graph, system);
   found->by_clocks = Eigen::MatrixXd::Zero(system.size(), system.size());
   const auto widen = [&](const ClockOffset& clock, Mechanism mechanism) {
     const Eigen::VectorXd moved = MovedByClock(clock, graph, system);

@@ -236,8 +236,8 @@ struct SweepWindow {
 struct LeftOutTest {
   Triad triad = Triad::kAccelerometer;
   std::string term;       ///< "quadratic", "bias drift".
-  double p_value = 1.0;   ///< Of the score test, beside those that show.
-  bool is_shown = false;  ///< σ allow for it.
+  double p_value = 1.0;   ///< Of the test, beside those that show.
+  bool is_shown = false;  ///< It is corrected, or σ allow for it.
   /// By how many of its σ some parameter is off at most for each σ by which the term does not show;
   /// unset where the readings tell nothing of some of it.
   std::optional<double> kappa;

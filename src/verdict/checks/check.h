@@ -51,7 +51,7 @@ inline constexpr double kMuchTemperatureDegc = 10.0;
 // asked.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
-// Whether the solution can be used, in this order. fit.cc
+// Whether the solution can be used, in the order of kUsability (verdict.cc). fit.cc
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
