@@ -457,7 +457,9 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
 /// others falls away.
 void KeepSensors(YamlReader sensors, Experiment* experiment) {
   for (const Triad triad : kTriads) {
-    if (!sensors.Child(TriadName(triad))) LeaveOut(triad, &experiment->options);
+    if (sensors.Child(TriadName(triad))) continue;
+    experiment->options.triads[triad] = TriadOptions();
+    LeaveOut(triad, &experiment->options);
   }
 }
 

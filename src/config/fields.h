@@ -101,7 +101,10 @@ class FieldReader {
     if (holds || !(key.empty() ? map_.IsMap() : Has(key))) return;
     (key.empty() ? map_ : YamlReader(map_.Child(key))).Fail(problem);
   }
-  void Require(std::string_view key) { map_.RequireChild(key); }
+  /// What is no map has its own error.
+  void Require(std::string_view key) {
+    if (map_.IsMap()) map_.RequireChild(key);
+  }
 
   // What a list of fields asks about the key itself. A writer asks the value, which is the second
   // argument.
@@ -128,7 +131,7 @@ class FieldReader {
     return map_.Child(key);
   }
 
-  /// The fields `of` all of the map, and no others.
+  /// Reads the fields that `of` lists; any other key is an error.
   template <typename Of>
   static void ReadMap(YamlReader map, const Of& of, const MapForm& form = {}) {
     for (const MapWord& word : form.words) {

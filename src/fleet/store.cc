@@ -329,6 +329,13 @@ Status Store::StateRetestPolicy(const RetestPolicy& policy) {
     return Error(ErrorCode::kInvalidArgument,
                  "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
   }
+  const bool has_begun = lines_ && lines_->HasBegun();
+  if (has_begun && lines_->header().policy.value_or(RetestPolicy()) != policy) {
+    return Error(ErrorCode::kConflictingArguments,
+                 database_->name() + ": has begun with another retest policy than `" +
+                     PolicyText(policy) +
+                     "`, or without one; state the same, or take another file");
+  }
   std::vector<std::pair<std::string_view, std::string>> stated = {
       {kCountsFact, std::string(RetestCountsName(policy.counts))}};
   if (policy.most) stated.emplace_back(kMostFact, std::to_string(*policy.most));
@@ -414,6 +421,7 @@ Result<std::vector<RunFolder>> Store::FoldersOfUnit(const std::string& serial) {
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
+  if (lines_) return NoQuestions(database_->name());
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
   Disposition added = disposition;
   const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
@@ -441,6 +449,7 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
 }
 
 Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& check) {
+  if (lines_) return NoQuestions(database_->name());
   StationCheck added = check;
   std::optional<StationCheck> first;
   const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
@@ -461,6 +470,7 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
 }
 
 Result<Decisions> Store::ReadDecisions() {
+  if (lines_) return NoQuestions(database_->name());
   const std::string dispositions =
       "SELECT " + ColumnsOf<Disposition>("disposition") +
       ", serial FROM disposition JOIN run ON run.run = disposition.run ORDER BY disposition";
@@ -476,6 +486,7 @@ Result<Decisions> Store::ReadDecisions() {
 }
 
 Status Store::AddDecisions(const Decisions& decisions) {
+  if (lines_) return NoQuestions(database_->name());
   return database_->Transact(Access::kWrite, [&]() -> Status {
     for (const Disposition& disposition : decisions.dispositions) {
       TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(disposition)));

@@ -184,7 +184,7 @@ class Store {
   static Result<std::unique_ptr<Store>> OpenLines(const std::string& path);
   ~Store();
 
-  /// On the disk when it returns. A run that is there already is not added again.
+  /// On the disk when it returns. A run that is there already is not added to a database again.
   Status Add(const UnitRun& run) { return AddAll({&run, 1}); }
   /// The same of several at once, which is faster.
   Status AddAll(std::span<const UnitRun> runs);

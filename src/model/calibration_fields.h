@@ -16,8 +16,7 @@
 
 namespace truetriad {
 
-// The fields of what calibration.yaml holds beside a Quality (tree/fields.h), and what no
-// calibration writes.
+// Lists the fields of what calibration.yaml holds beside a Quality (tree/fields.h).
 
 template <typename Derived>
 std::string_view WrongSigma(const Eigen::MatrixBase<Derived>& sigma) {

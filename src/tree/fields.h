@@ -18,13 +18,20 @@ namespace truetriad {
 //
 // A visitor offers
 //
-//   visit(key, field, style)              a field that is always there; of a std::optional: if set
-//   visit.If(stated, key, field, style)   one that is stated only if so, and may be missing when
-//   read visit.OrNull(key, optional, style)    null where it is unset visit.Group(key, style,
-//   fields)       a map of some of the fields: fields(visit) visit.Named(stated, key, list) a map
-//   of what a list has, by the `name` of each visit.Comment(text)                   for who reads
-//   the file visit.Check(key, wrong)               wrong() says what is wrong with what was read,
-//   or nothing
+//   visit(key, field, style)
+//     states a field that is always there; one of a std::optional where it is set.
+//   visit.If(stated, key, field, style)
+//     states a field only if `stated`; it may be missing when it is read.
+//   visit.OrNull(key, optional, style)
+//     states null where the optional is unset.
+//   visit.Group(key, style, fields)
+//     puts some of the fields into a map of their own: it calls fields(visit).
+//   visit.Named(stated, key, list)
+//     states a map of what a list has, by the `name` of each.
+//   visit.Comment(text)
+//     tells something to who reads the file.
+//   visit.Check(key, wrong)
+//     asks wrong() what is wrong with what was read; it says nothing where all is well.
 //
 // The first three say whether the field was there. V::kReads: the visitor fills in.
 
