@@ -329,12 +329,11 @@ Status Store::StateRetestPolicy(const RetestPolicy& policy) {
     return Error(ErrorCode::kInvalidArgument,
                  "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
   }
-  const bool has_begun = lines_ && lines_->HasBegun();
-  if (has_begun && lines_->header().policy.value_or(RetestPolicy()) != policy) {
+  const bool has_none = lines_ && lines_->HasBegun() && !lines_->header().policy;
+  if (has_none && policy != RetestPolicy()) {
     return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": has begun with another retest policy than `" +
-                     PolicyText(policy) +
-                     "`, or without one; state the same, or take another file");
+                 database_->name() + ": has begun without a retest policy, by which `" +
+                     PolicyText(RetestPolicy()) + "` counts; state none, or take another file");
   }
   std::vector<std::pair<std::string_view, std::string>> stated = {
       {kCountsFact, std::string(RetestCountsName(policy.counts))}};

@@ -244,6 +244,14 @@ TEST_F(JsonLines, KeepTheRetestPolicyThatWasStatedFirst) {
               HasSubstr("`best, 2 more`, not by `last`"));
 }
 
+TEST_F(JsonLines, TakeNoRetestPolicyOnceTheyHaveBegunWithoutOne) {
+  Write({"1"});
+  const std::unique_ptr<Store> store = Opened();
+  EXPECT_TRUE(store->StateRetestPolicy({}));
+  EXPECT_THAT(store->StateRetestPolicy({RetestCounts::kBest, 2}).error().message,
+              HasSubstr("has begun without a retest policy"));
+}
+
 TEST_F(JsonLines, AnswerNoQuestions) {
   Write({"1"});
   const std::unique_ptr<Store> store = Opened();
@@ -252,6 +260,9 @@ TEST_F(JsonLines, AnswerNoQuestions) {
   EXPECT_THAT(answer.error().message, HasSubstr("truetriad fleet collect " + path_));
   EXPECT_FALSE(store->ForEachRun({}, [](const UnitRun&) { return Status(); }));
   EXPECT_FALSE(store->LastStationCheck("S1"));
+  EXPECT_FALSE(store->AddStationCheck({}));
+  EXPECT_FALSE(store->AddDecisions({}));
+  EXPECT_FALSE(store->ReadDecisions());
   EXPECT_THAT(OpenStoreToRead(path_).error().message, HasSubstr("truetriad fleet collect"));
 }
 
