@@ -180,7 +180,7 @@ Status WriteUnits(const Scenario& scenario,
   std::optional<Error> failure;
   std::vector<std::jthread> workers;
   const auto work = [&](std::atomic<double>* share) {
-    for (int index = next++; index < scenario.count; index = next++) {
+    for (int index = next++; index < scenario.count && !IsInterrupted(); index = next++) {
       const std::string serial = DrawUnit(scenario, index).serial;
       const Status status = WriteUnit(
           scenario, index, scenario.count > 1 ? folder / serial : folder, [share](double value) {
@@ -202,8 +202,11 @@ Status WriteUnits(const Scenario& scenario,
   while (running > 0) {
     ended.wait_for(lock, std::chrono::milliseconds(100));
     if (IsInterrupted()) {
-      std::error_code ignored;
-      fs::remove_all(folder, ignored);
+      // Threads that write meanwhile may fill a folder that is being removed.
+      std::error_code error;
+      do {
+        fs::remove_all(folder, error);
+      } while (error == std::errc::directory_not_empty);
       EndAsInterrupted();
     }
     const double parts = std::accumulate(shares.begin(), shares.end(), 0.0);
@@ -320,11 +323,12 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  // Before the first file is there: whatever has been begun is removed.
+  NoteInterruptions();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Staging> staging, Staging::Create(FLAGS_output));
   TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_jobs > 0 ? FLAGS_jobs : cores);
-  NoteInterruptions();
   ProgressLine progress("simulating " + scenario.serial);
   TRUETRIAD_RETURN_IF_ERROR(WriteUnits(scenario, staging->path(), threads, progress.callback()));
   TRUETRIAD_RETURN_IF_ERROR(MoveInto(staging->path(), FLAGS_output));
