@@ -66,7 +66,8 @@ TEST_F(GyroscopeRecordings, XsensFollowsGravityAndSaysSo) {
   EXPECT_NE(fault->text.find("gyroscope: bias by specific force"), std::string::npos);
   EXPECT_NEAR(AngleDeg(without), AngleDeg(with), 0.01);
   // Per axis across gravity, as the known answer leaves 0.36 deg over the rests that its source
-  // lists. No matrix, bias and g-sensitivity leave an angle below 0.108 deg (docs/accuracy.md).
+  // lists. No matrix, bias and g-sensitivity leave an angle below 0.108 deg
+  // (docs/tables/accuracy.md).
   EXPECT_LE(AngleDeg(with) / std::numbers::sqrt2, 0.10);
   EXPECT_LE(AngleDeg(without) / std::numbers::sqrt2, 0.36);
 }

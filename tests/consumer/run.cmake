@@ -47,7 +47,8 @@ foreach(file ${texts})
 endforeach()
 
 # The docs are about the installed program, and their links lead somewhere.
-file(GLOB pages ${prefix}/share/doc/truetriad/*.md ${prefix}/share/doc/truetriad/docs/*.md)
+file(GLOB pages ${prefix}/share/doc/truetriad/*.md ${prefix}/share/doc/truetriad/docs/*.md
+  ${prefix}/share/doc/truetriad/docs/tables/*.md)
 foreach(page ${pages} ${prefix}/share/man/man1/truetriad.1)
   file(READ ${page} text)
   if(text MATCHES "build/truetriad|[ =](configs|datasets)/[a-z]")

@@ -17,15 +17,10 @@ from pathlib import Path
 # Not run: what stands for something else, and what the page shows for another reason.
 PLACEHOLDERS = re.compile(r"\b(LOG|DIR|FILE|NAME|EXPERIMENT|SCENARIO|PROGRAM|CSV|FOLDER)\b|…|\[-|=mine\.yaml")
 SKIPPED = {
-    "out/archive": "500 units, half an hour",
     "out/golden/calibration.yaml out/today/recording.yaml --repeatability=gyroscope.bias=2e-4 --store":
         "of another page's recordings",
     "--require-golden": "of another page's recordings",
     "--from=dataflash": "the log is not shipped",
-}
-# Not 0, as the page says.
-EXIT_CODES = {
-    "inspect --input=out/foreign/recording.yaml": 3,
 }
 
 
@@ -81,7 +76,6 @@ def main():
                     print(f"{where}: not run ({why}): {command.splitlines()[0]}")
                     skipped += 1
                     continue
-                code = next((c for part, c in EXIT_CODES.items() if part in command), 0)
                 begin = time.monotonic()
                 done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, text=True,
                                       capture_output=True)
@@ -89,9 +83,9 @@ def main():
                 seconds = time.monotonic() - begin
                 if seconds > 5:
                     print(f"{where}: {seconds:.0f} s")
-                if done.returncode != code:
+                if done.returncode != 0:
                     failures.append(where)
-                    print(f"{where}: exit code {done.returncode} instead of {code}: {command}\n"
+                    print(f"{where}: exit code {done.returncode}: {command}\n"
                           f"{done.stdout[:1500]}{done.stderr[-1500:]}")
     print(f"{ran} commands, {skipped} not run, {len(failures)} failed: {' '.join(failures)}")
     return 1 if failures or ran < 60 and len(sys.argv) == 1 else 0

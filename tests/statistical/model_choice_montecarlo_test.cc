@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How often `model: auto` chooses what a unit is like, and whether the likelihood ratio's p is the
-// probability that it says. Prints the rows of a table in docs/accuracy.md.
+// probability that it says. Prints the rows of a table in docs/tables/accuracy.md.
 
 #include <algorithm>
 #include <cstdio>
@@ -118,7 +118,7 @@ class ModelChoice : public ::testing::TestWithParam<Case> {};
 
 TEST_P(ModelChoice, IsWhatTheUnitIsLike) {
   const Case& tested = GetParam();
-  // A thousand leave a KS p of 0.0004 to chance: docs/accuracy.md.
+  // A thousand leave a KS p of 0.0004 to chance: docs/tables/accuracy.md.
   const int runs = IsNightly() ? 5000 : 100;
   int right = 0;
   int below_level = 0;

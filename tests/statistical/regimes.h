@@ -30,7 +30,7 @@ struct Trial {
   bool states_covariances = true;
 };
 
-// A working regime: one row of the table in docs/accuracy.md.
+// A working regime: one row of the table in docs/tables/accuracy.md.
 struct Regime {
   const char* name;  // a word for the test
   const char* row;   // what the table says

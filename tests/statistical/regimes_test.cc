@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every working regime against known truth: efficiency (RMSE over the Cramér-Rao bound, pooled and
-// of each parameter) and consistency (NEES). Prints the rows of a table in docs/accuracy.md.
+// of each parameter) and consistency (NEES). Prints the rows of a table in docs/tables/accuracy.md.
 
 #include "statistical/regimes.h"
 

@@ -72,7 +72,7 @@ def main():
   if failed:
     return 1
   if arguments.write:
-    for page in sorted(ROOT.glob('docs/*.md')):
+    for page in sorted(ROOT.glob('docs/**/*.md')):
       text = page.read_text(encoding='utf-8')
       if (new := with_rows(text, rows)) != text:
         page.write_text(new, encoding='utf-8')

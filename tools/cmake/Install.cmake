@@ -25,7 +25,8 @@ foreach(package IN ITEMS libceres-dev libeigen3-dev libgoogle-glog-dev libgflags
   endif()
 endforeach()
 install(CODE "include(${CMAKE_CURRENT_LIST_DIR}/InstalledTexts.cmake)
-  rewrite_installed_texts(${share} ${doc}/*.md ${doc}/docs/*.md ${CMAKE_INSTALL_MANDIR}/man1/truetriad.1)"
+  rewrite_installed_texts(${share} ${doc}/*.md ${doc}/docs/*.md
+    ${doc}/docs/tables/*.md ${CMAKE_INSTALL_MANDIR}/man1/truetriad.1)"
   COMPONENT program)
 
 # --- python
