@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "formats/convention.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/export.h"
@@ -53,15 +53,11 @@ struct WriteRequest {
   const Calibration* stated;         // as it was: in the units and gauge of its covariance
 };
 
-// What a consumer makes of a reading, in its units and its arithmetic.
-using Equation = std::function<Eigen::Vector3d(
-    const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
-
-// What a file tells its consumer.
+// What a file tells its consumer: of a triad that is in it its parts, or an equation of the
+// format's own.
 struct Carried {
-  PerTriad<Equation> equations;  // empty for a triad that is not in the file
-  // The same as our model, in the consumer's units; for formats that can be imported.
-  PerTriad<std::optional<TriadCalibration>> sensors;
+  PerTriad<std::optional<CorrectionParts>> parts;
+  PerTriad<Equation> equations;
   PerTriad<std::optional<std::int64_t>> device_ids;
   std::optional<double> field_ut;  // strength of the field that it was made with
   std::vector<std::string> notes;

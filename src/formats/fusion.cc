@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
-#include <vector>
-
-#include <Eigen/Core>
+#include <string>
 
 #include "formats/format.h"
 #include "formats/number_text.h"
@@ -17,19 +15,21 @@
 namespace truetriad {
 namespace {
 
-std::string Prefix(Triad triad) { return std::string(TriadName(triad)); }
+const PerTriad<std::vector<Field>> kConstants = {
+    {{{{"accelerometerMisalignment", Quantity::kMisalignment},
+       {"accelerometerSensitivity", Quantity::kGains},
+       {"accelerometerOffset", Quantity::kBias}},
+      {{"gyroscopeMisalignment", Quantity::kMisalignment},
+       {"gyroscopeSensitivity", Quantity::kGains},
+       {"gyroscopeOffset", Quantity::kBias}},
+      {{"softIronMatrix", Quantity::kCorrection}, {"hardIronOffset", Quantity::kBias}}}}};
 
 /// "const FusionVector gyroscopeOffset = {0.0f, 0.0f, 0.0f};" Matrices by rows.
-template <typename Derived>
-std::string Constant(const std::string& name, const Eigen::MatrixBase<Derived>& values) {
-  constexpr bool kIsVector = Derived::ColsAtCompileTime == 1;
-  std::string text = std::string("static const ") +
-                     (kIsVector ? "FusionVector " : "FusionMatrix ") + name + " = {";
-  for (Eigen::Index row = 0; row < values.rows(); ++row) {
-    for (Eigen::Index col = 0; col < values.cols(); ++col) {
-      text += (row + col > 0 ? ", " : "") + FloatLiteral(static_cast<float>(values(row, col)));
-    }
-  }
+std::string Constant(std::string_view name, const Eigen::VectorXd& values) {
+  std::string text = "static const ";
+  text.append(values.size() == 3 ? "FusionVector " : "FusionMatrix ").append(name).append(" = {");
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    text += (i > 0 ? ", " : "") + FloatLiteral(static_cast<float>(values[i]));
   return text + "};\n";
 }
 
@@ -39,58 +39,42 @@ Result<std::vector<ExportedFile>> WriteFusion(const WriteRequest& request,
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    const Eigen::Matrix3d C = sensor->model.Correction();
-    if (triad == Triad::kMagnetometer) {
-      text += Constant("softIronMatrix", C) + Constant("hardIronOffset", sensor->model.bias);
-      continue;
-    }
-    const Eigen::Vector3d sensitivity = C.diagonal();
-    text += Constant(Prefix(triad) + "Misalignment", C * sensitivity.cwiseInverse().asDiagonal()) +
-            Constant(Prefix(triad) + "Sensitivity", sensitivity) +
-            Constant(Prefix(triad) + "Offset", sensor->model.bias);
+    for (const Field& field : kConstants[triad])
+      text += Constant(field.name, ValueOf(field.quantity, *sensor));
   }
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
-/// The `count` numbers of the constant `name`; empty when it is not there.
-std::vector<float> Numbers(const std::string& text, const std::string& name, std::size_t count) {
-  std::vector<float> numbers;
-  const std::size_t declared = text.find(" " + name + " = {");
-  if (declared == std::string::npos) return numbers;
-  std::size_t at = text.find('{', declared) + 1;
-  while (numbers.size() < count) {
+/// The `count` numbers of the constant `name`; unset when they are not there.
+std::optional<Eigen::VectorXd> ConstantNumbers(const std::string& text,
+                                               std::string_view name,
+                                               Eigen::Index count) {
+  const std::size_t declared = text.find(" " + std::string(name) + " = {");
+  if (declared == std::string::npos) return std::nullopt;
+  Eigen::VectorXd numbers(count);
+  const char* at = text.data() + text.find('{', declared) + 1;
+  const char* const text_end = text.data() + text.size();
+  for (double& number : numbers) {
     float value = 0.0F;
-    const auto [end, failure] = std::from_chars(text.data() + at, text.data() + text.size(), value);
-    if (failure != std::errc()) return {};
-    numbers.push_back(value);
-    at = static_cast<std::size_t>(end - text.data()) + 3;  // past "f, "
+    if (at > text_end) return std::nullopt;
+    const auto [end, failure] = std::from_chars(at, text_end, value);
+    if (failure != std::errc()) return std::nullopt;
+    number = value;
+    at = end + 3;  // Past "f, ".
   }
   return numbers;
 }
 
 Result<Carried> ReadFusion(const ReadRequest& request) {
-  const std::string& text = request.files[0].text;
   Carried carried;
   for (const Triad triad : kTriads) {
-    const bool is_mag = triad == Triad::kMagnetometer;
-    const std::vector<float> matrix =
-        Numbers(text, is_mag ? "softIronMatrix" : Prefix(triad) + "Misalignment", 9);
-    const std::vector<float> offset =
-        Numbers(text, is_mag ? "hardIronOffset" : Prefix(triad) + "Offset", 3);
-    const std::vector<float> gains =
-        is_mag ? std::vector<float>(3, 1.0F) : Numbers(text, Prefix(triad) + "Sensitivity", 3);
-    if (matrix.empty() || offset.empty() || gains.empty()) continue;
-    const Eigen::Matrix3f misalignment =
-        Eigen::Map<const Eigen::Matrix3f>(matrix.data()).transpose();
-    const Eigen::Vector3f zero = Eigen::Map<const Eigen::Vector3f>(offset.data());
-    const Eigen::Vector3f sensitivity = Eigen::Map<const Eigen::Vector3f>(gains.data());
-    carried.equations[triad] = [=](const Eigen::Vector3d& reading,
-                                   const Eigen::Vector3d& /*force_mps2*/,
-                                   double /*temperature_degc*/) -> Eigen::Vector3d {
-      const Eigen::Vector3f result =
-          misalignment * (reading.cast<float>() - zero).cwiseProduct(sensitivity);
-      return result.cast<double>();
-    };
+    Stated stated;
+    for (const auto& [name, quantity, is_optional] : kConstants[triad]) {
+      const auto numbers = ConstantNumbers(request.files[0].text, name, SizeOf(quantity));
+      if (numbers) stated[quantity] = *numbers;
+    }
+    if (stated.size() == kConstants[triad].size())
+      carried.parts[triad] = CorrectionParts::Of(stated);
   }
   return carried;
 }

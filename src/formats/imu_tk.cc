@@ -21,41 +21,38 @@ struct ImuTkFile {
   Triad triad;
   std::string_view suffix;  // as imu_tk's own programs name them: test_imu_acc.calib
 };
-constexpr ImuTkFile kFiles[] = {{Triad::kAccelerometer, "_acc.calib"},
-                                {Triad::kGyroscope, "_gyro.calib"}};
+constexpr ImuTkFile kImuTkFiles[] = {{Triad::kAccelerometer, "_acc.calib"},
+                                     {Triad::kGyroscope, "_gyro.calib"}};
 
-std::string Rows(const Eigen::Matrix3d& matrix) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    for (int col = 0; col < 3; ++col) {
-      text += (col > 0 ? " " : "") + NumberText(matrix(row, col));
-    }
-    text += '\n';
-  }
-  return text;
-}
+// In their order in a file: T, K, B.
+constexpr Quantity kImuTkQuantities[] = {
+    Quantity::kMisalignment, Quantity::kGainsMatrix, Quantity::kBias};
+constexpr Eigen::Index kImuTkNumbers = 9 + 9 + 3;
 
 Result<std::vector<ExportedFile>> WriteImuTk(const WriteRequest& request,
                                              std::vector<std::string>* /*warnings*/) {
   std::vector<ExportedFile> files;
-  for (const ImuTkFile& file : kFiles) {
+  for (const ImuTkFile& file : kImuTkFiles) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[file.triad];
     if (!sensor) continue;
-    const Eigen::Matrix3d C = sensor->model.Correction();
-    const Eigen::Matrix3d K = C.diagonal().asDiagonal();
-    Eigen::Matrix3d T = C * K.inverse();
-    T.diagonal().setOnes();
-    std::string text = Rows(T) + '\n' + Rows(K) + '\n';
-    for (const double value : sensor->model.bias) text += NumberText(value) + '\n';
+    std::string text;
+    for (const Quantity quantity : kImuTkQuantities) {
+      const Eigen::VectorXd numbers = ValueOf(quantity, *sensor);
+      // Rows of a matrix, or a number a line.
+      const Eigen::Index columns = numbers.size() / 3;
+      for (Eigen::Index i = 0; i < numbers.size(); ++i)
+        text += NumberText(numbers[i]) + ((i + 1) % columns == 0 ? '\n' : ' ');
+      text += '\n';
+    }
     // imu_tk stops reading after the numbers.
-    text += '\n' + CommentText("# ", request.comment);
+    text += CommentText("# ", request.comment);
     files.push_back({std::string(file.suffix), std::move(text)});
   }
   return files;
 }
 
 /// The numbers of a file up to its comment.
-Result<std::vector<double>> Numbers(const ExportedFile& file) {
+Result<std::vector<double>> NumbersOfFile(const ExportedFile& file) {
   std::vector<double> numbers;
   std::istringstream lines(file.text);
   int number = 0;
@@ -77,12 +74,10 @@ Result<std::vector<double>> Numbers(const ExportedFile& file) {
 }
 
 Result<Carried> ReadImuTk(const ReadRequest& request) {
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  constexpr std::size_t kNumbers = 9 + 9 + 3;  // Two matrices and a bias.
   Carried carried;
   for (const ExportedFile& file : request.files) {
     const ImuTkFile* kind = nullptr;
-    for (const ImuTkFile& candidate : kFiles) {
+    for (const ImuTkFile& candidate : kImuTkFiles) {
       if (file.suffix.ends_with(candidate.suffix)) kind = &candidate;
     }
     if (kind == nullptr) {
@@ -91,32 +86,26 @@ Result<Carried> ReadImuTk(const ReadRequest& request) {
                    "cannot tell the sensor from the name; expected names ending in "
                    "_acc.calib and _gyro.calib, as written by imu_tk");
     }
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, Numbers(file));
-    if (numbers.size() != kNumbers) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, NumbersOfFile(file));
+    if (numbers.size() != static_cast<std::size_t>(kImuTkNumbers)) {
       return Error(ErrorCode::kWrongFormat,
                    {file.suffix},
                    "contains " + std::to_string(numbers.size()) +
                        " numbers; expected T (9), K (9) and B (3)");
     }
-    const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers.data());
-    const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers.data() + 9);
-    const Eigen::Vector3d B = Eigen::Map<const Eigen::Vector3d>(numbers.data() + 18);
-    const Eigen::Matrix3d TK = T * K;
-    if (TK.determinant() == 0.0)
-      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "T K is singular");
-    carried.equations[kind->triad] = [=](const Eigen::Vector3d& reading,
-                                         const Eigen::Vector3d& /*force_mps2*/,
-                                         double /*temperature_degc*/) -> Eigen::Vector3d {
-      return TK * (reading - B);
-    };
-    TriadCalibration& sensor = carried.sensors[kind->triad].emplace();
-    sensor.input_unit = UnitFromComment(file.text, kind->triad);
-    sensor.output_unit = TruthUnitName(kind->triad);
-    sensor.model = {TK.inverse(), B};
-    if (TK.isUpperTriangular(0.0)) {
-      sensor.model.sensitivity = sensor.model.sensitivity.triangularView<Eigen::Upper>();
+    const Eigen::Map<const Eigen::VectorXd> all(numbers.data(), kImuTkNumbers);
+    Stated stated;
+    Eigen::Index at = 0;
+    for (const Quantity quantity : kImuTkQuantities) {
+      stated[quantity] = all.segment(at, SizeOf(quantity));
+      at += SizeOf(quantity);
     }
-    sensor.noise.source = NoiseSource::kConfig;
+    CorrectionParts& parts = carried.parts[kind->triad].emplace(CorrectionParts::Of(stated));
+    if (parts.matrix.determinant() == 0.0)
+      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "T K is singular");
+    parts.reading_unit = UnitFromComment(file.text, kind->triad);
+    if (parts.matrix.isUpperTriangular(0.0))
+      parts.sensitivity = parts.matrix.inverse().triangularView<Eigen::Upper>();
   }
   return carried;
 }

@@ -125,26 +125,19 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     }
     const Eigen::Vector3d b = bias->numbers.reshaped();
     TRUETRIAD_ASSIGN_OR_RETURN(const auto G, MatrixOf(*variables, prefix + "G", file.suffix));
-    const Eigen::Matrix3d g_sensitivity = G.value_or(Eigen::Matrix3d::Zero());
-    carried.equations[triad] = [=](const Eigen::Vector3d& reading,
-                                   const Eigen::Vector3d& force_mps2,
-                                   double /*temperature_degc*/) -> Eigen::Vector3d {
-      return correction * (reading - b - g_sensitivity * force_mps2);
-    };
-    TriadCalibration& sensor = carried.sensors[triad].emplace();
+    CorrectionParts& parts = carried.parts[triad].emplace();
+    parts.matrix = correction;
+    parts.before = b;
+    parts.g_sensitivity = G;
     const MatlabVariable* const unit = FindVariable(*variables, prefix + "input_unit");
-    if (unit != nullptr) sensor.input_unit = unit->text;
-    sensor.output_unit = TruthUnitName(triad);
-    sensor.noise.source = NoiseSource::kConfig;
-    sensor.g_sensitivity = G;
-    sensor.model = {correction.inverse(), b};
+    if (unit != nullptr) parts.reading_unit = unit->text;
     // The sensitivity as it stands keeps its zeros.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
     // Of a product of two inverses that were written with all digits.
     constexpr double kInverseRounding = 1e-9;
     if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
-      sensor.model.sensitivity = **S;
+      parts.sensitivity = **S;
     }
   }
   if (const MatlabVariable* const field = FindVariable(*variables, "expmfs");
