@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "formats/format.h"
-#include "formats/number_text.h"
+#include "formats/text.h"
 
 // PX4 parameters as QGroundControl loads them, and ArduPilot parameters. In float32, before the
 // board's rotation, the compass of ArduPilot after it:
@@ -40,88 +40,77 @@ constexpr float kMaxCompassScale = 1.5F;
 /// What an autopilot calls the parameters of a sensor (Expanded says how).
 struct SensorNames {
   Triad triad;
-  std::string_view id;
   std::vector<Field> fields;
-  int last_instance;
-  std::string_view thermal = {};    ///< Begin of ID, TMIN and TMAX; empty: without temperature.
-  std::string_view enable = {};     ///< 1: the temperature terms are in use.
-  std::string_view reference = {};  ///< TREF, or CALTEMP.
-  std::string_view term = {};
+  std::string_view id;
+  std::string thermal = {};    ///< Begin of ID, TMIN and TMAX; empty: without temperature.
+  std::string enable = {};     ///< 1: the temperature terms are in use.
+  std::string reference = {};  ///< TREF, or CALTEMP.
+  std::string term = {};
   std::string_view scale = {};  ///< Of a compass.
 };
 
 struct Autopilot {
   std::string_view name, instances;  ///< `instances`: for messages.
   bool is_px4;
-  int first_instance, last_instance;
+  int first_instance;
+  PerTriad<int> last_instance;
   std::vector<SensorNames> sensors;
 };
 
 const Autopilot& Px4() {
+  const auto with_thermal = [](SensorNames names, const std::string& letter) {
+    names.thermal = "TC_" + letter + "@_";
+    names.enable = "TC_" + letter + "_ENABLE";
+    names.reference = names.thermal + "TREF";
+    names.term = names.thermal + "X%_?";
+    return names;
+  };
+  using enum Quantity;
   static const auto& autopilot = *new Autopilot{
       "px4",
       "sensors 0 to 3",
       true,
       0,
-      3,
-      {{Triad::kAccelerometer,
-        "CAL_ACC@_ID",
-        {{"CAL_ACC@_*OFF", Quantity::kBias}, {"CAL_ACC@_*SCALE", Quantity::kDiagonal}},
-        3,
-        "TC_A@_",
-        "TC_A_ENABLE",
-        "TC_A@_TREF",
-        "TC_A@_X%_?"},
-       {Triad::kGyroscope,
-        "CAL_GYRO@_ID",
-        {{"CAL_GYRO@_*OFF", Quantity::kBias}},
-        3,
-        "TC_G@_",
-        "TC_G_ENABLE",
-        "TC_G@_TREF",
-        "TC_G@_X%_?"},
-       {Triad::kMagnetometer,
-        "CAL_MAG@_ID",
-        {{"CAL_MAG@_*OFF", Quantity::kBias},
-         {"CAL_MAG@_*SCALE", Quantity::kDiagonal},
-         {"CAL_MAG@_*ODIAG", Quantity::kOffDiagonal}},
-        3,
-        "TC_M@_",
-        "TC_M_ENABLE",
-        "TC_M@_TREF",
-        "TC_M@_X%_?"}}};
+      {{3, 3, 3}},
+      {with_thermal({Triad::kAccelerometer,
+                     {{"CAL_ACC@_*OFF", kBias}, {"CAL_ACC@_*SCALE", kDiagonal}},
+                     "CAL_ACC@_ID"},
+                    "A"),
+       with_thermal({Triad::kGyroscope, {{"CAL_GYRO@_*OFF", kBias}}, "CAL_GYRO@_ID"}, "G"),
+       with_thermal({Triad::kMagnetometer,
+                     {{"CAL_MAG@_*OFF", kBias},
+                      {"CAL_MAG@_*SCALE", kDiagonal},
+                      {"CAL_MAG@_*ODIAG", kOffDiagonal}},
+                     "CAL_MAG@_ID"},
+                    "M")}};
   return autopilot;
 }
 
 const Autopilot& ArduPilot() {
+  const auto with_thermal = [](SensorNames names, const std::string& sensor) {
+    names.thermal = "INS_TCAL@_";
+    names.enable = names.thermal + "ENABLE";
+    names.reference = "INS_" + sensor + "@_CALTEMP";
+    names.term = names.thermal + sensor + "%_*";
+    return names;
+  };
+  using enum Quantity;
   static const auto& autopilot = *new Autopilot{
       "ardupilot",
       "IMUs 1 to 5 and compasses 1 to 3",
       false,
       1,
-      5,
-      {{Triad::kAccelerometer,
-        "INS_ACC#_ID",
-        {{"INS_ACC#OFFS_*", Quantity::kBias}, {"INS_ACC#SCAL_*", Quantity::kDiagonal}},
-        5,
-        "INS_TCAL@_",
-        "INS_TCAL@_ENABLE",
-        "INS_ACC@_CALTEMP",
-        "INS_TCAL@_ACC%_*"},
-       {Triad::kGyroscope,
-        "INS_GYR#_ID",
-        {{"INS_GYR#OFFS_*", Quantity::kBias}},
-        5,
-        "INS_TCAL@_",
-        "INS_TCAL@_ENABLE",
-        "INS_GYR@_CALTEMP",
-        "INS_TCAL@_GYR%_*"},
+      {{5, 5, 3}},
+      {with_thermal({Triad::kAccelerometer,
+                     {{"INS_ACC#OFFS_*", kBias}, {"INS_ACC#SCAL_*", kDiagonal}},
+                     "INS_ACC#_ID"},
+                    "ACC"),
+       with_thermal({Triad::kGyroscope, {{"INS_GYR#OFFS_*", kBias}}, "INS_GYR#_ID"}, "GYR"),
        {.triad = Triad::kMagnetometer,
+        .fields = {{"COMPASS_OFS#_*", kBiasAdded},
+                   {"COMPASS_DIA#_*", kDiagonal},
+                   {"COMPASS_ODI#_*", kOffDiagonal}},
         .id = "COMPASS_DEV_ID#",
-        .fields = {{"COMPASS_OFS#_*", Quantity::kBiasAdded},
-                   {"COMPASS_DIA#_*", Quantity::kDiagonal},
-                   {"COMPASS_ODI#_*", Quantity::kOffDiagonal}},
-        .last_instance = 3,
         .scale = "COMPASS_SCALE#"}}};
   return autopilot;
 }
@@ -136,21 +125,15 @@ std::string Expanded(std::string_view pattern,
   constexpr int kLastOfShortNames = 3;
   const std::string number = std::to_string(instance);
   const bool is_late = pattern.starts_with("INS_") && instance > kLastOfShortNames;
+  const std::map<char, std::string> words = {{'@', is_late ? "" : number},
+                                             {'#', is_late || instance == 1 ? "" : number},
+                                             {'*', std::string(1, "XYZ"[axis])},
+                                             {'?', std::to_string(axis)},
+                                             {'%', std::to_string(power)}};
   std::string name;
   for (const char c : pattern) {
-    if (c == '@') {
-      name += is_late ? "" : number;
-    } else if (c == '#') {
-      name += is_late || instance == 1 ? "" : number;
-    } else if (c == '*') {
-      name += "XYZ"[axis];
-    } else if (c == '?') {
-      name += std::to_string(axis);
-    } else if (c == '%') {
-      name += std::to_string(power);
-    } else {
-      name += c;
-    }
+    const auto word = words.find(c);
+    name += word == words.end() ? std::string(1, c) : word->second;
   }
   if (is_late) name.insert(3, number);
   return name;
@@ -158,7 +141,8 @@ std::string Expanded(std::string_view pattern,
 
 Result<int> InstanceOf(const Autopilot& autopilot, const std::optional<int>& wanted) {
   const int instance = wanted.value_or(autopilot.first_instance);
-  if (instance >= autopilot.first_instance && instance <= autopilot.last_instance) return instance;
+  const int last = autopilot.last_instance[Triad::kAccelerometer];
+  if (instance >= autopilot.first_instance && instance <= last) return instance;
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(instance) + ": " + std::string(autopilot.name) +
                    " has " + std::string(autopilot.instances));
@@ -297,8 +281,8 @@ void WriteTerms(bool is_px4,
 }
 
 void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, ParameterText* out) {
-  out->Number(std::string(names.thermal) + "TMIN", range_degc[0]);
-  out->Number(std::string(names.thermal) + "TMAX", range_degc[1]);
+  out->Number(names.thermal + "TMIN", range_degc[0]);
+  out->Number(names.thermal + "TMAX", range_degc[1]);
 }
 
 Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
@@ -313,10 +297,11 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
   out.text = CommentText("# ", request.comment);
   for (const SensorNames& names : autopilot.sensors) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[names.triad];
-    if (sensor && instance > names.last_instance) {
+    if (sensor && instance > autopilot.last_instance[names.triad]) {
       return Error(ErrorCode::kInvalidArgument,
                    "--instance=" + std::to_string(instance) + ": " + std::string(autopilot.name) +
-                       " has compasses 1 to " + std::to_string(names.last_instance));
+                       " has compasses 1 to " +
+                       std::to_string(autopilot.last_instance[names.triad]));
     }
     if (sensor) {
       const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
@@ -326,7 +311,7 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
       if (!names.scale.empty()) out.Number(names.scale, 1.0);
       WarnOf(autopilot, names, instance, request, warnings);
       if (sensor->thermal && autopilot.is_px4) {
-        if (id) out.Integer(std::string(names.thermal) + "ID", *id);
+        if (id) out.Integer(names.thermal + "ID", *id);
         WriteRange(names, sensor->thermal->range_degc, &out);
       }
       if (sensor->thermal) WriteTerms(autopilot.is_px4, names, *sensor->thermal, &out);
@@ -449,9 +434,8 @@ class SensorParameters {
  private:
   void AddThermal(bool is_px4, CorrectionParts* parts) const {
     // Firmware's own defaults.
-    const std::string thermal(names_.thermal);
-    const float lowest = Number(thermal + "TMIN", 0.0F);
-    const float highest = Number(thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
+    const float lowest = Number(names_.thermal + "TMIN", 0.0F);
+    const float highest = Number(names_.thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
     const float stated = Number(names_.reference, is_px4 ? 25.0F : kNoCalibrationTemperature);
     const float centre = is_px4 ? stated : static_cast<float>(kCentreDegc);
     const double scale = is_px4 ? 1.0 : kTermScale;
@@ -495,65 +479,51 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
   Carried carried;
   for (const SensorNames& names : autopilot.sensors) {
     const SensorParameters sensor(list, names, instance);
-    if (instance > names.last_instance || !sensor.IsThere()) continue;
+    if (instance > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
     carried.parts[names.triad] = sensor.Parts(autopilot.is_px4);
     carried.device_ids[names.triad] = sensor.Id();
   }
   return carried;
 }
 
-/// What both hold; PX4 temperature terms of the magnetometer, too.
-Format AutopilotFormat(std::string_view magnetometer_unit, int magnetometer_order) {
-  constexpr int kBiasOrder = kFirmwareOrder;
-  Format format;
-  format.capacity[Triad::kAccelerometer] = {.held = true,
-                                            .matrix = MatrixForm::kDiagonal,
-                                            .bias_order = kBiasOrder,
-                                            .reading_unit = "m/s^2",
-                                            .result_in_reading_unit = true};
-  format.capacity[Triad::kGyroscope] = {.held = true,
-                                        .matrix = MatrixForm::kNone,
-                                        .bias_order = kBiasOrder,
-                                        .reading_unit = "rad/s",
-                                        .result_in_reading_unit = true};
-  format.capacity[Triad::kMagnetometer] = {.held = true,
-                                           .matrix = MatrixForm::kSymmetric,
-                                           .bias_order = magnetometer_order,
-                                           .reading_unit = magnetometer_unit,
-                                           .result_in_reading_unit = true};
-  return format;
-}
-
 }  // namespace
 
-Format Px4Format() {
-  Format format = AutopilotFormat("G", kFirmwareOrder);
-  format.info = {"px4",
-                 "PX4 parameters, for QGroundControl (.params)",
-                 "px4.params",
-                 Arithmetic::kFloat32,
-                 true,
-                 0};
-  format.write = [](const WriteRequest& request, std::vector<std::string>* warnings) {
-    return WriteParameters(Px4(), request, warnings);
+std::vector<Format> AutopilotFormats() {
+  const auto held = [](MatrixForm matrix, std::string_view unit, int bias_order) -> TriadCapacity {
+    return {.held = true,
+            .matrix = matrix,
+            .bias_order = bias_order,
+            .reading_unit = unit,
+            .result_in_reading_unit = true};
   };
-  format.read = [](const ReadRequest& request) { return ReadParameters(Px4(), request); };
-  return format;
-}
-
-Format ArduPilotFormat() {
-  Format format = AutopilotFormat("mG", 0);
-  format.info = {"ardupilot",
-                 "ArduPilot parameters (.param)",
-                 "ardupilot.param",
-                 Arithmetic::kFloat32,
-                 true,
-                 1};
-  format.write = [](const WriteRequest& request, std::vector<std::string>* warnings) {
-    return WriteParameters(ArduPilot(), request, warnings);
-  };
-  format.read = [](const ReadRequest& request) { return ReadParameters(ArduPilot(), request); };
-  return format;
+  constexpr int kOrder = kFirmwareOrder;
+  const TriadCapacity acceleration = held(MatrixForm::kDiagonal, "m/s^2", kOrder);
+  const TriadCapacity rate = held(MatrixForm::kNone, "rad/s", kOrder);
+  return {
+      {.info = {"px4",
+                "PX4 parameters, for QGroundControl (.params)",
+                "px4.params",
+                Arithmetic::kFloat32,
+                true,
+                0},
+       .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "G", kOrder)}},
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteParameters(Px4(), request, warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadParameters(Px4(), request); }},
+      {.info = {"ardupilot",
+                "ArduPilot parameters (.param)",
+                "ardupilot.param",
+                Arithmetic::kFloat32,
+                true,
+                1},
+       .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "mG", 0)}},
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteParameters(ArduPilot(), request, warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadParameters(ArduPilot(), request); }}};
 }
 
 }  // namespace truetriad

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "formats/format.h"
-#include "formats/number_text.h"
+#include "formats/text.h"
 
 // Betaflight's and INAV's command lines; whole numbers in counts.
 //
@@ -155,48 +155,42 @@ Result<Carried> ReadSettings(const Settings& settings, const ReadRequest& reques
   return carried;
 }
 
-Format CountsFormat(MatrixForm form) {
-  Format format;
-  for (const Triad triad : kHeld) {
-    format.capacity[triad] = {
-        .held = true, .matrix = form, .reading_unit = "counts", .result_in_reading_unit = true};
-  }
-  return format;
-}
-
 }  // namespace
 
-Format BetaflightFormat() {
-  Format format = CountsFormat(MatrixForm::kNone);
-  format.info = {"betaflight",
-                 "Betaflight command line, offsets only",
-                 "betaflight.txt",
-                 Arithmetic::kIntegers};
-  format.write = [](const WriteRequest& request, std::vector<std::string>* warnings) {
-    return WriteSettings(
-        Betaflight(),
-        request,
-        "Betaflight subtracts offsets after aligning the sensors to the board, so these "
-        "are valid only for readings recorded that way, as in its own log",
-        warnings);
+std::vector<Format> CountsFormats() {
+  const auto held = [](MatrixForm matrix) -> PerTriad<TriadCapacity> {
+    const TriadCapacity counts = {
+        .held = true, .matrix = matrix, .reading_unit = "counts", .result_in_reading_unit = true};
+    return {{counts, {}, counts}};
   };
-  format.read = [](const ReadRequest& request) { return ReadSettings(Betaflight(), request); };
-  return format;
-}
-
-Format InavFormat() {
-  Format format = CountsFormat(MatrixForm::kDiagonal);
-  format.info = {"inav", "INAV command line, offsets and gains", "inav.txt", Arithmetic::kIntegers};
-  format.write = [](const WriteRequest& request, std::vector<std::string>* warnings) {
-    return WriteSettings(
-        Inav(),
-        request,
-        "INAV corrects before aligning the sensors to the board, so these are valid only "
-        "for readings in the chip's own axes",
-        warnings);
-  };
-  format.read = [](const ReadRequest& request) { return ReadSettings(Inav(), request); };
-  return format;
+  return {
+      {.info = {"betaflight",
+                "Betaflight command line, offsets only",
+                "betaflight.txt",
+                Arithmetic::kIntegers},
+       .capacity = held(MatrixForm::kNone),
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteSettings(
+                 Betaflight(),
+                 request,
+                 "Betaflight subtracts offsets after aligning the sensors to the board, so these "
+                 "are valid only for readings recorded that way, as in its own log",
+                 warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadSettings(Betaflight(), request); }},
+      {.info = {"inav", "INAV command line, offsets and gains", "inav.txt", Arithmetic::kIntegers},
+       .capacity = held(MatrixForm::kDiagonal),
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteSettings(
+                 Inav(),
+                 request,
+                 "INAV corrects before aligning the sensors to the board, so these are valid only "
+                 "for readings in the chip's own axes",
+                 warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadSettings(Inav(), request); }}};
 }
 
 }  // namespace truetriad

@@ -145,6 +145,16 @@ Eigen::VectorXd ValueOf(Quantity quantity, const TriadCalibration& sensor) {
   return ConventionOf(quantity).of(Symbols(sensor));
 }
 
+Stated StatedTogether(std::span<const Field> fields, const double* numbers) {
+  Stated stated;
+  for (const Field& field : fields) {
+    const Eigen::Index size = SizeOf(field.quantity);
+    stated[field.quantity] = Eigen::Map<const Eigen::VectorXd>(numbers, size);
+    numbers += size;
+  }
+  return stated;
+}
+
 CorrectionParts CorrectionParts::Of(const Stated& stated) {
   CorrectionParts parts;
   // In the order of the quantities: what changes a matrix comes behind what sets it.

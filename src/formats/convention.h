@@ -54,6 +54,9 @@ Eigen::VectorXd ValueOf(Quantity quantity, const TriadCalibration& sensor);
 // What files state of a triad.
 using Stated = std::map<Quantity, Eigen::VectorXd>;
 
+// Of fields whose numbers stand one after another.
+Stated StatedTogether(std::span<const Field> fields, const double* numbers);
+
 // What a consumer computes:
 //
 //   result = rotation matrix ((y - thermal(T) - before - g_sensitivity f) o gains) - after

@@ -5,11 +5,10 @@
 #include <sstream>
 
 #include "base/utf8.h"
-#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/loss.h"
-#include "formats/number_text.h"
 #include "formats/restate.h"
+#include "formats/text.h"
 #include "report/content.h"
 #include "truetriad/io/calibration_file.h"
 

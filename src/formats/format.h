@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -70,33 +69,24 @@ struct ReadRequest {
 
 struct Format {
   FormatInfo info;
-  std::optional<Gauge> gauge;  // the body frame that the format needs
-  PerTriad<TriadCapacity> capacity;
+  std::optional<Gauge> gauge = {};  // the body frame that the format needs
+  PerTriad<TriadCapacity> capacity = {};
   Result<std::vector<ExportedFile>> (*write)(const WriteRequest&,
                                              std::vector<std::string>* warnings) = nullptr;
   Result<Carried> (*read)(const ReadRequest&) = nullptr;
 };
 
-// One a file.
-Format Px4Format();
-Format ArduPilotFormat();
-Format KalibrFormat();
-Format KalibrResultFormat();
-Format OpenVinsFormat();
-Format BasaltFormat();
-Format ImuTkFormat();
-Format ImuCalibFormat();
-Format RealSenseFormat();
-Format BetaflightFormat();
-Format InavFormat();
-Format FusionFormat();
-Format Ros2Format();
+std::vector<Format> AutopilotFormats();
+std::vector<Format> CountsFormats();
+std::vector<Format> KalibrFormats();
+std::vector<Format> ListedFormats();
 Format MatlabFormat();
 Format JsonFormat();
 Format CHeaderFormat();
 Format RecordFormat();
 
-std::span<const Format> AllFormats();
+// In the order of the documentation.
+const std::vector<Format>& AllFormats();
 
 // Error (usage): there is none of that name; says which is nearest.
 Result<const Format*> FindFormat(std::string_view name);

@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 
 #include "calibrate/reading_units.h"
-#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/restate.h"
+#include "formats/text.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "problem/parameter_name.h"

@@ -8,7 +8,6 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kExportFormat = "truetriad/export/1";
-constexpr int kAnyJsonOrder = 99;  // More than any model has.
 
 Result<std::vector<ExportedFile>> WriteJsonExport(const WriteRequest& request,
                                                   std::vector<std::string>* /*warnings*/) {
@@ -31,26 +30,15 @@ Result<std::vector<ExportedFile>> WriteJsonExport(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", TextOf(json)}};
 }
 
-Result<Carried> ReadJsonExport(const ReadRequest& request) {
-  return ReadSensorsJson(request.files[0].text, request.files[0].suffix);
-}
-
 }  // namespace
 
 Format JsonFormat() {
-  Format format;
-  format.info = {"json", "everything, as JSON", "export.json", Arithmetic::kFloat64};
-  for (const Triad triad : kTriads) {
-    format.capacity[triad] = {.held = true,
-                              .bias_order = kAnyJsonOrder,
-                              .matrix_thermal = true,
-                              .rate_thermal = true,
-                              .g_sensitivity = true,
-                              .axis_terms = true};
-  }
-  format.write = WriteJsonExport;
-  format.read = ReadJsonExport;
-  return format;
+  return {.info = {"json", "everything, as JSON", "export.json", Arithmetic::kFloat64},
+          .capacity = {{kHoldsAll, kHoldsAll, kHoldsAll}},
+          .write = WriteJsonExport,
+          .read = [](const ReadRequest& request) {
+            return ReadSensorsJson(request.files[0].text, request.files[0].suffix);
+          }};
 }
 
 }  // namespace truetriad

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
-#include <charconv>
 #include <span>
 
 #include "formats/format.h"
 #include "formats/list_text.h"
 #include "formats/noise.h"
-#include "formats/number_text.h"
+#include "formats/text.h"
 
 // Kalibr's input, which is noise alone, its result with the scale-misalignment model, and OpenVINS'
 // kalibr_imu_chain.yaml, in double:
@@ -191,25 +191,18 @@ Result<std::vector<ExportedFile>> WriteOpenVins(const WriteRequest& request,
 /// The biases of the comment; zero, and a note, where there is none.
 Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* carried) {
   const std::string begin = std::string(kBiasComment) + std::string(TriadName(triad)) + " ";
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   const std::size_t at = text.find(begin);
   const std::size_t list = at == std::string::npos ? at : text.find('[', at);
-  int read = 0;
-  if (list != std::string::npos) {
-    const char* from = text.data() + list + 1;
-    const char* const end = text.data() + text.size();
-    for (; read < 3; ++read) {
-      const auto [next, failure] = std::from_chars(from, end, bias[read]);
-      if (failure != std::errc()) break;
-      for (from = next; from != end && (*from == ',' || *from == ' ');) ++from;
-    }
+  const std::size_t end = text.find(']', std::min(list, text.size()));
+  if (end < text.size()) {
+    Result<YamlReader> line =
+        YamlReader::FromText("bias: " + text.substr(list, end + 1 - list), "the comment");
+    const auto numbers = line ? ReadList(line->Child("bias"), 3) : std::vector<double>();
+    if (!numbers.empty()) return {numbers[0], numbers[1], numbers[2]};
   }
-  if (read < 3) {
-    bias.setZero();
-    carried->notes.emplace_back(std::string(TriadName(triad)) +
-                                ": the file contains no bias; assumed zero");
-  }
-  return bias;
+  carried->notes.emplace_back(std::string(TriadName(triad)) +
+                              ": the file contains no bias; assumed zero");
+  return Eigen::Vector3d::Zero();
 }
 
 /// Error: a singular matrix.
@@ -272,50 +265,39 @@ Result<Carried> ReadOpenVins(const ReadRequest& request) {
   return CarriedChain(stated, file);
 }
 
-Format ChainFormat() {
-  Format format;
-  format.gauge = Gauge::kAccelX;
-  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.capacity[Triad::kGyroscope] = {
-      .held = true, .g_sensitivity = true, .reading_unit = "rad/s"};
-  return format;
-}
-
 }  // namespace
 
-Format KalibrFormat() {
-  Format format = ChainFormat();
-  format.gauge.reset();
-  format.info = {
-      "kalibr", "Kalibr imu.yaml, for --imu: noise alone", "imu.yaml", Arithmetic::kFloat64, true};
-  for (const Triad triad : kInertial) {
-    format.capacity[triad].matrix = MatrixForm::kNothing;
-    format.capacity[triad].g_sensitivity = false;
-  }
-  format.write = WriteKalibr;
-  format.read = ReadKalibr;
-  return format;
-}
-
-Format KalibrResultFormat() {
-  Format format = ChainFormat();
-  format.info = {"kalibr-result",
-                 "Kalibr's result, scale-misalignment",
-                 "kalibr-imu.yaml",
-                 Arithmetic::kFloat64,
-                 true};
-  format.write = WriteKalibrResult;
-  format.read = ReadKalibr;
-  return format;
-}
-
-Format OpenVinsFormat() {
-  Format format = ChainFormat();
-  format.info = {
-      "openvins", "OpenVINS kalibr_imu_chain.yaml", "kalibr_imu_chain.yaml", Arithmetic::kFloat64};
-  format.write = WriteOpenVins;
-  format.read = ReadOpenVins;
-  return format;
+std::vector<Format> KalibrFormats() {
+  constexpr TriadCapacity kAcceleration = {.held = true, .reading_unit = "m/s^2"};
+  constexpr TriadCapacity kRate = {.held = true, .g_sensitivity = true, .reading_unit = "rad/s"};
+  const auto as_read = [](std::string_view unit) -> TriadCapacity {
+    return {.held = true, .matrix = MatrixForm::kNothing, .reading_unit = unit};
+  };
+  return {{.info = {"kalibr",
+                    "Kalibr imu.yaml, for --imu: noise alone",
+                    "imu.yaml",
+                    Arithmetic::kFloat64,
+                    true},
+           .capacity = {{as_read("m/s^2"), as_read("rad/s"), {}}},
+           .write = WriteKalibr,
+           .read = ReadKalibr},
+          {.info = {"kalibr-result",
+                    "Kalibr's result, scale-misalignment",
+                    "kalibr-imu.yaml",
+                    Arithmetic::kFloat64,
+                    true},
+           .gauge = Gauge::kAccelX,
+           .capacity = {{kAcceleration, kRate, {}}},
+           .write = WriteKalibrResult,
+           .read = ReadKalibr},
+          {.info = {"openvins",
+                    "OpenVINS kalibr_imu_chain.yaml",
+                    "kalibr_imu_chain.yaml",
+                    Arithmetic::kFloat64},
+           .gauge = Gauge::kAccelX,
+           .capacity = {{kAcceleration, kRate, {}}},
+           .write = WriteOpenVins,
+           .read = ReadOpenVins}};
 }
 
 }  // namespace truetriad

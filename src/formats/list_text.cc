@@ -46,11 +46,7 @@ Stated ReadFields(YamlReader map, std::span<const Field> fields, bool in_rows) {
       continue;
     }
     const std::vector<double> numbers = ReadList(child, static_cast<std::size_t>(size));
-    const double* at = numbers.data();
-    for (const Field& field : numbers.empty() ? together.first(0) : together) {
-      stated[field.quantity] = Eigen::Map<const Eigen::VectorXd>(at, SizeOf(field.quantity));
-      at += SizeOf(field.quantity);
-    }
+    if (!numbers.empty()) stated.merge(StatedTogether(together, numbers.data()));
   }
   return stated;
 }

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include "formats/convention.h"
-#include "formats/number_text.h"
+#include "formats/text.h"
 #include "io/yaml_reader.h"
 #include "truetriad/base/result.h"
 

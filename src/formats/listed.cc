@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <Eigen/LU>
 
 #include "formats/format.h"
 #include "formats/list_text.h"
 #include "formats/loss.h"
 #include "formats/noise.h"
+#include "formats/text.h"
 #include "json/json.h"
 
-// Formats that are maps of lists, in YAML or JSON:
+// Formats that are maps of lists, in YAML or JSON, or lists alone:
 //
 //   imu_calib   accelerometer only, in double, x = SM y - bias.
 //               imu_calib: src/accel_calib/accel_calib.cpp
@@ -27,6 +34,14 @@
 //               tesla): correction (y - bias - g_sensitivity linear_acceleration), and the
 //               covariances of sensor_msgs/msg/Imu and MagneticField, whose zeros mean "unknown".
 //               common_interfaces: sensor_msgs/msg/Imu.msg, MagneticField.msg
+//   Fusion      of x-io, constants of C, in float32, misalignment ((y - offset) o sensitivity), of
+//   the
+//               magnetometer softIron (y - hardIron).
+//               Fusion: Fusion/FusionModel.h (earlier FusionCalibration.h), examples
+//   imu_tk      in double, x = T K (y - B), T with unit diagonal (of the accelerometer: upper
+//               triangular), K diagonal. One text file a sensor: T by rows, K by rows, B. What
+//               follows is not read. imu_tk: include/imu_tk/calibration.h (CalibratedTriad_, load,
+//               save)
 
 namespace truetriad {
 namespace {
@@ -227,55 +242,196 @@ Result<std::vector<ExportedFile>> WriteRos2(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", text + covariances}};
 }
 
+const PerTriad<std::vector<Field>> kFusionConstants = {
+    {{{{"accelerometerMisalignment", Quantity::kMisalignment},
+       {"accelerometerSensitivity", Quantity::kGains},
+       {"accelerometerOffset", Quantity::kBias}},
+      {{"gyroscopeMisalignment", Quantity::kMisalignment},
+       {"gyroscopeSensitivity", Quantity::kGains},
+       {"gyroscopeOffset", Quantity::kBias}},
+      {{"softIronMatrix", Quantity::kCorrection}, {"hardIronOffset", Quantity::kBias}}}}};
+
+/// "const FusionVector gyroscopeOffset = {0.0f, 0.0f, 0.0f};" Matrices by rows.
+std::string Constant(std::string_view name, const Eigen::VectorXd& values) {
+  std::string text = "static const ";
+  text.append(values.size() == 3 ? "FusionVector " : "FusionMatrix ").append(name).append(" = {");
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    text += (i > 0 ? ", " : "") + FloatLiteral(static_cast<float>(values[i]));
+  return text + "};\n";
+}
+
+Result<std::vector<ExportedFile>> WriteFusion(const WriteRequest& request,
+                                              std::vector<std::string>* /*warnings*/) {
+  std::string text = CommentText("// ", request.comment) + "#include \"Fusion.h\"\n\n";
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
+    if (!sensor) continue;
+    for (const Field& field : kFusionConstants[triad])
+      text += Constant(field.name, ValueOf(field.quantity, *sensor));
+  }
+  return std::vector<ExportedFile>{{"", std::move(text)}};
+}
+
+Result<Carried> ReadFusion(const ReadRequest& request) {
+  Carried carried;
+  for (const Triad triad : kTriads) {
+    Stated stated;
+    for (const auto& [name, quantity, is_optional] : kFusionConstants[triad]) {
+      const std::vector<float> numbers =
+          ReadConstant(request.files[0].text, " " + std::string(name) + " = {");
+      if (numbers.size() != static_cast<std::size_t>(SizeOf(quantity))) continue;
+      stated[quantity] =
+          Eigen::Map<const Eigen::VectorXf>(numbers.data(), SizeOf(quantity)).cast<double>();
+    }
+    if (stated.size() == kFusionConstants[triad].size())
+      carried.parts[triad] = CorrectionParts::Of(stated);
+  }
+  return carried;
+}
+
+struct ImuTkFile {
+  Triad triad;
+  std::string_view suffix;  // as imu_tk's own programs name them: test_imu_acc.calib
+};
+constexpr ImuTkFile kImuTkFiles[] = {{Triad::kAccelerometer, "_acc.calib"},
+                                     {Triad::kGyroscope, "_gyro.calib"}};
+
+// In their order in a file: T, K, B.
+constexpr Field kImuTkFields[] = {
+    {"T", Quantity::kMisalignment}, {"K", Quantity::kGainsMatrix}, {"B", Quantity::kBias}};
+constexpr std::size_t kImuTkNumbers = 9 + 9 + 3;  // Two matrices and a bias.
+
+Result<std::vector<ExportedFile>> WriteImuTk(const WriteRequest& request,
+                                             std::vector<std::string>* /*warnings*/) {
+  std::vector<ExportedFile> files;
+  for (const ImuTkFile& file : kImuTkFiles) {
+    const std::optional<TriadCalibration>& sensor = request.calibration.sensors[file.triad];
+    if (!sensor) continue;
+    std::string text;
+    for (const Field& field : kImuTkFields) {
+      const Eigen::VectorXd numbers = ValueOf(field.quantity, *sensor);
+      // Rows of a matrix, or a number a line.
+      const Eigen::Index columns = numbers.size() / 3;
+      for (Eigen::Index i = 0; i < numbers.size(); ++i)
+        text += NumberText(numbers[i]) + ((i + 1) % columns == 0 ? '\n' : ' ');
+      text += '\n';
+    }
+    // imu_tk stops reading after the numbers.
+    text += CommentText("# ", request.comment);
+    files.push_back({std::string(file.suffix), std::move(text)});
+  }
+  return files;
+}
+
+/// The numbers of a file up to its comment.
+Result<std::vector<double>> NumbersOfFile(const ExportedFile& file) {
+  std::vector<double> numbers;
+  std::istringstream lines(file.text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    line.resize(std::min(line.find('#'), line.size()));
+    std::istringstream words(line);
+    for (std::string word; words >> word;) {
+      double value = 0.0;
+      const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
+      if (failure != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+        return Error(
+            ErrorCode::kUnreadableNumber, {file.suffix, number}, "`" + word + "` is not a number");
+      }
+      numbers.push_back(value);
+    }
+  }
+  return numbers;
+}
+
+Result<Carried> ReadImuTk(const ReadRequest& request) {
+  Carried carried;
+  for (const ExportedFile& file : request.files) {
+    const ImuTkFile* kind = nullptr;
+    for (const ImuTkFile& candidate : kImuTkFiles) {
+      if (file.suffix.ends_with(candidate.suffix)) kind = &candidate;
+    }
+    if (kind == nullptr) {
+      return Error(ErrorCode::kWrongFormat,
+                   {file.suffix},
+                   "cannot tell the sensor from the name; expected names ending in "
+                   "_acc.calib and _gyro.calib, as written by imu_tk");
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, NumbersOfFile(file));
+    if (numbers.size() != kImuTkNumbers) {
+      return Error(ErrorCode::kWrongFormat,
+                   {file.suffix},
+                   "contains " + std::to_string(numbers.size()) +
+                       " numbers; expected T (9), K (9) and B (3)");
+    }
+    CorrectionParts& parts = carried.parts[kind->triad].emplace(
+        CorrectionParts::Of(StatedTogether(kImuTkFields, numbers.data())));
+    if (parts.matrix.determinant() == 0.0)
+      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "T K is singular");
+    parts.reading_unit = UnitFromComment(file.text, kind->triad);
+    if (parts.matrix.isUpperTriangular(0.0))
+      parts.sensitivity = parts.matrix.inverse().triangularView<Eigen::Upper>();
+  }
+  return carried;
+}
+
 }  // namespace
 
-Format ImuCalibFormat() {
-  Format format;
-  format.info = {
-      "imu-calib", "imu_calib (ROS), accelerometer (YAML)", "imu_calib.yaml", Arithmetic::kFloat64};
-  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.write = WriteImuCalib;
-  format.read = [](const ReadRequest& request) { return ReadListing(ImuCalib(), request); };
-  return format;
-}
-
-Format RealSenseFormat() {
-  Format format;
-  format.info = {
-      "realsense", "RealSense D400 with IMU (JSON)", "realsense.json", Arithmetic::kFloat32};
-  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
-  format.write = WriteRealSense;
-  format.read = [](const ReadRequest& request) { return ReadListing(RealSense(), request); };
-  return format;
-}
-
-Format BasaltFormat() {
-  Format format;
-  format.info = {
-      "basalt", "Basalt calibration, the IMU's part (JSON)", "basalt.json", Arithmetic::kFloat64};
-  format.gauge = Gauge::kAccelX;
-  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
-  format.write = WriteBasalt;
-  format.read = [](const ReadRequest& request) { return ReadListing(Basalt(), request); };
-  return format;
-}
-
-Format Ros2Format() {
-  Format format;
-  format.info = {"ros2",
-                 "ROS 2 parameters: correction, and covariances of sensor_msgs (YAML)",
-                 "ros2.yaml",
-                 Arithmetic::kFloat64};
-  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.capacity[Triad::kGyroscope] = {
-      .held = true, .g_sensitivity = true, .reading_unit = "rad/s"};
-  format.capacity[Triad::kMagnetometer] = {
-      .held = true, .reading_unit = "T", .result_in_reading_unit = true};
-  format.write = WriteRos2;
-  format.read = [](const ReadRequest& request) { return ReadListing(Ros2(), request); };
-  return format;
+std::vector<Format> ListedFormats() {
+  constexpr TriadCapacity kAcceleration = {.held = true, .reading_unit = "m/s^2"};
+  constexpr TriadCapacity kRate = {.held = true, .reading_unit = "rad/s"};
+  constexpr TriadCapacity kAnyUnit = {.held = true, .free_unit = true};
+  const auto in = [](std::string_view unit) -> TriadCapacity {
+    return {.held = true, .reading_unit = unit, .free_unit = true, .result_in_reading_unit = true};
+  };
+  return {{.info = {"basalt",
+                    "Basalt calibration, the IMU's part (JSON)",
+                    "basalt.json",
+                    Arithmetic::kFloat64},
+           .gauge = Gauge::kAccelX,
+           .capacity = {{kAcceleration, kRate, {}}},
+           .write = WriteBasalt,
+           .read = [](const ReadRequest& request) { return ReadListing(Basalt(), request); }},
+          {.info = {"imu-tk",
+                    "imu_tk, one file each for accelerometer and gyroscope",
+                    "imu_tk",
+                    Arithmetic::kFloat64,
+                    true},
+           .gauge = Gauge::kAccelZ,
+           .capacity = {{kAnyUnit, kAnyUnit, {}}},
+           .write = WriteImuTk,
+           .read = ReadImuTk},
+          {.info = {"imu-calib",
+                    "imu_calib (ROS), accelerometer (YAML)",
+                    "imu_calib.yaml",
+                    Arithmetic::kFloat64},
+           .capacity = {{kAcceleration, {}, {}}},
+           .write = WriteImuCalib,
+           .read = [](const ReadRequest& request) { return ReadListing(ImuCalib(), request); }},
+          {.info = {"realsense",
+                    "RealSense D400 with IMU (JSON)",
+                    "realsense.json",
+                    Arithmetic::kFloat32},
+           .capacity = {{kAcceleration, kRate, {}}},
+           .write = WriteRealSense,
+           .read = [](const ReadRequest& request) { return ReadListing(RealSense(), request); }},
+          {.info = {"fusion",
+                    "x-io Fusion constants (C), g and deg/s",
+                    "fusion.h",
+                    Arithmetic::kFloat32},
+           .capacity = {{in("g"), in("deg/s"), in("uT")}},
+           .write = WriteFusion,
+           .read = ReadFusion},
+          {.info = {"ros2",
+                    "ROS 2 parameters: correction, and covariances of sensor_msgs (YAML)",
+                    "ros2.yaml",
+                    Arithmetic::kFloat64},
+           .capacity = {{kAcceleration,
+                         {.held = true, .g_sensitivity = true, .reading_unit = "rad/s"},
+                         {.held = true, .reading_unit = "T", .result_in_reading_unit = true}}},
+           .write = WriteRos2,
+           .read = [](const ReadRequest& request) { return ReadListing(Ros2(), request); }}};
 }
 
 }  // namespace truetriad
