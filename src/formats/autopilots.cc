@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "formats/format.h"
+#include "formats/parameter_pattern.h"
 #include "formats/text.h"
 
 // PX4 parameters as QGroundControl loads them, and ArduPilot parameters. In float32, before the
@@ -37,7 +38,7 @@ constexpr float kNoCalibrationTemperature = -300.0F;
 // Outside of its range the scale of a compass is ignored.
 constexpr float kMaxCompassScale = 1.5F;
 
-/// What an autopilot calls the parameters of a sensor (Expanded says how).
+/// What an autopilot calls the parameters of a sensor, as patterns.
 struct SensorNames {
   Triad triad;
   std::vector<Field> fields;
@@ -113,30 +114,6 @@ const Autopilot& ArduPilot() {
         .id = "COMPASS_DEV_ID#",
         .scale = "COMPASS_SCALE#"}}};
   return autopilot;
-}
-
-/// A name with the instance for `@`, and for `#` where it is not the first of ArduPilot; for `*`
-/// the axis' letter, for `?` its number; for `%` a power. Beyond its third IMU ArduPilot begins
-/// with INS4_ instead.
-std::string Expanded(std::string_view pattern,
-                     int instance,
-                     std::size_t axis = 0,
-                     std::size_t power = 0) {
-  constexpr int kLastOfShortNames = 3;
-  const std::string number = std::to_string(instance);
-  const bool is_late = pattern.starts_with("INS_") && instance > kLastOfShortNames;
-  const std::map<char, std::string> words = {{'@', is_late ? "" : number},
-                                             {'#', is_late || instance == 1 ? "" : number},
-                                             {'*', std::string(1, "XYZ"[axis])},
-                                             {'?', std::to_string(axis)},
-                                             {'%', std::to_string(power)}};
-  std::string name;
-  for (const char c : pattern) {
-    const auto word = words.find(c);
-    name += word == words.end() ? std::string(1, c) : word->second;
-  }
-  if (is_late) name.insert(3, number);
-  return name;
 }
 
 Result<int> InstanceOf(const Autopilot& autopilot, const std::optional<int>& wanted) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/convention.h"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 
 #include <Eigen/LU>
 
@@ -43,6 +45,7 @@ constexpr std::array<std::array<Eigen::Index, 2>, 6> kLower = {
 
 /// What a quantity is of our model, and of the consumer's equation.
 struct Convention {
+  Quantity quantity;
   Numbers (*of)(const Symbols& symbols);
   void (*take)(const Numbers& numbers, CorrectionParts* parts);
 };
@@ -68,47 +71,63 @@ void TakeLowerDeviation(const Numbers& numbers, CorrectionParts* parts) {
     parts->matrix(kLower[i][0], kLower[i][1]) += numbers[static_cast<Eigen::Index>(i)];
 }
 
-/// By the numbers of the quantities.
 const Convention kConventions[] = {
-    {[](const Symbols& s) -> Numbers { return ByRows(s.R); },
+    {Quantity::kRotationFactor,
+     [](const Symbols& s) -> Numbers { return ByRows(s.R); },
      [](const Numbers& n, CorrectionParts* parts) { parts->rotation = Rows(n).transpose(); }},
-    {[](const Symbols& s) -> Numbers { return s.b; },
+    {Quantity::kBias,
+     [](const Symbols& s) -> Numbers { return s.b; },
      [](const Numbers& n, CorrectionParts* parts) { parts->before = n; }},
-    {[](const Symbols& s) -> Numbers { return -s.b; },
+    {Quantity::kBiasAdded,
+     [](const Symbols& s) -> Numbers { return -s.b; },
      [](const Numbers& n, CorrectionParts* parts) { parts->before = -n; }},
-    {[](const Symbols& s) -> Numbers { return s.C * s.b; },
+    {Quantity::kBiasAfter,
+     [](const Symbols& s) -> Numbers { return s.C * s.b; },
      [](const Numbers& n, CorrectionParts* parts) { parts->after = n; }},
-    {[](const Symbols& s) -> Numbers { return ByRows(s.C); }, TakeMatrix},
-    {[](const Symbols& s) -> Numbers { return s.C.reshaped(); },
+    {Quantity::kCorrection, [](const Symbols& s) -> Numbers { return ByRows(s.C); }, TakeMatrix},
+    {Quantity::kCorrectionByColumn,
+     [](const Symbols& s) -> Numbers { return s.C.reshaped(); },
      [](const Numbers& n, CorrectionParts* parts) { parts->matrix = Rows(n).transpose(); }},
-    {[](const Symbols& s) -> Numbers { return s.C.diagonal(); },
+    {Quantity::kDiagonal,
+     [](const Symbols& s) -> Numbers { return s.C.diagonal(); },
      [](const Numbers& n, CorrectionParts* parts) { parts->matrix = n.asDiagonal(); }},
-    {[](const Symbols& s) -> Numbers { return Eigen::Vector3d(s.C(0, 1), s.C(0, 2), s.C(1, 2)); },
+    {Quantity::kOffDiagonal,
+     [](const Symbols& s) -> Numbers { return Eigen::Vector3d(s.C(0, 1), s.C(0, 2), s.C(1, 2)); },
      [](const Numbers& n, CorrectionParts* parts) {
        parts->matrix(0, 1) = parts->matrix(1, 0) = n[0];
        parts->matrix(0, 2) = parts->matrix(2, 0) = n[1];
        parts->matrix(1, 2) = parts->matrix(2, 1) = n[2];
      }},
-    {[](const Symbols& s) -> Numbers {
+    {Quantity::kMisalignment,
+     [](const Symbols& s) -> Numbers {
        Eigen::Matrix3d T = s.C * s.K.inverse();
        T.diagonal().setOnes();  // They are, up to rounding.
        return ByRows(T);
      },
      TakeMatrix},
-    {[](const Symbols& s) -> Numbers { return ByRows(s.K); },
+    {Quantity::kGainsMatrix,
+     [](const Symbols& s) -> Numbers { return ByRows(s.K); },
      [](const Numbers& n, CorrectionParts* parts) {
        parts->matrix = (parts->matrix * Rows(n)).eval();
      }},
-    {[](const Symbols& s) -> Numbers { return s.C.diagonal(); },
+    {Quantity::kGains,
+     [](const Symbols& s) -> Numbers { return s.C.diagonal(); },
      [](const Numbers& n, CorrectionParts* parts) { parts->gains = n; }},
-    {[](const Symbols& s) -> Numbers { return (s.C - Eigen::Matrix3d::Identity()).reshaped(); },
+    {Quantity::kDeviation,
+     [](const Symbols& s) -> Numbers { return (s.C - Eigen::Matrix3d::Identity()).reshaped(); },
      [](const Numbers& n, CorrectionParts* parts) { parts->matrix += Rows(n).transpose(); }},
-    {LowerDeviation, TakeLowerDeviation},
-    {[](const Symbols& s) -> Numbers { return ByRows(s.S); }, TakeSensitivity},
-    {[](const Symbols& s) -> Numbers { return ByRows(s.M); }, TakeSensitivity},
-    {[](const Symbols& s) -> Numbers { return ByRows(s.G); },
+    {Quantity::kLowerDeviation, LowerDeviation, TakeLowerDeviation},
+    {Quantity::kSensitivity,
+     [](const Symbols& s) -> Numbers { return ByRows(s.S); },
+     TakeSensitivity},
+    {Quantity::kLowerFactor,
+     [](const Symbols& s) -> Numbers { return ByRows(s.M); },
+     TakeSensitivity},
+    {Quantity::kGSensitivity,
+     [](const Symbols& s) -> Numbers { return ByRows(s.G); },
      [](const Numbers& n, CorrectionParts* parts) { parts->g_sensitivity = Rows(n); }},
-    {[](const Symbols& s) -> Numbers { return ByRows(s.G * s.R.transpose()); },
+    {Quantity::kGBehindRotation,
+     [](const Symbols& s) -> Numbers { return ByRows(s.G * s.R.transpose()); },
      [](const Numbers& n, CorrectionParts* parts) {
        parts->g_sensitivity = Rows(n) * parts->rotation.transpose();
      }}};
@@ -134,7 +153,9 @@ Equation EquationIn(const CorrectionParts& parts) {
 }
 
 const Convention& ConventionOf(Quantity quantity) {
-  return kConventions[static_cast<std::size_t>(quantity)];
+  return *std::find_if(std::begin(kConventions), std::end(kConventions), [&](const auto& row) {
+    return row.quantity == quantity;
+  });
 }
 
 }  // namespace

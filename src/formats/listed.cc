@@ -242,14 +242,17 @@ Result<std::vector<ExportedFile>> WriteRos2(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", text + covariances}};
 }
 
-const PerTriad<std::vector<Field>> kFusionConstants = {
-    {{{{"accelerometerMisalignment", Quantity::kMisalignment},
-       {"accelerometerSensitivity", Quantity::kGains},
-       {"accelerometerOffset", Quantity::kBias}},
-      {{"gyroscopeMisalignment", Quantity::kMisalignment},
-       {"gyroscopeSensitivity", Quantity::kGains},
-       {"gyroscopeOffset", Quantity::kBias}},
-      {{"softIronMatrix", Quantity::kCorrection}, {"hardIronOffset", Quantity::kBias}}}}};
+const PerTriad<std::vector<Field>>& FusionConstants() {
+  static const auto& constants = *new PerTriad<std::vector<Field>>{
+      {{{{"accelerometerMisalignment", Quantity::kMisalignment},
+         {"accelerometerSensitivity", Quantity::kGains},
+         {"accelerometerOffset", Quantity::kBias}},
+        {{"gyroscopeMisalignment", Quantity::kMisalignment},
+         {"gyroscopeSensitivity", Quantity::kGains},
+         {"gyroscopeOffset", Quantity::kBias}},
+        {{"softIronMatrix", Quantity::kCorrection}, {"hardIronOffset", Quantity::kBias}}}}};
+  return constants;
+}
 
 /// "const FusionVector gyroscopeOffset = {0.0f, 0.0f, 0.0f};" Matrices by rows.
 std::string Constant(std::string_view name, const Eigen::VectorXd& values) {
@@ -266,7 +269,7 @@ Result<std::vector<ExportedFile>> WriteFusion(const WriteRequest& request,
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    for (const Field& field : kFusionConstants[triad])
+    for (const Field& field : FusionConstants()[triad])
       text += Constant(field.name, ValueOf(field.quantity, *sensor));
   }
   return std::vector<ExportedFile>{{"", std::move(text)}};
@@ -276,14 +279,14 @@ Result<Carried> ReadFusion(const ReadRequest& request) {
   Carried carried;
   for (const Triad triad : kTriads) {
     Stated stated;
-    for (const auto& [name, quantity, is_optional] : kFusionConstants[triad]) {
+    for (const auto& [name, quantity, is_optional] : FusionConstants()[triad]) {
       const std::vector<float> numbers =
           ReadConstant(request.files[0].text, " " + std::string(name) + " = {");
       if (numbers.size() != static_cast<std::size_t>(SizeOf(quantity))) continue;
       stated[quantity] =
           Eigen::Map<const Eigen::VectorXf>(numbers.data(), SizeOf(quantity)).cast<double>();
     }
-    if (stated.size() == kFusionConstants[triad].size())
+    if (stated.size() == FusionConstants()[triad].size())
       carried.parts[triad] = CorrectionParts::Of(stated);
   }
   return carried;
