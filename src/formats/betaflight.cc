@@ -22,11 +22,9 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kSet = "set ";
-// INAV: gains are shares of 4096 and of 1024; 8192 is the end of the setting's range
-// (settings.yaml).
-constexpr double kAccGainUnity = 4096.0;
-constexpr double kMagGainUnity = 1024.0;
-constexpr int kMaxGain = 8192;
+// INAV: what its gains are shares of, and the end of their range (settings.yaml).
+constexpr double kAccGainUnity = 4096.0, kMagGainUnity = 1024.0;
+constexpr int kMaxGain = 8192;  // Twice 4096.
 constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetometer};
 
 /// Half away from zero.

@@ -290,7 +290,7 @@ std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor,
 /// What rounding in float32 may do to a test vector: each of some thirty operations rounds a number
 /// no larger than the reading or the bias.
 float Tolerance(const TriadCalibration& sensor, double signal) {
-  constexpr double kOperations = 30.0;
+  constexpr double kOperations = 30.0;  // Two products of a matrix and polynomials.
   const double size = signal + (sensor.model.Correction() * sensor.model.bias).norm();
   return static_cast<float>(kOperations * std::numeric_limits<float>::epsilon() * size);
 }
