@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "formats/format.h"
-#include "formats/number_text.h"
+#include "formats/text.h"
 
 // Betaflight's and INAV's command lines; whole numbers in counts.
 //
@@ -22,11 +22,9 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kSet = "set ";
-// INAV: gains are shares of 4096 and of 1024; 8192 is the end of the setting's range
-// (settings.yaml).
-constexpr double kAccGainUnity = 4096.0;
-constexpr double kMagGainUnity = 1024.0;
-constexpr int kMaxGain = 8192;
+// INAV: what its gains are shares of, and the end of their range (settings.yaml).
+constexpr double kAccGainUnity = 4096.0, kMagGainUnity = 1024.0;
+constexpr int kMaxGain = 8192;  // Twice 4096.
 constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetometer};
 
 /// Half away from zero.
@@ -40,69 +38,73 @@ Result<int> Whole(const std::string& what, double value, int low, int high) {
   return static_cast<int>(rounded);
 }
 
-Result<std::array<int, 3>> WholeOffsets(Triad triad, const TriadCalibration& sensor) {
-  std::array<int, 3> offsets{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const int offset,
-                               Whole("the " + std::string(TriadName(triad)) + "'s offset",
-                                     sensor.model.bias[static_cast<Eigen::Index>(axis)],
-                                     std::numeric_limits<std::int16_t>::min(),
-                                     std::numeric_limits<std::int16_t>::max()));
-    offsets[axis] = offset;
-  }
-  return offsets;
+/// The settings of a sensor in the order in which they are written: what INAV's gain is a share of,
+/// or divides.
+struct Setting {
+  std::string_view name;  ///< `*` is the axis; without it all three stand in one.
+  Quantity quantity;
+  double unity = 1.0;
+  bool is_inverse = false;
+  std::string_view end = {};
+};
+using Settings = PerTriad<std::vector<Setting>>;
+const Settings& Betaflight() {
+  // The 1 marks the calibration as done.
+  static const auto& settings =
+      *new Settings{{{{{"acc_calibration", Quantity::kBias, 1.0, false, ",1"}},
+                      {},
+                      {{"mag_calibration", Quantity::kBias}}}}};
+  return settings;
+}
+const Settings& Inav() {
+  static const auto& settings = *new Settings{
+      {{{{"acczero_*", Quantity::kBias}, {"accgain_*", Quantity::kDiagonal, kAccGainUnity}},
+        {},
+        {{"magzero_*", Quantity::kBias},
+         {"maggain_*", Quantity::kDiagonal, kMagGainUnity, /*is_inverse=*/true}}}}};
+  return settings;
 }
 
-Result<std::vector<ExportedFile>> WriteBetaflight(const WriteRequest& request,
-                                                  std::vector<std::string>* warnings) {
+/// "acczero_x"; a name without `*` as it stands.
+std::string SettingName(const Setting& setting, Eigen::Index axis) {
+  std::string name(setting.name);
+  if (const std::size_t star = name.find('*'); star != std::string::npos)
+    name[star] = AxisLetter(axis);
+  return name;
+}
+
+Result<std::vector<ExportedFile>> WriteSettings(const Settings& settings,
+                                                const WriteRequest& request,
+                                                std::string_view warning,
+                                                std::vector<std::string>* warnings) {
   std::string text = CommentText("# ", request.comment);
   for (const Triad triad : kHeld) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto zero, WholeOffsets(triad, *sensor));
-    const bool is_acc = triad == Triad::kAccelerometer;
-    text += std::string(kSet) + (is_acc ? "acc" : "mag") +
-            "_calibration = " + std::to_string(zero[0]) + "," + std::to_string(zero[1]) + "," +
-            std::to_string(zero[2]) + (is_acc ? ",1\n" : "\n");
-  }
-  warnings->emplace_back(
-      "Betaflight subtracts offsets after aligning the sensors to the board, so these are valid "
-      "only for readings recorded that way, as in its own log");
-  return std::vector<ExportedFile>{{"", text + "save\n"}};
-}
-
-Result<std::vector<ExportedFile>> WriteInav(const WriteRequest& request,
-                                            std::vector<std::string>* warnings) {
-  std::string text = CommentText("# ", request.comment);
-  for (const Triad triad : kHeld) {
-    const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
-    if (!sensor) continue;
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto zero, WholeOffsets(triad, *sensor));
-    const bool is_acc = triad == Triad::kAccelerometer;
-    const std::string name = is_acc ? "acc" : "mag";
-    const Eigen::Vector3d C = sensor->model.Correction().diagonal();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      text += std::string(kSet) + name + "zero_" + AxisLetter(axis) + " = " +
-              std::to_string(zero[axis]) + "\n";
-    }
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const int gain,
-                                 Whole("the " + std::string(TriadName(triad)) + "'s gain",
-                                       is_acc ? kAccGainUnity * C[axis] : kMagGainUnity / C[axis],
-                                       1,
-                                       kMaxGain));
-      text += std::string(kSet) + name + "gain_" + AxisLetter(axis) + " = " + std::to_string(gain) +
-              "\n";
+    for (const Setting& setting : settings[triad]) {
+      const bool is_offset = setting.quantity == Quantity::kBias;
+      const bool is_list = setting.name.find('*') == std::string_view::npos;
+      const Eigen::VectorXd values = ValueOf(setting.quantity, *sensor);
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        TRUETRIAD_ASSIGN_OR_RETURN(
+            const int whole,
+            Whole("the " + std::string(TriadName(triad)) + (is_offset ? "'s offset" : "'s gain"),
+                  setting.is_inverse ? setting.unity / values[axis] : setting.unity * values[axis],
+                  is_offset ? std::numeric_limits<std::int16_t>::min() : 1,
+                  is_offset ? std::numeric_limits<std::int16_t>::max() : kMaxGain));
+        const bool begins = !is_list || axis == 0;
+        text += begins ? std::string(kSet) + SettingName(setting, axis) + " = " : std::string(",");
+        text += std::to_string(whole);
+        if (!is_list || axis == 2) text.append(setting.end) += '\n';
+      }
     }
   }
-  warnings->emplace_back(
-      "INAV corrects before aligning the sensors to the board, so these are valid only for "
-      "readings in the chip's own axes");
+  warnings->emplace_back(warning);
   return std::vector<ExportedFile>{{"", text + "save\n"}};
 }
 
 /// The numbers of each `set name = n,n,n`.
-Result<std::map<std::string, std::vector<int>>> Settings(const ExportedFile& file) {
+Result<std::map<std::string, std::vector<int>>> StoredSettings(const ExportedFile& file) {
   std::map<std::string, std::vector<int>> settings;
   std::istringstream lines(file.text);
   int number = 0;
@@ -127,79 +129,66 @@ Result<std::map<std::string, std::vector<int>>> Settings(const ExportedFile& fil
   return settings;
 }
 
-Equation GainedEquation(const Eigen::Vector3d& zero, const Eigen::Vector3d& gain) {
-  return [=](const Eigen::Vector3d& reading,
-             const Eigen::Vector3d& /*force_mps2*/,
-             double /*temperature_degc*/) -> Eigen::Vector3d {
-    return (reading - zero).cwiseProduct(gain);
-  };
-}
-
-Result<Carried> ReadBetaflight(const ReadRequest& request) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto settings, Settings(request.files[0]));
+Result<Carried> ReadSettings(const Settings& settings, const ReadRequest& request) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto stored, StoredSettings(request.files[0]));
   Carried carried;
   for (const Triad triad : kHeld) {
-    const auto found =
-        settings.find(triad == Triad::kAccelerometer ? "acc_calibration" : "mag_calibration");
-    if (found == settings.end() || found->second.size() < 3) continue;
-    const std::vector<int>& zero = found->second;
-    carried.equations[triad] = GainedEquation(
-        Eigen::Vector3i(zero[0], zero[1], zero[2]).cast<double>(), Eigen::Vector3d::Ones());
-  }
-  return carried;
-}
-
-Result<Carried> ReadInav(const ReadRequest& request) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto settings, Settings(request.files[0]));
-  Carried carried;
-  for (const Triad triad : kHeld) {
-    const bool is_acc = triad == Triad::kAccelerometer;
-    const std::string name = is_acc ? "acc" : "mag";
-    Eigen::Vector3d zero, gain;
-    bool whole = true;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto found_zero = settings.find(name + "zero_" + AxisLetter(axis));
-      const auto found_gain = settings.find(name + "gain_" + AxisLetter(axis));
-      whole = whole && found_zero != settings.end() && found_zero->second.size() == 1 &&
-              found_gain != settings.end() && found_gain->second.size() == 1;
-      if (!whole) break;
-      zero[axis] = found_zero->second[0];
-      const double number = found_gain->second[0];
-      gain[axis] = is_acc ? number / kAccGainUnity : kMagGainUnity / number;
+    Stated stated;
+    for (const Setting& setting : settings[triad]) {
+      Eigen::Vector3d values;
+      bool whole = true;
+      for (Eigen::Index axis = 0; axis < 3 && whole; ++axis) {
+        const std::string name = SettingName(setting, axis);
+        const std::size_t place = name == setting.name ? static_cast<std::size_t>(axis) : 0;
+        const auto found = stored.find(name);
+        whole = found != stored.end() && place < found->second.size();
+        if (!whole) break;
+        const double number = found->second[place];
+        values[axis] = setting.is_inverse ? setting.unity / number : number / setting.unity;
+      }
+      if (whole) stated[setting.quantity] = values;
     }
-    if (whole) carried.equations[triad] = GainedEquation(zero, gain);
+    if (stated.size() == settings[triad].size()) carried.parts[triad] = CorrectionParts::Of(stated);
   }
   return carried;
-}
-
-Format CountsFormat(MatrixForm form) {
-  Format format;
-  for (const Triad triad : kHeld) {
-    format.capacity[triad] = {
-        .held = true, .matrix = form, .reading_unit = "counts", .result_in_reading_unit = true};
-  }
-  return format;
 }
 
 }  // namespace
 
-Format BetaflightFormat() {
-  Format format = CountsFormat(MatrixForm::kNone);
-  format.info = {"betaflight",
-                 "Betaflight command line, offsets only",
-                 "betaflight.txt",
-                 Arithmetic::kIntegers};
-  format.write = WriteBetaflight;
-  format.read = ReadBetaflight;
-  return format;
-}
-
-Format InavFormat() {
-  Format format = CountsFormat(MatrixForm::kDiagonal);
-  format.info = {"inav", "INAV command line, offsets and gains", "inav.txt", Arithmetic::kIntegers};
-  format.write = WriteInav;
-  format.read = ReadInav;
-  return format;
+std::vector<Format> CountsFormats() {
+  const auto held = [](MatrixForm matrix) -> PerTriad<TriadCapacity> {
+    const TriadCapacity counts = {
+        .held = true, .matrix = matrix, .reading_unit = "counts", .result_in_reading_unit = true};
+    return {{counts, {}, counts}};
+  };
+  return {
+      {.info = {"betaflight",
+                "Betaflight command line, offsets only",
+                "betaflight.txt",
+                Arithmetic::kIntegers},
+       .capacity = held(MatrixForm::kNone),
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteSettings(
+                 Betaflight(),
+                 request,
+                 "Betaflight subtracts offsets after aligning the sensors to the board, so these "
+                 "are valid only for readings recorded that way, as in its own log",
+                 warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadSettings(Betaflight(), request); }},
+      {.info = {"inav", "INAV command line, offsets and gains", "inav.txt", Arithmetic::kIntegers},
+       .capacity = held(MatrixForm::kDiagonal),
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteSettings(
+                 Inav(),
+                 request,
+                 "INAV corrects before aligning the sensors to the board, so these are valid only "
+                 "for readings in the chip's own axes",
+                 warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadSettings(Inav(), request); }}};
 }
 
 }  // namespace truetriad

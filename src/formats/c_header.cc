@@ -10,8 +10,8 @@
 #include <zlib.h>
 
 #include "formats/format.h"
-#include "formats/number_text.h"
 #include "formats/restate.h"
+#include "formats/text.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
 
@@ -290,7 +290,7 @@ std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor,
 /// What rounding in float32 may do to a test vector: each of some thirty operations rounds a number
 /// no larger than the reading or the bias.
 float Tolerance(const TriadCalibration& sensor, double signal) {
-  constexpr double kOperations = 30.0;
+  constexpr double kOperations = 30.0;  // Two products of a matrix and polynomials.
   const double size = signal + (sensor.model.Correction() * sensor.model.bias).norm();
   return static_cast<float>(kOperations * std::numeric_limits<float>::epsilon() * size);
 }
@@ -381,22 +381,9 @@ static inline int truetriad_self_test(void) {
 
 // ---------------------------------------------------------------------------------------- reading
 
-/// The numbers of the array `name`; empty when there is none.
+/// The numbers of an array; empty when there is none.
 std::vector<float> ReadArray(const std::string& text, const std::string& name) {
-  std::vector<float> numbers;
-  const std::size_t declared = text.find("static const float " + name + "[");
-  if (declared == std::string::npos) return numbers;
-  const std::size_t begin = text.find('{', declared);
-  const std::size_t end = text.find(';', declared);
-  for (std::size_t at = begin; at < end;) {
-    at = text.find_first_of("-.0123456789", at);
-    if (at >= end) break;
-    float value = 0.0F;
-    const auto result = std::from_chars(text.data() + at, text.data() + end, value);
-    numbers.push_back(value);
-    at = static_cast<std::size_t>(result.ptr - text.data()) + 1;  // past the f
-  }
-  return numbers;
+  return ReadConstant(text, "static const float " + name + "[");
 }
 
 template <typename Item>
@@ -439,22 +426,18 @@ Result<Carried> ReadCHeader(const ReadRequest& request) {
 }  // namespace
 
 Format CHeaderFormat() {
-  Format format;
-  format.info = {"c-header",
-                 "C99 header for firmware, with CRC and test vectors",
-                 "calibration.h",
-                 Arithmetic::kFloat32};
-  for (const Triad triad : kTriads) {
-    format.capacity[triad] = {.held = true,
-                              .matrix = MatrixForm::kFull,
-                              .bias_order = kMaxBiasOrder,
-                              .matrix_thermal = true,
-                              .g_sensitivity = true,
-                              .free_unit = true};
-  }
-  format.write = WriteCHeader;
-  format.read = ReadCHeader;
-  return format;
+  constexpr TriadCapacity kHeld = {.held = true,
+                                   .bias_order = kMaxBiasOrder,
+                                   .matrix_thermal = true,
+                                   .g_sensitivity = true,
+                                   .free_unit = true};
+  return {.info = {"c-header",
+                   "C99 header for firmware, with CRC and test vectors",
+                   "calibration.h",
+                   Arithmetic::kFloat32},
+          .capacity = {{kHeld, kHeld, kHeld}},
+          .write = WriteCHeader,
+          .read = ReadCHeader};
 }
 
 }  // namespace truetriad

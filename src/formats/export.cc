@@ -5,11 +5,10 @@
 #include <sstream>
 
 #include "base/utf8.h"
-#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/loss.h"
-#include "formats/number_text.h"
 #include "formats/restate.h"
+#include "formats/text.h"
 #include "report/content.h"
 #include "truetriad/io/calibration_file.h"
 
@@ -138,8 +137,11 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
       format.write({restated.held, options, comment, &calibration}, &said_twice));
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(AsRead(draft, options)));
   for (const Triad triad : kTriads) {
-    if (!restated.held.sensors[triad] || !carried.equations[triad]) continue;
-    const ExportLoss loss = LossOf(triad, carried.equations[triad], restated, calibration);
+    const std::optional<CorrectionParts>& parts = carried.parts[triad];
+    const Equation equation =
+        parts ? EquationOf(*parts, format.info.arithmetic) : carried.equations[triad];
+    if (!restated.held.sensors[triad] || !equation) continue;
+    const ExportLoss loss = LossOf(triad, equation, restated, calibration);
     const std::string text = LossText(triad, loss);
     comment.push_back(text + ".");
     if (options.max_loss && !(loss.share() <= *options.max_loss)) {

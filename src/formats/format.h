@@ -2,15 +2,14 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "formats/convention.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/export.h"
@@ -53,15 +52,11 @@ struct WriteRequest {
   const Calibration* stated;         // as it was: in the units and gauge of its covariance
 };
 
-// What a consumer makes of a reading, in its units and its arithmetic.
-using Equation = std::function<Eigen::Vector3d(
-    const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
-
-// What a file tells its consumer.
+// What a file tells its consumer: of a triad that is in it its parts, or an equation of the
+// format's own.
 struct Carried {
-  PerTriad<Equation> equations;  // empty for a triad that is not in the file
-  // The same as our model, in the consumer's units; for formats that can be imported.
-  PerTriad<std::optional<TriadCalibration>> sensors;
+  PerTriad<std::optional<CorrectionParts>> parts;
+  PerTriad<Equation> equations;
   PerTriad<std::optional<std::int64_t>> device_ids;
   std::optional<double> field_ut;  // strength of the field that it was made with
   std::vector<std::string> notes;
@@ -74,33 +69,24 @@ struct ReadRequest {
 
 struct Format {
   FormatInfo info;
-  std::optional<Gauge> gauge;  // the body frame that the format needs
-  PerTriad<TriadCapacity> capacity;
+  std::optional<Gauge> gauge = {};  // the body frame that the format needs
+  PerTriad<TriadCapacity> capacity = {};
   Result<std::vector<ExportedFile>> (*write)(const WriteRequest&,
                                              std::vector<std::string>* warnings) = nullptr;
   Result<Carried> (*read)(const ReadRequest&) = nullptr;
 };
 
-// One a file.
-Format Px4Format();
-Format ArduPilotFormat();
-Format KalibrFormat();
-Format KalibrResultFormat();
-Format OpenVinsFormat();
-Format BasaltFormat();
-Format ImuTkFormat();
-Format ImuCalibFormat();
-Format RealSenseFormat();
-Format BetaflightFormat();
-Format InavFormat();
-Format FusionFormat();
-Format Ros2Format();
+std::vector<Format> AutopilotFormats();
+std::vector<Format> CountsFormats();
+std::vector<Format> KalibrFormats();
+std::vector<Format> ListedFormats();
 Format MatlabFormat();
 Format JsonFormat();
 Format CHeaderFormat();
 Format RecordFormat();
 
-std::span<const Format> AllFormats();
+// In the order of the documentation.
+const std::vector<Format>& AllFormats();
 
 // Error (usage): there is none of that name; says which is nearest.
 Result<const Format*> FindFormat(std::string_view name);

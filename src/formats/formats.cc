@@ -7,24 +7,16 @@
 
 namespace truetriad {
 
-std::span<const Format> AllFormats() {
-  static const auto& formats = *new std::vector<Format>{Px4Format(),
-                                                        ArduPilotFormat(),
-                                                        BetaflightFormat(),
-                                                        InavFormat(),
-                                                        KalibrFormat(),
-                                                        KalibrResultFormat(),
-                                                        OpenVinsFormat(),
-                                                        BasaltFormat(),
-                                                        ImuTkFormat(),
-                                                        ImuCalibFormat(),
-                                                        RealSenseFormat(),
-                                                        FusionFormat(),
-                                                        Ros2Format(),
-                                                        MatlabFormat(),
-                                                        JsonFormat(),
-                                                        CHeaderFormat(),
-                                                        RecordFormat()};
+const std::vector<Format>& AllFormats() {
+  static const auto& formats = *[] {
+    auto* const all = new std::vector<Format>();
+    for (const std::vector<Format>& some :
+         {AutopilotFormats(), CountsFormats(), KalibrFormats(), ListedFormats()}) {
+      all->insert(all->end(), some.begin(), some.end());
+    }
+    all->insert(all->end(), {MatlabFormat(), JsonFormat(), CHeaderFormat(), RecordFormat()});
+    return all;
+  }();
   return formats;
 }
 

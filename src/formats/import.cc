@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 
 #include "calibrate/reading_units.h"
-#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/restate.h"
+#include "formats/text.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "problem/parameter_name.h"
@@ -20,12 +20,17 @@
 namespace truetriad {
 namespace {
 
-/// `carried` in the units that the calibration is to have.
+/// What a file carries, in the units that the calibration is to have.
 Result<TriadCalibration> InWantedUnits(Triad triad,
-                                       const TriadCalibration& carried,
+                                       const CorrectionParts& parts,
                                        const Format& format,
                                        const std::optional<std::string>& wanted) {
   const std::string name(TriadName(triad));
+  const TriadCapacity& capacity = format.capacity[triad];
+  const TriadCalibration carried =
+      TriadOf(parts,
+              capacity.reading_unit,
+              capacity.result_in_reading_unit ? capacity.reading_unit : TruthUnitName(triad));
   TriadCalibration sensor = carried;
   if (carried.input_unit.empty()) {
     if (!wanted) {
@@ -37,7 +42,7 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
     return sensor;
   }
   // A unit of the format's own is of no interest; one that the file states is the recording's.
-  const bool fixed = !format.capacity[triad].reading_unit.empty();
+  const bool fixed = !capacity.reading_unit.empty();
   const std::string unit_name =
       wanted.value_or(fixed ? std::string(TruthUnitName(triad)) : carried.input_unit);
   TRUETRIAD_ASSIGN_OR_RETURN(const Unit from, ParseTriadUnit(triad, carried.input_unit));
@@ -132,10 +137,10 @@ Result<Import> ImportCalibration(std::string_view format_name,
 
   std::optional<Triad> leading;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
-    if (!carried.sensors[triad]) continue;
+    if (!carried.parts[triad]) continue;
     TRUETRIAD_ASSIGN_OR_RETURN(
         TriadCalibration sensor,
-        InWantedUnits(triad, *carried.sensors[triad], format, options.units[triad]));
+        InWantedUnits(triad, *carried.parts[triad], format, options.units[triad]));
     if (!sensor.model.sensitivity.allFinite() || !sensor.model.bias.allFinite()) {
       return Error(ErrorCode::kSingularMatrix,
                    {paths[0]},

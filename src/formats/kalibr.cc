@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <charconv>
-#include <sstream>
-
-#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <span>
 
 #include "formats/format.h"
 #include "formats/list_text.h"
 #include "formats/noise.h"
-#include "formats/number_text.h"
-#include "math/dense/qr.h"
+#include "formats/text.h"
 
 // Kalibr's input, which is noise alone, its result with the scale-misalignment model, and OpenVINS'
 // kalibr_imu_chain.yaml, in double:
@@ -27,49 +25,58 @@ namespace {
 
 constexpr std::string_view kBiasComment = "# bias ";
 
-/// S = M C, M lower triangular with positive diagonal, C a rotation.
-struct LowerTimesRotation {
-  Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d C = Eigen::Matrix3d::Identity();
-};
+constexpr std::array<Triad, 2> kInertial = {Triad::kAccelerometer, Triad::kGyroscope};
 
-LowerTimesRotation Split(const Eigen::Matrix3d& sensitivity) {
-  // S^T = Q R, so S = R^T Q^T.
-  const auto [Q, R] = QrOf3(sensitivity.transpose());
-  const Eigen::Vector3d signs =
-      R.diagonal().unaryExpr([](double d) { return d < 0.0 ? -1.0 : 1.0; });
-  return {R.transpose() * signs.asDiagonal(), signs.asDiagonal() * Q.transpose()};
+/// The matrices of both programs, in the order in which a file states them.
+struct ChainField {
+  Triad triad;
+  Field field;
+};
+constexpr std::array<ChainField, 4> kKalibrFields = {
+    {{Triad::kAccelerometer, {"M", Quantity::kSensitivity}},
+     {Triad::kGyroscope, {"M", Quantity::kLowerFactor}},
+     {Triad::kGyroscope, {"A", Quantity::kGBehindRotation}},
+     {Triad::kGyroscope, {"C_gyro_i", Quantity::kRotationFactor}}}};
+constexpr std::array<ChainField, 4> kOpenVinsFields = {
+    {{Triad::kGyroscope, {"Tw", Quantity::kLowerFactor}},
+     {Triad::kGyroscope, {"R_IMUtoGYRO", Quantity::kRotationFactor}},
+     {Triad::kAccelerometer, {"Ta", Quantity::kSensitivity}},
+     {Triad::kGyroscope, {"Tg", Quantity::kGSensitivity}}}};
+
+std::vector<Field> ChainFieldsOf(Triad triad, std::span<const ChainField> fields) {
+  std::vector<Field> own;
+  for (const ChainField& field : fields) {
+    if (field.triad == triad) own.push_back(field.field);
+  }
+  return own;
 }
 
-/// The matrices of both programs.
-struct Chain {
-  Eigen::Matrix3d M_a = Eigen::Matrix3d::Identity();
-  LowerTimesRotation gyroscope;
-  Eigen::Matrix3d G = Eigen::Matrix3d::Zero();
-};
-
-Result<Chain> ChainOf(const Calibration& calibration) {
-  Chain chain;
-  if (const auto& sensor = calibration.sensors[Triad::kAccelerometer]) {
-    chain.M_a = sensor->model.sensitivity;
+/// These files state both sensors: the identity, and a warning, for one that is not calibrated.
+/// Error: a mirrored gyroscope.
+Result<PerTriad<TriadCalibration>> BothSensors(const Calibration& calibration,
+                                               std::vector<std::string>* warnings) {
+  PerTriad<TriadCalibration> both;
+  const std::optional<TriadCalibration>& gyroscope = calibration.sensors[Triad::kGyroscope];
+  if (gyroscope && gyroscope->model.sensitivity.determinant() < 0.0) {
+    return Error(ErrorCode::kNotRepresentable,
+                 "the gyroscope is mirrored (the determinant of its sensitivity is negative), "
+                 "which a rotation and positive gains cannot express; reverse one axis of its "
+                 "readings and calibrate again");
   }
-  if (const auto& sensor = calibration.sensors[Triad::kGyroscope]) {
-    if (sensor->model.sensitivity.determinant() < 0.0) {
-      return Error(
-          ErrorCode::kNotRepresentable,
-          "the gyroscope is mirrored (the determinant of its sensitivity is negative), which a "
-          "rotation and positive gains cannot express; reverse one axis of its readings and "
-          "calibrate again");
+  for (const Triad triad : kInertial) {
+    if (calibration.sensors[triad]) {
+      both[triad] = *calibration.sensors[triad];
+      continue;
     }
-    chain.gyroscope = Split(sensor->model.sensitivity);
-    if (sensor->g_sensitivity) chain.G = *sensor->g_sensitivity;
+    warnings->emplace_back(std::string(TriadName(triad)) +
+                           ": not calibrated; the file, which must state it, holds the identity");
   }
-  return chain;
+  return both;
 }
 
 std::string BiasComments(const Calibration& calibration) {
   std::string text;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+  for (const Triad triad : kInertial) {
     const auto& sensor = calibration.sensors[triad];
     if (!sensor) continue;
     text.append(kBiasComment).append(TriadName(triad)).append(" ");
@@ -95,7 +102,7 @@ Result<std::string> NoiseText(const std::string& indent,
                               std::vector<std::string>* warnings) {
   std::string text;
   double rate_hz = 0.0;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+  for (const Triad triad : kInertial) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise, NoiseOf(options, triad));
     const std::string name(TriadName(triad));
     const std::string unit(TruthUnitName(triad));
@@ -131,15 +138,6 @@ Result<std::string> NoiseText(const std::string& indent,
   return text;
 }
 
-// These files state both sensors.
-void WarnOfMissing(const Calibration& calibration, std::vector<std::string>* warnings) {
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    if (calibration.sensors[triad]) continue;
-    warnings->emplace_back(std::string(TriadName(triad)) +
-                           ": not calibrated; the file, which must state it, holds the identity");
-  }
-}
-
 constexpr std::string_view kBody =
     "  T_i_b: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
     "  time_offset: 0.0\n"
@@ -152,84 +150,71 @@ Result<std::vector<ExportedFile>> WriteKalibr(const WriteRequest& request,
       {"", CommentText("# ", request.comment) + "rostopic: /imu0\n" + noise}};
 }
 
+/// What both files begin with.
+Result<std::string> ChainHead(const WriteRequest& request,
+                              std::string_view model,
+                              std::vector<std::string>* warnings) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request.options, warnings));
+  return CommentText("# ", request.comment) + BiasComments(request.calibration) +
+         "imu0:\n  model: " + std::string(model) + "\n" + std::string(kBody) + noise;
+}
+
 Result<std::vector<ExportedFile>> WriteKalibrResult(const WriteRequest& request,
                                                     std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
-  WarnOfMissing(request.calibration, warnings);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request.options, warnings));
-  const Eigen::Matrix3d A = chain.G * chain.gyroscope.C.transpose();
-  std::string text = CommentText("# ", request.comment) + BiasComments(request.calibration) +
-                     "imu0:\n  model: scale-misalignment\n" + std::string(kBody) + noise +
-                     "  accelerometers:\n    M: " + RowsText(chain.M_a) +
-                     "\n  gyroscopes:\n    M: " + RowsText(chain.gyroscope.M) +
-                     "\n    A: " + RowsText(A) + "\n    C_gyro_i: " + RowsText(chain.gyroscope.C) +
-                     "\n";
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto both, BothSensors(request.calibration, warnings));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::string text, ChainHead(request, "scale-misalignment", warnings));
+  std::optional<Triad> block;
+  for (const auto& [triad, field] : kKalibrFields) {
+    if (block != triad) text.append("  ").append(TriadName(triad)).append("s:\n");
+    block = triad;
+    text.append("    ").append(field.name).append(": ");
+    text += RowsText(ValueOf(field.quantity, both[triad])) + "\n";
+  }
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
 Result<std::vector<ExportedFile>> WriteOpenVins(const WriteRequest& request,
                                                 std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
-  WarnOfMissing(request.calibration, warnings);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request.options, warnings));
-  std::string text = "%YAML:1.0\n\n" + CommentText("# ", request.comment) +
-                     BiasComments(request.calibration) + "imu0:\n  model: \"kalibr\"\n" +
-                     std::string(kBody) + noise + "  Tw: " + RowsText(chain.gyroscope.M) +
-                     "\n  R_IMUtoGYRO: " + RowsText(chain.gyroscope.C) +
-                     "\n  Ta: " + RowsText(chain.M_a) +
-                     "\n  R_IMUtoACC: " + RowsText(Eigen::Matrix3d::Identity().eval()) +
-                     "\n  Tg: " + RowsText(chain.G) + "\n";
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto both, BothSensors(request.calibration, warnings));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string head, ChainHead(request, "\"kalibr\"", warnings));
+  std::string text = "%YAML:1.0\n\n" + head;
+  for (const auto& [triad, field] : kOpenVinsFields) {
+    text.append("  ").append(field.name).append(": ");
+    text += RowsText(ValueOf(field.quantity, both[triad])) + "\n";
+    // The accelerometer's axes are those of the IMU.
+    if (triad == Triad::kAccelerometer)
+      text += "  R_IMUtoACC: " + RowsText(Eigen::Matrix3d::Identity().reshaped()) + "\n";
+  }
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
 /// The biases of the comment; zero, and a note, where there is none.
 Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* carried) {
   const std::string begin = std::string(kBiasComment) + std::string(TriadName(triad)) + " ";
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   const std::size_t at = text.find(begin);
   const std::size_t list = at == std::string::npos ? at : text.find('[', at);
-  int read = 0;
-  if (list != std::string::npos) {
-    const char* from = text.data() + list + 1;
-    const char* const end = text.data() + text.size();
-    for (; read < 3; ++read) {
-      const auto [next, failure] = std::from_chars(from, end, bias[read]);
-      if (failure != std::errc()) break;
-      for (from = next; from != end && (*from == ',' || *from == ' ');) ++from;
-    }
+  const std::size_t end = text.find(']', std::min(list, text.size()));
+  if (end < text.size()) {
+    Result<YamlReader> line =
+        YamlReader::FromText("bias: " + text.substr(list, end + 1 - list), "the comment");
+    const auto numbers = line ? ReadList(line->Child("bias"), 3) : std::vector<double>();
+    if (!numbers.empty()) return {numbers[0], numbers[1], numbers[2]};
   }
-  if (read < 3) {
-    bias.setZero();
-    carried->notes.emplace_back(std::string(TriadName(triad)) +
-                                ": the file contains no bias; assumed zero");
-  }
-  return bias;
+  carried->notes.emplace_back(std::string(TriadName(triad)) +
+                              ": the file contains no bias; assumed zero");
+  return Eigen::Vector3d::Zero();
 }
 
-Carried CarriedChain(const Chain& chain, const std::string& text) {
+/// Error: a singular matrix.
+Result<Carried> CarriedChain(const PerTriad<Stated>& stated, const ExportedFile& file) {
   Carried carried;
-  const Eigen::Matrix3d S_g = chain.gyroscope.M * chain.gyroscope.C;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    TriadCalibration& sensor = carried.sensors[triad].emplace();
-    sensor.input_unit = sensor.output_unit = TruthUnitName(triad);
-    sensor.noise.source = NoiseSource::kConfig;
-    sensor.model.bias = BiasFromComment(text, triad, &carried);
-    sensor.model.sensitivity = triad == Triad::kAccelerometer ? chain.M_a : S_g;
-    if (triad == Triad::kGyroscope && !chain.G.isZero(0.0)) sensor.g_sensitivity = chain.G;
+  for (const Triad triad : kInertial) {
+    CorrectionParts& parts = carried.parts[triad].emplace(CorrectionParts::Of(stated[triad]));
+    if (!parts.matrix.allFinite())
+      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "a matrix of the IMU is singular");
+    parts.before = BiasFromComment(file.text, triad, &carried);
+    if (parts.g_sensitivity && parts.g_sensitivity->isZero(0.0)) parts.g_sensitivity.reset();
   }
-  const Eigen::Vector3d b_a = carried.sensors[Triad::kAccelerometer]->model.bias;
-  const Eigen::Vector3d b_g = carried.sensors[Triad::kGyroscope]->model.bias;
-  carried.equations[Triad::kAccelerometer] = [=](const Eigen::Vector3d& reading,
-                                                 const Eigen::Vector3d& /*force_mps2*/,
-                                                 double /*temperature_degc*/) -> Eigen::Vector3d {
-    return chain.M_a.inverse() * (reading - b_a);
-  };
-  carried.equations[Triad::kGyroscope] = [=](const Eigen::Vector3d& reading,
-                                             const Eigen::Vector3d& force_mps2,
-                                             double /*temperature_degc*/) -> Eigen::Vector3d {
-    return chain.gyroscope.C.transpose() *
-           (chain.gyroscope.M.inverse() * (reading - b_g - chain.G * force_mps2));
-  };
   return carried;
 }
 
@@ -241,18 +226,13 @@ YamlReader FirstImu(YamlReader* root) {
   return root->RequireChild("imu0");
 }
 
-Status CheckRegular(const Chain& chain, const ExportedFile& file) {
-  if (chain.M_a.determinant() != 0.0 && chain.gyroscope.M.determinant() != 0.0) return {};
-  return Error(ErrorCode::kSingularMatrix, {file.suffix}, "a matrix of the IMU is singular");
-}
-
 /// Its input, which is not corrected, or its result.
 Result<Carried> ReadKalibr(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
-  Chain chain;
+  PerTriad<Stated> stated;
   if (root.Child("rostopic")) {
-    Carried carried = CarriedChain(chain, file.text);
+    TRUETRIAD_ASSIGN_OR_RETURN(Carried carried, CarriedChain(stated, file));
     carried.notes = {"Kalibr's input holds noise alone: readings are taken as they are"};
     return carried;
   }
@@ -261,18 +241,13 @@ Result<Carried> ReadKalibr(const ReadRequest& request) {
     if (imu.Require("model", &model) && model != "scale-misalignment") {
       imu.Child("model").Fail("`" + model + "` has no matrices; expected `scale-misalignment`");
     }
-    if (YamlReader accelerometers = imu.RequireChild("accelerometers")) {
-      chain.M_a = ReadRows(accelerometers.RequireChild("M"));
-    }
-    if (YamlReader gyroscopes = imu.RequireChild("gyroscopes")) {
-      chain.gyroscope.M = ReadRows(gyroscopes.RequireChild("M"));
-      chain.gyroscope.C = ReadRows(gyroscopes.RequireChild("C_gyro_i"));
-      chain.G = ReadRows(gyroscopes.RequireChild("A")) * chain.gyroscope.C;
+    for (const Triad triad : kInertial) {
+      if (YamlReader block = imu.RequireChild(std::string(TriadName(triad)) + "s"))
+        stated[triad] = ReadFields(block, ChainFieldsOf(triad, kKalibrFields), /*in_rows=*/true);
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(root.status());
-  TRUETRIAD_RETURN_IF_ERROR(CheckRegular(chain, file));
-  return CarriedChain(chain, file.text);
+  return CarriedChain(stated, file);
 }
 
 Result<Carried> ReadOpenVins(const ReadRequest& request) {
@@ -281,62 +256,48 @@ Result<Carried> ReadOpenVins(const ReadRequest& request) {
   const std::size_t begin = file.text.starts_with("%YAML:") ? file.text.find('\n') : 0;
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root,
                              YamlReader::FromText(file.text.substr(begin), file.suffix));
-  Chain chain;
+  PerTriad<Stated> stated;
   if (YamlReader imu = FirstImu(&root)) {
-    chain.M_a = ReadRows(imu.RequireChild("Ta"));
-    chain.gyroscope.M = ReadRows(imu.RequireChild("Tw"));
-    chain.gyroscope.C = ReadRows(imu.RequireChild("R_IMUtoGYRO"));
-    chain.G = ReadRows(imu.RequireChild("Tg"));
+    for (const Triad triad : kInertial)
+      stated[triad] = ReadFields(imu, ChainFieldsOf(triad, kOpenVinsFields), /*in_rows=*/true);
   }
   TRUETRIAD_RETURN_IF_ERROR(root.status());
-  TRUETRIAD_RETURN_IF_ERROR(CheckRegular(chain, file));
-  return CarriedChain(chain, file.text);
-}
-
-Format ChainFormat() {
-  Format format;
-  format.gauge = Gauge::kAccelX;
-  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.capacity[Triad::kGyroscope] = {
-      .held = true, .g_sensitivity = true, .reading_unit = "rad/s"};
-  return format;
+  return CarriedChain(stated, file);
 }
 
 }  // namespace
 
-Format KalibrFormat() {
-  Format format = ChainFormat();
-  format.gauge.reset();
-  format.info = {
-      "kalibr", "Kalibr imu.yaml, for --imu: noise alone", "imu.yaml", Arithmetic::kFloat64, true};
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    format.capacity[triad].matrix = MatrixForm::kNothing;
-    format.capacity[triad].g_sensitivity = false;
-  }
-  format.write = WriteKalibr;
-  format.read = ReadKalibr;
-  return format;
-}
-
-Format KalibrResultFormat() {
-  Format format = ChainFormat();
-  format.info = {"kalibr-result",
-                 "Kalibr's result, scale-misalignment",
-                 "kalibr-imu.yaml",
-                 Arithmetic::kFloat64,
-                 true};
-  format.write = WriteKalibrResult;
-  format.read = ReadKalibr;
-  return format;
-}
-
-Format OpenVinsFormat() {
-  Format format = ChainFormat();
-  format.info = {
-      "openvins", "OpenVINS kalibr_imu_chain.yaml", "kalibr_imu_chain.yaml", Arithmetic::kFloat64};
-  format.write = WriteOpenVins;
-  format.read = ReadOpenVins;
-  return format;
+std::vector<Format> KalibrFormats() {
+  constexpr TriadCapacity kAcceleration = {.held = true, .reading_unit = "m/s^2"};
+  constexpr TriadCapacity kRate = {.held = true, .g_sensitivity = true, .reading_unit = "rad/s"};
+  const auto as_read = [](std::string_view unit) -> TriadCapacity {
+    return {.held = true, .matrix = MatrixForm::kNothing, .reading_unit = unit};
+  };
+  return {{.info = {"kalibr",
+                    "Kalibr imu.yaml, for --imu: noise alone",
+                    "imu.yaml",
+                    Arithmetic::kFloat64,
+                    true},
+           .capacity = {{as_read("m/s^2"), as_read("rad/s"), {}}},
+           .write = WriteKalibr,
+           .read = ReadKalibr},
+          {.info = {"kalibr-result",
+                    "Kalibr's result, scale-misalignment",
+                    "kalibr-imu.yaml",
+                    Arithmetic::kFloat64,
+                    true},
+           .gauge = Gauge::kAccelX,
+           .capacity = {{kAcceleration, kRate, {}}},
+           .write = WriteKalibrResult,
+           .read = ReadKalibr},
+          {.info = {"openvins",
+                    "OpenVINS kalibr_imu_chain.yaml",
+                    "kalibr_imu_chain.yaml",
+                    Arithmetic::kFloat64},
+           .gauge = Gauge::kAccelX,
+           .capacity = {{kAcceleration, kRate, {}}},
+           .write = WriteOpenVins,
+           .read = ReadOpenVins}};
 }
 
 }  // namespace truetriad

@@ -29,4 +29,26 @@ Eigen::Matrix3d ReadRows(YamlReader reader) {
   return matrix;
 }
 
+Stated ReadFields(YamlReader map, std::span<const Field> fields, bool in_rows) {
+  Stated stated;
+  while (!fields.empty()) {
+    std::size_t count = 0;
+    Eigen::Index size = 0;
+    for (; count < fields.size() && fields[count].name == fields[0].name; ++count)
+      size += SizeOf(fields[count].quantity);
+    const std::span<const Field> together = fields.first(count);
+    fields = fields.subspan(count);
+    const Field& first = together[0];
+    YamlReader child = first.is_optional ? map.Child(first.name) : map.RequireChild(first.name);
+    if (!child) continue;
+    if (in_rows && size == 9) {
+      stated[first.quantity] = ReadRows(child).transpose().reshaped();
+      continue;
+    }
+    const std::vector<double> numbers = ReadList(child, static_cast<std::size_t>(size));
+    if (!numbers.empty()) stated.merge(StatedTogether(together, numbers.data()));
+  }
+  return stated;
+}
+
 }  // namespace truetriad

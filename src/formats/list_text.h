@@ -9,7 +9,8 @@
 
 #include <Eigen/Core>
 
-#include "formats/number_text.h"
+#include "formats/convention.h"
+#include "formats/text.h"
 #include "io/yaml_reader.h"
 #include "truetriad/base/result.h"
 
@@ -26,32 +27,24 @@ std::string ListText(std::span<const Number> values) {
   return text + "]";
 }
 
-inline std::string ListText(const Eigen::Vector3d& vector) {
-  return ListText(std::span<const double>(vector.data(), 3));
+inline std::string ListText(const Eigen::VectorXd& vector) {
+  return ListText(std::span<const double>(vector.data(), static_cast<std::size_t>(vector.size())));
 }
 
-// Rows one after another in one list.
-template <typename Number>
-std::string RowMajorText(const Eigen::Matrix<Number, 3, 3>& matrix) {
-  const Eigen::Matrix<Number, 3, 3, Eigen::RowMajor> rows = matrix;
-  return ListText(std::span<const Number>(rows.data(), 9));
-}
-
-// A list of rows.
-template <typename Derived>
-std::string RowsText(const Eigen::MatrixBase<Derived>& matrix) {
-  std::string text = "[";
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    const Eigen::VectorXd values = matrix.row(row).transpose();
-    text += (row > 0 ? ", " : "") + ListText(std::span<const double>(
-                                        values.data(), static_cast<std::size_t>(values.size())));
-  }
-  return text + "]";
+// A list of the three rows of a matrix, which come one after another.
+inline std::string RowsText(const Eigen::VectorXd& matrix) {
+  const std::span<const double> numbers(matrix.data(), 9);
+  return "[" + ListText(numbers.first(3)) + ", " + ListText(numbers.subspan(3, 3)) + ", " +
+         ListText(numbers.last(3)) + "]";
 }
 
 // A flat list of exactly `count` numbers; empty, with an error in the reader, when it is not.
 std::vector<double> ReadList(YamlReader reader, std::size_t count);
 // A list of three rows; identity, with an error in the reader, when it is not.
 Eigen::Matrix3d ReadRows(YamlReader reader);
+
+// What the fields of a map state, matrices as lists of rows or as one list; fields of one name
+// share a list. Errors in the reader.
+Stated ReadFields(YamlReader map, std::span<const Field> fields, bool in_rows = false);
 
 }  // namespace truetriad

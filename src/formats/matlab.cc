@@ -42,6 +42,12 @@ Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
   return covariance.matrix(places, places);
 }
 
+Error NoModule(const std::string& doing, const std::string& instead) {
+  return Error(ErrorCode::kMissingProgram,
+               doing + " a .mat needs " + kMatlabModuleFile +
+                   "; build it with `tools/build.sh programs`" + instead);
+}
+
 Result<std::vector<ExportedFile>> WriteMatlab(const WriteRequest& request,
                                               std::vector<std::string>* /*warnings*/) {
   MatlabVariables variables;
@@ -71,7 +77,13 @@ Result<std::vector<ExportedFile>> WriteMatlab(const WriteRequest& request,
   std::string comment;
   for (const std::string& line : request.comment) comment += line + "\n";
   variables.push_back({"comment", {}, comment});
-  TRUETRIAD_ASSIGN_OR_RETURN(std::string bytes, MatFileBytes(variables, request.comment));
+  if (MatlabModuleOf() == nullptr) {
+    return NoModule("writing",
+                    ". Or write a script, which does not need it: give --output a name ending in "
+                    ".m");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(std::string bytes,
+                             MatlabModuleOf()->write(variables, request.comment));
   return std::vector<ExportedFile>{{"", std::move(bytes)}};
 }
 
@@ -94,7 +106,8 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   Result<MatlabVariables> variables = MatlabVariables();
   if (IsMatFile(file.text)) {
-    variables = ParseMatFile(file.text, file.suffix);
+    if (MatlabModuleOf() == nullptr) return NoModule(file.suffix + ": reading", "");
+    variables = MatlabModuleOf()->parse(file.text, file.suffix);
   } else {
     variables = ParseScript(file.text);
   }
@@ -117,34 +130,25 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
       return Error(
           ErrorCode::kInvalidValue, {file.suffix}, "`" + prefix + "b` is not three finite numbers");
     }
-    const Eigen::Matrix3d correction = **C;
-    if (correction.determinant() == 0.0) {
+    CorrectionParts& parts = carried.parts[triad].emplace();
+    parts.matrix = **C;
+    parts.before = bias->numbers.reshaped();
+    if (parts.matrix.determinant() == 0.0) {
       return Error(ErrorCode::kSingularMatrix,
                    {file.suffix},
                    "the matrix of the " + std::string(TriadName(triad)) + " is singular");
     }
-    const Eigen::Vector3d b = bias->numbers.reshaped();
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto G, MatrixOf(*variables, prefix + "G", file.suffix));
-    const Eigen::Matrix3d g_sensitivity = G.value_or(Eigen::Matrix3d::Zero());
-    carried.equations[triad] = [=](const Eigen::Vector3d& reading,
-                                   const Eigen::Vector3d& force_mps2,
-                                   double /*temperature_degc*/) -> Eigen::Vector3d {
-      return correction * (reading - b - g_sensitivity * force_mps2);
-    };
-    TriadCalibration& sensor = carried.sensors[triad].emplace();
+    TRUETRIAD_ASSIGN_OR_RETURN(parts.g_sensitivity,
+                               MatrixOf(*variables, prefix + "G", file.suffix));
     const MatlabVariable* const unit = FindVariable(*variables, prefix + "input_unit");
-    if (unit != nullptr) sensor.input_unit = unit->text;
-    sensor.output_unit = TruthUnitName(triad);
-    sensor.noise.source = NoiseSource::kConfig;
-    sensor.g_sensitivity = G;
-    sensor.model = {correction.inverse(), b};
+    if (unit != nullptr) parts.reading_unit = unit->text;
     // The sensitivity as it stands keeps its zeros.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
     // Of a product of two inverses that were written with all digits.
     constexpr double kInverseRounding = 1e-9;
-    if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
-      sensor.model.sensitivity = **S;
+    if (*S && (parts.matrix * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
+      parts.sensitivity = **S;
     }
   }
   if (const MatlabVariable* const field = FindVariable(*variables, "expmfs");
@@ -157,18 +161,15 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
 }  // namespace
 
 Format MatlabFormat() {
-  Format format;
-  format.info = {"matlab",
-                 "MATLAB, .mat or script (.m), with magcal's A, b, expmfs",
-                 "calibration.m",
-                 Arithmetic::kFloat64,
-                 true};
-  for (const Triad triad : kTriads) {
-    format.capacity[triad] = {.held = true, .g_sensitivity = true, .free_unit = true};
-  }
-  format.write = WriteMatlab;
-  format.read = ReadMatlab;
-  return format;
+  constexpr TriadCapacity kHeld = {.held = true, .g_sensitivity = true, .free_unit = true};
+  return {.info = {"matlab",
+                   "MATLAB, .mat or script (.m), with magcal's A, b, expmfs",
+                   "calibration.m",
+                   Arithmetic::kFloat64,
+                   true},
+          .capacity = {{kHeld, kHeld, kHeld}},
+          .write = WriteMatlab,
+          .read = ReadMatlab};
 }
 
 }  // namespace truetriad

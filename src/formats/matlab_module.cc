@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The module truetriad_matlab: MATLAB's .mat through libmatio.
-#include "formats/matlab_module.h"
-
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +12,8 @@
 
 #include <matio.h>
 #include <unistd.h>
+
+#include "formats/matlab_values.h"
 
 namespace truetriad {
 namespace {

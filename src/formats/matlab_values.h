@@ -26,11 +26,21 @@ std::string ScriptText(const MatlabVariables& variables, const std::vector<std::
 // Assignments of constants; others are passed over.
 MatlabVariables ParseScript(const std::string& text);
 
-// The bytes of a .mat, version 5, through libmatio. Error: built without it, or it failed.
-Result<std::string> MatFileBytes(const MatlabVariables& variables,
-                                 const std::vector<std::string>& comment);
-// Versions 5 and 7.3.
-Result<MatlabVariables> ParseMatFile(const std::string& bytes, const std::string& name);
+// What reads and writes .mat. libmatio brings some sixty libraries with it, which would more than
+// double the time that any verb takes to start: it is loaded when a .mat is asked for.
+struct MatlabModule {
+  // The bytes of a .mat, version 5.
+  Result<std::string> (*write)(const MatlabVariables& variables,
+                               const std::vector<std::string>& comment);
+  // Versions 5 and 7.3.
+  Result<MatlabVariables> (*parse)(const std::string& bytes, const std::string& name);
+};
+
+// The companion (base/companion.h) and its one function, `const MatlabModule* ()`.
+inline constexpr char kMatlabModuleFile[] = "truetriad_matlab.so";
+inline constexpr char kMatlabModuleFunction[] = "TruetriadMatlabModule";
+// Loaded once, kept until the program ends. Nullptr: it is not there, or does not load.
+const MatlabModule* MatlabModuleOf();
 
 // The bytes are those of a .mat, whatever its version.
 bool IsMatFile(const std::string& bytes);

@@ -26,8 +26,6 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
-// More than any model has.
-constexpr int kAnyRecordOrder = 99;
 constexpr double kCoverageFactor = 2.0;  // 95 % of a normal distribution, rounded up.
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
@@ -440,25 +438,16 @@ Result<Carried> ReadRecord(const ReadRequest& request) {
 }  // namespace
 
 Format RecordFormat() {
-  Format format;
-  format.info = {"record",
-                 "calibration record with uncertainties, .html page or JSON",
-                 "record.html",
-                 Arithmetic::kFloat64,
-                 /*can_import=*/false,
-                 /*first_instance=*/std::nullopt,
-                 /*states_verdict=*/true};
-  for (const Triad triad : kTriads) {
-    format.capacity[triad] = {.held = true,
-                              .bias_order = kAnyRecordOrder,
-                              .matrix_thermal = true,
-                              .rate_thermal = true,
-                              .g_sensitivity = true,
-                              .axis_terms = true};
-  }
-  format.write = WriteRecord;
-  format.read = ReadRecord;
-  return format;
+  return {.info = {"record",
+                   "calibration record with uncertainties, .html page or JSON",
+                   "record.html",
+                   Arithmetic::kFloat64,
+                   /*can_import=*/false,
+                   /*first_instance=*/std::nullopt,
+                   /*states_verdict=*/true},
+          .capacity = {{kHoldsAll, kHoldsAll, kHoldsAll}},
+          .write = WriteRecord,
+          .read = ReadRecord};
 }
 
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 
 #include "calibrate/reading_units.h"
-#include "formats/number_text.h"
+#include "formats/text.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
 #include "model/corrected_error.h"

@@ -9,7 +9,15 @@
 
 namespace truetriad {
 
-// The blocks of our own JSON files.
+// The blocks of our own JSON files, which hold every term.
+
+inline constexpr int kAnyOrder = 99;  // More than any model has.
+inline constexpr TriadCapacity kHoldsAll = {.held = true,
+                                            .bias_order = kAnyOrder,
+                                            .matrix_thermal = true,
+                                            .rate_thermal = true,
+                                            .g_sensitivity = true,
+                                            .axis_terms = true};
 
 // Units, bias, sensitivity, correction, σ and all other terms of a sensor.
 Json SensorJson(const TriadCalibration& sensor);

@@ -5,7 +5,7 @@
 #include <system_error>
 #include <vector>
 
-#include "formats/comment.h"
+#include "formats/text.h"
 #include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "truetriad/formats/export.h"

@@ -71,7 +71,7 @@ TEST(Matlab, BinaryHoldsTheSameBits) {
   ASSERT_TRUE(result) << result.error().message;
   const std::string& bytes = result->files[0].text;
   EXPECT_EQ(bytes.substr(0, 19), "MATLAB 5.0 MAT-file");
-  const Result<MatlabVariables> variables = ParseMatFile(bytes, "unit.mat");
+  const Result<MatlabVariables> variables = MatlabModuleOf()->parse(bytes, "unit.mat");
   ASSERT_TRUE(variables) << variables.error().message;
   const TriadModel<double>& accel = unit.sensors[Triad::kAccelerometer]->model;
   const MatlabVariable* const S = FindVariable(*variables, "accel.S");
@@ -84,7 +84,7 @@ TEST(Matlab, BinaryHoldsTheSameBits) {
 }
 
 TEST(Matlab, RefusesADamagedFile) {
-  const Result<MatlabVariables> variables = ParseMatFile("MATLAB 5.0 MAT-file, cut", "unit.mat");
+  const Result<MatlabVariables> variables = MatlabModuleOf()->parse("MATLAB 5.0 MAT-file, cut", "unit.mat");
   ASSERT_FALSE(variables);
   EXPECT_EQ(variables.error().kind(), ErrorKind::kBadInput);
 }

@@ -7,35 +7,19 @@
 
 #include <Eigen/Geometry>
 
+#include "formats/parameter_pattern.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad::convert {
 namespace {
 
-/// "INS_ACCOFFS", "INS_ACC2OFFS", …, "INS4_ACCOFFS": the fourth and later sensors stand in groups
-/// of their own, and the first has no number, or `first`.
-std::string InertialName(std::string_view sensor,
-                         std::string_view what,
-                         int instance,
-                         const std::string& first = "") {
-  const std::string number = instance == 0 ? first : std::to_string(instance + 1);
-  const std::string name = instance >= 3 ? "INS" + number + "_" + std::string(sensor)
-                                         : "INS_" + std::string(sensor) + number;
-  return name + std::string(what);
+/// A parameter of the sensor "ACC", "GYR" or "TCAL" of `instance`, which counts from 0.
+std::string InertialName(std::string_view sensor, std::string_view rest, int instance) {
+  return Expanded("INS_" + std::string(sensor) + std::string(rest), instance + 1);
 }
-
-/// "INS_TCAL1_" or "INS4_TCAL_".
-std::string ThermalPrefix(int instance) { return InertialName("TCAL", "_", instance, "1"); }
-
-/// "INS_ACC1_CALTEMP" or "INS4_ACC_CALTEMP".
-std::string CalibrationTemperature(std::string_view sensor, int instance) {
-  return InertialName(sensor, "_CALTEMP", instance, "1");
-}
-
-/// "COMPASS_OFS", "COMPASS_OFS2".
-std::string CompassName(std::string_view what, int instance) {
-  return "COMPASS_" + std::string(what) + (instance == 0 ? "" : std::to_string(instance + 1));
+std::string CompassName(std::string_view rest, int instance) {
+  return Expanded("COMPASS_" + std::string(rest), instance + 1);
 }
 
 Result<double> Value(const Parameters& parameters, const std::string& name) {
@@ -93,14 +77,14 @@ Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
 
 /// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
 Result<std::string> Thermal(const Parameters& parameters, std::string_view sensor, int instance) {
-  const std::string prefix = ThermalPrefix(instance);
+  const std::string prefix = InertialName("TCAL", "@_", instance);
   const auto enabled = parameters.find(prefix + "ENABLE");
   // 1: corrects. 2: learns, and does not correct meanwhile. Absent: firmware before 4.1.
   if (enabled == parameters.end() || enabled->second != 1.0) return std::string();
   TRUETRIAD_ASSIGN_OR_RETURN(const double low, Value(parameters, prefix + "TMIN"));
   TRUETRIAD_ASSIGN_OR_RETURN(const double high, Value(parameters, prefix + "TMAX"));
   TRUETRIAD_ASSIGN_OR_RETURN(const double calibrated,
-                             Value(parameters, CalibrationTemperature(sensor, instance)));
+                             Value(parameters, InertialName(sensor, "@_CALTEMP", instance)));
   if (high <= low)
     return Error(ErrorCode::kInvalidValue, prefix + "TMAX is not above " + prefix + "TMIN");
   YamlText text;
@@ -120,7 +104,7 @@ Result<Eigen::Vector3d> InertialScale(const Parameters& parameters,
                                       std::string_view sensor,
                                       int instance) {
   if (sensor != "ACC") return Eigen::Vector3d(Eigen::Vector3d::Ones());
-  const std::string name = InertialName(sensor, "SCAL", instance);
+  const std::string name = InertialName(sensor, "#SCAL", instance);
   Result<Eigen::Vector3d> scale = Vector(parameters, name);
   if (scale && (scale->array() == 0.0).any())
     return Error(ErrorCode::kInvalidValue,
@@ -133,7 +117,7 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
                                        std::string_view sensor,
                                        int instance) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d offset,
-                             Vector(parameters, InertialName(sensor, "OFFS", instance)));
+                             Vector(parameters, InertialName(sensor, "#OFFS", instance)));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d rotation, BoardRotation(parameters));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d scale,
                              InertialScale(parameters, sensor, instance));
@@ -166,9 +150,9 @@ Result<std::string> CompassCorrection(const Parameters& parameters, int instance
 
 PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance) {
   PerTriad<std::optional<std::int64_t>> ids;
-  const PerTriad<std::string> names = {{InertialName("ACC", "_ID", instance),
-                                        InertialName("GYR", "_ID", instance),
-                                        CompassName("DEV_ID", instance)}};
+  const PerTriad<std::string> names = {{InertialName("ACC", "#_ID", instance),
+                                        InertialName("GYR", "#_ID", instance),
+                                        CompassName("DEV_ID#", instance)}};
   for (const Triad triad : kTriads) {
     const Result<double> id = Value(parameters, names[triad]);
     // Firmware puts a sensor's number together from 24 bits.
@@ -178,17 +162,17 @@ PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, in
 }
 
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance) {
-  return Vector(parameters, CompassName("OFS", instance));
+  return Vector(parameters, CompassName("OFS#", instance));
 }
 
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Eigen::Vector3d d, Vector(parameters, CompassName("DIA", instance)));
+  TRUETRIAD_ASSIGN_OR_RETURN(Eigen::Vector3d d, Vector(parameters, CompassName("DIA#", instance)));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d o,
-                             Vector(parameters, CompassName("ODI", instance)));
+                             Vector(parameters, CompassName("ODI#", instance)));
   if (d.isZero(0.0)) d.setOnes();  // As firmware does.
   Eigen::Matrix3d matrix;
   matrix << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
-  const auto scale = parameters.find(CompassName("SCALE", instance));
+  const auto scale = parameters.find(CompassName("SCALE#", instance));
   // Firmware ignores a scale outside of 1/1.5 … 1.5, as 0; older one has none.
   constexpr double kLargestScale = 1.5;
   if (scale != parameters.end() && scale->second >= 1.0 / kLargestScale &&
@@ -201,24 +185,25 @@ Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance
 bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
   std::vector<std::string> prefixes;
   if (triad == Triad::kMagnetometer) {
-    for (const std::string_view what : {"OFS", "DIA", "ODI", "SCALE"}) {
+    for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#"}) {
       prefixes.push_back(CompassName(what, instance));
     }
   } else {
     const std::string sensor = triad == Triad::kAccelerometer ? "ACC" : "GYR";
-    prefixes = {InertialName(sensor, "OFFS", instance),
-                InertialName(sensor, "SCAL", instance),
-                CalibrationTemperature(sensor, instance),
-                ThermalPrefix(instance) + "ENABLE",
-                ThermalPrefix(instance) + "TM",
-                ThermalPrefix(instance) + sensor,
+    prefixes = {InertialName(sensor, "#OFFS", instance),
+                InertialName(sensor, "#SCAL", instance),
+                InertialName(sensor, "@_CALTEMP", instance),
+                InertialName("TCAL", "@_", instance) + "ENABLE",
+                InertialName("TCAL", "@_", instance) + "TM",
+                InertialName("TCAL", "@_", instance) + sensor,
                 "AHRS_ORIENTATION"};
   }
   for (const std::string& prefix : prefixes) {
     if (!name.starts_with(prefix)) continue;
     const std::string_view rest = name.substr(prefix.size());
     // COMPASS_OFS is not COMPASS_OFS2.
-    if (rest.empty() || rest[0] == '_' || prefix.starts_with(ThermalPrefix(instance))) return true;
+    if (rest.empty() || rest[0] == '_' || prefix.starts_with(InertialName("TCAL", "@_", instance)))
+      return true;
   }
   return false;
 }

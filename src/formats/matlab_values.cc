@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "formats/matlab_values.h"
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 
-#include "formats/matlab_values.h"
-#include "formats/number_text.h"
+#include "base/companion.h"
+#include "formats/text.h"
 
 namespace truetriad {
 namespace {
@@ -115,6 +117,14 @@ MatlabVariables ParseScript(const std::string& script) {
     variables.push_back(std::move(variable));
   }
   return variables;
+}
+
+const MatlabModule* MatlabModuleOf() {
+  static const MatlabModule* const module = []() -> const MatlabModule* {
+    const Result<void*> function = CompanionFunction(kMatlabModuleFile, kMatlabModuleFunction);
+    return function ? reinterpret_cast<const MatlabModule* (*)()>(*function)() : nullptr;
+  }();
+  return module;
 }
 
 bool IsMatFile(const std::string& bytes) {

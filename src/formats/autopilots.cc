@@ -1,0 +1,506 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "formats/format.h"
+#include "formats/parameter_pattern.h"
+#include "formats/text.h"
+
+// PX4 parameters as QGroundControl loads them, and ArduPilot parameters. In float32, before the
+// board's rotation, the compass of ArduPilot after it:
+//
+//   PX4        accelerometer  (y - P(T) - OFF) o SCALE                      m/s^2
+//              gyroscope       y - P(T) - OFF                               rad/s
+//              magnetometer   D (y - P(T) - OFF), D symmetric               gauss
+//   ArduPilot  accelerometer  (y - [P(T) - P(CALTEMP)] - OFFS) o SCAL       m/s^2
+//              gyroscope       y - [P(T) - P(CALTEMP)] - OFFS               rad/s
+//              compass        D s (y + OFS), D symmetric, s = SCALE         milligauss
+//
+//   P(T) = scale (X0 + X1 d + X2 d^2 + X3 d^3),  d = clamp(T, TMIN, TMAX) - centre
+//
+// with TREF for centre and 1 for scale in PX4, 35 degC and 1e-6, and no X0, in ArduPilot.
+// PX4: src/lib/sensor_calibration/{Accelerometer,Gyroscope,Magnetometer}.hpp (Correct),
+// src/modules/temperature_compensation/TemperatureCompensation.cpp. ArduPilot:
+// AP_InertialSensor/AP_InertialSensor_{Backend,tempcal,Params}.cpp,
+// AP_Compass/AP_Compass_{Backend,Params}.cpp.
+
+namespace truetriad {
+namespace {
+
+constexpr std::size_t kFirmwareOrder = 3;                // Of P(T) above.
+constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;  // ArduPilot's centre and scale of P(T).
+// What CALTEMP holds before there is one.
+constexpr float kNoCalibrationTemperature = -300.0F;
+// Outside of its range the scale of a compass is ignored.
+constexpr float kMaxCompassScale = 1.5F;
+
+/// What an autopilot calls the parameters of a sensor, as patterns.
+struct SensorNames {
+  Triad triad;
+  std::vector<Field> fields;
+  std::string_view id;
+  std::string thermal = {};    ///< Begin of ID, TMIN and TMAX; empty: without temperature.
+  std::string enable = {};     ///< 1: the temperature terms are in use.
+  std::string reference = {};  ///< TREF, or CALTEMP.
+  std::string term = {};
+  std::string_view scale = {};  ///< Of a compass.
+};
+
+struct Autopilot {
+  std::string_view name, instances;  ///< `instances`: for messages.
+  bool is_px4;
+  int first_instance;
+  PerTriad<int> last_instance;
+  std::vector<SensorNames> sensors;
+};
+
+const Autopilot& Px4() {
+  const auto with_thermal = [](SensorNames names, const std::string& letter) {
+    names.thermal = "TC_" + letter + "@_";
+    names.enable = "TC_" + letter + "_ENABLE";
+    names.reference = names.thermal + "TREF";
+    names.term = names.thermal + "X%_?";
+    return names;
+  };
+  using enum Quantity;
+  static const auto& autopilot = *new Autopilot{
+      "px4",
+      "sensors 0 to 3",
+      true,
+      0,
+      {{3, 3, 3}},
+      {with_thermal({Triad::kAccelerometer,
+                     {{"CAL_ACC@_*OFF", kBias}, {"CAL_ACC@_*SCALE", kDiagonal}},
+                     "CAL_ACC@_ID"},
+                    "A"),
+       with_thermal({Triad::kGyroscope, {{"CAL_GYRO@_*OFF", kBias}}, "CAL_GYRO@_ID"}, "G"),
+       with_thermal({Triad::kMagnetometer,
+                     {{"CAL_MAG@_*OFF", kBias},
+                      {"CAL_MAG@_*SCALE", kDiagonal},
+                      {"CAL_MAG@_*ODIAG", kOffDiagonal}},
+                     "CAL_MAG@_ID"},
+                    "M")}};
+  return autopilot;
+}
+
+const Autopilot& ArduPilot() {
+  const auto with_thermal = [](SensorNames names, const std::string& sensor) {
+    names.thermal = "INS_TCAL@_";
+    names.enable = names.thermal + "ENABLE";
+    names.reference = "INS_" + sensor + "@_CALTEMP";
+    names.term = names.thermal + sensor + "%_*";
+    return names;
+  };
+  using enum Quantity;
+  static const auto& autopilot = *new Autopilot{
+      "ardupilot",
+      "IMUs 1 to 5 and compasses 1 to 3",
+      false,
+      1,
+      {{5, 5, 3}},
+      {with_thermal({Triad::kAccelerometer,
+                     {{"INS_ACC#OFFS_*", kBias}, {"INS_ACC#SCAL_*", kDiagonal}},
+                     "INS_ACC#_ID"},
+                    "ACC"),
+       with_thermal({Triad::kGyroscope, {{"INS_GYR#OFFS_*", kBias}}, "INS_GYR#_ID"}, "GYR"),
+       {.triad = Triad::kMagnetometer,
+        .fields = {{"COMPASS_OFS#_*", kBiasAdded},
+                   {"COMPASS_DIA#_*", kDiagonal},
+                   {"COMPASS_ODI#_*", kOffDiagonal}},
+        .id = "COMPASS_DEV_ID#",
+        .scale = "COMPASS_SCALE#"}}};
+  return autopilot;
+}
+
+Result<int> InstanceOf(const Autopilot& autopilot, const std::optional<int>& wanted) {
+  const int instance = wanted.value_or(autopilot.first_instance);
+  const int last = autopilot.last_instance[Triad::kAccelerometer];
+  if (instance >= autopilot.first_instance && instance <= last) return instance;
+  return Error(ErrorCode::kInvalidArgument,
+               "--instance=" + std::to_string(instance) + ": " + std::string(autopilot.name) +
+                   " has " + std::string(autopilot.instances));
+}
+
+/// Coefficients about `to` of a polynomial given about `from`: sum_k c_k (T - from)^k.
+std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double from, double to) {
+  for (std::size_t first = 0; first + 1 < terms.size(); ++first) {
+    for (std::size_t k = terms.size() - 1; k-- > first;) terms[k] += (to - from) * terms[k + 1];
+  }
+  return terms;
+}
+
+// ---------------------------------------------------------------------------------------- writing
+
+class ParameterText {
+ public:
+  ParameterText(bool is_px4, int instance) : is_px4_(is_px4), instance_(instance) {}
+
+  void Float(const std::string& name, double value) {
+    // Tools that load ArduPilot's files do not all read exponents.
+    const auto number = static_cast<float>(value);
+    Line(name, is_px4_ ? NumberText(number) : PlainNumberText(number), "9");
+  }
+  void Integer(std::string_view pattern, std::int64_t value) {
+    Line(Expanded(pattern, instance_), std::to_string(value), "6");
+  }
+  void Number(std::string_view pattern, double value) {
+    Float(Expanded(pattern, instance_), value);
+  }
+  void Vector(std::string_view pattern, const Eigen::VectorXd& values, std::size_t power = 0) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      Float(Expanded(pattern, instance_, axis, power), values[static_cast<Eigen::Index>(axis)]);
+  }
+  std::string text;
+
+ private:
+  void Line(const std::string& name, const std::string& value, std::string_view type) {
+    text += is_px4_ ? "1\t1\t" + name + "\t" + value + "\t" : name + "," + value;
+    if (is_px4_) text += type;
+    text += '\n';
+  }
+
+  bool is_px4_;
+  int instance_;
+};
+
+void WarnOf(const Autopilot& autopilot,
+            const SensorNames& names,
+            int instance,
+            const WriteRequest& request,
+            std::vector<std::string>* warnings) {
+  const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
+  const std::string name(TriadName(names.triad));
+  const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
+  const bool has_scale = names.fields.size() > 1;
+  if (autopilot.is_px4) {
+    // Limits of the sources named above.
+    constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
+    if (!request.options.device_ids[names.triad]) {
+      warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
+                             Expanded(names.id, instance) + " already matches the sensor");
+    }
+    if (sensor.model.bias.norm() < kIgnoredOffset) {
+      warnings->emplace_back(name +
+                             ": some versions of PX4 ignore offsets this small (below 0.01 " +
+                             sensor.input_unit + ")");
+    }
+    if (has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale))
+      warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
+    if (sensor.thermal && names.triad == Triad::kMagnetometer) {
+      warnings->emplace_back(
+          name +
+          ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
+          "offset holds at the reference temperature alone");
+    }
+  } else if (names.triad == Triad::kAccelerometer) {
+    // Limits of the firmware's arming checks.
+    constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
+    if (sensor.model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
+        scale.minCoeff() < kMinAccelScale || scale.maxCoeff() > kMaxAccelScale) {
+      warnings->emplace_back(
+          "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales outside "
+          "0.8 to 1.2");
+    }
+  } else {
+    warnings->emplace_back(
+        names.triad == Triad::kGyroscope
+            ? "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to "
+              "0 to keep them"
+            : "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's "
+              "axes, so these values are valid only for a compass without rotation (orientation "
+              "None)");
+  }
+}
+
+/// The range in which the temperature terms of an IMU of ArduPilot hold, one for both sensors;
+/// unset: there are none.
+Result<std::optional<Eigen::Vector2d>> CommonRange(const Calibration& calibration) {
+  std::optional<Eigen::Vector2d> range;
+  for (const std::optional<TriadCalibration>& sensor : calibration.sensors) {
+    if (!sensor || !sensor->thermal) continue;
+    const Eigen::Vector2d& own = sensor->thermal->range_degc;
+    if (!range) range = own;
+    range = Eigen::Vector2d(std::max((*range)[0], own[0]), std::min((*range)[1], own[1]));
+  }
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (!sensor || !sensor->thermal) continue;
+    const double reference = sensor->thermal->reference_degc;
+    if ((*range)[0] <= reference && reference <= (*range)[1]) continue;
+    return Error(ErrorCode::kNotRepresentable,
+                 "ardupilot needs the reference temperature (" + RoundedText(reference, 4) +
+                     " degC for the " + std::string(TriadName(triad)) +
+                     ") within the calibrated range (" + RoundedText((*range)[0], 4) + " to " +
+                     RoundedText((*range)[1], 4) +
+                     " degC, common to accelerometer and gyroscope); calibrate with another "
+                     "reference.temperature_degc");
+  }
+  return range;
+}
+
+void WriteTerms(bool is_px4,
+                const SensorNames& names,
+                const ThermalTerms& thermal,
+                ParameterText* out) {
+  // The constant stands in the offset, where the autopilots' own calibrations put it.
+  std::vector<Eigen::Vector3d> terms = {Eigen::Vector3d::Zero()};
+  terms.insert(terms.end(), thermal.bias.begin(), thermal.bias.end());
+  terms.resize(kFirmwareOrder + 1, Eigen::Vector3d::Zero());
+  out->Number(names.reference, thermal.reference_degc);
+  if (!is_px4) terms = Shifted(terms, thermal.reference_degc, kCentreDegc);
+  const double scale = is_px4 ? 1.0 : kTermScale;
+  for (std::size_t power = is_px4 ? 0 : 1; power <= kFirmwareOrder; ++power)
+    out->Vector(names.term, terms[power] / scale, power);
+}
+
+void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, ParameterText* out) {
+  out->Number(names.thermal + "TMIN", range_degc[0]);
+  out->Number(names.thermal + "TMAX", range_degc[1]);
+}
+
+Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
+                                                  const WriteRequest& request,
+                                                  std::vector<std::string>* warnings) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, InstanceOf(autopilot, request.options.instance));
+  std::optional<Eigen::Vector2d> common_range;
+  if (!autopilot.is_px4) {
+    TRUETRIAD_ASSIGN_OR_RETURN(common_range, CommonRange(request.calibration));
+  }
+  ParameterText out(autopilot.is_px4, instance);
+  out.text = CommentText("# ", request.comment);
+  for (const SensorNames& names : autopilot.sensors) {
+    const std::optional<TriadCalibration>& sensor = request.calibration.sensors[names.triad];
+    if (sensor && instance > autopilot.last_instance[names.triad]) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--instance=" + std::to_string(instance) + ": " + std::string(autopilot.name) +
+                       " has compasses 1 to " +
+                       std::to_string(autopilot.last_instance[names.triad]));
+    }
+    if (sensor) {
+      const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
+      if (id) out.Integer(names.id, *id);
+      for (const Field& field : names.fields)
+        out.Vector(field.name, ValueOf(field.quantity, *sensor));
+      if (!names.scale.empty()) out.Number(names.scale, 1.0);
+      WarnOf(autopilot, names, instance, request, warnings);
+      if (sensor->thermal && autopilot.is_px4) {
+        if (id) out.Integer(names.thermal + "ID", *id);
+        WriteRange(names, sensor->thermal->range_degc, &out);
+      }
+      if (sensor->thermal) WriteTerms(autopilot.is_px4, names, *sensor->thermal, &out);
+      if (sensor->thermal && autopilot.is_px4) out.Integer(names.enable, 1);
+    }
+    if (names.triad == Triad::kGyroscope && common_range) {
+      WriteRange(names, *common_range, &out);
+      out.Integer(names.enable, 1);
+    }
+  }
+  return std::vector<ExportedFile>{{"", std::move(out.text)}};
+}
+
+// ---------------------------------------------------------------------------------------- reading
+
+/// The named numbers of an autopilot's parameter file, as firmware stores them.
+struct ParameterList {
+  std::map<std::string, float> values;
+  /// A sensor's number, exactly, where it is whole and not 0, which is no sensor's.
+  std::map<std::string, std::int64_t> ids;
+
+  /// `otherwise`: firmware's own default when the file does not hold it.
+  float Get(const std::string& name, float otherwise) const {
+    const auto found = values.find(name);
+    return found == values.end() ? otherwise : found->second;
+  }
+};
+
+/// One parameter a line: the name in field `name_field`, the value in the next; fields are
+/// separated by blanks, tabs or commas; `#` starts a comment. Errors name the line.
+Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field) {
+  ParameterList list;
+  std::istringstream lines(file.text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::string plain = line.substr(0, line.find('#'));
+    std::replace_if(
+        plain.begin(), plain.end(), [](char c) { return c == ','; }, ' ');
+    std::istringstream words(plain);
+    std::vector<std::string> fields;
+    for (std::string word; words >> word;) fields.push_back(word);
+    const FilePlace place{file.suffix, ++number};
+    if (fields.empty()) continue;
+    if (fields.size() < name_field + 2) {
+      return Error(ErrorCode::kWrongFormat,
+                   place,
+                   "`" + line + "` is not a parameter; expected a name and a value");
+    }
+    const std::string& name = fields[name_field];
+    const std::string& text = fields[name_field + 1];
+    float value = 0.0F;
+    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+      return Error(
+          ErrorCode::kUnreadableNumber,
+          place,
+          name + ": `" + text + "` is not a number; expected a name and a value on each line");
+    }
+    std::int64_t id = 0;
+    const auto [id_end, no_id] = std::from_chars(text.data(), text.data() + text.size(), id);
+    // Some programs write all numbers with decimals.
+    const bool is_whole =
+        std::all_of(id_end + (*id_end == '.'), end, [](char c) { return c == '0'; });
+    if (no_id == std::errc() && is_whole && id != 0) list.ids[name] = id;
+    if (!list.values.emplace(name, value).second)
+      return Error(ErrorCode::kDuplicateKey, place, name + " occurs twice; remove one");
+  }
+  return list;
+}
+
+/// The parameters of one sensor.
+class SensorParameters {
+ public:
+  SensorParameters(const ParameterList& list, const SensorNames& names, int instance)
+      : list_(list), names_(names), instance_(instance) {}
+
+  /// Some of its offsets are there; an ID of 0 is no sensor's.
+  bool IsThere() const {
+    bool any = false;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      any = any || list_.values.contains(Expanded(names_.fields[0].name, instance_, axis));
+    return any && Number(names_.id, 1.0F) != 0.0F;
+  }
+
+  float Number(std::string_view pattern, float otherwise) const {
+    return list_.Get(Expanded(pattern, instance_), otherwise);
+  }
+  Eigen::Vector3f Vector(std::string_view pattern, float otherwise, std::size_t power = 0) const {
+    Eigen::Vector3f vector;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      vector[static_cast<Eigen::Index>(axis)] =
+          list_.Get(Expanded(pattern, instance_, axis, power), otherwise);
+    }
+    return vector;
+  }
+
+  std::optional<std::int64_t> Id() const {
+    const auto found = list_.ids.find(Expanded(names_.id, instance_));
+    return found == list_.ids.end() ? std::nullopt : std::optional(found->second);
+  }
+
+  CorrectionParts Parts(bool is_px4) const {
+    Stated stated;
+    for (const auto& [name, quantity, is_optional] : names_.fields) {
+      const float otherwise = quantity == Quantity::kDiagonal ? 1.0F : 0.0F;
+      stated[quantity] = Vector(name, otherwise).cast<double>();
+    }
+    Eigen::VectorXd& diagonal = stated[Quantity::kDiagonal];
+    if (diagonal.size() == 0) diagonal = Eigen::Vector3d::Ones();
+    // ArduPilot: 0 is off.
+    if (!names_.scale.empty() && diagonal.isZero(0.0)) diagonal.setOnes();
+    CorrectionParts parts = CorrectionParts::Of(stated);
+    const float scale = names_.scale.empty() ? 1.0F : Number(names_.scale, 0.0F);
+    if (scale >= 1.0F / kMaxCompassScale && scale <= kMaxCompassScale)
+      parts.matrix = (scale * parts.matrix.cast<float>()).cast<double>();
+    if (!names_.thermal.empty() && Number(names_.enable, 0.0F) == 1.0F) AddThermal(is_px4, &parts);
+    return parts;
+  }
+
+ private:
+  void AddThermal(bool is_px4, CorrectionParts* parts) const {
+    // Firmware's own defaults.
+    const float lowest = Number(names_.thermal + "TMIN", 0.0F);
+    const float highest = Number(names_.thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
+    const float stated = Number(names_.reference, is_px4 ? 25.0F : kNoCalibrationTemperature);
+    const float centre = is_px4 ? stated : static_cast<float>(kCentreDegc);
+    const double scale = is_px4 ? 1.0 : kTermScale;
+    std::array<Eigen::Vector3f, kFirmwareOrder + 1> terms;
+    for (std::size_t power = 0; power <= kFirmwareOrder; ++power)
+      terms[power] = Vector(names_.term, 0.0F, power);
+    // INS_TCAL1_ACC0_X is no parameter.
+    if (!is_px4) terms[0].setZero();
+    const auto polynomial = [=](float temperature) -> Eigen::Vector3f {
+      const float d = std::clamp(temperature, lowest, highest) - centre;
+      return (terms[0] + terms[1] * d + terms[2] * d * d + terms[3] * d * d * d) *
+             static_cast<float>(scale);
+    };
+    const Eigen::Vector3f at_reference =
+        is_px4 ? Eigen::Vector3f(Eigen::Vector3f::Zero()) : polynomial(stated);
+    parts->thermal = [=](double temperature_degc) -> Eigen::Vector3d {
+      return (polynomial(static_cast<float>(temperature_degc)) - at_reference).cast<double>();
+    };
+    ThermalTerms as_terms;
+    as_terms.range_degc = {lowest, highest};
+    as_terms.reference_degc = is_px4 ? stated : std::clamp(stated, lowest, highest);
+    std::vector<Eigen::Vector3d> about;
+    for (const Eigen::Vector3f& term : terms) about.emplace_back(scale * term.cast<double>());
+    about = Shifted(about, centre, as_terms.reference_degc);
+    if (is_px4) parts->thermal_constant = about[0];
+    as_terms.bias.assign(about.begin() + 1, about.end());
+    while (!as_terms.bias.empty() && as_terms.bias.back().isZero(0.0)) as_terms.bias.pop_back();
+    if (!as_terms.bias.empty()) parts->thermal_terms = as_terms;
+  }
+
+  const ParameterList& list_;
+  const SensorNames& names_;
+  int instance_;
+};
+
+Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& request) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, InstanceOf(autopilot, request.instance));
+  // QGroundControl's lines begin with the numbers of vehicle and component.
+  TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
+                             ParseList(request.files[0], autopilot.is_px4 ? 2 : 0));
+  Carried carried;
+  for (const SensorNames& names : autopilot.sensors) {
+    const SensorParameters sensor(list, names, instance);
+    if (instance > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
+    carried.parts[names.triad] = sensor.Parts(autopilot.is_px4);
+    carried.device_ids[names.triad] = sensor.Id();
+  }
+  return carried;
+}
+
+}  // namespace
+
+std::vector<Format> AutopilotFormats() {
+  const auto held = [](MatrixForm matrix, std::string_view unit, int bias_order) -> TriadCapacity {
+    return {.held = true,
+            .matrix = matrix,
+            .bias_order = bias_order,
+            .reading_unit = unit,
+            .result_in_reading_unit = true};
+  };
+  constexpr int kOrder = kFirmwareOrder;
+  const TriadCapacity acceleration = held(MatrixForm::kDiagonal, "m/s^2", kOrder);
+  const TriadCapacity rate = held(MatrixForm::kNone, "rad/s", kOrder);
+  return {
+      {.info = {"px4",
+                "PX4 parameters, for QGroundControl (.params)",
+                "px4.params",
+                Arithmetic::kFloat32,
+                true,
+                0},
+       .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "G", kOrder)}},
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteParameters(Px4(), request, warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadParameters(Px4(), request); }},
+      {.info = {"ardupilot",
+                "ArduPilot parameters (.param)",
+                "ardupilot.param",
+                Arithmetic::kFloat32,
+                true,
+                1},
+       .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "mG", 0)}},
+       .write =
+           [](const WriteRequest& request, std::vector<std::string>* warnings) {
+             return WriteParameters(ArduPilot(), request, warnings);
+           },
+       .read = [](const ReadRequest& request) { return ReadParameters(ArduPilot(), request); }}};
+}
+
+}  // namespace truetriad

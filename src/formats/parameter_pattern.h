@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace truetriad {
+
+// The name of an autopilot's parameter: the pattern with the instance for `@`, and for `#` where it
+// is not the first of ArduPilot; for `*` the axis' letter, for `?` its number; for `%` a power.
+// ArduPilot: "INS_ACC2OFFS_X" is INS_ACC#OFFS_*, "INS_TCAL1_ACC2_Y" INS_TCAL@_ACC%_*, and beyond
+// the third IMU they begin with INS4_ instead (AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp,
+// AP_Compass.cpp). `instance`: as the autopilot counts, PX4 from 0 and ArduPilot from 1.
+inline std::string Expanded(std::string_view pattern,
+                            int instance,
+                            std::size_t axis = 0,
+                            std::size_t power = 0) {
+  constexpr int kLastOfShortNames = 3;  // INS_ACC3OFFS; then the group of parameters was full.
+  const std::string number = std::to_string(instance);
+  const bool is_late = pattern.starts_with("INS_") && instance > kLastOfShortNames;
+  const std::map<char, std::string> words = {{'@', is_late ? "" : number},
+                                             {'#', is_late || instance == 1 ? "" : number},
+                                             {'*', std::string(1, "XYZ"[axis])},
+                                             {'?', std::to_string(axis)},
+                                             {'%', std::to_string(power)}};
+  std::string name;
+  for (const char c : pattern) {
+    const auto word = words.find(c);
+    name += word == words.end() ? std::string(1, c) : word->second;
+  }
+  if (is_late) name.insert(3, number);
+  return name;
+}
+
+}  // namespace truetriad
