@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -13,6 +14,9 @@
 #include "truetriad/model/finding.h"
 
 namespace truetriad {
+
+// As many places as people read of a list.
+inline constexpr std::size_t kMostPlacesNamed = 10;
 
 /// Reduces a recording while it streams by; one for each kind of selection. The monitors of the
 /// streams have seen every block before it comes here.

@@ -22,10 +22,9 @@ constexpr std::size_t kChunkWindows = 16384;
 // Windows at the end of a chunk whose neighbours are yet to come: two knocks and the activity.
 constexpr std::size_t kTailWindows = 64;
 
-// Samples of a stream that tell its rate, and samples held at most while waiting for them.
+// Samples of a stream that tell its rate.
 constexpr std::int64_t kRateSamples = 64;
 // Ten seconds of three triads at some kHz.
-constexpr std::int64_t kMaxHeldSamples = 262144;
 
 // Turning a unit over moves an accelerometer by 2 g; half of that is expected.
 double ExpectedRange(const StreamInfo& info) {
@@ -50,19 +49,6 @@ std::string MotionSeen(const PoseSet& set) {
 }
 
 }  // namespace
-
-DetectedPoses::HeldBlock::HeldBlock(const SampleBlock& block)
-    : triad(block.triad),
-      time_ns(block.time_ns.begin(), block.time_ns.end()),
-      row(block.row.begin(), block.row.end()),
-      x(block.x.begin(), block.x.end()),
-      y(block.y.begin(), block.y.end()),
-      z(block.z.begin(), block.z.end()),
-      temperature_degc(block.temperature_degc.begin(), block.temperature_degc.end()) {}
-
-SampleBlock DetectedPoses::HeldBlock::View() const {
-  return {triad, time_ns, x, y, z, temperature_degc, {}, row};
-}
 
 DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
                              const RecordingInfo& info,
@@ -135,10 +121,11 @@ Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {
     return Add(blocks);
   }
   for (const SampleBlock& block : blocks) {
-    held_.emplace_back(block);
-    held_samples_ += static_cast<std::int64_t>(block.x.size());
+    held_.push_back({block.triad, {}});
+    held_.back().samples.Append(block);
+    held_samples_ += block.x.size();
   }
-  return held_samples_ > kMaxHeldSamples ? Start() : Status();
+  return held_samples_ > kMostHeldSamples ? Start() : Status();
 }
 
 Status DetectedPoses::Start() {
@@ -178,7 +165,9 @@ Status DetectedPoses::Start() {
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
   detector_.emplace(options_, triads, witnesses, width_ns * 1e-9);
   stuck_.emplace(origin_ns);
-  for (const HeldBlock& block : held_) TRUETRIAD_RETURN_IF_ERROR(AddToBuffer(block.View()));
+  for (const auto& [triad, samples] : held_) {
+    TRUETRIAD_RETURN_IF_ERROR(AddToBuffer(samples.View(triad, 0, samples.size())));
+  }
   held_.clear();
   return {};
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "data/collector.h"
+#include "data/held_samples.h"
 #include "data/pose_statistics.h"
 #include "data/static_detector.h"
 #include "data/stream_checks.h"
@@ -44,11 +45,8 @@ class DetectedPoses : public RestFinder {
  private:
   // A block that is kept until all streams have shown their rate.
   struct HeldBlock {
-    explicit HeldBlock(const SampleBlock& block);
-    SampleBlock View() const;
     Triad triad;
-    std::vector<std::int64_t> time_ns, row;
-    std::vector<double> x, y, z, temperature_degc;
+    HeldSamples samples;
   };
 
   Status Start();
@@ -62,7 +60,7 @@ class DetectedPoses : public RestFinder {
   PerTriad<StreamMonitor*> monitors_;
   Triad leading_;
   std::vector<HeldBlock> held_;
-  std::int64_t held_samples_ = 0;
+  std::size_t held_samples_ = 0;
   std::optional<WindowBuffer> buffer_;
   std::optional<StaticDetector> detector_;
   std::optional<StuckFinder> stuck_;

@@ -13,8 +13,6 @@
 namespace truetriad {
 namespace {
 
-// Of all streams: 14 minutes of three at 100 Hz, some 25 MB.
-constexpr std::size_t kMostWaiting = 262144;
 // Samples at the end that wait for those after them, and handed over ones that stay, so that the
 // line through the stamps goes on from one batch to the next.
 constexpr std::size_t kOverlap = 8192;
@@ -40,7 +38,7 @@ Result<bool> EvenSource::Next(std::vector<SampleBlock>* blocks) {
     Hold(*blocks);
     std::size_t waiting = 0;
     for (const Stream& stream : streams_) waiting += stream.waiting();
-    if (at_end_ || waiting >= kMostWaiting) Settle(at_end_);
+    if (at_end_ || waiting >= kMostHeldSamples) Settle(at_end_);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <glog/logging.h>
 
 #include "base/messages.h"
+#include "data/rows_in_time.h"
 
 namespace truetriad {
 namespace {
@@ -154,16 +155,9 @@ void GivenPoses::AddWaiting(Triad triad, bool at_end) {
   Waiting& waiting = waiting_[triad];
   const bool by_row = IsByRow(triad);
   const std::int64_t reach = Reach(by_row);
-  const std::vector<std::int64_t>& keys = by_row ? waiting.row : waiting.time_ns;
+  const std::vector<std::int64_t>& keys = by_row ? waiting.samples.row : waiting.samples.time_ns;
   const std::int64_t passed = by_row ? last_row_ : last_ns_ - reach;
-  const SampleBlock block{triad,
-                          waiting.time_ns,
-                          waiting.x,
-                          waiting.y,
-                          waiting.z,
-                          waiting.temperature_degc,
-                          {},
-                          waiting.row};
+  const SampleBlock block = waiting.samples.View(triad, 0, waiting.samples.size());
   std::size_t i = 0;
   for (; i < keys.size() && (at_end || keys[i] <= passed);) {
     waiting.current = std::max(waiting.current, finished_);
@@ -187,19 +181,12 @@ void GivenPoses::AddWaiting(Triad triad, bool at_end) {
     if (end > i) AddSamples(block, i, end, &pose);
     i = std::max(end, i + 1);
   }
-  const auto used = static_cast<std::ptrdiff_t>(i);
-  const auto drop = [used](auto* values) {
-    if (!values->empty()) values->erase(values->begin(), values->begin() + used);
-  };
-  drop(&waiting.time_ns), drop(&waiting.row), drop(&waiting.temperature_degc);
-  drop(&waiting.x), drop(&waiting.y), drop(&waiting.z);
+  waiting.samples.EraseFront(i);
 }
 
 // A gyroscope is calibrated from rests and what lies between them: a log of readings has neither in
 // its single rows, however many there are.
 Status GivenPoses::CheckRowsAreRests() const {
-  // Nobody rests a unit more often, and a log at 10 Hz has more rows after two minutes.
-  constexpr std::size_t kMostRowsAsRests = 1000;
   if (selection_.kind != PoseSelectionKind::kEveryRow || !selection_.moves || !info_.has_time ||
       poses_.size() <= kMostRowsAsRests) {
     return {};
@@ -219,12 +206,7 @@ Status GivenPoses::Add(const std::vector<SampleBlock>& blocks) {
       continue;
     }
     Waiting& waiting = waiting_[block.triad];
-    const auto append = [](auto* values, const auto& more) {
-      values->insert(values->end(), more.begin(), more.end());
-    };
-    append(&waiting.time_ns, block.time_ns), append(&waiting.row, block.row);
-    append(&waiting.x, block.x), append(&waiting.y, block.y), append(&waiting.z, block.z);
-    append(&waiting.temperature_degc, block.temperature_degc);
+    waiting.samples.Append(block);
     if (block.row.empty()) continue;
     waiting.latest_key = IsByRow(block.triad) ? block.row.back() : block.time_ns.back();
   }
@@ -243,7 +225,7 @@ bool GivenPoses::IsOver(const OpenPose& pose) const {
     const Waiting& waiting = waiting_[stream.triad];
     const bool by_row = IsByRow(stream.triad);
     const std::int64_t last = by_row ? pose.last_row : pose.last_ns + Reach(by_row);
-    const auto& keys = by_row ? waiting.row : waiting.time_ns;
+    const auto& keys = by_row ? waiting.samples.row : waiting.samples.time_ns;
     return (keys.empty() ? waiting.latest_key : keys.front()) > last;
   });
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "data/collector.h"
+#include "data/held_samples.h"
 #include "data/pose_statistics.h"
 #include "data/stream_checks.h"
 #include "truetriad/base/result.h"
@@ -58,8 +59,7 @@ class GivenPoses : public RestFinder {
   };
   /// Samples of another stream that wait until the leading one has passed them.
   struct Waiting {
-    std::vector<std::int64_t> time_ns, row;
-    std::vector<double> x, y, z, temperature_degc;
+    HeldSamples samples;
     std::int64_t latest_key = -1;  // Row or time of the last sample that came in.
     std::int64_t current = 0;      // Number of the first pose that later samples can belong to.
   };

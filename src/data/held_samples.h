@@ -12,6 +12,9 @@
 
 namespace truetriad {
 
+/// Held at most, of all streams: 14 minutes of three at 100 Hz, some 25 MB.
+inline constexpr std::size_t kMostHeldSamples = 262144;
+
 /// Samples of one triad that are held back until more of them have come. Columns that a recording
 /// does not have stay empty.
 struct HeldSamples {

@@ -8,6 +8,7 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
+#include "data/smallest_step.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
@@ -21,8 +22,6 @@ constexpr std::size_t kAhead = 24;
 constexpr std::size_t kMostHeld = 8192;
 // A word this many steps off the reading before is looked at.
 constexpr double kFewSteps = 5.0;
-// The smallest step shows long before.
-constexpr std::int64_t kStepRows = 20000;
 
 // Far from all: nothing is known of what came before.
 Eigen::Vector3d Nowhere() { return Eigen::Vector3d::Constant(2.0 * kNoSensorReads); }
@@ -40,13 +39,9 @@ void RowScreen::WatchSteps(const SampleBlock& block) {
         if (!IsWord(value)) largest_[axis] = std::max(largest_[axis], std::abs(value));
       }
     }
-    if (rows_seen_ >= kStepRows) continue;
-    const double rounding = 1e-9 * largest_[axis];
-    double before = last_ ? (*last_)[axis] : values.front();
-    for (const double value : values) {
-      const double step = std::abs(value - std::exchange(before, value));
-      if (step > rounding && step < step_[axis]) step_[axis] = step;
-    }
+    if (rows_seen_ >= kStepReadings) continue;
+    const double before = last_ ? (*last_)[axis] : values.front();
+    step_[axis] = SmallestStep(values, before, largest_[axis], step_[axis]);
   }
   rows_seen_ += static_cast<std::int64_t>(block.x.size());
 }

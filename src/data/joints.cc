@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "data/collector.h"
 #include "data/readings_at.h"
 #include "model/mechanisms.h"
 #include "truetriad/base/units.h"
@@ -19,15 +20,12 @@ namespace {
 
 // A turn by this much more than the gyroscope counted, the way it took with its gain as small as
 // gains are (units.h), is none: 20 deg are more than any bias, misalignment or bandwidth leave.
-constexpr double kUnexplainedRad = 0.35;
-constexpr double kGainOff = 1.5;
+constexpr double kUnexplainedRad = 0.35, kGainOff = 1.5;
 // The median of three readings before and after a joint; a single spike does not move it.
 constexpr std::size_t kReadings = 3;
 // A joint is between two readings: they differ by most of what those before and after it do. A turn
 // that the gyroscope read too small, in whatever unit, goes on for longer.
 constexpr double kAtOnce = 0.6;
-// As many as people read.
-constexpr long long kMostTold = 10;
 
 struct Field {
   const std::vector<Eigen::Vector3d>& readings;  // at the times of the gyroscope
@@ -255,16 +253,17 @@ std::optional<Finding> FaultOf(const RecordedMove& move, const PoseSet& set) {
 
 // Those that no finding has said yet.
 void TellJoints(PoseSet* set) {
-  long long told = 0;
+  std::size_t told = 0;
   for (RecordingJoint& joint : set->joints) {
-    if (std::exchange(joint.is_told, true) || ++told > kMostTold) continue;
+    if (std::exchange(joint.is_told, true) || ++told > kMostPlacesNamed) continue;
     set->findings.push_back(FindingAt(*set, joint.time_ns, joint.row, joint.seen));
   }
-  if (told <= kMostTold) return;
+  if (told <= kMostPlacesNamed) return;
+  const auto more = static_cast<long long>(told - kMostPlacesNamed);
   set->findings.push_back(
       Finding(FindingCode::kJoinedRecording,
-              "pieces of recordings are joined at " + Counted(told - kMostTold, "more place"))
-          .With("places", static_cast<double>(told - kMostTold)));
+              "pieces of recordings are joined at " + Counted(more, "more place"))
+          .With("places", static_cast<double>(more)));
 }
 
 }  // namespace

@@ -64,8 +64,7 @@ Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
 // A rate that is held is as large at the ends of its stretch as in the middle. What differs by more
 // than this share of it, and by so many times what the middle wanders by, is a table that gathers
 // speed: an eighth of it would move the mean by an eighth of the share.
-constexpr double kRampShare = 0.001;
-constexpr double kRampFactor = 8.0;
+constexpr double kRampShare = 0.001, kRampFactor = 8.0;
 
 std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
   return (rate.at.stated_in.empty() ? "rates" : rate.at.stated_in) + ": " + set.source + ": rate" +

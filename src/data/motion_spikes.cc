@@ -13,7 +13,9 @@
 namespace truetriad {
 namespace {
 
+// The median of six readings stays with the good ones where two of them are spikes.
 constexpr std::size_t kEachSide = 3;
+// Chosen: the scatter of fewer readings, three times kTogether, is not that of a motion.
 constexpr std::size_t kFewestReadings = 200;
 // So many σ from its neighbours a reading is none: white noise does that once in 10^15, the hand of
 // a person tumbling a unit less than once in 10^4 readings (tests/trust, clean).

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -32,12 +33,10 @@ int StaysAt(double limit,
   const auto is_far = [&](std::size_t i) {
     return i >= readings.size() || std::abs(readings[i][axis] - limit) > kFarSteps * step;
   };
-  int stays = 0, run = 0;
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    run = readings[i][axis] == limit ? run + 1 : 0;
-    const auto before = i - static_cast<std::size_t>(run);  // wraps round before the first
-    const bool is_over = i + 1 == readings.size() || readings[i + 1][axis] != limit;
-    if (run >= kSaturatedReadings && is_over && (is_far(i + 1) || is_far(before))) ++stays;
+  int stays = 0;
+  for (const auto& [begin, end] : RunsOfEquals(readings, axis, kSaturatedReadings)) {
+    // Before the first reading is far, too: 0 - 1 is beyond the last.
+    if (readings[begin][axis] == limit && (is_far(end) || is_far(begin - 1))) ++stays;
   }
   return stays;
 }
@@ -47,14 +46,12 @@ int StaysAt(double limit,
 // where the move has not begun, or is over: within `rest_radius` of the first reading only a run
 // over half of the move counts.
 bool IsStuck(const std::vector<Eigen::Vector3d>& readings, double rest_radius) {
-  int run = 0;
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    run = i > 0 && readings[i] == readings[i - 1] ? run + 1 : 1;
-    const bool is_at_rest = (readings[i] - readings.front()).cwiseAbs().maxCoeff() < rest_radius;
-    const int most = is_at_rest ? static_cast<int>(readings.size() / 2) : 0;
-    if (run >= std::max(kStuckReadings, most)) return true;
-  }
-  return false;
+  const std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, kStuckReadings);
+  return std::any_of(runs.begin(), runs.end(), [&](const EqualReadings& run) {
+    const Eigen::Vector3d since = readings[run.begin] - readings.front();
+    const bool is_at_rest = since.cwiseAbs().maxCoeff() < rest_radius;
+    return !is_at_rest || run.end - run.begin >= readings.size() / 2;
+  });
 }
 
 // Why the readings do not tell the turn; unset when they do.
@@ -70,8 +67,7 @@ std::optional<Finding> Fault(const RecordedMove& move,
     longest_gap_ns = std::max(longest_gap_ns, move.time_ns[i] - move.time_ns[i - 1]);
   }
   const double gap_s = 1e-9 * static_cast<double>(longest_gap_ns);
-  if (gap_s > std::max(kBridgedS, kBridgedSpacings / gyroscope.rate_hz) &&
-      Acts(Mechanism::kTurnGap)) {
+  if (gap_s > std::max(kBridgedS, kGapSpacings / gyroscope.rate_hz) && Acts(Mechanism::kTurnGap)) {
     return Finding(FindingCode::kTurnGap, "the gyroscope has a gap of " + Seconds(gap_s))
         .With("gap", gap_s, "s");
   }
@@ -107,7 +103,7 @@ std::optional<Finding> Fault(const RecordedMove& move,
 
 // Room for some minutes at once; pages that are never written cost nothing.
 MoveRecorder::Stream::Stream() {
-  constexpr std::size_t kFirstCapacity = 1 << 17;
+  constexpr std::size_t kFirstCapacity = 1 << 17;  // 22 minutes at 100 Hz.
   time_ns.reserve(kFirstCapacity);
   reading_raw.reserve(kFirstCapacity);
 }

@@ -15,10 +15,8 @@ namespace {
 
 // One-sided readings: windows that tell of them, by so many σ, and by this share of the noise of
 // one reading; what they shift the mean by at most, of what they shift the middle by.
-constexpr double kFewestOneSided = 50.0;
-constexpr double kOneSidedSigmas = 4.0;
-constexpr double kOneSidedShare = 0.05;
-constexpr double kOneSidedMean = 0.5;
+constexpr double kFewestOneSided = 50.0, kOneSidedSigmas = 4.0, kOneSidedShare = 0.05,
+                 kOneSidedMean = 0.5;
 
 // Below this many degrees of freedom a variance is not compared with another.
 constexpr double kEnoughDof = 8.0;

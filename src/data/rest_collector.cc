@@ -13,8 +13,6 @@ namespace {
 
 // Names the turns that tell nothing, those of one reason together.
 void AddFaultsOfMoves(PoseSet* set) {
-  // As many as people read.
-  constexpr std::size_t kNamed = 10;
   std::vector<std::pair<Finding, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {
     if (!move.fault) continue;
@@ -32,7 +30,7 @@ void AddFaultsOfMoves(PoseSet* set) {
     const auto& [fault, moves] = reasons[i];
     Finding finding = fault;
     finding.About(Triad::kGyroscope);
-    if (i >= kNamed) {
+    if (i >= kMostPlacesNamed) {
       unnamed += moves.size();
       continue;
     }
@@ -46,10 +44,10 @@ void AddFaultsOfMoves(PoseSet* set) {
       continue;
     }
     std::string list;
-    for (std::size_t k = 0; k < std::min(moves.size(), kNamed); ++k) {
+    for (std::size_t k = 0; k < std::min(moves.size(), kMostPlacesNamed); ++k) {
       list += (k == 0 ? "" : ", ") + number(moves[k]->from);
     }
-    if (moves.size() > kNamed) list += ", …";
+    if (moves.size() > kMostPlacesNamed) list += ", …";
     finding.With("turns", static_cast<double>(moves.size())).text =
         std::to_string(moves.size()) + " turns are skipped, those starting at poses " + list +
         ": " + fault.text;
@@ -57,7 +55,7 @@ void AddFaultsOfMoves(PoseSet* set) {
   }
   if (unnamed > 0) {
     set->findings.push_back(
-        Finding(reasons[kNamed].first.code,
+        Finding(reasons[kMostPlacesNamed].first.code,
                 std::to_string(unnamed) + " more turns are skipped for similar reasons")
             .About(Triad::kGyroscope)
             .With("turns", static_cast<double>(unnamed)));

@@ -14,9 +14,6 @@
 namespace truetriad {
 namespace {
 
-// Fewer rows can be rests that somebody took one after the other; a log at 10 Hz has more after two
-// minutes.
-constexpr std::size_t kMostRowsInAnyOrder = 1000;
 // Readings this close, as a share of their length, are of one attitude: 1 degree; of a
 // magnetometer, which is noisier, 2. Of attitudes in any order one in ten thousand is that close to
 // the one before. A table of headings, 5 degrees apart, moves the field alone.
@@ -80,7 +77,7 @@ bool AreAlike(const StaticPose& pose, const StaticPose& other, Triad triad, doub
 Status RejectRowsOfALog(const PoseSet& poses) {
   if (poses.has_time || AreNamed(poses)) return {};
   TRUETRIAD_RETURN_IF_ERROR(RejectTurningRows(poses));
-  if (poses.poses.size() <= kMostRowsInAnyOrder) return {};
+  if (poses.poses.size() <= kMostRowsAsRests) return {};
   std::int64_t rows = 0, alike = 0;
   const StaticPose* before = nullptr;
   for (const StaticPose& pose : poses.poses) {

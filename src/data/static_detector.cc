@@ -14,10 +14,9 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-// The activity of a window looks this far to each side, so that a rest loses as much of its ends:
-// settling time.
-constexpr std::size_t kHalfSpan = 2;
-constexpr std::size_t kSpan = 2 * kHalfSpan + 1;
+// The activity of a window is that of so many about it, so that a rest loses two of them at each
+// end: settling time.
+constexpr std::size_t kSpan = 5;
 
 // Levels are tried in steps of a factor 1.4 in variance.
 constexpr double kLevelStep = 0.5;
@@ -32,12 +31,10 @@ constexpr double kSteadyShare = 0.01;
 // A long rest may drift in addition with the temperature: 0.1 mg/s of 2 g.
 constexpr double kThermalShareHz = 5e-5;
 // Same attitude before and after a knock; and the tilt that makes handling of a disturbance.
-constexpr double kSameAttitudeShare = 0.003;
-constexpr double kHandledShare = 0.05;
+constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
 // A gyroscope that has counted no more than this about any axis has come back to its heading;
 // of readings in an unknown unit, so many seconds at the fastest turn.
-constexpr double kSameHeadingRad = 0.05;
-constexpr double kSameHeadingShareS = 0.02;
+constexpr double kSameHeadingRad = 0.05, kSameHeadingShareS = 0.02;
 // A change of mean beside the noise is seen from so many sigma (of all axes together) on.
 constexpr double kSeenChangeSigmas = 4.0;
 // A gyroscope whose mean is further than this share of its range from the other rests turns.
@@ -165,7 +162,7 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
                            std::numeric_limits<double>::min();
       product *= floor + TotalVariance(buffer.windows(known.triad), last + 1 - kSpan, last + 1);
     }
-    activity_[last - kHalfSpan] =
+    activity_[last - kSpan / 2] =
         static_cast<float>(std::log2(product) / static_cast<double>(triads_.size()));
   }
 }

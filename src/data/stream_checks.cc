@@ -9,6 +9,7 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
+#include "data/smallest_step.h"
 #include "data/time_stamps.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
@@ -19,10 +20,6 @@ namespace {
 
 // Enough for the usual one to be that of the clock, whatever the first packets do.
 constexpr std::size_t kSpacingSamples = 1024;
-// Chosen: the smallest step between readings shows long before.
-constexpr std::int64_t kResolutionSamples = 20000;
-// Chosen: one or two lost samples are the jitter of a logger.
-constexpr double kGapSpacings = 5.0;
 // Fewer equal readings in a row (or in all) can be chance.
 constexpr std::int64_t kFewestStuckSamples = 20;
 // Chosen: two in a row can be chance where steps are coarse.
@@ -43,16 +40,6 @@ std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
 std::string Number(double value) { return RoundedText(value, 9); }
 
 std::string Name(Triad triad) { return std::string(TriadName(triad)); }
-
-// Smallest difference above rounding between neighbours of [begin, end).
-double SmallestStep(std::span<const double> values, double step, double largest) {
-  const double rounding = 1e-9 * largest;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const double difference = std::abs(values[i] - values[i - 1]);
-    step = std::min(step, difference > rounding ? difference : step);
-  }
-  return step;
-}
 
 }  // namespace
 
@@ -83,10 +70,10 @@ Status StreamMonitor::Add(const SampleBlock& block) {
     }
     minimum_raw_[axis] = low, maximum_raw_[axis] = high;
     finite = finite && sum == 0.0;
-    if (samples_ < kResolutionSamples) {
-      resolution_raw_[axis] = SmallestStep(axes[static_cast<std::size_t>(axis)],
-                                           resolution_raw_[axis],
-                                           std::max(std::abs(low), std::abs(high)));
+    if (samples_ < kStepReadings) {
+      const std::span<const double> values = axes[static_cast<std::size_t>(axis)];
+      const double largest = std::max(std::abs(low), std::abs(high));
+      resolution_raw_[axis] = SmallestStep(values, values.front(), largest, resolution_raw_[axis]);
     }
   }
   if (!finite) return CheckFinite(block);
@@ -115,7 +102,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
     last_ns = block.time_ns[i];
     duplicate_times_ += static_cast<int>(spacing_ns == 0);
     if (usual_ns_ > 0.0) {
-      if (spacing_ns > longest_usual_ns_) CountGap(last_ns - spacing_ns, spacing_ns);
+      if (IsGap(spacing_ns)) CountGap(last_ns - spacing_ns, spacing_ns);
       continue;
     }
     if (first_times_ns_.empty()) first_times_ns_.push_back(first_ns_);
@@ -138,12 +125,9 @@ bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) 
 void StreamMonitor::CountFirst() {
   usual_ns_ = spacing_ns();
   if (!(usual_ns_ > 0.0)) return;
-  // Over years, where what is usual is: no gap is longer then.
-  constexpr double kLongestNs = 9.2e18;
-  longest_usual_ns_ = static_cast<std::int64_t>(std::min(kGapSpacings * usual_ns_, kLongestNs));
   for (std::size_t i = 1; i < first_times_ns_.size(); ++i) {
     const std::int64_t spacing_ns = first_times_ns_[i] - first_times_ns_[i - 1];
-    if (spacing_ns > longest_usual_ns_) CountGap(first_times_ns_[i - 1], spacing_ns);
+    if (IsGap(spacing_ns)) CountGap(first_times_ns_[i - 1], spacing_ns);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "data/gyroscope_faults.h"
 #include "data/length_spread.h"
 #include "data/pose_statistics.h"
 #include "data/window_statistics.h"
@@ -47,6 +48,9 @@ class StreamMonitor {
 
  private:
   void CountFirst();
+  bool IsGap(std::int64_t spacing_ns) const {
+    return static_cast<double>(spacing_ns) > kGapSpacings * usual_ns_;
+  }
   void CountGap(std::int64_t from_ns, std::int64_t spacing_ns);
   bool IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const;
   Status CheckFinite(const SampleBlock& block) const;
@@ -59,7 +63,6 @@ class StreamMonitor {
   std::int64_t interruptions_ = 0, interruptions_ns_ = 0;  // Gaps and what is excluded.
   std::vector<std::int64_t> first_times_ns_;
   double usual_ns_ = 0.0;  // Known once there are enough of those.
-  std::int64_t longest_usual_ns_ = 0;
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);

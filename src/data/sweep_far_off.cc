@@ -18,15 +18,13 @@
 namespace truetriad {
 namespace {
 
-// Neighbours on each side that say where a cell should be, and how many σ it may be off.
-constexpr std::size_t kNeighbours = 5;
+// A cell may be so many σ off, as white noise is once in 10^22, unless it is beside its neighbours
+// as well.
 constexpr double kFarOffSigmas = 10.0;
 // Variance of readings inside a cell over what chi-square allows at the level below: sigma doubled.
 constexpr double kDisturbedFactor = 4.0;
 // By chance once in thirty thousand axes of 32768 cells.
 constexpr double kDisturbedLevel = 1e-9;
-// More rows than this are counted, not named.
-constexpr std::size_t kNamedCells = 10;
 
 // What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
 // 1968). `time` increases.
@@ -167,7 +165,7 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
   }
   std::size_t count = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (cells_[i].far_off.empty() || ++count > kNamedCells) continue;
+    if (cells_[i].far_off.empty() || ++count > kMostPlacesNamed) continue;
     std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = -1;
     for (const StreamInfo& stream : info_.streams) {
       const TriadWindow& window = cells_[i].triads[stream.triad];
@@ -182,8 +180,8 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
                                   Fixed1(track.degc[i]) + " degC): outliers: " + what);
   }
-  if (count > kNamedCells) {
-    set->sweep.left_out.push_back(std::to_string(count - kNamedCells) +
+  if (count > kMostPlacesNamed) {
+    set->sweep.left_out.push_back(std::to_string(count - kMostPlacesNamed) +
                                   " more places with outliers");
   }
 }

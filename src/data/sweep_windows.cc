@@ -27,8 +27,7 @@ constexpr std::size_t kFewestCells = 40;
 constexpr int kFewestReadings = 40;
 // A window ends when the temperature has changed by this share of its range, or this share of the
 // recording has passed.
-constexpr double kThermalShare = 1.0 / 200.0;
-constexpr double kTimeShare = 1.0 / 400.0;
+constexpr double kThermalShare = 1.0 / 200.0, kTimeShare = 1.0 / 400.0;
 
 }  // namespace
 

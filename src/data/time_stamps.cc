@@ -16,12 +16,10 @@ namespace {
 // Fewer stamps show no kind.
 constexpr std::size_t kFewestStamps = 64;
 // The interval is told by the steps of which most are near the usual one: two steps in one are not.
-constexpr double kNearUsual = 0.55;
-constexpr double kShareOfUsual = 0.7;
+constexpr double kNearUsual = 0.55, kShareOfUsual = 0.7;
 // Else it is measured over as few samples as tell it to a hundredth, since most such stretches have
-// then no lost sample, and over no more than this.
+// then no lost sample, and over kBurstSamples at most.
 constexpr double kSlopeScatter = 0.01;
-constexpr std::size_t kSlopeSamples = 256;
 // A sample that is followed so soon waited for the next; the last one that waited came straight
 // from the sensor.
 constexpr double kSoon = 0.5;
@@ -55,12 +53,12 @@ constexpr double kWiderSigmas = 3.0;
 // In jitter the RMS about short lines is that about long ones; where errors add up, as when each
 // sample waits for the one before, it grows with the root of the length, here by 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
+// About half way between the two on a scale of factors: √2.8 is 1.7.
 constexpr double kMostGrowth = 1.6;
 // A clock's ticks show in so many samples.
 constexpr std::size_t kTickSamples = 4096;
 // Of ticks: stamps this near to whole ones, ...
-constexpr double kNearTick = 0.1;
-constexpr double kShareOnTicks = 0.95;
+constexpr double kNearTick = 0.1, kShareOnTicks = 0.95;
 // ... and jitter about the rounding's 0.29 of one; ...
 constexpr double kLeastOfTick = 0.15, kMostOfTick = 0.35;
 // ... one that is shorter than this share of the interval does not matter.
@@ -111,7 +109,7 @@ std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
 double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
-  const auto widest = static_cast<std::size_t>(static_cast<double>(kSlopeSamples) / run);
+  const auto widest = static_cast<std::size_t>(static_cast<double>(kBurstSamples) / run);
   double median = usual;
   for (std::size_t apart = fewest; apart <= widest && 4 * apart <= places.size(); apart *= 2) {
     std::vector<double> slopes;
@@ -547,7 +545,7 @@ EvenTimes FitEvenTimes(const Stamps& stamps) {
   if (stamps.are_windows() || even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
   // Where jitter hides the period, samples that seem lost make up for it; where bursts are late,
   // for those that came sooner.
-  EvenFit of_all(stamps, PeriodOfStretches(stamps, usual, kSlopeSamples / 4), true);
+  EvenFit of_all(stamps, PeriodOfStretches(stamps, usual, kBurstSamples / 4), true);
   EvenTimes of_all_even = of_all.Run();
   return of_all.Bic() < fit.Bic() ? of_all_even : even;
 }
@@ -555,7 +553,7 @@ EvenTimes FitEvenTimes(const Stamps& stamps) {
 EvenTimes FitEvenTimesOfAll(const Stamps& stamps) {
   if (stamps.are_windows() || stamps.size() < kFewestStamps) return FitEvenTimes(stamps);
   const double usual = UsualSpacing(stamps.time_ns);
-  return EvenFit(stamps, PeriodOfStretches(stamps, usual, kSlopeSamples / 4), true).Run();
+  return EvenFit(stamps, PeriodOfStretches(stamps, usual, kBurstSamples / 4), true).Run();
 }
 
 bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {

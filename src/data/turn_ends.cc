@@ -20,8 +20,9 @@
 namespace truetriad {
 namespace {
 
-// Over so long the readings at an end are averaged, but over so many at least.
+// Over so long the readings at an end are averaged.
 constexpr double kEndS = 0.05;
+// But over so many at least: a second difference needs three.
 constexpr std::size_t kFewestAtEnd = 3;
 // What noise does to a mean is less.
 constexpr double kNoiseSigmas = 6.0;
@@ -92,6 +93,7 @@ std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<
 
 // The middle one of those about a time: turns that are cut go both ways, and the bias may drift.
 Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
+  // The median of so many is off by 1.25 / √16 of their σ, a third.
   constexpr std::size_t kNearest = 16;
   const std::size_t count = std::min(kNearest, levels->size());
   const auto distance = [time_ns](const Level& level) { return std::abs(level.time_ns - time_ns); };

@@ -9,11 +9,10 @@ namespace {
 
 // Fewer readings do not say how they spread.
 constexpr std::size_t kFewestAbout = 6;
-// Of those about it the most extreme on each side, which may be bad themselves. What remains of 16
-// spreads over 2.6 σ, which it tells like 12 degrees of freedom do.
+// Of those about it the most extreme on each side, which may be bad themselves.
 constexpr std::size_t kTrimmed = 1;
-constexpr double kSpreadSigmas = 2.6;
-constexpr double kDof = 12.0;
+// What remains of 16 spreads over 2.6 σ, which it tells like 12 degrees of freedom do.
+constexpr double kSpreadSigmas = 2.6, kDof = 12.0;
 // A word is this many times as far off as the others spread: they are 16 readings of one motion,
 // whose end lies within one spread of them.
 constexpr double kFarSpreads = 5.0;
@@ -27,6 +26,7 @@ constexpr double kZeroShare = 1.0 / 3.0;
 constexpr std::size_t kFewInARow = 3;
 // Another word on all three axes at once is none where it is half a spread off.
 constexpr double kApartSpreads = 0.5;
+// Readings that spread over fewer steps are a rest, in which any word may lie outside by chance.
 constexpr double kSomeSteps = 20.0;
 
 struct Spread {

@@ -11,49 +11,7 @@ namespace {
 
 constexpr std::int64_t kLongestInterval = 86'400'000'000'000;  // A day.
 
-template <typename T, typename Range>
-void AppendTo(std::vector<T>* to, const Range& range) {
-  to->insert(to->end(), range.begin(), range.end());
-}
-
-template <typename T>
-void MoveFirst(std::size_t count, std::vector<T>* from, std::vector<T>* to) {
-  if (from->empty()) return;
-  const auto end = from->begin() + static_cast<std::ptrdiff_t>(count);
-  to->insert(to->end(), from->begin(), end);
-  from->erase(from->begin(), end);
-}
-
 }  // namespace
-
-void BurstWindows::Samples::Append(const SampleBlock& block,
-                                   const std::vector<std::int64_t>& lines) {
-  AppendTo(&time_ns, block.time_ns);
-  AppendTo(&row, block.row);
-  AppendTo(&line, lines);
-  AppendTo(&x, block.x);
-  AppendTo(&y, block.y);
-  AppendTo(&z, block.z);
-  AppendTo(&temperature_degc, block.temperature_degc);
-  AppendTo(&ambient_degc, block.ambient_degc);
-  AppendTo(&pose, block.pose);
-}
-
-void BurstWindows::Samples::MoveFirstTo(std::size_t count, Samples* other) {
-  MoveFirst(count, &time_ns, &other->time_ns);
-  MoveFirst(count, &row, &other->row);
-  MoveFirst(count, &line, &other->line);
-  MoveFirst(count, &x, &other->x);
-  MoveFirst(count, &y, &other->y);
-  MoveFirst(count, &z, &other->z);
-  MoveFirst(count, &temperature_degc, &other->temperature_degc);
-  MoveFirst(count, &ambient_degc, &other->ambient_degc);
-  MoveFirst(count, &pose, &other->pose);
-}
-
-SampleBlock BurstWindows::Samples::AsBlock(Triad triad) const {
-  return {triad, time_ns, x, y, z, temperature_degc, pose, row, ambient_degc};
-}
 
 void BurstWindows::AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t line) {
   const bool is_known = !other_times_.empty() && other_times_.back().time_ns == time_ns &&
@@ -67,18 +25,21 @@ void BurstWindows::AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t 
 
 Result<SampleBlock> BurstWindows::Spread(const SampleBlock& block,
                                          const std::vector<std::int64_t>& lines) {
-  waiting_.Append(block, lines);
+  waiting_.Append(block);
+  lines_.insert(lines_.end(), lines.begin(), lines.end());
   TRUETRIAD_RETURN_IF_ERROR(SpreadWindows(false));
-  return done_.AsBlock(block.triad);
+  return waiting_.View(block.triad, 0, done_);
 }
 
 Result<SampleBlock> BurstWindows::Finish(Triad triad) {
   TRUETRIAD_RETURN_IF_ERROR(SpreadWindows(true));
-  return done_.AsBlock(triad);
+  return waiting_.View(triad, 0, done_);
 }
 
 Status BurstWindows::SpreadWindows(bool at_end) {
-  done_ = {};
+  waiting_.EraseFront(done_);
+  lines_.erase(lines_.begin(), lines_.begin() + static_cast<std::ptrdiff_t>(done_));
+  done_ = 0;
   std::size_t begin = 0;
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Window> window, WindowAt(begin, at_end));
@@ -103,7 +64,7 @@ Status BurstWindows::SpreadWindows(bool at_end) {
       other_times_.pop_front();
     }
   }
-  waiting_.MoveFirstTo(begin, &done_);
+  done_ = begin;
   return {};
 }
 
@@ -153,8 +114,7 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
   if (is_last && !at_end) return std::optional<Window>();
   window.is_cut = is_last && (rows.back() + 1) % size_ != 0;
   for (std::size_t i = begin; i < window.end; ++i) {
-    TRUETRIAD_RETURN_IF_ERROR(
-        TakeTime({rows[i], waiting_.time_ns[i], waiting_.line[i], true}, &window));
+    TRUETRIAD_RETURN_IF_ERROR(TakeTime({rows[i], waiting_.time_ns[i], lines_[i], true}, &window));
   }
   for (const Stated& stated : other_times_) {
     const std::int64_t number = stated.row / size_;
@@ -248,7 +208,7 @@ Status BurstWindows::MeasureInterval(const Window& earlier,
 }
 
 Error BurstWindows::Fail(ErrorCode code, std::size_t sample, const std::string& text) const {
-  return Error(code, {file_, waiting_.line[sample]}, text);
+  return Error(code, {file_, lines_[sample]}, text);
 }
 
 }  // namespace truetriad

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "data/held_samples.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/sample_source.h"
 
@@ -40,17 +41,6 @@ class BurstWindows {
   Result<SampleBlock> Finish(Triad triad);
 
  private:
-  /// Samples, as columns.
-  struct Samples {
-    std::vector<std::int64_t> time_ns, row, line;
-    std::vector<double> x, y, z, temperature_degc, ambient_degc;
-    std::vector<std::int32_t> pose;
-
-    void Append(const SampleBlock& block, const std::vector<std::int64_t>& lines);
-    void MoveFirstTo(std::size_t count, Samples* other);
-    SampleBlock AsBlock(Triad triad) const;
-  };
-
   /// Samples [begin, end) of those that wait.
   struct Window {
     std::size_t begin = 0, end = 0;
@@ -87,12 +77,14 @@ class BurstWindows {
 
   std::int64_t size_;
   std::string file_;
-  Samples waiting_, done_;
-  std::deque<Stated> other_times_;  ///< On rows without a reading, of windows that wait.
-  std::optional<Window> last_;      ///< That has its times; its samples are gone.
-  std::optional<Window> timed_;     ///< The last that has its time on one row alone.
-  std::int64_t interval_ns_ = 0;    ///< Between two windows; 0: not known yet.
-  int gaps_alike_ = 0;              ///< Of about the same length, one after another until now.
+  HeldSamples waiting_;              ///< Those that were given back last, then those that wait.
+  std::vector<std::int64_t> lines_;  ///< Of those.
+  std::size_t done_ = 0;             ///< Of those: given back last.
+  std::deque<Stated> other_times_;   ///< On rows without a reading, of windows that wait.
+  std::optional<Window> last_;       ///< That has its times; its samples are gone.
+  std::optional<Window> timed_;      ///< The last that has its time on one row alone.
+  std::int64_t interval_ns_ = 0;     ///< Between two windows; 0: not known yet.
+  int gaps_alike_ = 0;               ///< Of about the same length, one after another until now.
   double last_gap_ns_ = 0.0;
 };
 

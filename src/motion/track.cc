@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "data/gyroscope_faults.h"
@@ -108,7 +109,7 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
                                   const std::vector<Span>& excluded) {
   const std::size_t steps = time_s_.size() - 1;
   is_untold_.assign(steps, false);
-  const double bridged_s = std::max(kBridgedS, kBridgedSpacings * spacing_s_[Triad::kGyroscope]);
+  const double bridged_s = std::max(kBridgedS, kGapSpacings * spacing_s_[Triad::kGyroscope]);
   for (std::size_t i = 0; i < steps; ++i) {
     is_untold_[i] = time_s_[i + 1] - time_s_[i] > bridged_s && Acts(Mechanism::kMotionGaps);
   }
@@ -118,24 +119,15 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     }
   };
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    std::size_t begin = 0;
-    for (std::size_t i = 1; i <= rate_raw_.size(); ++i) {
+    for (const auto& [begin, end] : RunsOfEquals(rate_raw_, axis, kSaturatedReadings)) {
       const double value = rate_raw_[begin][axis];
-      if (i < rate_raw_.size() && rate_raw_[i][axis] == value) continue;
       const bool is_extreme =
           value == gyroscope.minimum_raw[axis] || value == gyroscope.maximum_raw[axis];
-      if (is_extreme && i - begin >= std::size_t{kSaturatedReadings} &&
-          Acts(Mechanism::kMotionSaturated)) {
-        mark(begin, i);
-      }
-      begin = i;
+      if (is_extreme && Acts(Mechanism::kMotionSaturated)) mark(begin, end);
     }
   }
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i <= rate_raw_.size(); ++i) {
-    if (i < rate_raw_.size() && rate_raw_[i] == rate_raw_[begin]) continue;
-    if (i - begin >= std::size_t{kStuckReadings} && Acts(Mechanism::kMotionStuck)) mark(begin, i);
-    begin = i;
+  for (const auto& [begin, end] : RunsOfEquals(rate_raw_, std::nullopt, kStuckReadings)) {
+    if (Acts(Mechanism::kMotionStuck)) mark(begin, end);
   }
   for (std::size_t i = 0; i < steps; ++i) {
     const bool is_excluded =

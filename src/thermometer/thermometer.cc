@@ -9,13 +9,10 @@
 namespace truetriad {
 namespace {
 
-// Neighbours on each side that say where a cell should be.
-constexpr std::ptrdiff_t kNeighbours = 5;
 // How far outside of them no chamber goes: in steps from a cell to the next, of which one in twenty
 // is larger, and as a share of the range in which nine tenths of the cells lie. A turning point is
 // outside by three steps.
-constexpr double kSpikeSteps = 6.0;
-constexpr double kSpikeShare = 0.05;
+constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
 
 }  // namespace
 
@@ -135,8 +132,9 @@ std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step
   };
   std::vector<bool> spikes;
   for (std::ptrdiff_t i = 0; i < size; ++i) {
-    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(i - kNeighbours, 0);
-    const std::ptrdiff_t last = std::min<std::ptrdiff_t>(i + 1 + kNeighbours, size);
+    constexpr auto kBeside = static_cast<std::ptrdiff_t>(kNeighbours);
+    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(i - kBeside, 0);
+    const std::ptrdiff_t last = std::min<std::ptrdiff_t>(i + 1 + kBeside, size);
     double low = i > first ? middle(first, i) : middle(i + 1, last), high = low;
     if (i > first && last > i + 1) {
       const double after = middle(i + 1, last);

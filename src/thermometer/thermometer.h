@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -47,6 +48,10 @@ struct TakenReadings {
 TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
                               const std::vector<double>& degc,
                               double hold_s);
+
+/// Neighbours on each side that say where a cell of a sweep should be: two spikes beside each other
+/// do not move the median of five.
+inline constexpr std::size_t kNeighbours = 5;
 
 /// Cells whose temperature is as far from their neighbours as no chamber goes: a disturbed bus.
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc);
