@@ -17,62 +17,6 @@
 #include "truetriad/model/limits.h"
 
 namespace truetriad::fleet {
-namespace {
-
-/// Names of values that a message lists.
-constexpr std::size_t kMostListed = 8;
-
-/// "2026-11-24T06:00" of that, with a blank for the T, or a Z behind it: what is stored begins so.
-Result<std::string> MomentOf(const std::string& flag, const std::string& stated) {
-  constexpr std::string_view kForm = "0000-00-00T00:00:00", kFirst = "2000-01-01T00:00:00";
-  std::string moment = stated;
-  if (moment.size() > 10 && moment[10] == ' ') moment[10] = 'T';
-  if (moment.size() > 10 && moment.back() == 'Z') moment.pop_back();
-  for (const std::size_t length : {4, 7, 10, 13, 16, 19}) {
-    if (!HasForm(moment, kForm.substr(0, length))) continue;
-    if (std::isfinite(line::SecondsOf(moment + std::string(kFirst.substr(length))))) return moment;
-  }
-  return Error(ErrorCode::kInvalidArgument,
-               "--" + flag + "=" + stated +
-                   " is no moment; expected one in UTC, or how it begins, as in 2026-11-24 or "
-                   "2026-11-24T06:00");
-}
-
-Status CheckIsThere(Store& store, const std::string& tag, const std::string& value) {
-  if (value.empty()) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             store.Query("SELECT DISTINCT value FROM tag WHERE name = " +
-                                         SqlText(tag) + " ORDER BY value"));
-  std::string there;
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const std::string name = table.rows[i][0].value_or("");
-    if (name == value) return {};
-    if (i < kMostListed) there += (i > 0 ? ", " : "") + name;
-  }
-  if (table.rows.size() > kMostListed) there += ", …";
-  return Error(ErrorCode::kUnknownName,
-               "--" + tag + "=" + value + ": no run in the store has this " + tag +
-                   (there.empty() ? ", or any" : "; there are " + there));
-}
-
-}  // namespace
-
-Result<LineSelection> CheckedSelection(Store& store, LineSelection selection) {
-  if (!selection.since.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(selection.since, MomentOf("since", selection.since));
-  }
-  if (!selection.until.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(selection.until, MomentOf("until", selection.until));
-  }
-  if (!selection.since.empty() && !selection.until.empty() && selection.since >= selection.until) {
-    return Error(ErrorCode::kConflictingArguments,
-                 "--since=" + selection.since + " is not before --until=" + selection.until);
-  }
-  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "lot", selection.lot));
-  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "station", selection.station));
-  return selection;
-}
-
 Status CheckIsTag(std::string_view flag, const std::string& tag) {
   std::string tags;
   for (const std::string_view key : TagNames()) {
@@ -94,30 +38,16 @@ std::string SqlText(std::string_view text) {
   return quoted + '\'';
 }
 
-std::string ConditionOf(const LineSelection& selection) {
-  std::string conditions;
-  const auto add = [&conditions](const std::string& condition) {
-    conditions += (conditions.empty() ? "" : " AND ") + condition;
-  };
-  if (!selection.since.empty()) add("recorded >= " + SqlText(selection.since));
-  if (!selection.until.empty()) add("recorded < " + SqlText(selection.until));
-  if (!selection.lot.empty()) add("lot = " + SqlText(selection.lot));
-  if (!selection.station.empty()) add("station = " + SqlText(selection.station));
-  // On a line of its own, so that a comment ends with it.
-  if (!selection.where.empty()) add("(" + selection.where + "\n)");
-  return conditions;
-}
-
-std::string FromWhere(std::string_view source, const LineSelection& selection) {
+std::string FromWhere(std::string_view source, const std::string& where) {
   std::string from = " FROM (SELECT source.*";
   for (const std::string_view key : TagNames()) {
     const std::string name(key);
     from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
             "') AS \"" + name + '"';
   }
-  const std::string condition = ConditionOf(selection);
   from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE ");
-  return from + (condition.empty() ? "TRUE" : condition);
+  // On a line of its own, so that a comment ends with it.
+  return from + (where.empty() ? "TRUE" : "(" + where + "\n)");
 }
 
 namespace {
@@ -328,10 +258,10 @@ line::LineData LineReading::TakeMeasured() {
   return taken;
 }
 
-Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
+Result<LineReading> ReadUnits(Store& store, const std::string& where) {
   std::unordered_map<std::string, std::string> first_stations;
   TRUETRIAD_ASSIGN_OR_RETURN(const Table firsts,
-                             store.Query("SELECT serial, station" + FromWhere("run", {}) +
+                             store.Query("SELECT serial, station" + FromWhere("run", "") +
                                          " AND run IN (" + FirstRuns("serial", "TRUE") + ")"));
   for (const auto& row : firsts.rows) first_stations[*row[0]] = row[1].value_or("");
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -342,7 +272,7 @@ Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
   for (const auto& row : measured.rows) at_station.insert(*row[0]);
   LineReader reader;
   TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
-      {.where = ConditionOf(selection), .with_standing = true, .is_whole = false},
+      {.where = where, .with_standing = true, .is_whole = false},
       [&](const UnitRun& run) -> Status {
         const bool is_measured = at_station.contains(run.id);
         if (!run.standing && !is_measured) return {};
@@ -359,14 +289,13 @@ Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
   return reader.Finish();
 }
 
-Result<LineReading> ReadRuns(Store& store, const LineSelection& selection) {
+Result<LineReading> ReadRuns(Store& store, const std::string& where) {
   LineReader reader;
-  TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun({.where = ConditionOf(selection), .is_whole = false},
-                                             [&reader](const UnitRun& run) -> Status {
-                                               reader.Take(
-                                                   run, run.code, CourseOf(run), true, false);
-                                               return {};
-                                             }));
+  TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
+      {.where = where, .is_whole = false}, [&reader](const UnitRun& run) -> Status {
+        reader.Take(run, run.code, CourseOf(run), true, false);
+        return {};
+      }));
   return reader.Finish();
 }
 

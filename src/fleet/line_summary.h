@@ -19,10 +19,8 @@
 namespace truetriad::fleet {
 
 struct SummaryOptions {
-  LineSelection selection = {};
-  /// Tag of units that make a subgroup, for Cp and Cpk; empty: successive units.
-  std::string subgroup = {};
-  /// Which runs are a gauge study, as LineSelection::where; empty: none is asked for.
+  std::string where = {};  ///< Of which units, as FromWhere; empty: all.
+  /// Which runs are a gauge study, likewise; empty: none is asked for.
   std::string study = {};
   std::string study_by = "operator";  ///< Tag: the appraisers of the study.
   std::map<std::string, double> references =
@@ -95,7 +93,7 @@ struct LineSummary {
   line::LineData measured;  ///< What the indices of charts are of.
 };
 
-/// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not
+/// Error: as ReadUnits; usage: a condition or tag that is none; not
 /// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
 
@@ -108,7 +106,5 @@ Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options)
 Json ToJson(const LineSummary& summary);
 /// For people, in a terminal.
 std::string SummaryText(const LineSummary& summary);
-/// A line a quantity and parameter.
-std::string SummaryCsv(const LineSummary& summary);
 
 }  // namespace truetriad::fleet

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "fleet/database.h"
 #include "fleet/line_summary.h"
 
 namespace truetriad::fleet {
@@ -108,9 +105,6 @@ Json ToJson(const line::GoldenHistory& history) {
           {"state", GoldenStateName(history.state)},
           {"age_h", history.age_h},
           {"disagreed", history.disagreed},
-          {"drift", ToJson(history.drift)},
-          {"drift_span_h", history.drift_span_h},
-          {"drift_p", history.drift_p},
           {"checks", checks}};
 }
 
@@ -260,46 +254,6 @@ class ChartsJson {
   const LineSummary& summary_;
 };
 
-/// A column of the CSV and where its number stands in a quantity's tree.
-struct CsvColumn {
-  std::string_view name;
-  const char* place;
-};
-constexpr std::array<CsvColumn, 15> kNumbers = {{
-    {"units", "/units"},
-    {"mean", "/mean"},
-    {"lowest", "/lowest"},
-    {"highest", "/highest"},
-    {"sigma_within", "/observed/within/sigma/value"},
-    {"sigma_overall", "/observed/overall/sigma/value"},
-    {"sigma_calibration", "/calibration_sigma"},
-    {"process_sigma_within", "/process/within/sigma/value"},
-    {"process_sigma_overall", "/process/overall/sigma/value"},
-    {"normality_p", "/normality_p"},
-    {"lower", "/lower"},
-    {"target", "/target"},
-    {"upper", "/upper"},
-    {"missed", "/missed"},
-    {"expected_outside", "/observed/overall/expected_outside"},
-}};
-/// The same of estimates: a column each for value, lower and upper end.
-constexpr std::array<CsvColumn, 7> kEstimates = {{
-    {"cp", "/observed/within/cp"},
-    {"cpk", "/observed/within/cpk"},
-    {"pp", "/observed/overall/pp"},
-    {"ppk", "/observed/overall/ppk"},
-    {"process_cpk", "/process/within/cpk"},
-    {"process_pp", "/process/overall/pp"},
-    {"process_ppk", "/process/overall/ppk"},
-}};
-
-/// ",1.25"; of what is not there, or not finite, ",".
-std::string CsvNumber(const Json& quantity, const std::string& place) {
-  const Json::json_pointer at(place);
-  const double number = quantity.contains(at) ? quantity.at(at).get<double>() : line::kNotKnown;
-  return "," + (std::isfinite(number) ? ShortestText(number) : std::string());
-}
-
 }  // namespace
 
 Json ToJson(const LineSummary& summary) {
@@ -311,32 +265,6 @@ Json ToJson(const LineSummary& summary) {
   json["golden"] = JsonListOf(summary.golden);
   if (summary.study) json["study"] = ToJson(*summary.study);
   return json;
-}
-
-std::string SummaryCsv(const LineSummary& summary) {
-  // Names are this program's own, without commas and quotes.
-  const Json tree = ToJson(summary);
-  std::string text = "name,kind,unit";
-  for (const CsvColumn& column : kNumbers) text.append(",").append(column.name);
-  for (const CsvColumn& column : kEstimates) {
-    for (const char* const end : {"", "_lower", "_upper"}) {
-      text.append(",").append(column.name).append(end);
-    }
-  }
-  text += '\n';
-  for (const auto& [kind, list] : {std::pair("limit", "limits"), {"parameter", "parameters"}}) {
-    for (const Json& quantity : tree[list]) {
-      text += quantity["name"].get<std::string>() + "," + kind + "," + quantity.value("unit", "");
-      for (const CsvColumn& column : kNumbers) text += CsvNumber(quantity, column.place);
-      for (const CsvColumn& column : kEstimates) {
-        for (const char* const end : {"/value", "/lower", "/upper"}) {
-          text += CsvNumber(quantity, std::string(column.place) + end);
-        }
-      }
-      text += '\n';
-    }
-  }
-  return text;
 }
 
 }  // namespace truetriad::fleet

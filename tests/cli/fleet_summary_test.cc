@@ -182,15 +182,6 @@ TEST(FleetSummaryOfAList, TakesARecordingsOwnTime) {
   EXPECT_EQ(run.out, "recorded,recorded_by\n2026-11-24T06:00:00Z,recording\n") << run.err;
 }
 
-TEST_F(FleetSummary, IsATableOfQuantitiesAsCsv) {
-  const Finished run = Summary("--csv");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out,
-              AllOf(StartsWith("name,kind,unit,units,mean,"),
-                    HasSubstr("\naccelerometer.bias.x,limit,m/s^2,3,"),
-                    HasSubstr("\naccelerometer.bias.x,parameter,,3,")));
-}
-
 TEST_F(FleetSummary, SaysWhatIsWrongWithTheCall) {
   const std::map<std::string, std::string> mistakes = {
       {"--where=\"lots = 1\"", "lots"},
