@@ -52,11 +52,14 @@ std::string FromWhere(std::string_view source, const std::string& where) {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 /// Puts runs together, in the order of time.
 class LineReader {
  public:
+  explicit LineReader(std::vector<std::string> parameters) {
+    for (const std::string& name : parameters) place_of_.try_emplace(name, place_of_.size());
+    reading_.data.parameters = std::move(parameters);
+  }
+
   /// `code`: why the run, or its unit, is not good.
   void Take(const UnitRun& run,
             const std::string& code,
@@ -70,7 +73,6 @@ class LineReader {
                            .code = code},
                   .course = std::move(course),
                   .log = run.log,
-                  .values = {},
                   .number = static_cast<std::uint32_t>(records_.size()),
                   .counts = counts,
                   .is_measured = is_measured};
@@ -79,14 +81,13 @@ class LineReader {
           if (!value.empty()) record.unit.tags[std::string(name)] = value;
         },
         run.tags);
-    record.values.reserve(run.parameters.size());
-    for (std::size_t place = 0; place < run.parameters.size(); ++place) {
-      const Parameter& parameter = run.parameters[place];
-      if (parameter.name.starts_with("reference.")) continue;
-      const auto [known, is_new] =
-          parameters_.try_emplace(parameter.name, place, parameters_.size());
-      known->second.first = std::min(known->second.first, place);
-      record.values.push_back({known->second.second, parameter.value, parameter.sigma});
+    record.unit.values.setConstant(std::ssize(place_of_), line::kNotKnown);
+    record.unit.sigma.setConstant(std::ssize(place_of_), line::kNotKnown);
+    for (const Parameter& parameter : run.parameters) {
+      const auto found = place_of_.find(parameter.name);
+      if (found == place_of_.end()) continue;
+      record.unit.values[static_cast<Eigen::Index>(found->second)] = parameter.value;
+      record.unit.sigma[static_cast<Eigen::Index>(found->second)] = parameter.sigma;
     }
     for (const LimitCheck& check : run.judgements) {
       if (!counts) break;
@@ -108,16 +109,8 @@ class LineReader {
       return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
              std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
     });
-    const std::vector<Eigen::Index> places = PlacesOfParameters(&reading_.data.parameters);
     std::vector<std::uint32_t> unit_of(records_.size());
     for (Record& record : records_) {
-      record.unit.values.setConstant(std::ssize(places), kNone);
-      record.unit.sigma.setConstant(std::ssize(places), kNone);
-      for (const auto& [parameter, value, sigma] : record.values) {
-        record.unit.values[places[parameter]] = value;
-        record.unit.sigma[places[parameter]] = sigma;
-      }
-      record.values = {};
       std::vector<line::UnitRecord>& units = record.counts ? reading_.data.units : reading_.others;
       const auto place = static_cast<std::uint32_t>(units.size());
       if (record.is_measured)
@@ -134,37 +127,20 @@ class LineReader {
   }
 
  private:
-  struct Value {
-    std::size_t parameter;  ///< In the order in which they came.
-    double value, sigma;
-  };
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
     std::string log;
-    std::vector<Value> values;
     std::uint32_t number;  ///< In the order in which they came.
     bool counts, is_measured;
   };
-
-  /// By their least place in a run and by name, whichever run came first.
-  std::vector<Eigen::Index> PlacesOfParameters(std::vector<std::string>* names) const {
-    std::map<std::pair<std::size_t, std::string>, std::size_t> ordered;
-    for (const auto& [name, known] : parameters_) ordered[{known.first, name}] = known.second;
-    std::vector<Eigen::Index> places(ordered.size());
-    for (const auto& [key, number] : ordered) {
-      places[number] = std::ssize(*names);
-      names->push_back(key.second);
-    }
-    return places;
-  }
 
   std::uint32_t PlaceOf(const Limit& limit) {
     const auto [known, is_new] =
         limits_.try_emplace({limit.lower, limit.upper, limit.target},
                             static_cast<std::uint32_t>(reading_.limits.size()));
     if (is_new) {
-      reading_.limits.push_back({limit.lower, limit.upper, limit.target.value_or(kNone)});
+      reading_.limits.push_back({limit.lower, limit.upper, limit.target.value_or(line::kNotKnown)});
     }
     return known->second;
   }
@@ -173,8 +149,7 @@ class LineReader {
   std::vector<Record> records_;
   std::uint32_t counting_ = 0;  ///< Of them those that count.
   std::map<std::tuple<double, double, std::optional<double>>, std::uint32_t> limits_;
-  /// By name: the least place in a run, and a number.
-  std::map<std::string, std::pair<std::size_t, std::size_t>> parameters_;
+  std::unordered_map<std::string, std::size_t> place_of_;  ///< Of parameters.
 };
 
 /// The first run of each of what `partition` tells apart, of those that `condition` is true of.
@@ -185,6 +160,18 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
          condition + ") AS placed WHERE nth = 1";
 }
 
+/// Names of the parameters of the runs that `where` is true of, in their order.
+Result<std::vector<std::string>> ParametersOf(Store& store, const std::string& where) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT name FROM parameter WHERE name NOT LIKE 'reference.%' AND run IN (SELECT "
+                  "run" +
+                  FromWhere("run", where) + ") GROUP BY name ORDER BY min(place), name"));
+  std::vector<std::string> names;
+  for (const auto& row : table.rows) names.push_back(row[0].value_or(""));
+  return names;
+}
+
 UnitCourse CourseOf(const UnitRun& run) {
   const Standing alone{
       .run = {}, .first_verdict = run.verdict, .final_verdict = run.verdict, .attempts = 1};
@@ -192,9 +179,7 @@ UnitCourse CourseOf(const UnitRun& run) {
   return {.first_verdict = unit.first_verdict,
           .final_verdict = unit.final_verdict,
           .recorded_by = run.recorded_by,
-          .attempts = static_cast<int>(unit.attempts),
-          .wall_s = run.wall_s,
-          .cpu_s = run.cpu_s};
+          .attempts = static_cast<int>(unit.attempts)};
 }
 
 }  // namespace
@@ -270,7 +255,8 @@ Result<LineReading> ReadUnits(Store& store, const std::string& where) {
                             "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)")));
   std::unordered_set<std::string> at_station;
   for (const auto& row : measured.rows) at_station.insert(*row[0]);
-  LineReader reader;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> parameters, ParametersOf(store, where));
+  LineReader reader(std::move(parameters));
   TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
       {.where = where, .with_standing = true, .is_whole = false},
       [&](const UnitRun& run) -> Status {
@@ -290,7 +276,8 @@ Result<LineReading> ReadUnits(Store& store, const std::string& where) {
 }
 
 Result<LineReading> ReadRuns(Store& store, const std::string& where) {
-  LineReader reader;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> parameters, ParametersOf(store, where));
+  LineReader reader(std::move(parameters));
   TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
       {.where = where, .is_whole = false}, [&reader](const UnitRun& run) -> Status {
         reader.Take(run, run.code, CourseOf(run), true, false);

@@ -38,7 +38,6 @@ struct UnitCourse {
   std::string first_station = {};  ///< Of its first run.
   std::string recorded_by = {};    ///< As UnitRun.
   int attempts = 1;
-  double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 
   bool IsGoodAtFirst() const { return !IsRed(first_verdict); }
   bool IsGood() const { return !IsRed(final_verdict); }

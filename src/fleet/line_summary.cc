@@ -43,13 +43,10 @@ std::vector<YieldCount> CountByTag(const LineReading& line, const std::string& t
 LineYield YieldOf(const LineReading& line, double confidence) {
   LineYield yield;
   const YieldCount& all = yield.all;
-  double wall_s = 0.0, cpu_s = 0.0;
   for (const UnitCourse& course : line.courses) {
     Count(course, &yield.all);
     yield.retested += course.attempts > 1 ? 1 : 0;
     ++yield.recorded_by[course.recorded_by];
-    wall_s += course.wall_s;
-    cpu_s += course.cpu_s;
   }
   yield.good_share = line::ShareOf(all.good, all.units, confidence);
   yield.good_at_first_share = line::ShareOf(all.good_at_first, all.units, confidence);
@@ -58,8 +55,6 @@ LineYield YieldOf(const LineReading& line, double confidence) {
     if (!counts.empty()) yield.by_tag[tag] = std::move(counts);
   }
   if (all.units == 0) return yield;
-  yield.wall_s = wall_s / all.units;
-  yield.cpu_s = cpu_s / all.units;
   // Units without a time come first.
   const int unknown = yield.recorded_by.contains("") ? yield.recorded_by.at("") : 0;
   if (unknown == all.units) return yield;

@@ -49,7 +49,6 @@ struct LineYield {
   std::string first, last;
   std::map<std::string, int> recorded_by;   ///< Units, by what says that; empty: nothing does.
   double units_per_hour = line::kNotKnown;  ///< Between those; NaN: less than an hour.
-  double wall_s = line::kNotKnown, cpu_s = line::kNotKnown;  ///< Of a unit, in the mean.
 };
 
 /// Why units are not good, most frequent first.

@@ -42,8 +42,6 @@ Json ToJson(const LineYield& yield) {
     json["recorded_by"][by.empty() ? "nothing" : by] = units;
   }
   json["units_per_hour"] = yield.units_per_hour;
-  json["wall_s"] = yield.wall_s;
-  json["cpu_s"] = yield.cpu_s;
   return json;
 }
 

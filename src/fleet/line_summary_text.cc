@@ -83,8 +83,7 @@ std::string YieldText(const LineYield& yield) {
   text += Wrapped("at first: " + ShareText(yield.good_at_first_share) + "; " +
                   Counted(yield.retested, "unit") + " measured again, " +
                   Counted(yield.all.runs, "recording") + " in all");
-  text += Wrapped(MeasuredText(yield) + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
-                  Significant(yield.cpu_s, 3) + " s of a processor");
+  text += Wrapped(MeasuredText(yield));
   for (const auto& [tag, counts] : yield.by_tag) {
     truetriad::Table table{{tag, "units", "at first", "good", "recordings"}, "lrrrr", {}};
     for (const YieldCount& count : counts) {

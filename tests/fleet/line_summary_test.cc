@@ -101,7 +101,6 @@ TEST_F(LineOfUnits, CountsWhatWasGoodAtFirstAndInTheEnd) {
   EXPECT_EQ(yield.first, "2026-11-24T00:00:00Z");
   EXPECT_EQ(yield.recorded_by, (std::map<std::string, int>{{"list", 5}}));
   EXPECT_TRUE(std::isnan(yield.units_per_hour));  // Of five minutes nobody knows.
-  EXPECT_EQ(yield.wall_s, 0.5);
   ASSERT_THAT(summary.reasons, SizeIs(1));
   EXPECT_EQ(summary.reasons.front().code, "too-few-poses");
   EXPECT_EQ(summary.reasons.front().cumulative, 1.0);
