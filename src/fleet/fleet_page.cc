@@ -297,11 +297,10 @@ class PageData {
 
  private:
   Status ReadUnits() {
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const Table table,
-        store_.Query("SELECT serial, run, final_verdict, " + std::string(kReason) +
-                     ", first_verdict, disposed_by" + FromWhere("standing", {.where = where_}) +
-                     " ORDER BY serial"));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               store_.Query("SELECT serial, run, final_verdict, " +
+                                            std::string(kReason) + ", first_verdict, disposed_by" +
+                                            FromWhere("standing", where_) + " ORDER BY serial"));
     for (const auto& row : table.rows) {
       const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
       places_[text(0)] = units_.size();
@@ -391,10 +390,10 @@ class PageData {
 
 /// What the line's statistics say of the units that `where` lets through, as of the last of them.
 Result<Json> LineJson(Store& store, const std::string& where) {
-  SummaryOptions options{.selection = {.where = where}, .chart_points = kPointsOfChart};
+  SummaryOptions options{.where = where, .chart_points = kPointsOfChart};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table last,
-      store.Query("SELECT max(created)" + FromWhere("standing", {.where = where})));
+      store.Query("SELECT max(created)" + FromWhere("standing", where)));
   if (!last.rows.empty()) options.now = last.rows[0][0].value_or("");
   TRUETRIAD_ASSIGN_OR_RETURN(const LineSummary summary, Summarise(store, options));
   Json json = ToJson(summary);

@@ -16,7 +16,7 @@ namespace truetriad::fleet {
 struct FleetPageOptions {
   std::string store;   ///< Its name as it was given: where runs' files are looked for, too.
   std::string folder;  ///< Of the page.
-  std::string where;   ///< As LineSelection::where; empty: all units.
+  std::string where;   ///< As FromWhere; empty: all units.
 };
 
 /// What a page was made of.

@@ -17,62 +17,6 @@
 #include "truetriad/model/limits.h"
 
 namespace truetriad::fleet {
-namespace {
-
-/// Names of values that a message lists.
-constexpr std::size_t kMostListed = 8;
-
-/// "2026-11-24T06:00" of that, with a blank for the T, or a Z behind it: what is stored begins so.
-Result<std::string> MomentOf(const std::string& flag, const std::string& stated) {
-  constexpr std::string_view kForm = "0000-00-00T00:00:00", kFirst = "2000-01-01T00:00:00";
-  std::string moment = stated;
-  if (moment.size() > 10 && moment[10] == ' ') moment[10] = 'T';
-  if (moment.size() > 10 && moment.back() == 'Z') moment.pop_back();
-  for (const std::size_t length : {4, 7, 10, 13, 16, 19}) {
-    if (!HasForm(moment, kForm.substr(0, length))) continue;
-    if (std::isfinite(line::SecondsOf(moment + std::string(kFirst.substr(length))))) return moment;
-  }
-  return Error(ErrorCode::kInvalidArgument,
-               "--" + flag + "=" + stated +
-                   " is no moment; expected one in UTC, or how it begins, as in 2026-11-24 or "
-                   "2026-11-24T06:00");
-}
-
-Status CheckIsThere(Store& store, const std::string& tag, const std::string& value) {
-  if (value.empty()) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             store.Query("SELECT DISTINCT value FROM tag WHERE name = " +
-                                         SqlText(tag) + " ORDER BY value"));
-  std::string there;
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const std::string name = table.rows[i][0].value_or("");
-    if (name == value) return {};
-    if (i < kMostListed) there += (i > 0 ? ", " : "") + name;
-  }
-  if (table.rows.size() > kMostListed) there += ", …";
-  return Error(ErrorCode::kUnknownName,
-               "--" + tag + "=" + value + ": no run in the store has this " + tag +
-                   (there.empty() ? ", or any" : "; there are " + there));
-}
-
-}  // namespace
-
-Result<LineSelection> CheckedSelection(Store& store, LineSelection selection) {
-  if (!selection.since.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(selection.since, MomentOf("since", selection.since));
-  }
-  if (!selection.until.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(selection.until, MomentOf("until", selection.until));
-  }
-  if (!selection.since.empty() && !selection.until.empty() && selection.since >= selection.until) {
-    return Error(ErrorCode::kConflictingArguments,
-                 "--since=" + selection.since + " is not before --until=" + selection.until);
-  }
-  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "lot", selection.lot));
-  TRUETRIAD_RETURN_IF_ERROR(CheckIsThere(store, "station", selection.station));
-  return selection;
-}
-
 Status CheckIsTag(std::string_view flag, const std::string& tag) {
   std::string tags;
   for (const std::string_view key : TagNames()) {
@@ -94,39 +38,28 @@ std::string SqlText(std::string_view text) {
   return quoted + '\'';
 }
 
-std::string ConditionOf(const LineSelection& selection) {
-  std::string conditions;
-  const auto add = [&conditions](const std::string& condition) {
-    conditions += (conditions.empty() ? "" : " AND ") + condition;
-  };
-  if (!selection.since.empty()) add("recorded >= " + SqlText(selection.since));
-  if (!selection.until.empty()) add("recorded < " + SqlText(selection.until));
-  if (!selection.lot.empty()) add("lot = " + SqlText(selection.lot));
-  if (!selection.station.empty()) add("station = " + SqlText(selection.station));
-  // On a line of its own, so that a comment ends with it.
-  if (!selection.where.empty()) add("(" + selection.where + "\n)");
-  return conditions;
-}
-
-std::string FromWhere(std::string_view source, const LineSelection& selection) {
+std::string FromWhere(std::string_view source, const std::string& where) {
   std::string from = " FROM (SELECT source.*";
   for (const std::string_view key : TagNames()) {
     const std::string name(key);
     from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
             "') AS \"" + name + '"';
   }
-  const std::string condition = ConditionOf(selection);
   from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE ");
-  return from + (condition.empty() ? "TRUE" : condition);
+  // On a line of its own, so that a comment ends with it.
+  return from + (where.empty() ? "TRUE" : "(" + where + "\n)");
 }
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 /// Puts runs together, in the order of time.
 class LineReader {
  public:
+  explicit LineReader(std::vector<std::string> parameters) {
+    for (const std::string& name : parameters) place_of_.try_emplace(name, place_of_.size());
+    reading_.data.parameters = std::move(parameters);
+  }
+
   /// `code`: why the run, or its unit, is not good.
   void Take(const UnitRun& run,
             const std::string& code,
@@ -140,7 +73,6 @@ class LineReader {
                            .code = code},
                   .course = std::move(course),
                   .log = run.log,
-                  .values = {},
                   .number = static_cast<std::uint32_t>(records_.size()),
                   .counts = counts,
                   .is_measured = is_measured};
@@ -149,14 +81,13 @@ class LineReader {
           if (!value.empty()) record.unit.tags[std::string(name)] = value;
         },
         run.tags);
-    record.values.reserve(run.parameters.size());
-    for (std::size_t place = 0; place < run.parameters.size(); ++place) {
-      const Parameter& parameter = run.parameters[place];
-      if (parameter.name.starts_with("reference.")) continue;
-      const auto [known, is_new] =
-          parameters_.try_emplace(parameter.name, place, parameters_.size());
-      known->second.first = std::min(known->second.first, place);
-      record.values.push_back({known->second.second, parameter.value, parameter.sigma});
+    record.unit.values.setConstant(std::ssize(place_of_), line::kNotKnown);
+    record.unit.sigma.setConstant(std::ssize(place_of_), line::kNotKnown);
+    for (const Parameter& parameter : run.parameters) {
+      const auto found = place_of_.find(parameter.name);
+      if (found == place_of_.end()) continue;
+      record.unit.values[static_cast<Eigen::Index>(found->second)] = parameter.value;
+      record.unit.sigma[static_cast<Eigen::Index>(found->second)] = parameter.sigma;
     }
     for (const LimitCheck& check : run.judgements) {
       if (!counts) break;
@@ -178,16 +109,8 @@ class LineReader {
       return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
              std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
     });
-    const std::vector<Eigen::Index> places = PlacesOfParameters(&reading_.data.parameters);
     std::vector<std::uint32_t> unit_of(records_.size());
     for (Record& record : records_) {
-      record.unit.values.setConstant(std::ssize(places), kNone);
-      record.unit.sigma.setConstant(std::ssize(places), kNone);
-      for (const auto& [parameter, value, sigma] : record.values) {
-        record.unit.values[places[parameter]] = value;
-        record.unit.sigma[places[parameter]] = sigma;
-      }
-      record.values = {};
       std::vector<line::UnitRecord>& units = record.counts ? reading_.data.units : reading_.others;
       const auto place = static_cast<std::uint32_t>(units.size());
       if (record.is_measured)
@@ -204,37 +127,20 @@ class LineReader {
   }
 
  private:
-  struct Value {
-    std::size_t parameter;  ///< In the order in which they came.
-    double value, sigma;
-  };
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
     std::string log;
-    std::vector<Value> values;
     std::uint32_t number;  ///< In the order in which they came.
     bool counts, is_measured;
   };
-
-  /// By their least place in a run and by name, whichever run came first.
-  std::vector<Eigen::Index> PlacesOfParameters(std::vector<std::string>* names) const {
-    std::map<std::pair<std::size_t, std::string>, std::size_t> ordered;
-    for (const auto& [name, known] : parameters_) ordered[{known.first, name}] = known.second;
-    std::vector<Eigen::Index> places(ordered.size());
-    for (const auto& [key, number] : ordered) {
-      places[number] = std::ssize(*names);
-      names->push_back(key.second);
-    }
-    return places;
-  }
 
   std::uint32_t PlaceOf(const Limit& limit) {
     const auto [known, is_new] =
         limits_.try_emplace({limit.lower, limit.upper, limit.target},
                             static_cast<std::uint32_t>(reading_.limits.size()));
     if (is_new) {
-      reading_.limits.push_back({limit.lower, limit.upper, limit.target.value_or(kNone)});
+      reading_.limits.push_back({limit.lower, limit.upper, limit.target.value_or(line::kNotKnown)});
     }
     return known->second;
   }
@@ -243,8 +149,7 @@ class LineReader {
   std::vector<Record> records_;
   std::uint32_t counting_ = 0;  ///< Of them those that count.
   std::map<std::tuple<double, double, std::optional<double>>, std::uint32_t> limits_;
-  /// By name: the least place in a run, and a number.
-  std::map<std::string, std::pair<std::size_t, std::size_t>> parameters_;
+  std::unordered_map<std::string, std::size_t> place_of_;  ///< Of parameters.
 };
 
 /// The first run of each of what `partition` tells apart, of those that `condition` is true of.
@@ -255,6 +160,18 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
          condition + ") AS placed WHERE nth = 1";
 }
 
+/// Names of the parameters of the runs that `where` is true of, in their order.
+Result<std::vector<std::string>> ParametersOf(Store& store, const std::string& where) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT name FROM parameter WHERE name NOT LIKE 'reference.%' AND run IN (SELECT "
+                  "run" +
+                  FromWhere("run", where) + ") GROUP BY name ORDER BY min(place), name"));
+  std::vector<std::string> names;
+  for (const auto& row : table.rows) names.push_back(row[0].value_or(""));
+  return names;
+}
+
 UnitCourse CourseOf(const UnitRun& run) {
   const Standing alone{
       .run = {}, .first_verdict = run.verdict, .final_verdict = run.verdict, .attempts = 1};
@@ -262,9 +179,7 @@ UnitCourse CourseOf(const UnitRun& run) {
   return {.first_verdict = unit.first_verdict,
           .final_verdict = unit.final_verdict,
           .recorded_by = run.recorded_by,
-          .attempts = static_cast<int>(unit.attempts),
-          .wall_s = run.wall_s,
-          .cpu_s = run.cpu_s};
+          .attempts = static_cast<int>(unit.attempts)};
 }
 
 }  // namespace
@@ -328,10 +243,10 @@ line::LineData LineReading::TakeMeasured() {
   return taken;
 }
 
-Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
+Result<LineReading> ReadUnits(Store& store, const std::string& where) {
   std::unordered_map<std::string, std::string> first_stations;
   TRUETRIAD_ASSIGN_OR_RETURN(const Table firsts,
-                             store.Query("SELECT serial, station" + FromWhere("run", {}) +
+                             store.Query("SELECT serial, station" + FromWhere("run", "") +
                                          " AND run IN (" + FirstRuns("serial", "TRUE") + ")"));
   for (const auto& row : firsts.rows) first_stations[*row[0]] = row[1].value_or("");
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -340,9 +255,10 @@ Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
                             "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)")));
   std::unordered_set<std::string> at_station;
   for (const auto& row : measured.rows) at_station.insert(*row[0]);
-  LineReader reader;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> parameters, ParametersOf(store, where));
+  LineReader reader(std::move(parameters));
   TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
-      {.where = ConditionOf(selection), .with_standing = true, .is_whole = false},
+      {.where = where, .with_standing = true, .is_whole = false},
       [&](const UnitRun& run) -> Status {
         const bool is_measured = at_station.contains(run.id);
         if (!run.standing && !is_measured) return {};
@@ -359,14 +275,14 @@ Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
   return reader.Finish();
 }
 
-Result<LineReading> ReadRuns(Store& store, const LineSelection& selection) {
-  LineReader reader;
-  TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun({.where = ConditionOf(selection), .is_whole = false},
-                                             [&reader](const UnitRun& run) -> Status {
-                                               reader.Take(
-                                                   run, run.code, CourseOf(run), true, false);
-                                               return {};
-                                             }));
+Result<LineReading> ReadRuns(Store& store, const std::string& where) {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> parameters, ParametersOf(store, where));
+  LineReader reader(std::move(parameters));
+  TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(
+      {.where = where, .is_whole = false}, [&reader](const UnitRun& run) -> Status {
+        reader.Take(run, run.code, CourseOf(run), true, false);
+        return {};
+      }));
   return reader.Finish();
 }
 

@@ -15,18 +15,6 @@
 
 namespace truetriad::fleet {
 
-/// Which units (or runs) are looked at; what is empty does not matter.
-struct LineSelection {
-  /// Measured since and until: moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
-  std::string since = {}, until = {};
-  std::string lot = {}, station = {};
-  std::string where = {};  ///< SQL over the columns of `run` and the tags, each by its name.
-};
-
-/// The same with moments as FromWhere compares them. Error (usage): a moment that is none, or a lot
-/// or station that no run of the store has.
-Result<LineSelection> CheckedSelection(Store& store, LineSelection selection);
-
 /// Error (usage): `tag`, which `flag` states, is not the name of a tag.
 Status CheckIsTag(std::string_view flag, const std::string& tag);
 
@@ -39,10 +27,10 @@ inline constexpr std::string_view kReason =
 std::string OrderOfTime(const std::string& of);
 /// A text in SQL, whatever is in it.
 std::string SqlText(std::string_view text);
-/// Of runs with a column for each tag; empty of all.
-std::string ConditionOf(const LineSelection& selection);
-/// " FROM … WHERE …": what is selected of the table or view `source`, with a column for each tag.
-std::string FromWhere(std::string_view source, const LineSelection& selection);
+/// " FROM … WHERE …": what the condition `where` is true of in the table or view `source`, with a
+/// column for each tag. `where` is SQL over the columns of `run` and the tags, each by its name;
+/// empty: all.
+std::string FromWhere(std::string_view source, const std::string& where);
 
 /// What became of a unit, beside the run that counts.
 struct UnitCourse {
@@ -50,7 +38,6 @@ struct UnitCourse {
   std::string first_station = {};  ///< Of its first run.
   std::string recorded_by = {};    ///< As UnitRun.
   int attempts = 1;
-  double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 
   bool IsGoodAtFirst() const { return !IsRed(first_verdict); }
   bool IsGood() const { return !IsRed(final_verdict); }
@@ -105,9 +92,9 @@ struct LineReading {
 
 /// The units of the store, each by the run that counts. Needs the memory of the numbers, not that
 /// of the store. Error: as Store::Query; usage: `where` is no condition.
-Result<LineReading> ReadUnits(Store& store, const LineSelection& selection = {});
+Result<LineReading> ReadUnits(Store& store, const std::string& where = {});
 
 /// All runs, whether they count or not, each as if it were a unit; none is measured.
-Result<LineReading> ReadRuns(Store& store, const LineSelection& selection);
+Result<LineReading> ReadRuns(Store& store, const std::string& where);
 
 }  // namespace truetriad::fleet

@@ -43,13 +43,10 @@ std::vector<YieldCount> CountByTag(const LineReading& line, const std::string& t
 LineYield YieldOf(const LineReading& line, double confidence) {
   LineYield yield;
   const YieldCount& all = yield.all;
-  double wall_s = 0.0, cpu_s = 0.0;
   for (const UnitCourse& course : line.courses) {
     Count(course, &yield.all);
     yield.retested += course.attempts > 1 ? 1 : 0;
     ++yield.recorded_by[course.recorded_by];
-    wall_s += course.wall_s;
-    cpu_s += course.cpu_s;
   }
   yield.good_share = line::ShareOf(all.good, all.units, confidence);
   yield.good_at_first_share = line::ShareOf(all.good_at_first, all.units, confidence);
@@ -58,8 +55,6 @@ LineYield YieldOf(const LineReading& line, double confidence) {
     if (!counts.empty()) yield.by_tag[tag] = std::move(counts);
   }
   if (all.units == 0) return yield;
-  yield.wall_s = wall_s / all.units;
-  yield.cpu_s = cpu_s / all.units;
   // Units without a time come first.
   const int unknown = yield.recorded_by.contains("") ? yield.recorded_by.at("") : 0;
   if (unknown == all.units) return yield;
@@ -96,33 +91,17 @@ std::vector<Reason> ReasonsOf(const LineReading& line) {
   return reasons;
 }
 
-/// The subgroups of these units; empty where successive units are one.
-std::vector<std::string> SubgroupsOf(const line::LineData& data,
-                                     const std::vector<int>& units,
-                                     const std::string& tag) {
-  std::vector<std::string> subgroups;
-  if (tag.empty()) return subgroups;
-  for (const int unit : units) {
-    subgroups.push_back(line::TagOf(data.units[static_cast<std::size_t>(unit)], tag));
-  }
-  return subgroups;
-}
-
-QuantitySummary SummaryOf(Quantity quantity,
-                          const line::LineData& data,
-                          const SummaryOptions& options) {
-  line::Capability capability =
-      line::FindCapability({.values = quantity.values,
-                            .sigma = quantity.sigma,
-                            .subgroups = SubgroupsOf(data, quantity.units, options.subgroup),
-                            .lower = quantity.lower,
-                            .upper = quantity.upper},
-                           options.confidence);
+QuantitySummary SummaryOf(Quantity quantity, const SummaryOptions& options) {
+  line::Capability capability = line::FindCapability({.values = quantity.values,
+                                                      .sigma = quantity.sigma,
+                                                      .lower = quantity.lower,
+                                                      .upper = quantity.upper},
+                                                     options.confidence);
   quantity.units = {}, quantity.values = {}, quantity.sigma = {};
   return {std::move(quantity), std::move(capability)};
 }
 
-Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::string& station) {
+Result<std::vector<line::StationCheck>> ReadChecks(Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
       store.Query("SELECT station, serial, created, agrees, p, largest, parameter FROM " +
@@ -132,14 +111,13 @@ Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::stri
     const auto number = [&row](std::size_t column) {
       return NumberOf(row[column], line::kNotKnown);
     };
-    line::StationCheck check{.station = row[0].value_or(""),
-                             .serial = row[1].value_or(""),
-                             .created = row[2].value_or(""),
-                             .agrees = number(3) != 0.0,
-                             .p = number(4),
-                             .largest = number(5),
-                             .parameter = row[6].value_or("")};
-    if (station.empty() || check.station == station) checks.push_back(std::move(check));
+    checks.push_back({.station = row[0].value_or(""),
+                      .serial = row[1].value_or(""),
+                      .created = row[2].value_or(""),
+                      .agrees = number(3) != 0.0,
+                      .p = number(4),
+                      .largest = number(5),
+                      .parameter = row[6].value_or("")});
   }
   return checks;
 }
@@ -147,27 +125,20 @@ Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::stri
 }  // namespace
 
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
-  if (!options.subgroup.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("subgroup", options.subgroup));
-  }
-  TRUETRIAD_ASSIGN_OR_RETURN(const LineSelection selection,
-                             CheckedSelection(store, options.selection));
-  TRUETRIAD_ASSIGN_OR_RETURN(LineReading line, ReadUnits(store, selection));
+  TRUETRIAD_ASSIGN_OR_RETURN(LineReading line, ReadUnits(store, options.where));
   LineSummary summary;
   summary.yield = YieldOf(line, options.confidence);
   summary.reasons = ReasonsOf(line);
   for (const auto& [name, checks] : line.judged) {
-    summary.limits.push_back(SummaryOf(line.JudgedOf(name), line.data, options));
+    summary.limits.push_back(SummaryOf(line.JudgedOf(name), options));
   }
   for (std::size_t place = 0; place < line.data.parameters.size(); ++place) {
-    summary.parameters.push_back(SummaryOf(line.ParameterOf(place), line.data, options));
+    summary.parameters.push_back(SummaryOf(line.ParameterOf(place), options));
   }
   line.judged.clear();
   summary.measured = line.TakeMeasured();
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<line::StationCheck> checks,
-                             ReadChecks(store, options.selection.station));
-  summary.golden =
-      line::FindGoldenHistories(checks, options.now, options.golden_due_h, options.confidence);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<line::StationCheck> checks, ReadChecks(store));
+  summary.golden = line::FindGoldenHistories(checks, options.now, options.golden_due_h);
   if (!options.study.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(summary.study, SummariseStudy(store, options));
   }
@@ -285,7 +256,7 @@ Status CheckValuesAreDifferent(const LineReading& runs) {
 }
 
 /// A recording that is calibrated twice has no repeatability to show.
-Status CheckAreDifferent(Store& store, const LineSelection& study, const LineReading& runs) {
+Status CheckAreDifferent(Store& store, const std::string& study, const LineReading& runs) {
   std::unordered_map<std::string, std::string> run_of;  // by what was read
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
@@ -305,13 +276,11 @@ Status CheckAreDifferent(Store& store, const LineSelection& study, const LineRea
 
 Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("by", options.study_by));
-  TRUETRIAD_ASSIGN_OR_RETURN(LineSelection selection, CheckedSelection(store, options.selection));
-  selection.where = options.study;
-  TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, selection));
+  TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, options.study));
   if (runs.data.units.empty()) {
     return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, selection, runs));
+  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, options.study, runs));
   StudySummary summary{.where = options.study,
                        .by = options.study_by,
                        .runs = static_cast<int>(runs.data.units.size()),

@@ -19,10 +19,8 @@
 namespace truetriad::fleet {
 
 struct SummaryOptions {
-  LineSelection selection = {};
-  /// Tag of units that make a subgroup, for Cp and Cpk; empty: successive units.
-  std::string subgroup = {};
-  /// Which runs are a gauge study, as LineSelection::where; empty: none is asked for.
+  std::string where = {};  ///< Of which units, as FromWhere; empty: all.
+  /// Which runs are a gauge study, likewise; empty: none is asked for.
   std::string study = {};
   std::string study_by = "operator";  ///< Tag: the appraisers of the study.
   std::map<std::string, double> references =
@@ -51,7 +49,6 @@ struct LineYield {
   std::string first, last;
   std::map<std::string, int> recorded_by;   ///< Units, by what says that; empty: nothing does.
   double units_per_hour = line::kNotKnown;  ///< Between those; NaN: less than an hour.
-  double wall_s = line::kNotKnown, cpu_s = line::kNotKnown;  ///< Of a unit, in the mean.
 };
 
 /// Why units are not good, most frequent first.
@@ -95,7 +92,7 @@ struct LineSummary {
   line::LineData measured;  ///< What the indices of charts are of.
 };
 
-/// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not
+/// Error: as ReadUnits; usage: a condition or tag that is none; not
 /// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
 

@@ -45,8 +45,6 @@ Json ToJson(const LineYield& yield) {
     json["recorded_by"][by.empty() ? "nothing" : by] = units;
   }
   json["units_per_hour"] = yield.units_per_hour;
-  json["wall_s"] = yield.wall_s;
-  json["cpu_s"] = yield.cpu_s;
   return json;
 }
 
@@ -108,9 +106,6 @@ Json ToJson(const line::GoldenHistory& history) {
           {"state", GoldenStateName(history.state)},
           {"age_h", history.age_h},
           {"disagreed", history.disagreed},
-          {"drift", ToJson(history.drift)},
-          {"drift_span_h", history.drift_span_h},
-          {"drift_p", history.drift_p},
           {"checks", checks}};
 }
 

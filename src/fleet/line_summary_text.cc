@@ -12,7 +12,7 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Rows of a table that a terminal shows; the rest is in JSON and CSV.
+/// Rows of a table that a terminal shows; the rest is in JSON.
 constexpr std::size_t kMostRows = 12;
 /// Below this p, what was assumed is doubted.
 constexpr double kDoubt = 0.01;
@@ -83,8 +83,7 @@ std::string YieldText(const LineYield& yield) {
   text += Wrapped("at first: " + ShareText(yield.good_at_first_share) + "; " +
                   Counted(yield.retested, "unit") + " measured again, " +
                   Counted(yield.all.runs, "recording") + " in all");
-  text += Wrapped(MeasuredText(yield) + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
-                  Significant(yield.cpu_s, 3) + " s of a processor");
+  text += Wrapped(MeasuredText(yield));
   for (const auto& [tag, counts] : yield.by_tag) {
     truetriad::Table table{{tag, "units", "at first", "good", "recordings"}, "lrrrr", {}};
     for (const YieldCount& count : counts) {
@@ -235,22 +234,16 @@ std::string AgeText(double hours) {
 
 std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
   truetriad::Table table{
-      {"station", "golden unit", "state", "last check", "age", "p", "largest", "drift"},
-      "lllrrrrl",
-      {}};
+      {"station", "golden unit", "state", "last check", "age", "p", "largest"}, "lllrrrr", {}};
   for (const line::GoldenHistory& history : histories) {
     const line::StationCheck& last = history.checks.back();
-    const bool is_drifting = history.drift_p < kDoubt;
     table.rows.push_back({history.station,
                           last.serial,
                           std::string(GoldenStateName(history.state)),
                           last.created,
                           AgeText(history.age_h),
                           Probability(last.p),
-                          Significant(last.largest, 3) + " σ",
-                          is_drifting ? Significant(history.drift.value, 2) + " σ in " +
-                                            AgeText(history.drift_span_h)
-                                      : "none seen"});
+                          Significant(last.largest, 3) + " σ"});
   }
   return Section("Golden units", std::move(table));
 }

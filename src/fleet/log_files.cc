@@ -59,6 +59,51 @@ LogStamp StampOfAll(const std::vector<std::string>& files) {
   return all;
 }
 
+}  // namespace
+
+bool EndsIn(const std::string& name, std::string_view ending) {
+  return LowerCase(name).ends_with(ending);
+}
+
+std::string WholePath(const fs::path& path) {
+  return fs::absolute(path).lexically_normal().string();
+}
+
+std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
+  struct Known {
+    LogStamp stamp;
+    std::vector<std::string> files;
+  };
+  // A watch asks of each at every look. So many take some 50 MB.
+  constexpr std::size_t kMostKnown = 100'000;
+  static thread_local std::unordered_map<std::string, Known> known;
+  const std::optional<LogStamp> stamp = StampOfFile(manifest);
+  if (!stamp) return std::nullopt;
+  if (const auto found = known.find(manifest);
+      found != known.end() && found->second.stamp == *stamp) {
+    return found->second.files;
+  }
+  Result<std::vector<std::string>> files = FilesOfManifest(manifest);
+  if (!files) return std::nullopt;
+  if (known.size() >= kMostKnown) known.clear();
+  known[manifest] = {*stamp, *files};
+  return *std::move(files);
+}
+
+namespace {
+
+/// *.csv and *.csv.gz, in large or small letters, that are neither hidden nor being written under
+/// another name.
+bool IsTable(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return (EndsIn(name, ".csv") || EndsIn(name, ".csv.gz")) && !IsHiddenOrHalf(name);
+}
+
+/// A folder that is looked into: not hidden, no results (*.truetriad), not being written.
+bool IsEntered(const fs::path& folder) {
+  return folder.extension() != ".truetriad" && !IsHiddenOrHalf(folder.filename().string());
+}
+
 /// A table with a column that is called like a reading; or one that cannot be read, which its run
 /// will say.
 bool HasReadings(const std::string& table) {
@@ -71,6 +116,20 @@ bool HasReadings(const std::string& table) {
   });
 }
 
+/// Whether a table beside a recording.yaml is part of that, or goes with it (attitudes, rates): it
+/// is named there, or has no reading of a sensor. Where the recording.yaml cannot be read, that is
+/// to be said, and all beside it are.
+bool BelongsToManifest(const fs::path& table) {
+  const std::string manifest = (table.parent_path() / kManifestName).string();
+  const std::optional<std::vector<std::string>> named = FilesOf(manifest);
+  if (!named) return true;
+  const std::string whole = WholePath(table);
+  return std::any_of(named->begin(),
+                     named->end(),
+                     [&](const std::string& file) { return WholePath(file) == whole; }) ||
+         !HasReadings(table.string());
+}
+
 /// One look through folders.
 class Walk {
  public:
@@ -81,6 +140,9 @@ class Walk {
   Status Through(const fs::path& folder) {
     Visit(folder, /*is_first=*/true);
     for (std::size_t i = 0; i < links_.size(); ++i) Visit(fs::path(links_[i]), /*is_first=*/false);
+    for (const fs::path& log : logs_) {
+      if (elsewhere_.empty() || !elsewhere_.contains(WholePath(log))) on_log_(log);
+    }
     return status_;
   }
 
@@ -93,12 +155,12 @@ class Walk {
     if (!enters_(folder)) return;
     std::error_code failure, vanished;
     const bool has_manifest = fs::exists(folder / kManifestName, vanished);
-    if (has_manifest) on_log_(folder / kManifestName);
+    if (has_manifest) TakeManifest(folder);
     for (fs::directory_iterator at(folder, failure), end; !failure && at != end;
          at.increment(failure)) {
       if (!at->is_directory(vanished)) {
         if (IsTable(at->path()) && !(has_manifest && BelongsToManifest(at->path()))) {
-          on_log_(at->path());
+          logs_.push_back(at->path());
         }
       } else if (!IsEntered(at->path())) {
         continue;
@@ -114,63 +176,25 @@ class Walk {
         ErrorCode::kUnreadableFile, {folder.string()}, "cannot be read: " + failure.message());
   }
 
+  void TakeManifest(const fs::path& folder) {
+    logs_.push_back(folder / kManifestName);
+    const std::string here = WholePath(folder);
+    for (const std::string& file : FilesOf(logs_.back()).value_or(std::vector<std::string>())) {
+      std::string whole = WholePath(file);
+      if (fs::path(whole).parent_path() != here) elsewhere_.insert(std::move(whole));
+    }
+  }
+
   const std::function<bool(const fs::path&)>& enters_;
   const std::function<void(const fs::path&)>& on_log_;
+  std::vector<fs::path> logs_;
+  std::set<std::string> elsewhere_;  ///< Tables that a recording.yaml of another folder names.
   std::set<std::pair<dev_t, ino_t>> seen_;
   std::vector<fs::path> links_;  ///< To folders.
   Status status_;
 };
 
 }  // namespace
-
-bool EndsIn(const std::string& name, std::string_view ending) {
-  return LowerCase(name).ends_with(ending);
-}
-
-bool IsTable(const fs::path& path) {
-  const std::string name = path.filename().string();
-  return (EndsIn(name, ".csv") || EndsIn(name, ".csv.gz")) && !IsHiddenOrHalf(name);
-}
-
-bool IsEntered(const fs::path& folder) {
-  return folder.extension() != ".truetriad" && !IsHiddenOrHalf(folder.filename().string());
-}
-
-std::string WholePath(const fs::path& path) {
-  return fs::absolute(path).lexically_normal().string();
-}
-
-std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
-  struct Known {
-    LogStamp stamp;
-    std::vector<std::string> files;
-  };
-  // A watch that polls asks of each every few seconds. So many take some 10 MB.
-  constexpr std::size_t kMostKnown = 20'000;
-  static thread_local std::unordered_map<std::string, Known> known;
-  const std::optional<LogStamp> stamp = StampOfFile(manifest);
-  if (!stamp) return std::nullopt;
-  if (const auto found = known.find(manifest);
-      found != known.end() && found->second.stamp == *stamp) {
-    return found->second.files;
-  }
-  Result<std::vector<std::string>> files = FilesOfManifest(manifest);
-  if (!files) return std::nullopt;
-  if (known.size() >= kMostKnown) known.clear();
-  known[manifest] = {*stamp, *files};
-  return *std::move(files);
-}
-
-bool BelongsToManifest(const fs::path& table) {
-  const std::string manifest = (table.parent_path() / kManifestName).string();
-  const std::optional<std::vector<std::string>> named = FilesOf(manifest);
-  if (!named) return true;
-  const std::string whole = WholePath(table);
-  return std::any_of(named->begin(),
-                     named->end(),
-                     [&](const std::string& file) { return WholePath(file) == whole; }) ||
-         !HasReadings(table.string());
-}
 
 Status ForEachLog(const fs::path& folder,
                   const std::function<bool(const fs::path&)>& enters,

@@ -22,11 +22,6 @@ inline constexpr std::string_view kManifestName = "recording.yaml";
 
 /// `name` ends in `ending`, in large or small letters.
 bool EndsIn(const std::string& name, std::string_view ending);
-/// *.csv and *.csv.gz, in large or small letters, that are neither hidden nor being written under
-/// another name.
-bool IsTable(const std::filesystem::path& path);
-/// A folder that is looked into: not hidden, no results (*.truetriad), not being written.
-bool IsEntered(const std::filesystem::path& folder);
 
 /// A path by which two names of a file are known to be the same, but for links.
 std::string WholePath(const std::filesystem::path& path);
@@ -35,15 +30,12 @@ std::string WholePath(const std::filesystem::path& path);
 /// only if it was written since.
 std::optional<std::vector<std::string>> FilesOf(const std::string& manifest);
 
-/// Whether a table beside a recording.yaml is part of that, or goes with it (attitudes, rates): it
-/// is named there, or has no reading of a sensor. Where the recording.yaml cannot be read, that is
-/// to be said, and all beside it are.
-bool BelongsToManifest(const std::filesystem::path& table);
-
-/// Every log in a folder and below: recording.yaml, and tables that do not belong to one beside
-/// them. A folder with several names is entered once, by a link only if by nothing else. `enters`
-/// is asked of each (the first, too) before it is read. What vanishes meanwhile is left out. Error
-/// (bad input): the first of the folders that cannot be read; logs of all others have been given.
+/// Every log in a folder and below: recording.yaml, and tables (*.csv, *.csv.gz, in large or small
+/// letters) that no recording.yaml there names, nor stands beside unless they have readings.
+/// Nothing that is hidden or being written under another name, and no results (*.truetriad). A
+/// folder with several names is entered once, by a link only if by nothing else. `enters` is asked
+/// of each (the first, too) before it is read. What vanishes meanwhile is left out. Error (bad
+/// input): the first of the folders that cannot be read; logs of all others have been given.
 Status ForEachLog(const std::filesystem::path& folder,
                   const std::function<bool(const std::filesystem::path&)>& enters,
                   const std::function<void(const std::filesystem::path&)>& on_log);

@@ -10,6 +10,17 @@
 namespace truetriad::fleet {
 namespace {
 
+/// `text` has digits where `form` has 0, hexadecimal ones where it has x, and else the same.
+bool HasForm(std::string_view text, std::string_view form) {
+  if (text.size() != form.size()) return false;
+  for (std::size_t i = 0; i < form.size(); ++i) {
+    const bool is_digit = text[i] >= '0' && text[i] <= '9';
+    const bool is_hex = is_digit || (text[i] >= 'a' && text[i] <= 'f');
+    if (form[i] == '0' ? !is_digit : form[i] == 'x' ? !is_hex : text[i] != form[i]) return false;
+  }
+  return true;
+}
+
 Error Wrong(const std::string& what) { return Error(ErrorCode::kWrongFormat, what); }
 
 /// For messages: what may be anything.
@@ -87,16 +98,6 @@ Status CheckVerdict(const UnitRun& run) {
 }
 
 }  // namespace
-
-bool HasForm(std::string_view text, std::string_view form) {
-  if (text.size() != form.size()) return false;
-  for (std::size_t i = 0; i < form.size(); ++i) {
-    const bool is_digit = text[i] >= '0' && text[i] <= '9';
-    const bool is_hex = is_digit || (text[i] >= 'a' && text[i] <= 'f');
-    if (form[i] == '0' ? !is_digit : form[i] == 'x' ? !is_hex : text[i] != form[i]) return false;
-  }
-  return true;
-}
 
 bool IsRunId(std::string_view name) {
   if (!HasForm(name, "00000000T000000.000000Z-xxxxxxxx")) return false;

@@ -13,8 +13,6 @@ namespace truetriad::fleet {
 // What comes from other stores and files is looked at once, where it comes in. All errors are of
 // bad input, and say what was seen.
 
-/// `text` has digits where `form` has 0, hexadecimal ones where it has x, and else the same.
-bool HasForm(std::string_view text, std::string_view form);
 /// Whether NewRunId may have made it, at some moment that there is.
 bool IsRunId(std::string_view name);
 

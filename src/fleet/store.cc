@@ -147,7 +147,7 @@ std::string SourceOf(const RunSelection& which) {
   const std::string source = which.only_standing ? "standing" : "run";
   // Tags cost a question each: only where somebody may ask for them.
   if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
-  return FromWhere(source, {.where = which.where});
+  return FromWhere(source, which.where);
 }
 
 /// What is asked of a run that is in a file of runs.

@@ -199,22 +199,13 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
   return Error(ErrorCode::kNoReadings, {path.string()}, "is a list without a line for a log");
 }
 
-/// What is in a folder and below, in the order of names, but for tables that a recording.yaml
-/// elsewhere names.
+/// What is in a folder and below, in the order of names.
 Status AddFolder(const fs::path& folder, std::vector<UnitOrder>* units) {
   std::vector<std::string> logs;
   TRUETRIAD_RETURN_IF_ERROR(ForEachLog(
       folder,
       [](const fs::path&) { return true; },
       [&](const fs::path& log) { logs.push_back(log.string()); }));
-  std::set<std::string> tables;
-  for (const std::string& log : logs) {
-    if (fs::path(log).filename() != kManifestName) continue;
-    for (const std::string& file : FilesOf(log).value_or(std::vector<std::string>())) {
-      tables.insert(WholePath(file));
-    }
-  }
-  std::erase_if(logs, [&](const std::string& log) { return tables.contains(WholePath(log)); });
   std::sort(logs.begin(), logs.end());
   for (std::string& log : logs) {
     std::string place = PlaceIn(folder, log);

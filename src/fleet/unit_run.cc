@@ -71,7 +71,8 @@ void TakeTrees(const Json& list, std::vector<Thing>* things) {
 
 /// A name of NewRunId's kind for a moment, microseconds since 1970.
 std::string RunIdAt(std::int64_t us) {
-  static std::mt19937 random(std::random_device{}());
+  // Processes that are made of one another would share a generator's numbers.
+  std::random_device random;
   const auto seconds = static_cast<std::time_t>(us / 1'000'000);
   std::tm utc{};
   gmtime_r(&seconds, &utc);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include "math/distributions.h"
@@ -74,11 +73,6 @@ CapabilityIndices IndicesOf(const Spread& spread, const Location& at, double con
   return indices;
 }
 
-Spread WithinSpread(const CapabilityInput& input) {
-  return input.subgroups.empty() ? MovingRangeSpread(input.values)
-                                 : SubgroupSpread(input.values, input.subgroups);
-}
-
 }  // namespace
 
 double Spread::ProcessSigma() const {
@@ -113,25 +107,6 @@ Spread MovingRangeSpread(const Eigen::VectorXd& values) {
   const double relative = ((2.0 - d2 * d2) * m + 2.0 * covariance * (m - 1.0)) / (m * m * d2 * d2);
   const double sigma = (values.tail(count) - values.head(count)).cwiseAbs().mean() / d2;
   return {sigma * sigma, 0.5 / relative};
-}
-
-Spread SubgroupSpread(const Eigen::VectorXd& values, const std::vector<std::string>& groups) {
-  struct Group {
-    double count = 0.0, mean = 0.0, squares = 0.0;
-  };
-  std::map<std::string, Group> by_name;
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    Group& group = by_name[groups[static_cast<std::size_t>(i)]];
-    const double from_mean = values[i] - group.mean;
-    group.mean += from_mean / ++group.count;
-    group.squares += from_mean * (values[i] - group.mean);
-  }
-  double squares = 0.0, dof = 0.0;
-  for (const auto& [name, group] : by_name) {
-    squares += group.squares;
-    dof += group.count - 1.0;
-  }
-  return dof > 0.0 ? Spread{squares / dof, dof} : Spread{};
 }
 
 double AndersonDarlingP(const Eigen::VectorXd& values) {
@@ -172,7 +147,7 @@ Capability FindCapability(const CapabilityInput& input, double confidence) {
   found.calibration_sigma = std::sqrt(calibration_variance);
   if (found.units < 2) return found;
 
-  Spread within = WithinSpread(input), overall = OverallSpread(input.values);
+  Spread within = MovingRangeSpread(input.values), overall = OverallSpread(input.values);
   const double doubt = StudentQuantile(0.5 * (1.0 + confidence), overall.dof) *
                        std::sqrt(overall.variance / static_cast<double>(found.units));
   const Location at{found.mean, input.lower, input.upper, doubt};

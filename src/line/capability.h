@@ -39,9 +39,6 @@ Spread OverallSpread(const Eigen::VectorXd& values);
 /// about 0.61 m (Palm & Wheeler 1990).
 Spread MovingRangeSpread(const Eigen::VectorXd& values);
 
-/// Within groups of one name, pooled. Needs a group of two.
-Spread SubgroupSpread(const Eigen::VectorXd& values, const std::vector<std::string>& groups);
-
 /// Probability that normal values would be as far from a normal distribution, by the statistic of
 /// Anderson and Darling with mean and variance estimated; NaN of fewer than eight values, or where
 /// they are all the same. p after D'Agostino & Stephens (1986), table 4.9, from 0 to 1.
@@ -51,8 +48,7 @@ double AndersonDarlingP(const Eigen::VectorXd& values);
 /// infinite is open.
 struct CapabilityInput {
   Eigen::VectorXd values = {};
-  Eigen::VectorXd sigma = {};               ///< Of each unit's calibration; NaN: not known.
-  std::vector<std::string> subgroups = {};  ///< By unit; empty: successive units are one.
+  Eigen::VectorXd sigma = {};  ///< Of each unit's calibration; NaN: not known.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
 };
@@ -68,7 +64,7 @@ struct CapabilityIndices {
 
 /// How a quantity of many units lies within its limits.
 ///
-/// Within: Cp and Cpk, from the moving ranges of successive units or within subgroups. Overall: Pp
+/// Within: Cp and Cpk, from the moving ranges of successive units. Overall: Pp
 /// and Ppk, about the mean of all. Observed: as measured; process: the same with the variance of
 /// the calibrations taken out, which is what the units would show if each were known exactly.
 struct Capability {

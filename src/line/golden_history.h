@@ -33,11 +33,6 @@ struct GoldenHistory {
   GoldenState state = GoldenState::kGood;
   double age_h = kNotKnown;  ///< Since the last.
   int disagreed = 0;         ///< Checks that did not agree.
-  /// By how much the size of `largest` of the golden unit that was checked last has changed over
-  /// `drift_span_h`, by a straight line; NaN: fewer than four.
-  Estimate drift;
-  double drift_span_h = kNotKnown;
-  double drift_p = kNotKnown;  ///< That there is none (Student).
 };
 
 /// Each station's history at the time `now` (ISO 8601, UTC), by name, of checks in the order in
@@ -45,7 +40,6 @@ struct GoldenHistory {
 /// `due_h` hours, or of a time to come, is overdue.
 std::vector<GoldenHistory> FindGoldenHistories(const std::vector<StationCheck>& checks,
                                                const std::string& now,
-                                               double due_h,
-                                               double confidence = 0.95);
+                                               double due_h);
 
 }  // namespace truetriad::line

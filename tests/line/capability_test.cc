@@ -81,20 +81,6 @@ TEST(Capability, HoldsLittleOfFewUnitsAgainstThem) {
   const Capability one = FindCapability({.values = Eigen::VectorXd::Ones(1), .upper = 2.0});
   EXPECT_TRUE(std::isnan(one.observed.overall.cpk.value));
   EXPECT_EQ(one.mean, 1.0);
-  // Of a single unit in each lot nothing is known within.
-  const Capability lots = FindCapability({.values = Eigen::VectorXd::LinSpaced(3, 0.0, 1.0),
-                                          .subgroups = {"a", "b", "c"},
-                                          .upper = 2.0});
-  EXPECT_TRUE(std::isnan(lots.observed.within.cpk.value));
-  EXPECT_FALSE(std::isnan(lots.observed.overall.cpk.value));
-}
-
-TEST(Spread, WithinSubgroupsIsPooled) {
-  Eigen::VectorXd values(6);
-  values << 1.0, 10.0, 3.0, 14.0, 2.0, 7.0;
-  const Spread spread = SubgroupSpread(values, {"a", "b", "a", "b", "a", "c"});
-  EXPECT_EQ(spread.dof, 3.0);
-  EXPECT_NEAR(spread.variance, (2.0 + 8.0) / 3.0, 1e-14);
 }
 
 // 1 / (2 dof) is the relative variance of the spread: by simulation of 20,000 lines of 40 units,

@@ -36,8 +36,8 @@ DEFINE_string(shard, "", "I/N: I/N: only that part of the units, I from 0 to N-1
 DEFINE_string(folder, "", "DIR: the folder in which, and below which, logs arrive");
 DEFINE_string(poll,
               "",
-              "SECONDS: look every so many seconds, instead of being told by the system (default: "
-              "5 on network folders, which do not tell)");
+              "SECONDS: look every so many seconds (default: 1, or 5 on network folders, which do "
+              "not say who writes)");
 DEFINE_string(until_idle, "", "SECONDS: end when nothing has happened for so many seconds");
 DECLARE_int32(jobs);
 DEFINE_string(store,
@@ -201,7 +201,6 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   options.jobs = FLAGS_jobs > 0
                      ? FLAGS_jobs
                      : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  options.worker_command = {"/proc/self/exe", std::string(kFleetWorker)};
   return options;
 }
 
@@ -279,7 +278,7 @@ Result<std::optional<double>> StatedSeconds(const std::string& flag, const std::
 
 Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
   fleet::WatchOptions watched{.folder = FLAGS_folder, .serial_pattern = FLAGS_serial};
-  TRUETRIAD_ASSIGN_OR_RETURN(watched.poll_s, StatedSeconds("poll", FLAGS_poll));
+  TRUETRIAD_ASSIGN_OR_RETURN(watched.look_s, StatedSeconds("poll", FLAGS_poll));
   TRUETRIAD_ASSIGN_OR_RETURN(watched.until_idle_s, StatedSeconds("until-idle", FLAGS_until_idle));
   std::error_code failure;
   if (!fs::is_directory(watched.folder, failure)) {
@@ -334,8 +333,8 @@ Command FleetWatchCommand() {
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet watch out/line -o out/day --report=false --until-idle=5)",
       .details =
-          R"(As fleet run, of logs that are there without a run, and then of each that is closed after writing or
-renamed into FOLDER or below it; one that arrives again changed is a new run. A recording.yaml counts
+          R"(As fleet run, of logs that are there without a run, and then of each that arrives in FOLDER or below
+it, once two looks have found it the same; one that arrives again changed is a new run. A recording.yaml counts
 once all files that it names are there and have stayed the same; with --until-idle in the end as it is.
 Ends on SIGTERM after the units in hand, exit code 0.
 )",

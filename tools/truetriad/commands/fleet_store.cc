@@ -50,7 +50,7 @@ std::string Question() {
   if (!FLAGS_sql.empty()) return FLAGS_sql;
   return "SELECT serial, final_verdict, verdict, code, first_verdict, attempts, disposed_by, "
          "recorded, recorded_by, log, folder" +
-         fleet::FromWhere("standing", {.where = FLAGS_where}) + " ORDER BY recorded, serial";
+         fleet::FromWhere("standing", FLAGS_where) + " ORDER BY recorded, serial";
 }
 
 /// Fields with commas, quotes or line ends are quoted, as is what a spreadsheet takes for a

@@ -19,17 +19,6 @@
 #include "tools/truetriad/fleet_progress.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(
-    since,
-    "",
-    "MOMENT: units measured from this moment on (UTC), as in 2026-11-24 or 2026-11-24T06:00:00Z");
-DEFINE_string(until, "", "MOMENT: units measured before this moment");
-DEFINE_string(lot, "", "LOT: units of this lot");
-DEFINE_string(station, "", "STATION: units, and golden unit, of this station");
-DEFINE_string(
-    subgroup,
-    "",
-    "TAG: tag whose values make subgroups for Cp and Cpk, as in lot; default: successive units");
 DEFINE_string(study, "", "CONDITION: which runs are a gauge study, as in \"note = 'study'\"");
 DEFINE_string(by, "operator", "TAG: tag that says who or what measured, in a study");
 DEFINE_string(reference,
@@ -86,12 +75,7 @@ Result<fleet::SummaryOptions> Options() {
   if (!references.empty() && FLAGS_study.empty()) {
     return Error(ErrorCode::kConflictingArguments, "--reference is for a --study");
   }
-  return fleet::SummaryOptions{.selection = {.since = FLAGS_since,
-                                             .until = FLAGS_until,
-                                             .lot = FLAGS_lot,
-                                             .station = FLAGS_station,
-                                             .where = FLAGS_where},
-                               .subgroup = FLAGS_subgroup,
+  return fleet::SummaryOptions{.where = FLAGS_where,
                                .study = FLAGS_study,
                                .study_by = FLAGS_by,
                                .references = std::move(references),
@@ -151,9 +135,7 @@ build/truetriad fleet summary --store=out/day/fleet.db)",
           R"(What the numbers mean: docs/line.md. --where and --study are conditions in SQL over the
 columns of `run` and the tags by name. --csv prints a line a quantity.
 )",
-      .flags =
-          "store=FILE! since until lot station where subgroup study by reference* golden-due "
-          "baseline points csv",
+      .flags = "store=FILE! where study by reference* golden-due baseline points csv",
       .run = RunFleetSummary};
 }
 
