@@ -90,7 +90,7 @@ class FleetEngine {
         source_(source),
         store_(store),
         listener_(std::move(listener)),
-        workers_(options.plan, static_cast<std::size_t>(options.jobs), options.limits) {}
+        workers_(options.worker_command, options.plan, options.jobs, options.limits) {}
 
   /// Until the source has ended, or `is_stopped` says so and the units in hand are done.
   /// `progress`: what is known before. Error (bad input): the store or the workers fail and the
@@ -114,7 +114,7 @@ class FleetEngine {
       }
       const bool is_done = is_ending || (source_->HasEnded() && !next_ && ended_.empty());
       if (!workers_.IsBusy() && is_done) break;
-      std::vector<UnitRun> runs = workers_.Wait(kLookS);
+      TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, workers_.Wait(kLookS));
       // First something to do for those that are free, then what they have done.
       if (!is_stopped()) TRUETRIAD_RETURN_IF_ERROR(GiveWork());
       const Status taken = Take(std::move(runs));

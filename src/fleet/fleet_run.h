@@ -26,6 +26,7 @@ struct FleetOptions {
   /// A store or a machine that fails is tried again, ever more rarely, until it works: for a watch
   /// of days. Else that is an error.
   bool is_patient = false;
+  std::vector<std::string> worker_command;
   /// Asked before each unit, with the station that is stated for it alone, if one is: why it may
   /// not be begun now; unset: it may. May be empty.
   std::function<Result<std::optional<std::string>>(const std::string& station)> hold;
@@ -123,8 +124,7 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const std::function<bool()>& is_stopped);
 
 /// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
-/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as
-/// OpenLogWatch.
+/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as OpenLogWatch.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,
                                  Store& store,

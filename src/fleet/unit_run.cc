@@ -71,8 +71,7 @@ void TakeTrees(const Json& list, std::vector<Thing>* things) {
 
 /// A name of NewRunId's kind for a moment, microseconds since 1970.
 std::string RunIdAt(std::int64_t us) {
-  // Processes that are made of one another would share a generator's numbers.
-  std::random_device random;
+  static std::mt19937 random(std::random_device{}());
   const auto seconds = static_cast<std::time_t>(us / 1'000'000);
   std::tm utc{};
   gmtime_r(&seconds, &utc);

@@ -333,4 +333,32 @@ std::string FolderNameOf(std::string_view serial) {
   return name.empty() ? "%" : name;
 }
 
+void Fields(auto&& visit, Like<WorkPlan> auto& plan) {
+  visit("config_path", plan.config_path);
+  visit("config_text", plan.config_text);
+  visit("overrides", plan.overrides);
+  visit("tags", plan.tags);
+  visit("formats", plan.formats);
+  visit("allows_outside_limits", plan.allows_outside_limits);
+  visit("has_report", plan.has_report);
+  visit("shares_assets", plan.shares_assets);
+  visit("folder", plan.folder);
+  visit("store", plan.store);
+  visit("shard", plan.shard);
+}
+
+void Fields(auto&& visit, Like<UnitOrder> auto& order) {
+  visit("log", order.log);
+  visit("serial", order.serial);
+  visit("serial_from", order.serial_from);
+  visit("tags", order.tags);
+  visit("recorded", order.recorded);
+  visit("shares_name", order.shares_name);
+}
+
+std::string LineOf(const WorkPlan& plan) { return LineOfJson(TreeOf(plan)); }
+std::string LineOf(const UnitOrder& order) { return LineOfJson(TreeOf(order)); }
+Result<WorkPlan> ReadPlan(std::string_view line) { return FromLine(line, ThingFrom<WorkPlan>); }
+Result<UnitOrder> ReadOrder(std::string_view line) { return FromLine(line, ThingFrom<UnitOrder>); }
+
 }  // namespace truetriad::fleet

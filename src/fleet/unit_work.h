@@ -45,7 +45,7 @@ struct UnitOrder {
   std::string recorded = {};  ///< When it was measured, as UnitRun; empty: the list does not say.
   bool shares_name = false;   ///< Another log's file has the same name: that is no serial number.
   /// By which shards tell units apart: where the log is in the folder or list that was named, so
-  /// however that is spelled and wherever it is mounted.
+  /// however that is spelled and wherever it is mounted. Not for workers.
   std::string place = {};
 };
 
@@ -81,5 +81,11 @@ std::string PercentEncoded(std::string_view text, std::string_view plain);
 /// `serial` as the name of a folder: what is neither letter, digit, `-`, `_` nor an inner `.` as
 /// %XX, and a long one cut, with its hash.
 std::string FolderNameOf(std::string_view serial);
+
+/// One line of JSON and back.
+std::string LineOf(const WorkPlan& plan);
+std::string LineOf(const UnitOrder& order);
+Result<WorkPlan> ReadPlan(std::string_view line);
+Result<UnitOrder> ReadOrder(std::string_view line);
 
 }  // namespace truetriad::fleet

@@ -8,14 +8,16 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <new>
-#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
+#include <spawn.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -31,8 +33,47 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kMemoryVariable = "TRUETRIAD_FLEET_MEMORY";
+
+bool WriteAll(int stream, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = send(stream, text.data(), text.size(), MSG_NOSIGNAL);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+/// Lines of a stream, as they come.
+class LineReader {
+ public:
+  explicit LineReader(int stream) : stream_(stream) {}
+
+  /// Unset: the stream has ended.
+  std::optional<std::string> Next() {
+    for (;;) {
+      if (const std::size_t end = text_.find('\n'); end != std::string::npos) {
+        std::string line = text_.substr(0, end);
+        text_.erase(0, end + 1);
+        return line;
+      }
+      std::array<char, 16384> part{};
+      const ssize_t count = read(stream_, part.data(), part.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return std::nullopt;
+      text_.append(part.data(), static_cast<std::size_t>(count));
+    }
+  }
+
+ private:
+  int stream_;
+  std::string text_;
+};
+
 /// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log has PART
-/// in its name; hang and memory likewise. Several with commas between them.
+/// in its name; hang and memory likewise, and grow to half of what it may have. Several with commas
+/// between them.
 void FailOnPurpose(const UnitOrder& order) {
   const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
   if (stated == nullptr) return;
@@ -48,35 +89,26 @@ void FailOnPurpose(const UnitOrder& order) {
       for (;;) pause();
     }
     if (fault.starts_with("memory")) throw std::bad_alloc();
+    if (fault.starts_with("grow")) {
+      rlimit limit{};
+      getrlimit(RLIMIT_AS, &limit);
+      mmap(nullptr, limit.rlim_cur / 2, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    }
   }
 }
 
-/// What a worker does: calibrates the unit and writes the line of its run to `stream`.
-[[noreturn]] void Serve(const WorkPlan& plan,
-                        const UnitOrder& order,
-                        const UnitLimits& limits,
-                        unsigned stream,
-                        pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(0);  // It had ended before that.
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
-  // Of the parent's files none, nor its locks; and what a library prints is no result.
-  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
-  dup2(STDERR_FILENO, STDOUT_FILENO);
-  if (stream > STDERR_FILENO + 1) close_range(STDERR_FILENO + 1, stream - 1, 0);
-  close_range(stream + 1, ~0U, 0);
-  const auto bytes = static_cast<rlim_t>(limits.bytes);
+void LimitMemory() {
+  const char* const stated = std::getenv(kMemoryVariable);
+  if (stated == nullptr) return;
+  const auto bytes = static_cast<rlim_t>(std::strtoll(stated, nullptr, 10));
   const rlimit limit{bytes, bytes};
   setrlimit(RLIMIT_AS, &limit);
-  InputGuard::Add(order.log);
-  const std::string line = LineOf(Work(plan, order, FailOnPurpose));
-  for (std::string_view text = line; !text.empty();) {
-    const ssize_t written = send(static_cast<int>(stream), text.data(), text.size(), MSG_NOSIGNAL);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) break;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  _exit(0);
+}
+
+/// Nobody is at the other end, whatever can still be read from it.
+bool IsAbandoned(int stream) {
+  pollfd end{stream, 0, 0};
+  return poll(&end, 1, 0) > 0 && (end.revents & (POLLHUP | POLLERR)) != 0;
 }
 
 std::string HowEnded(int status) {
@@ -88,113 +120,205 @@ std::string HowEnded(int status) {
   return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-/// How a process ended that has, or is about to.
-int StatusOf(pid_t process) {
-  int status = 0;
-  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
-  }
-  return status;
-}
-
-double SecondsSince(Clock::time_point then) {
-  return std::chrono::duration<double>(Clock::now() - then).count();
-}
-
 }  // namespace
 
-struct WorkerPool::Worker {
-  UnitOrder order;
-  std::optional<LogStamp> stamp;  ///< Of its log when it was given.
-  Clock::time_point since = Clock::now();
-  pid_t process = 0;
-  int stream = -1;
-  std::string text;  ///< What it has written.
-
-  explicit Worker(const UnitOrder& of) : order(of), stamp(StampOf(of.log)) {}
-  Worker(const Worker&) = delete;
-  Worker& operator=(const Worker&) = delete;
-  ~Worker() {
-    if (stream >= 0) close(stream);
-    if (process == 0) return;
-    kill(process, SIGKILL);
-    StatusOf(process);
+int ServeAsWorker(int stream) {
+  // With the parent, however that ends; and not by what is meant for the parent.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // One that ended before has left its orders: nobody waits for what they make.
+  if (IsAbandoned(stream)) return 0;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  LimitMemory();
+  LineReader lines(stream);
+  const std::optional<std::string> first = lines.Next();
+  if (!first) return 0;
+  const Result<WorkPlan> plan = ReadPlan(*first);
+  if (!plan) return static_cast<int>(plan.error().kind());
+  while (const std::optional<std::string> line = lines.Next()) {
+    const Result<UnitOrder> order = ReadOrder(*line);
+    if (!order) return static_cast<int>(order.error().kind());
+    const InputGuard guard;
+    InputGuard::Add(order->log);
+    const UnitRun run = Work(*plan, *order, FailOnPurpose);
+    if (!WriteAll(stream, LineOf(run))) return 0;
   }
+  return 0;
+}
+
+struct WorkerPool::Worker {
+  pid_t process = 0;  ///< 0: not started.
+  int stream = -1;
+  std::string text;  ///< Read, and not a whole line yet.
+  std::optional<UnitOrder> order;
+  std::optional<LogStamp> stamp;  ///< Of its log when it was given.
+  int units = 0;                  ///< Done.
+  Clock::time_point since;
 };
 
-WorkerPool::WorkerPool(const WorkPlan& plan, std::size_t size, UnitLimits limits)
-    : plan_(plan), size_(size), limits_(limits) {}
+WorkerPool::WorkerPool(std::vector<std::string> command,
+                       const WorkPlan& plan,
+                       int size,
+                       UnitLimits limits)
+    : command_(std::move(command)), plan_(plan), limits_(limits) {
+  for (int i = 0; i < size; ++i) workers_.push_back(std::make_unique<Worker>());
+}
 
-WorkerPool::~WorkerPool() = default;
+WorkerPool::~WorkerPool() {
+  for (const auto& worker : workers_) End(worker.get());
+}
 
-Status WorkerPool::Give(const UnitOrder& order) {
-  const auto failed = [] {
-    return Error(ErrorCode::kSystemFailure,
-                 std::string("no worker can be started: ") + std::strerror(errno));
+bool WorkerPool::HasFree() const {
+  return std::ranges::any_of(workers_, [](const auto& worker) { return !worker->order; });
+}
+
+bool WorkerPool::IsBusy() const {
+  return std::ranges::any_of(workers_,
+                             [](const auto& worker) { return worker->order.has_value(); });
+}
+
+Status WorkerPool::Start(Worker* worker) {
+  const auto failed = [](const std::string& what) {
+    return Error(ErrorCode::kSystemFailure, "no worker can be started: " + what);
   };
   std::array<int, 2> ends{};
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return failed();
-  const pid_t parent = getpid();
-  const pid_t process = fork();
-  if (process == 0) Serve(plan_, order, limits_, static_cast<unsigned>(ends[1]), parent);
-  const Error error = failed();
-  close(ends[1]);
-  if (process < 0) {
-    close(ends[0]);
-    return error;
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    return failed(std::strerror(errno));
   }
-  Worker& worker = workers_.emplace_back(order);
-  worker.process = process;
-  worker.stream = ends[0];
+  std::vector<char*> words;
+  for (std::string& word : command_) words.push_back(word.data());
+  words.push_back(nullptr);
+  std::string memory = std::string(kMemoryVariable) + "=" + std::to_string(limits_.bytes);
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) variables.push_back(*variable);
+  variables.push_back(memory.data());
+  variables.push_back(nullptr);
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  posix_spawn_file_actions_addopen(&streams, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  // What a library prints is no result.
+  posix_spawn_file_actions_adddup2(&streams, STDERR_FILENO, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&streams, ends[1], kStream);
+  const int failure =
+      posix_spawn(&worker->process, words[0], &streams, nullptr, words.data(), variables.data());
+  posix_spawn_file_actions_destroy(&streams);
+  close(ends[1]);
+  worker->stream = ends[0];
+  worker->text.clear();
+  if (failure != 0) {
+    worker->process = 0;
+    End(worker);
+    return failed(command_[0] + ": " + std::strerror(failure));
+  }
+  if (!WriteAll(worker->stream, LineOf(plan_))) {
+    End(worker);
+    return failed("it ends at once");
+  }
   return {};
 }
 
+void WorkerPool::End(Worker* worker) {
+  if (worker->stream >= 0) close(worker->stream);
+  if (worker->process > 0) {
+    if (worker->order) kill(worker->process, SIGKILL);  // Else it ends by itself: no orders.
+    while (waitpid(worker->process, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  *worker = Worker();
+}
+
+Status WorkerPool::Give(const UnitOrder& order) {
+  for (const auto& worker : workers_) {
+    if (worker->order) continue;
+    // One that has ended in the meantime is replaced once.
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      if (worker->process == 0) TRUETRIAD_RETURN_IF_ERROR(Start(worker.get()));
+      if (WriteAll(worker->stream, LineOf(order))) break;
+      End(worker.get());
+    }
+    if (worker->process == 0) return Error(ErrorCode::kSystemFailure, "workers end at once");
+    worker->order = order;
+    worker->stamp = StampOf(order.log);
+    worker->since = Clock::now();
+    return {};
+  }
+  return Error(ErrorCode::kSystemFailure, "all workers are busy");
+}
+
+bool WorkerPool::HasGrown(const Worker& worker) const {
+  // The program itself, and what one unit has left, is no growth.
+  constexpr int kFewUnits = 10;
+  if (worker.process == 0 || worker.units < kFewUnits) return false;
+  std::ifstream statm("/proc/" + std::to_string(worker.process) + "/statm");
+  std::int64_t pages = 0;
+  statm >> pages;
+  return 2 * pages * sysconf(_SC_PAGESIZE) > limits_.bytes;
+}
+
 UnitRun WorkerPool::RunWithout(const Worker& worker, const char* code, std::string message) const {
-  UnitRun run = RunOf(plan_, worker.order);
+  UnitRun run = RunOf(plan_, *worker.order);
   // Its log as it was then: what has come since is to be calibrated, too.
   if (worker.stamp) run.log_bytes = worker.stamp->bytes;
   if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
   run.code = code;
-  run.message = worker.order.log + ": " + std::move(message);
-  run.wall_s = SecondsSince(worker.since);
+  run.message = worker.order->log + ": " + std::move(message);
+  run.wall_s = std::chrono::duration<double>(Clock::now() - worker.since).count();
   return run;
 }
 
-UnitRun WorkerPool::RunOfEnded(const Worker& worker) const {
-  const int status = StatusOf(worker.process);
-  if (worker.text.ends_with('\n')) {
-    const std::string_view line(worker.text.data(), worker.text.size() - 1);
-    if (Result<UnitRun> run = ReadLine(line)) return *std::move(run);
+Result<std::optional<UnitRun>> WorkerPool::Take(Worker* worker) {
+  std::array<char, 65536> part{};
+  const ssize_t count = recv(worker->stream, part.data(), part.size(), MSG_DONTWAIT);
+  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::optional<UnitRun>();
+  if (count > 0) {
+    worker->text.append(part.data(), static_cast<std::size_t>(count));
+    const std::size_t end = worker->text.find('\n');
+    if (end == std::string::npos) return std::optional<UnitRun>();
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run,
+                               ReadLine(std::string_view(worker->text).substr(0, end)));
+    worker->text.clear();
+    worker->order.reset();
+    ++worker->units;
+    return std::optional(std::move(run));
   }
-  return RunWithout(worker, kCrashed, "the worker " + HowEnded(status));
+  int status = 0;
+  while (waitpid(worker->process, &status, 0) < 0 && errno == EINTR) {
+  }
+  worker->process = 0;
+  std::optional<UnitRun> run;
+  if (worker->order) run = RunWithout(*worker, kCrashed, "the worker " + HowEnded(status));
+  End(worker);
+  return run;
 }
 
-std::vector<UnitRun> WorkerPool::Wait(double seconds) {
+Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
   std::vector<pollfd> streams;
-  for (const Worker& worker : workers_) {
-    streams.push_back({worker.stream, POLLIN, 0});
-    seconds = std::min(seconds, std::max(0.0, limits_.seconds - SecondsSince(worker.since)));
+  std::vector<Worker*> waited;
+  const Clock::time_point now = Clock::now();
+  for (const auto& worker : workers_) {
+    if (!worker->order) continue;
+    streams.push_back({worker->stream, POLLIN, 0});
+    waited.push_back(worker.get());
+    const double used = std::chrono::duration<double>(now - worker->since).count();
+    seconds = std::min(seconds, std::max(0.0, limits_.seconds - used));
   }
   std::vector<UnitRun> runs;
   poll(streams.data(), streams.size(), static_cast<int>(1e3 * seconds) + 1);
-  auto stream = streams.begin();
-  for (auto at = workers_.begin(); at != workers_.end(); ++stream) {
-    const auto worker = at++;
-    if ((stream->revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
-      std::array<char, 65536> part{};
-      const ssize_t count = recv(worker->stream, part.data(), part.size(), MSG_DONTWAIT);
-      if (count > 0) worker->text.append(part.data(), static_cast<std::size_t>(count));
-      if (count > 0 || (count < 0 && (errno == EAGAIN || errno == EINTR))) continue;
-      runs.push_back(RunOfEnded(*worker));
-      worker->process = 0;
-    } else if (SecondsSince(worker->since) >= limits_.seconds) {
+  for (std::size_t i = 0; i < waited.size(); ++i) {
+    Worker* const worker = waited[i];
+    if ((streams[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
+      TRUETRIAD_ASSIGN_OR_RETURN(std::optional<UnitRun> run, Take(worker));
+      if (!run) continue;
+      // A fresh one has all of it again.
+      if (run->code == kMemoryLimit || HasGrown(*worker)) End(worker);
+      runs.push_back(std::move(*run));
+    } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=
+               limits_.seconds) {
       runs.push_back(RunWithout(*worker,
                                 kTimeLimit,
                                 "takes longer than " + ShortestText(limits_.seconds) +
                                     " s, which is what a unit may take"));
-    } else {
-      continue;
+      End(worker);
     }
-    workers_.erase(worker);
   }
   return runs;
 }

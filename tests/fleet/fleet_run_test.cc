@@ -15,10 +15,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "fleet/database.h"
 #include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
+#include "fleet/worker.h"
 #include "io/temporary_folder.h"
 #include "support/log_writer.h"
 
@@ -72,6 +76,7 @@ class FailingDatabase : public Database {
 class Engine : public ::testing::Test {
  protected:
   void SetUp() override {
+    options_.worker_command = {TRUETRIAD_BINARY, "fleet-worker"};
     options_.plan.has_report = false;
     options_.plan.folder = folder_.Path("units");
     fs::create_directories(options_.plan.folder);
@@ -139,6 +144,21 @@ TEST_F(Engine, HoldsUnitsForAsLongAsItIsTold) {
   ASSERT_TRUE(progress);
   EXPECT_EQ(progress->done, 3u);
   EXPECT_THAT(notes_, ElementsAre("units wait: overdue", "units go on"));
+}
+
+// What a worker has lost stays with it alone: another goes on.
+TEST_F(Engine, RenewsAWorkerThatHasGrown) {
+  for (int i = 3; i < 11; ++i) AddLog(i);
+  const std::string worker =
+      folder_.Write("worker", "#!/bin/sh\necho >>'" + folder_.Path("starts") + "'\nexec \"$@\"\n");
+  fs::permissions(worker, fs::perms::owner_all);
+  options_.worker_command.insert(options_.worker_command.begin(), worker);
+  ASSERT_EQ(setenv("TRUETRIAD_FLEET_FAULT", "grow:u0", 1), 0);
+  const Result<FleetProgress> progress = Run();
+  unsetenv("TRUETRIAD_FLEET_FAULT");
+  ASSERT_TRUE(progress) << progress.error().message;
+  EXPECT_EQ(progress->red, 0u);
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("starts")), "\n\n");
 }
 
 TEST_F(Engine, KeepsTheTagsOfALogThatCannotBeRead) {
@@ -301,6 +321,30 @@ TEST_F(Engine, SaysAtWhichRateAndForHowLong) {
   EXPECT_DOUBLE_EQ(progress.SecondsLeft().value(), 80.0);
   progress.units.reset();
   EXPECT_FALSE(progress.SecondsLeft());
+}
+
+// Who sent the orders was killed before the worker had begun.
+TEST(Worker, WithNobodyAtTheOtherEndMakesNothing) {
+  const TemporaryFolder folder;
+  folder.Write("log.csv", LogText({.rests = 16}));
+  WorkPlan plan;
+  plan.folder = folder.Path("units");
+  plan.has_report = false;
+  UnitOrder order;
+  order.log = folder.Path("log.csv");
+  order.serial = "A1";
+  const std::string orders = LineOf(plan) + LineOf(order);
+  std::array<int, 2> ends{};
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
+  ASSERT_EQ(write(ends[0], orders.data(), orders.size()), static_cast<ssize_t>(orders.size()));
+  close(ends[0]);
+  const pid_t child = fork();
+  if (child == 0) _exit(ServeAsWorker(ends[1]));
+  close(ends[1]);
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_FALSE(fs::exists(plan.folder));
 }
 
 // Of a run that was ended before it was in the store.

@@ -159,7 +159,22 @@ TEST(RunOf, IsOfTheUnitThatARecordingStates) {
   EXPECT_EQ(RunOf(WorkPlan(), {.log = log}).serial, "X");
 }
 
-TEST(WorkPlan, HasNoFormatThatThereIsNot) { EXPECT_FALSE(PlanWork("", {}, {"px5"})); }
+TEST(WorkPlan, ComesBackFromALine) {
+  WorkPlan plan;
+  plan.config_text = "experiment: 1\n";
+  plan.overrides = {"run.lot=\"a\\nb\""};
+  plan.formats = {"px4"};
+  plan.folder = "out";
+  const Result<WorkPlan> back = ReadPlan(LineOf(plan));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(LineOf(*back), LineOf(plan));
+  UnitOrder order{.log = "a.csv", .serial = "7", .serial_from = "day.csv:2"};
+  order.tags.lot = "3";
+  const Result<UnitOrder> order_back = ReadOrder(LineOf(order));
+  ASSERT_TRUE(order_back);
+  EXPECT_EQ(LineOf(*order_back), LineOf(order));
+  EXPECT_FALSE(PlanWork("", {}, {"px5"}));
+}
 
 }  // namespace unit_run_test
 }  // namespace truetriad::fleet

@@ -18,6 +18,8 @@ DECLARE_bool(csv);
 
 namespace truetriad {
 
+/// What `fleet run` starts itself as, once a process; not for people.
+inline constexpr std::string_view kFleetWorker = "fleet-worker";
 /// What --fail-on of the verbs that calibrate takes.
 inline constexpr char kFailOnUnit[] = "unit";
 /// What --progress takes.

@@ -19,6 +19,7 @@
 
 #include "base/spelling.h"
 #include "base/utf8.h"
+#include "fleet/worker.h"
 #include "io/input_guard.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
@@ -299,6 +300,7 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
     std::fputs(OverviewText().c_str(), stderr);
     return static_cast<int>(ErrorKind::kUsage);
   }
+  if (arguments[0] == kFleetWorker) return fleet::ServeAsWorker(fleet::WorkerPool::kStream);
   const int exit_code = RunVerb(arguments);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     return Fail("",

@@ -201,6 +201,7 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   options.jobs = FLAGS_jobs > 0
                      ? FLAGS_jobs
                      : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.worker_command = {"/proc/self/exe", std::string(kFleetWorker)};
   return options;
 }
 
