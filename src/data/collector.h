@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-// As many places as people read of a list.
+// A list names so many places, and counts the others.
 inline constexpr std::size_t kMostPlacesNamed = 10;
 
 /// Reduces a recording while it streams by; one for each kind of selection. The monitors of the

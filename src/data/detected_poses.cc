@@ -24,7 +24,6 @@ constexpr std::size_t kTailWindows = 64;
 
 // Samples of a stream that tell its rate.
 constexpr std::int64_t kRateSamples = 64;
-// Ten seconds of three triads at some kHz.
 
 // Turning a unit over moves an accelerometer by 2 g; half of that is expected.
 double ExpectedRange(const StreamInfo& info) {

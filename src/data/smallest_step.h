@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// So many readings of a stream show its smallest step: with noise of a hundred steps two neighbours
-// differ by one step once in 350.
+// So many readings of a stream show its smallest step: with noise σ of a hundred steps neighbours
+// differ by one step once in √π σ = 177 times.
 inline constexpr std::int64_t kStepReadings = 20000;
 
 // The lesser of `step` and the smallest difference between readings that follow each other, from

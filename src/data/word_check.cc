@@ -9,7 +9,7 @@ namespace {
 
 // Fewer readings do not say how they spread.
 constexpr std::size_t kFewestAbout = 6;
-// Of those about it the most extreme on each side, which may be bad themselves.
+// A check leaves out the most extreme of those about it on each side, which may be bad themselves.
 constexpr std::size_t kTrimmed = 1;
 // What remains of 16 spreads over 2.6 σ, which it tells like 12 degrees of freedom do.
 constexpr double kSpreadSigmas = 2.6, kDof = 12.0;

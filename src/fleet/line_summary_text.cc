@@ -12,7 +12,7 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Rows of a table that a terminal shows; the rest is in JSON.
+/// Rows of a table that a terminal shows; the rest is in JSON and CSV.
 constexpr std::size_t kMostRows = 12;
 /// Below this p, what was assumed is doubted.
 constexpr double kDoubt = 0.01;

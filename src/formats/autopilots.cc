@@ -33,7 +33,7 @@ namespace {
 
 constexpr std::size_t kFirmwareOrder = 3;                // Of P(T) above.
 constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;  // ArduPilot's centre and scale of P(T).
-// What CALTEMP holds before there is one.
+// ArduPilot stores this in CALTEMP before it has calibrated a sensor.
 constexpr float kNoCalibrationTemperature = -300.0F;
 // Outside of its range the scale of a compass is ignored.
 constexpr float kMaxCompassScale = 1.5F;

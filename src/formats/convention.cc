@@ -178,7 +178,7 @@ Stated StatedTogether(std::span<const Field> fields, const double* numbers) {
 
 CorrectionParts CorrectionParts::Of(const Stated& stated) {
   CorrectionParts parts;
-  // In the order of the quantities: what changes a matrix comes behind what sets it.
+  // Quantities are taken in their order, so that one that sets a matrix precedes what changes it.
   for (const auto& [quantity, numbers] : stated) ConventionOf(quantity).take(numbers, &parts);
   return parts;
 }

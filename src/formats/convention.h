@@ -17,8 +17,8 @@
 
 namespace truetriad {
 
-// What of our model, result = C (y - b - G f) with C = S^-1, stands in a field of a file, and the
-// part that it is of the consumer's own equation (CorrectionParts).
+// A field of a file states one quantity of our model, result = C (y - b - G f) with C = S^-1, which
+// is a part of the consumer's own equation (CorrectionParts).
 enum class Quantity {
   kRotationFactor,      // R by rows of S = M R, a rotation     transpose of the rotation
   kBias,                // b                                    before

@@ -24,19 +24,16 @@
 //               columns: the script stores the transpose of what it applies.
 //               librealsense: tools/rs-imu-calibration/rs-imu-calibration.py (check_X,
 //               get_IMU_Calib_Table), src/proc/motion-transform.cpp
-//   Basalt      in double, x = (I + E) y - c. calib_accel_bias is c and the lower triangle of E
-//   (c_x
-//               c_y c_z E11 E21 E31 E22 E32 E33), calib_gyro_bias is c and E by columns.
+//   Basalt      in double, x = (I + E) y - c. calib_accel_bias is c and the lower triangle of E:
+//               c_x c_y c_z E11 E21 E31 E22 E32 E33; calib_gyro_bias is c and E by columns.
 //               basalt-headers: include/basalt/calibration/calib_bias.hpp,
 //               serialization/headers_serialization.h
-//   ROS 2       parameters of a node, in double, for readings as sensor_msgs has them (m/s^2,
-//   rad/s,
-//               tesla): correction (y - bias - g_sensitivity linear_acceleration), and the
-//               covariances of sensor_msgs/msg/Imu and MagneticField, whose zeros mean "unknown".
-//               common_interfaces: sensor_msgs/msg/Imu.msg, MagneticField.msg
-//   Fusion      of x-io, constants of C, in float32, misalignment ((y - offset) o sensitivity), of
-//   the
-//               magnetometer softIron (y - hardIron).
+//   ROS 2       parameters of a node, in double, for readings as sensor_msgs has them, m/s^2,
+//               rad/s and tesla: correction (y - bias - g_sensitivity linear_acceleration), and
+//               the covariances of sensor_msgs/msg/Imu and MagneticField, whose zeros mean
+//               "unknown". common_interfaces: sensor_msgs/msg/Imu.msg, MagneticField.msg
+//   Fusion      of x-io, constants of C, in float32, misalignment ((y - offset) o sensitivity);
+//               of the magnetometer softIron (y - hardIron).
 //               Fusion: Fusion/FusionModel.h (earlier FusionCalibration.h), examples
 //   imu_tk      in double, x = T K (y - B), T with unit diagonal (of the accelerometer: upper
 //               triangular), K diagonal. One text file a sensor: T by rows, K by rows, B. What

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 // 10^6.
 int EwmaPoints(double lambda) { return 10 + static_cast<int>(14.0 / std::sqrt(lambda)); }
 // Relative accuracy of limits; a run length has some 10 times that.
-constexpr double kLimitAccuracy = 1e-6;
+constexpr double kLimitAccuracy = 1e-7;
 
 struct Quadrature {
   VectorXd points, weights;

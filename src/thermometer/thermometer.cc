@@ -130,9 +130,9 @@ std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step
   const auto middle = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
     return Median(std::vector<double>(degc.begin() + begin, degc.begin() + end));
   };
+  constexpr auto kBeside = static_cast<std::ptrdiff_t>(kNeighbours);
   std::vector<bool> spikes;
   for (std::ptrdiff_t i = 0; i < size; ++i) {
-    constexpr auto kBeside = static_cast<std::ptrdiff_t>(kNeighbours);
     const std::ptrdiff_t first = std::max<std::ptrdiff_t>(i - kBeside, 0);
     const std::ptrdiff_t last = std::min<std::ptrdiff_t>(i + 1 + kBeside, size);
     double low = i > first ? middle(first, i) : middle(i + 1, last), high = low;

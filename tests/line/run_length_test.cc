@@ -34,7 +34,7 @@ TEST(EwmaRunLength, AgreesWithAMarkovChain) {
 TEST(EwmaRunLength, WidthUndoesIt) {
   for (const double run_length : {50.0, 370.0, 20000.0, 1e6}) {
     const double width = EwmaWidth(0.08, run_length);
-    EXPECT_NEAR(EwmaRunLength(0.08, width) / run_length, 1.0, 3e-5);
+    EXPECT_NEAR(EwmaRunLength(0.08, width) / run_length, 1.0, 1e-5);
   }
 }
 

@@ -184,6 +184,7 @@ Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance
 
 bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
   std::vector<std::string> prefixes;
+  const std::string thermal = InertialName("TCAL", "@_", instance);
   if (triad == Triad::kMagnetometer) {
     for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#"}) {
       prefixes.push_back(CompassName(what, instance));
@@ -193,17 +194,16 @@ bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
     prefixes = {InertialName(sensor, "#OFFS", instance),
                 InertialName(sensor, "#SCAL", instance),
                 InertialName(sensor, "@_CALTEMP", instance),
-                InertialName("TCAL", "@_", instance) + "ENABLE",
-                InertialName("TCAL", "@_", instance) + "TM",
-                InertialName("TCAL", "@_", instance) + sensor,
+                thermal + "ENABLE",
+                thermal + "TM",
+                thermal + sensor,
                 "AHRS_ORIENTATION"};
   }
   for (const std::string& prefix : prefixes) {
     if (!name.starts_with(prefix)) continue;
     const std::string_view rest = name.substr(prefix.size());
     // COMPASS_OFS is not COMPASS_OFS2.
-    if (rest.empty() || rest[0] == '_' || prefix.starts_with(InertialName("TCAL", "@_", instance)))
-      return true;
+    if (rest.empty() || rest[0] == '_' || prefix.starts_with(thermal)) return true;
   }
   return false;
 }
