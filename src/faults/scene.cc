@@ -16,6 +16,8 @@ constexpr double kMoving = 0.1;
 // Rates are apart by this for their change: in less of it a gyroscope's noise would make the
 // column, and a hand's motion bends over more.
 constexpr double kApartS = 0.1;
+// A column of which the gyroscope's noise makes more than this share finds that noise again.
+constexpr double kMostNoise = 0.1;
 
 Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
   const double length = v.norm();
@@ -116,6 +118,8 @@ void FaultScene::PlaceSwings() {
   for (const IncrementEdge& turn : turns) duration_s += turn.increment.duration_s;
   const double spacing_s = std::max(duration_s / static_cast<double>(turns.size()), 1e-9);
   apart_ = std::max<std::ptrdiff_t>(1, std::llround(kApartS / spacing_s));
+  rate_variance_ = RateVariance();
+  double power = 0.0, noise = 0.0;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     if (!nodes_[k].is_moment) continue;
     const auto at = static_cast<std::ptrdiff_t>(k);
@@ -124,6 +128,12 @@ void FaultScene::PlaceSwings() {
     const double between_s = 0.5 * (path_[k + 2 * static_cast<std::size_t>(apart_)].time_s -
                                     path_[k - 2 * static_cast<std::size_t>(apart_)].time_s);
     nodes_[k].swing = Swing{0.5 * (*into + *from), (*from - *into) / between_s};
+    power += nodes_[k].swing->acceleration.squaredNorm();
+    noise += rate_variance_ / (static_cast<double>(apart_) * between_s * between_s);
+  }
+  if (noise < kMostNoise * power) return;
+  for (Node& node : nodes_) {
+    if (node.swing) node.swing->acceleration.setZero();
   }
 }
 
@@ -162,10 +172,31 @@ void FaultScene::SumTurns() const {
     turns_.push_back(SumsOf(edge));
     largest_rate_ = std::max(largest_rate_, turns_.back().fastest);
   }
+  double power = 0.0, noise = 0.0;
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     StateInRows(graph_->increments[i], &turns_[i]);
-    if (const auto bend = RateBendAt(i)) turns_[i].of[Index(FaultForm::kLowPass)] = *bend;
+    const auto bend = RateBendAt(i);
+    if (!bend) continue;
+    turns_[i].of[Index(FaultForm::kLowPass)] = bend->value;
+    power += bend->value.squaredNorm();
+    noise += bend->of_variance * rate_variance_;
   }
+  if (noise < kMostNoise * power) return;
+  for (TurnColumns& turn : turns_) turn.of[Index(FaultForm::kLowPass)].resize(0, 0);
+}
+
+// Of the mean rate over one turn in motion, all axes together: neighbours r of a smooth motion
+// differ in r - 2 r' + r'' by noise, whose variance that has six times.
+double FaultScene::RateVariance() const {
+  double sum = 0.0, count = 0.0;
+  for (std::ptrdiff_t k = 0; k + 3 < std::ssize(path_); ++k) {
+    const auto before = RateOver(k, k + 1), at = RateOver(k + 1, k + 2),
+               after = RateOver(k + 2, k + 3);
+    if (!before || !at || !after) continue;
+    sum += (*before - 2.0 * *at + *after).squaredNorm() / 6.0;
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
 }
 
 // Of a turn in motion: 1/2 of how the rate's second derivative adds up over it, from mean rates
@@ -173,7 +204,7 @@ void FaultScene::SumTurns() const {
 // miss, and would be found again. With the spans' middles at ± a and ± b from its own,
 //
 //   f'' = (f(b) + f(-b) - f(a) - f(-a)) / (b^2 - a^2)
-std::optional<Eigen::Vector3d> FaultScene::RateBendAt(std::size_t turn) const {
+std::optional<FaultScene::RateBend> FaultScene::RateBendAt(std::size_t turn) const {
   const IncrementEdge& edge = graph_->increments[turn];
   if (!nodes_[edge.from].is_moment) return std::nullopt;
   const auto from = static_cast<std::ptrdiff_t>(edge.from);
@@ -184,7 +215,9 @@ std::optional<Eigen::Vector3d> FaultScene::RateBendAt(std::size_t turn) const {
   if (!long_before || !long_after) return std::nullopt;
   const double spacing_s = edge.increment.duration_s, span = static_cast<double>(apart_);
   const double a = (1.5 + 0.5 * span) * spacing_s, b = (1.5 + 1.5 * span) * spacing_s;
-  return 0.5 * spacing_s / (b * b - a * a) * (*long_after + *long_before - *after - *before);
+  const double scale = 0.5 * spacing_s / (b * b - a * a);
+  return RateBend{scale * (*long_after + *long_before - *after - *before),
+                  4.0 * scale * scale / span};
 }
 
 void FaultScene::PlaceStretches() {

@@ -89,7 +89,8 @@ class FaultScene {
     Eigen::Matrix3d S;
     Eigen::Matrix3d turn;  // from the body at the node to what was seen
   };
-  // Of a moment that two turns meet at: rad/s, rad/s^2, in its body frame.
+  // Of a moment that two turns meet at: rad/s, rad/s^2, in its body frame. No acceleration where
+  // the gyroscope's noise would make much of it.
   struct Swing {
     Eigen::Vector3d rate, acceleration;
   };
@@ -102,6 +103,12 @@ class FaultScene {
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
+  // Of one turn; `of_variance`: its variance over that of a turn's mean rate.
+  struct RateBend {
+    Eigen::Vector3d value;
+    double of_variance = 0.0;
+  };
+
   void PlaceNodes();
   void PlaceTurns();
   void SumTurns() const;
@@ -110,7 +117,8 @@ class FaultScene {
   TurnColumns SumsOf(const IncrementEdge& edge) const;
   void StateInRows(const IncrementEdge& edge, TurnColumns* sums) const;
   std::optional<Eigen::Vector3d> RateOver(std::ptrdiff_t begin, std::ptrdiff_t end) const;
-  std::optional<Eigen::Vector3d> RateBendAt(std::size_t turn) const;
+  std::optional<RateBend> RateBendAt(std::size_t turn) const;
+  double RateVariance() const;
   Eigen::MatrixXd AtPose(Triad triad, FaultForm form, std::size_t node) const;
   double ScaleOf(Triad triad, FaultForm form) const;
   Eigen::Vector3d MotionInto(Triad triad, std::size_t node) const;
@@ -130,6 +138,7 @@ class FaultScene {
   };
   std::vector<Path> path_;    // of each node, where there are turns
   std::ptrdiff_t apart_ = 1;  // moments
+  double rate_variance_ = 0.0;
   Eigen::VectorXd tau_;
   std::optional<Eigen::VectorXd> temperature_;
 };
