@@ -79,38 +79,27 @@ Status CheckCount(Triad triad,
           .With("needed", static_cast<double>(needed)));
 }
 
-// Gravity that is off by a large factor in a log that states its unit.
-Status CheckAccelerometerUnit(const PoseSet& poses,
+// A gain that is off by a large factor in stated attitudes, though the readings have gravity's
+// length, which WhyNotAsStated has looked at.
+Status CheckAccelerometerGain(const PoseSet& poses,
                               const CalibrateOptions& options,
                               const std::vector<Eigen::Vector3d>& readings,
                               const TriadModel<double>& model) {
   const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
   if (stream == nullptr || stream->unit.is_counts || !options.check_units) return {};
+  if (options.attitudes.kind == AttitudeKind::kNone) return {};
   const double gain =
       std::cbrt(std::abs(model.sensitivity.determinant())) * stream->unit.truth_per_raw;
   if (gain < kLargestSiGain && gain > 1.0 / kLargestSiGain) return {};
   if (!Acts(Mechanism::kUnitAtStart)) return {};
   std::vector<double> norms;
-  norms.reserve(readings.size());
   for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
-  const double norm = Median(std::move(norms));
-  const double length = norm * stream->unit.truth_per_raw / *options.reference.gravity_mps2.value;
-  if (length < kLargestSiGain && length > 1.0 / kLargestSiGain) {
-    if (options.attitudes.kind == AttitudeKind::kNone) return {};
-    return Error(
-        ErrorCode::kDoesNotMatch,
-        {poses.source},
-        "the accelerometer reads gravity at rest (" + std::to_string(norm) + " " +
-            stream->unit.name +
-            ", median norm), but its gain comes out wrong by far in the attitudes that are "
-            "stated: are faces or attitudes exchanged, or in another convention?");
-  }
-  return Error(ErrorCode::kWrongUnit,
+  return Error(ErrorCode::kDoesNotMatch,
                {poses.source},
-               "the accelerometer reads " + std::to_string(norm) + " " + stream->unit.name +
-                   " at rest (median norm), and its fitted gain is " + std::to_string(gain) +
-                   " times the nominal gain of that unit; the unit in the header or manifest "
-                   "is probably wrong (mg stated as g? counts?)");
+               "the accelerometer reads gravity at rest (" + std::to_string(Median(norms)) + " " +
+                   stream->unit.name +
+                   ", median norm), but its gain comes out wrong by far in the attitudes that are "
+                   "stated: are faces or attitudes exchanged, or in another convention?");
 }
 
 // The six-position solution with known forces: the analytic one, which takes each column from one
@@ -564,7 +553,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     }
     if (!model) return WhyNoStart(poses, Triad::kAccelerometer, model.error());
     TRUETRIAD_RETURN_IF_ERROR(
-        CheckAccelerometerUnit(poses, options, ReadingsOf(poses, Triad::kAccelerometer), *model));
+        CheckAccelerometerGain(poses, options, ReadingsOf(poses, Triad::kAccelerometer), *model));
     start.models[Triad::kAccelerometer] = *model;
   }
   const bool against_magnetometer = !has_accelerometer && has_magnetometer;
