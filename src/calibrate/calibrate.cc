@@ -245,23 +245,41 @@ Calibration StatedCalibration(const CalibrateOptions& options) {
   return calibration;
 }
 
-Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
-                                            const CalibrateOptions& options,
-                                            SettledModel* settled) {
-  CalibrationSummary summary;
-  summary.options = options;
+namespace {
+
+// Settles what was solved: which side the field is on, and noise and parameters together. Returns
+// the rounds that this took.
+int Settle(const CalibrateOptions& options,
+           NoiseState* noise,
+           PoseGraph* graph,
+           SolveLog* log,
+           Findings* findings) {
+  SettleField(options, NoiseDof(noise->estimate, *graph), graph);
+  int rounds = HasBentAxes(options)
+                   ? SettleBentAxes(options, WithStraightAxes(options), noise, graph, log, findings)
+                   : SettleNoise(options.robust, noise, graph, log, findings);
+  if (SettleField(options, NoiseDof(noise->estimate, *graph), graph)) {
+    // What is known of the noise is in terms of the parameters as they were.
+    Findings known;
+    rounds += SettleNoise(options.robust, noise, graph, log, &known);
+  }
+  return rounds;
+}
+
+std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,
+                                       const NoiseState& noise,
+                                       const PoseGraph& graph) {
+  auto contradicted = FindContradictedDip(options, noise, graph);
+  if (contradicted && Acts(Mechanism::kContradictedDip)) return contradicted;
+  return FindRivalAlignment(options, noise.estimate, graph);
+}
+
+// Of rests, rows or known attitudes.
+Result<CalibrationSummary> CalibratePoses(const PoseSet& poses,
+                                          const CalibrateOptions& options,
+                                          CalibrationSummary summary,
+                                          SettledModel* settled) {
   Calibration& calibration = summary.calibration;
-  calibration = StatedCalibration(options);
-  calibration.serial = poses.serial;
-  TRUETRIAD_RETURN_IF_ERROR(CheckRecorded(poses, options));
-  if (auto refusal = WhyNotAsStated(poses, options)) {
-    return Refuse(*std::move(refusal), std::move(summary));
-  }
-  if (options.motion || options.sweep) {
-    TRUETRIAD_RETURN_IF_ERROR(options.motion ? CalibrateMotion(poses, options, &summary)
-                                             : CalibrateSweep(poses, options, &summary));
-    return summary;
-  }
   NoiseState noise = ChooseNoise(poses, options, &calibration.findings);
   calibration.quality.poses = static_cast<int>(poses.poses.size());
   if (auto refusal = WhyTooFewRests(poses, options)) {
@@ -276,24 +294,26 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   if (const auto map = MagnetometerMapOf(options, starts->front())) {
     return CalibrateSettled(poses, WithMagnetometerMap(*map, options), settled);
   }
-  auto nodes = BuildNodes(poses, options, noise.source);
-  if (!nodes) return nodes.error();
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseNode> nodes, BuildNodes(poses, options, noise.source));
   if (options.initialise.only) {
     PoseGraph graph;
-    graph.nodes = std::move(*nodes);
+    graph.nodes = std::move(nodes);
     LayOutParameters(options, starts->front(), &graph);
     StateStart(poses, options, noise, starts->front(), graph, &calibration);
     return summary;
   }
-  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options);
+  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), nodes, options);
       wrong && Acts(Mechanism::kHeldGyroscope)) {
     return Refuse(*std::move(wrong), std::move(summary));
   }
   SolveLog log;
-  const bool is_bent = HasBentAxes(options);
-  const CalibrateOptions first = is_bent ? WithStraightAxes(options) : options;
   std::optional<PoseGraph> graph =
-      SolveFromBestStart(poses, *starts, *std::move(nodes), first, &noise, &log);
+      SolveFromBestStart(poses,
+                         *starts,
+                         std::move(nodes),
+                         HasBentAxes(options) ? WithStraightAxes(options) : options,
+                         &noise,
+                         &log);
   if (!graph) {
     return Refuse({FindingCode::kSolverFailed, "the optimiser failed from every start"},
                   std::move(summary));
@@ -303,27 +323,15 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
   }
-  SettleField(options, NoiseDof(noise.estimate, *graph), &*graph);
-  summary.rounds =
-      is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
-              : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
-  if (SettleField(options, NoiseDof(noise.estimate, *graph), &*graph)) {
-    // What is known of the noise is in terms of the parameters as they were.
-    Findings known;
-    summary.rounds += SettleNoise(options.robust, &noise, &*graph, &log, &known);
-  }
+  summary.rounds = Settle(options, &noise, &*graph, &log, &calibration.findings);
   if (const auto tilts = TiltsBeyondStated(*graph, options);
       tilts && Acts(Mechanism::kFacesTilted)) {
     auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
     if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));
     return with_larger;
   }
-  if (auto contradicted = FindContradictedDip(options, noise, *graph);
-      contradicted && Acts(Mechanism::kContradictedDip)) {
-    return Refuse(*std::move(contradicted), std::move(summary));
-  }
-  if (auto rival = FindRivalAlignment(options, noise.estimate, *graph)) {
-    return Refuse(*std::move(rival), std::move(summary));
+  if (auto why = WhyNotAsSettled(options, noise, *graph)) {
+    return Refuse(*std::move(why), std::move(summary));
   }
   summary.iterations = log.iterations;
   summary.initial_cost = log.initial_cost;
@@ -331,6 +339,27 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   TRUETRIAD_RETURN_IF_ERROR(
       StateVerdict({poses, options, *graph, noise, log.converged}, &calibration));
   if (settled != nullptr) *settled = {*std::move(graph), std::move(noise)};
+  return summary;
+}
+
+}  // namespace
+
+Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
+                                            const CalibrateOptions& options,
+                                            SettledModel* settled) {
+  CalibrationSummary summary;
+  summary.options = options;
+  summary.calibration = StatedCalibration(options);
+  summary.calibration.serial = poses.serial;
+  TRUETRIAD_RETURN_IF_ERROR(CheckRecorded(poses, options));
+  if (auto refusal = WhyNotAsStated(poses, options)) {
+    return Refuse(*std::move(refusal), std::move(summary));
+  }
+  if (!options.motion && !options.sweep) {
+    return CalibratePoses(poses, options, std::move(summary), settled);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(options.motion ? CalibrateMotion(poses, options, &summary)
+                                           : CalibrateSweep(poses, options, &summary));
   return summary;
 }
 

@@ -268,6 +268,77 @@ const ComparisonEntry* LargestOf(const Comparison& comparison) {
   return largest == comparison.entries.end() || in_sigmas(*largest) < 0.0 ? nullptr : &*largest;
 }
 
+namespace {
+
+// Both in one gauge: that of known attitudes when both have it, else the triangular one.
+std::pair<PresentedSolution, PresentedSolution> InOneGauge(const Calibration& a,
+                                                           const Calibration& b) {
+  std::pair both(SolutionOf(a), SolutionOf(b));
+  if (a.gauge_sensor != b.gauge_sensor) return both;  // as they are stated
+  const Gauge gauge =
+      a.gauge == Gauge::kFixture && b.gauge == Gauge::kFixture ? Gauge::kFixture : Gauge::kAccelX;
+  const auto turn = [&](const Calibration& stated, PresentedSolution* solution) {
+    const double sign = stated.sensors[a.gauge_sensor]->Scale()[0] < 0.0 ? -1.0 : 1.0;
+    StateInGauge(gauge, a.gauge_sensor, sign, solution);
+  };
+  turn(a, &both.first);
+  turn(b, &both.second);
+  return both;
+}
+
+double VarianceOf(const ComparedValues& of_a,
+                  const ComparedValues& of_b,
+                  const CommonParameter& at) {
+  return of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
+}
+
+// An entry for each parameter that both have. Of these the ones that neither the gauge fixes nor a
+// model of both.
+std::vector<CommonParameter> AddEntries(const Calibration& a,
+                                        const Calibration& b,
+                                        const ComparedValues& of_a,
+                                        const ComparedValues& of_b,
+                                        Comparison* comparison) {
+  std::vector<CommonParameter> common;
+  std::map<std::string, LargestEntries> largest;  // of each matrix and vector
+  const auto group_of = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
+  for (std::size_t i = 0; i < of_a.names.size(); ++i) {
+    const std::string& name = of_a.names[i];
+    const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
+    if (found == of_b.names.end()) continue;
+    if (IsOfAnotherTemperature(a, b, name)) {
+      comparison->not_compared.push_back(name + " (of different temperatures)");
+      continue;
+    }
+    CommonParameter at{
+        static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(found - of_b.names.begin()), 0.0};
+    const double variance = VarianceOf(of_a, of_b, at);
+    ComparisonEntry entry;
+    entry.parameter = name;
+    entry.a = of_a.values[at.in_a];
+    entry.b = of_b.values[at.in_b];
+    entry.difference = at.difference = entry.a - entry.b;
+    entry.sigma = std::sqrt(std::max(variance, 0.0));
+    comparison->entries.push_back(entry);
+    LargestEntries& group = largest[group_of(name)];
+    group.variance = std::max(group.variance, variance);
+    group.value = std::max({group.value, std::abs(entry.a), std::abs(entry.b)});
+    common.push_back(at);
+  }
+  std::erase_if(common, [&](const CommonParameter& at) {
+    const std::string& name = of_a.names[static_cast<std::size_t>(at.in_a)];
+    const LargestEntries& group = largest[group_of(name)];
+    if (VarianceOf(of_a, of_b, at) > kFixedShare * group.variance) return false;
+    if (std::abs(at.difference) > kRounding * group.value) {
+      comparison->not_compared.push_back(name + " (held in both, and different)");
+    }
+    return true;
+  });
+  return common;
+}
+
+}  // namespace
+
 Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   Calibration b = stated_b;
   if (const auto degc = ReferenceOfTerms(a); degc && ReferenceOfTerms(b)) StateAbout(*degc, &b);
@@ -278,19 +349,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, sensor.input_unit));
     TRUETRIAD_RETURN_IF_ERROR(TakeReadingsIn(triad, unit, sensor.si_per_count, &b));
   }
-  // One gauge for both: that of known attitudes when both have it, else the triangular one.
-  const Gauge gauge =
-      a.gauge == Gauge::kFixture && b.gauge == Gauge::kFixture ? Gauge::kFixture : Gauge::kAccelX;
-  const Triad leading = a.gauge_sensor;
-  PresentedSolution in_a = SolutionOf(a);
-  PresentedSolution in_b = SolutionOf(b);
-  for (const auto& [stated, solution] :
-       {std::pair(&a, &in_a), std::pair(&std::as_const(b), &in_b)}) {
-    if (a.gauge_sensor != b.gauge_sensor) break;  // both as they are stated
-    const double sign = stated->sensors[leading]->Scale()[0] < 0.0 ? -1.0 : 1.0;
-    StateInGauge(gauge, leading, sign, solution);
-  }
-
+  auto [in_a, in_b] = InOneGauge(a, b);
   Comparison comparison;
   comparison.not_compared = HeldByOneAlone(a, b);
   const bool nominal = a.reference.field_nominal || b.reference.field_nominal;
@@ -304,48 +363,11 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
                                     : ValuesInFrame(solution);
   };
   const ComparedValues of_a = values_of(in_a), of_b = values_of(in_b);
-  std::vector<CommonParameter> common;
-  std::map<std::string, LargestEntries> largest;  // of each matrix and vector
-  const auto group_of = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
-  for (std::size_t i = 0; i < of_a.names.size(); ++i) {
-    const std::string& name = of_a.names[i];
-    const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
-    if (found == of_b.names.end()) continue;
-    if (IsOfAnotherTemperature(a, b, name)) {
-      comparison.not_compared.push_back(name + " (of different temperatures)");
-      continue;
-    }
-    const auto at_a = static_cast<Eigen::Index>(i);
-    const auto at_b = static_cast<Eigen::Index>(found - of_b.names.begin());
-    const double variance = of_a.covariance(at_a, at_a) + of_b.covariance(at_b, at_b);
-    ComparisonEntry entry;
-    entry.parameter = name;
-    entry.a = of_a.values[at_a];
-    entry.b = of_b.values[at_b];
-    entry.difference = entry.a - entry.b;
-    entry.sigma = std::sqrt(std::max(variance, 0.0));
-    comparison.entries.push_back(entry);
-    LargestEntries& group = largest[group_of(name)];
-    group.variance = std::max(group.variance, variance);
-    group.value = std::max({group.value, std::abs(entry.a), std::abs(entry.b)});
-    common.push_back({at_a, at_b, entry.difference});
-  }
+  const std::vector<CommonParameter> common = AddEntries(a, b, of_a, of_b, &comparison);
   if (comparison.entries.empty()) {
     return Error(ErrorCode::kDoesNotMatch,
                  "the two calibrations have no parameter with an uncertainty in common");
   }
-
-  // Entries that the gauge fixes, or a model of both.
-  std::erase_if(common, [&](const CommonParameter& at) {
-    const std::string& name = of_a.names[static_cast<std::size_t>(at.in_a)];
-    const LargestEntries& group = largest[group_of(name)];
-    const double variance = of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
-    if (variance > kFixedShare * group.variance) return false;
-    if (std::abs(at.difference) > kRounding * group.value) {
-      comparison.not_compared.push_back(name + " (held in both, and different)");
-    }
-    return true;
-  });
 
   if (common.empty()) return comparison;  // Neither states an uncertainty.
 

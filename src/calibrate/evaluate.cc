@@ -283,6 +283,75 @@ std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
   return ratios;
 }
 
+// What one triad's sums come to.
+void StateSums(const Calibration& calibration,
+               Triad triad,
+               ErrorSums* sum,
+               EvaluationSummary* summary) {
+  if (sum->count == 0) {
+    if (calibration.sensors[triad]) summary->not_tested.push_back(triad);
+    return;
+  }
+  const double dof = calibration.sensors[triad]->noise.excess_dof;
+  if (std::isfinite(dof)) summary->noise_dof[triad] = dof;
+  summary->about_mean[triad] = !HasReference(calibration, triad);
+  if (summary->about_mean[triad]) TakeMeanOut(triad, &summary->pose_residuals, sum);
+  summary->norm_rms[triad] = std::sqrt(sum->squares / sum->count);
+  summary->predicted_rms[triad] = std::sqrt(sum->expected / sum->count);
+  summary->error_ratio[triad] = sum->joint.Rms(calibration.covariance.matrix);
+  if (summary->about_mean[triad]) {
+    summary->error_ratio[triad] = *summary->norm_rms[triad] / *summary->predicted_rms[triad];
+  }
+  if (std::isfinite(sum->squares_before)) {
+    summary->norm_rms_before[triad] = std::sqrt(sum->squares_before / sum->count);
+  }
+}
+
+// Adds every reading of every pose. What turns are measured against, by pose.
+Result<std::vector<std::optional<EvaluatedReading>>> AddPoses(const PosesLeftOut& left_out,
+                                                              const Calibration& calibration,
+                                                              const PoseSet& poses,
+                                                              PerTriad<ErrorSums>* sums,
+                                                              ConstantAngle* angle,
+                                                              EvaluationSummary* summary) {
+  std::vector<std::optional<EvaluatedReading>> vectors;
+  PerTriad<std::vector<ThermalState>> felt;
+  for (const Triad triad : kTriads) {
+    if (!calibration.sensors[triad] || poses.Find(triad) == nullptr) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(felt[triad], FeltAtPoses(*calibration.sensors[triad], poses));
+  }
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
+    PerTriad<std::optional<EvaluatedReading>> seen;
+    bool is_clamped = false;
+    // The accelerometer first: a gyroscope may follow the force.
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+      if (poses.Find(triad) == nullptr) continue;
+      const auto& force = seen[Triad::kAccelerometer];
+      TRUETRIAD_ASSIGN_OR_RETURN(seen[triad],
+                                 EvaluateReading(calibration,
+                                                 triad,
+                                                 pose,
+                                                 felt[triad].empty() ? nullptr : &felt[triad][k],
+                                                 force ? std::optional(force->truth) : std::nullopt,
+                                                 poses.source));
+      if (left_out[triad].contains(pose.number)) seen[triad].reset();
+      if (!seen[triad]) continue;
+      is_clamped = is_clamped || seen[triad]->is_clamped;
+      summary->pose_residuals.push_back(
+          AddReading(calibration, pose, *poses.Find(triad), *seen[triad], &(*sums)[triad]));
+    }
+    if (is_clamped) ++summary->clamped_poses;
+    if (seen[Triad::kAccelerometer] && seen[Triad::kMagnetometer]) {
+      angle->Add(calibration, *seen[Triad::kAccelerometer], *seen[Triad::kMagnetometer]);
+    }
+    vectors.push_back(
+        std::move(seen[calibration.sensors[Triad::kAccelerometer] ? Triad::kAccelerometer
+                                                                  : Triad::kMagnetometer]));
+  }
+  return vectors;
+}
+
 }  // namespace
 
 PosesLeftOut LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own) {
@@ -313,65 +382,9 @@ Result<EvaluationSummary> EvaluateWithout(const PosesLeftOut& left_out,
   summary.poses = static_cast<int>(poses.poses.size());
   PerTriad<ErrorSums> sums;
   ConstantAngle angle;
-  std::vector<std::optional<EvaluatedReading>> vectors;  // that turns are measured against
-  PerTriad<std::vector<ThermalState>> felt;
-  for (const Triad triad : kTriads) {
-    if (!calibration.sensors[triad] || poses.Find(triad) == nullptr) continue;
-    Result<std::vector<ThermalState>> states = FeltAtPoses(*calibration.sensors[triad], poses);
-    TRUETRIAD_RETURN_IF_ERROR(states);
-    felt[triad] = *std::move(states);
-  }
-  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
-    const StaticPose& pose = poses.poses[k];
-    PerTriad<std::optional<EvaluatedReading>> seen;
-    bool is_clamped = false;
-    // The accelerometer first: a gyroscope may follow the force.
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
-      if (poses.Find(triad) == nullptr) continue;
-      const auto& force = seen[Triad::kAccelerometer];
-      Result<std::optional<EvaluatedReading>> reading =
-          EvaluateReading(calibration,
-                          triad,
-                          pose,
-                          felt[triad].empty() ? nullptr : &felt[triad][k],
-                          force ? std::optional(force->truth) : std::nullopt,
-                          poses.source);
-      TRUETRIAD_RETURN_IF_ERROR(reading);
-      seen[triad] = *std::move(reading);
-      if (left_out[triad].contains(pose.number)) seen[triad].reset();
-      if (!seen[triad]) continue;
-      is_clamped = is_clamped || seen[triad]->is_clamped;
-      summary.pose_residuals.push_back(
-          AddReading(calibration, pose, *poses.Find(triad), *seen[triad], &sums[triad]));
-    }
-    if (is_clamped) ++summary.clamped_poses;
-    if (seen[Triad::kAccelerometer] && seen[Triad::kMagnetometer]) {
-      angle.Add(calibration, *seen[Triad::kAccelerometer], *seen[Triad::kMagnetometer]);
-    }
-    vectors.push_back(
-        std::move(seen[calibration.sensors[Triad::kAccelerometer] ? Triad::kAccelerometer
-                                                                  : Triad::kMagnetometer]));
-  }
-  for (const Triad triad : kTriads) {
-    ErrorSums& sum = sums[triad];
-    if (sum.count == 0) {
-      if (calibration.sensors[triad]) summary.not_tested.push_back(triad);
-      continue;
-    }
-    const double dof = calibration.sensors[triad]->noise.excess_dof;
-    if (std::isfinite(dof)) summary.noise_dof[triad] = dof;
-    summary.about_mean[triad] = !HasReference(calibration, triad);
-    if (summary.about_mean[triad]) TakeMeanOut(triad, &summary.pose_residuals, &sum);
-    summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
-    summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
-    summary.error_ratio[triad] = sum.joint.Rms(calibration.covariance.matrix);
-    if (summary.about_mean[triad]) {
-      summary.error_ratio[triad] = *summary.norm_rms[triad] / *summary.predicted_rms[triad];
-    }
-    if (std::isfinite(sum.squares_before)) {
-      summary.norm_rms_before[triad] = std::sqrt(sum.squares_before / sum.count);
-    }
-  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::optional<EvaluatedReading>> vectors,
+                             AddPoses(left_out, calibration, poses, &sums, &angle, &summary));
+  for (const Triad triad : kTriads) StateSums(calibration, triad, &sums[triad], &summary);
   angle.State(calibration, &summary);
   summary.turns = EvaluateTurns(calibration, poses, vectors, left_out[Triad::kGyroscope]);
   return summary;

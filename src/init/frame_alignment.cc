@@ -134,6 +134,43 @@ Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
   return frame;
 }
 
+// Moments of the pairs; with an unknown cosine about their mean.
+struct PairMoments {
+  Moments moments;
+  Vector9d mean = Vector9d::Zero();
+  Matrix9d centred;
+};
+
+PairMoments MomentsOf(const std::vector<Vector3d>& up_in_body,
+                      const std::vector<Vector3d>& field_in_triad,
+                      const double* known_cosine) {
+  PairMoments of_pairs;
+  auto& [moments, mean, centred] = of_pairs;
+  const double weight = 1.0 / static_cast<double>(up_in_body.size());
+  for (std::size_t k = 0; k < up_in_body.size(); ++k) {
+    const Vector9d h = Vec(up_in_body[k] * field_in_triad[k].transpose());
+    mean += weight * h;
+    moments.W += weight * h * h.transpose();
+  }
+  centred = moments.W - mean * mean.transpose();
+  if (known_cosine != nullptr) {
+    moments.p = *known_cosine * mean;
+    moments.q = *known_cosine * *known_cosine;
+  } else {
+    moments.W = centred;
+  }
+  return of_pairs;
+}
+
+// Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
+// determinant. With a known cosine it serves as well; the descent does the rest.
+Matrix3d HomogeneousStart(const Matrix9d& centred, int determinant) {
+  const Vector9d least = EigenOfSymmetric(centred).vectors.col(0);
+  Matrix3d homogeneous = least.reshaped(3, 3);
+  if (homogeneous.determinant() * determinant < 0.0) homogeneous *= -1.0;
+  return NearestOrthogonal(homogeneous, determinant);
+}
+
 }  // namespace
 
 Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_in_body,
@@ -154,28 +191,8 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
             .With("poses", static_cast<double>(pairs)));
   }
   const double weight = 1.0 / static_cast<double>(pairs);
-  Moments moments;
-  Vector9d mean = Vector9d::Zero();
-  for (std::size_t k = 0; k < pairs; ++k) {
-    const Vector9d h = Vec(up_in_body[k] * field_in_triad[k].transpose());
-    mean += weight * h;
-    moments.W += weight * h * h.transpose();
-  }
-  const Matrix9d centred = moments.W - mean * mean.transpose();
-  if (known_cosine != nullptr) {
-    moments.p = *known_cosine * mean;
-    moments.q = *known_cosine * *known_cosine;
-  } else {
-    moments.W = centred;
-  }
-
-  // Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
-  // determinant. With a known cosine it serves as well; the descent does the rest.
-  const Vector9d least = EigenOfSymmetric(centred).vectors.col(0);
-  Matrix3d homogeneous = least.reshaped(3, 3);
-  if (homogeneous.determinant() * determinant < 0.0) homogeneous *= -1.0;
-
-  std::vector<Matrix3d> starts = {NearestOrthogonal(homogeneous, determinant)};
+  const auto [moments, mean, centred] = MomentsOf(up_in_body, field_in_triad, known_cosine);
+  std::vector<Matrix3d> starts = {HomogeneousStart(centred, determinant)};
   for (const Matrix3d& map : SignedAxisMaps(determinant)) starts.push_back(map);
   std::vector<FrameAlignment> alignments;
   double best_curvature = 0.0;

@@ -152,12 +152,19 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   return model.triad.sensitivity;
 }
 
-Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
-                                         const std::optional<Eigen::Matrix3d>& sensitivity,
-                                         const std::optional<Eigen::Vector3d>& bias_raw) {
-  // About the mean reading and in units of their spread, so that offsets many times the signal and
-  // gains of any size are the same problem: y = centre + spread z, C y - c = K z - k.
+namespace {
+
+// Readings about their mean and in units of their spread, so that offsets many times the signal and
+// gains of any size are the same problem: y = centre + spread z, C y - c = K z - k.
+struct RateScale {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double spread = 0.0;
+  bool covers_all_axes = false;
+};
+
+RateScale ScaleOf(const std::vector<DirectionMove>& moves) {
+  RateScale scale;
+  Eigen::Vector3d& centre = scale.centre;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double count = 0.0;
   for (const DirectionMove& move : moves) {
@@ -171,20 +178,22 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
     }
   }
   const Eigen::Vector3d extent = EigenOfSymmetric3(scatter).values;
-  if (!sensitivity && !(std::sqrt(std::max(extent[0], 0.0)) > kThinRates * std::sqrt(extent[2]))) {
-    return NotEnoughError(
-        Finding(FindingCode::kTurnAxesMissing,
-                "gyroscope: the motion does not cover all of its axes",
-                "turn the unit about three different axes, each in both directions")
-            .About(Triad::kGyroscope));
-  }
-  const double spread = std::sqrt(extent.sum() / std::max(count, 1.0));
+  scale.covers_all_axes = std::sqrt(std::max(extent[0], 0.0)) > kThinRates * std::sqrt(extent[2]);
+  scale.spread = std::sqrt(extent.sum() / std::max(count, 1.0));
+  return scale;
+}
 
+// Normal equations of K and k over the moves.
+struct NormalOfMoves {
   Matrix12 information = Matrix12::Zero();
   Vector12 gradient = Vector12::Zero();
+};
+
+NormalOfMoves NormalOf(const std::vector<DirectionMove>& moves, const RateScale& scale) {
+  NormalOfMoves normal;
   for (const DirectionMove& move : moves) {
     Matrix312 change;
-    change.leftCols<9>() = DirectionChange(move, centre) / spread;
+    change.leftCols<9>() = DirectionChange(move, scale.centre) / scale.spread;
     Eigen::Matrix3d weighted = Eigen::Matrix3d::Zero();
     const std::vector<double>& time_s = move.move.time_s;
     for (std::size_t i = 1; i < time_s.size(); ++i) {
@@ -194,9 +203,28 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
       }
     }
     change.rightCols<3>() = -weighted;
-    information += change.transpose() * change;
-    gradient += change.transpose() * (move.after - move.before);
+    normal.information += change.transpose() * change;
+    normal.gradient += change.transpose() * (move.after - move.before);
   }
+  return normal;
+}
+
+}  // namespace
+
+Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
+                                         const std::optional<Eigen::Matrix3d>& sensitivity,
+                                         const std::optional<Eigen::Vector3d>& bias_raw) {
+  const RateScale scale = ScaleOf(moves);
+  const Eigen::Vector3d& centre = scale.centre;
+  const double spread = scale.spread;
+  if (!sensitivity && !scale.covers_all_axes) {
+    return NotEnoughError(
+        Finding(FindingCode::kTurnAxesMissing,
+                "gyroscope: the motion does not cover all of its axes",
+                "turn the unit about three different axes, each in both directions")
+            .About(Triad::kGyroscope));
+  }
+  const auto [information, gradient] = NormalOf(moves, scale);
   // K = C spread and k = C (b - centre); what is known is held: x = base + free t.
   Vector12 base = Vector12::Zero();
   Eigen::MatrixXd free = Matrix12::Identity();

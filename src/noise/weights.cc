@@ -60,6 +60,59 @@ void AdmitMajorities(const UnknownNoise& unknown,
   }
 }
 
+// |z| at which the weight of an observation begins to fall, by its rank: at the same probability
+// for any rank.
+std::array<double, 4> HuberLimits(double scale) {
+  std::array<double, 4> limits{};
+  // A scale whose tail a double cannot hold is as good as no loss at all.
+  const double inside = std::min(ChiSquareCdf(scale * scale, 1.0), 1.0 - 1e-12);
+  for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
+    limits[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
+  }
+  return limits;
+}
+
+// Degrees of freedom that tell each component of the noise; infinite where it is known.
+std::array<double, kNoiseComponents> DofOf(const NoiseState& noise, const PoseGraph& graph) {
+  std::array<double, kNoiseComponents> dof{};
+  dof.fill(std::numeric_limits<double>::infinity());
+  for (const NoiseComponent component : noise.estimated) {
+    if (noise.estimate.components.empty()) continue;
+    const double found = ExcessDegreesOfFreedom(noise.estimate, graph, component);
+    dof[static_cast<std::size_t>(component)] = found > 1.0 ? found : 1.0;
+  }
+  return dof;
+}
+
+// The tests of one pose, or one turn, and which of them is the worst.
+struct TestsOfOne {
+  std::size_t end = 0, worst = 0;
+  bool has_rejected = false;
+};
+
+// Those from `first` on. A turn stands by itself.
+TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, PoseGraph* graph) {
+  const bool is_turn = tests[first].component == NoiseComponent::kTurn;
+  TestsOfOne found{first, first, false};
+  double worst_ratio = -1.0;
+  for (std::size_t& end = found.end;
+       end < tests.size() && (is_turn ? end == first : IsSamePose(tests[end], tests[first]));
+       ++end) {
+    found.has_rejected = found.has_rejected || WeightOf(tests[end], graph).rejected;
+    const double ratio = tests[end].rank > 0 ? tests[end].chi2 / tests[end].rank : 0.0;
+    if (ratio <= worst_ratio) continue;
+    worst_ratio = ratio;
+    found.worst = end;
+  }
+  return found;
+}
+
+// The chance of so large a test; `dof` of the noise.
+double ChanceOf(const DeletionTest& test, double dof) {
+  return std::isfinite(dof) ? 1.0 - FisherCdf(test.chi2 / test.rank, test.rank, dof)
+                            : 1.0 - ChiSquareCdf(test.chi2, test.rank);
+}
+
 }  // namespace
 
 WeightChange UpdateWeights(const RobustOptions& robust,
@@ -71,59 +124,30 @@ WeightChange UpdateWeights(const RobustOptions& robust,
   const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
   const double level =
       kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests.size(), 1));
-  // A weight that starts at `scale` normal σ must start at the same probability for any rank.
-  std::array<double, 4> huber_limit{};
-  // A scale whose tail a double cannot hold is as good as no loss at all.
-  const double inside = std::min(ChiSquareCdf(robust.scale * robust.scale, 1.0), 1.0 - 1e-12);
-  for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
-    huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
-  }
-  std::array<double, kNoiseComponents> dof{};
-  dof.fill(std::numeric_limits<double>::infinity());
-  for (const NoiseComponent component : noise.estimated) {
-    if (noise.estimate.components.empty()) continue;
-    const double found = ExcessDegreesOfFreedom(noise.estimate, *graph, component);
-    dof[static_cast<std::size_t>(component)] = found > 1.0 ? found : 1.0;
-  }
-
+  const std::array<double, 4> huber_limit = HuberLimits(robust.scale);
+  const std::array<double, kNoiseComponents> dof = DofOf(noise, *graph);
   std::vector<Judgement> judgements(tests.size());
   for (std::size_t first = 0; first < tests.size();) {
     // At one pose the triads share the blame for their disagreement: only the worst goes, and the
-    // others are judged again without it. A turn stands by itself.
-    const bool is_turn = tests[first].component == NoiseComponent::kTurn;
-    std::size_t end = first;
-    std::size_t worst = first;
-    double worst_ratio = -1.0;
-    bool has_rejected = false;
-    for (; end < tests.size() && (is_turn ? end == first : IsSamePose(tests[end], tests[first]));
-         ++end) {
-      has_rejected = has_rejected || WeightOf(tests[end], graph).rejected;
-      const double ratio = tests[end].rank > 0 ? tests[end].chi2 / tests[end].rank : 0.0;
-      if (ratio > worst_ratio) {
-        worst_ratio = ratio;
-        worst = end;
-      }
-    }
-    for (std::size_t i = first; i < end; ++i) {
+    // others are judged again without it.
+    const TestsOfOne of_one = TestsFrom(first, tests, graph);
+    for (std::size_t i = first; i < of_one.end; ++i) {
       const RobustWeight now = WeightOf(tests[i], graph);
       Judgement& judgement = judgements[i];
+      judgement.rejected = now.rejected;
       if (tests[i].rank > 0) {
         const double z = std::sqrt(tests[i].chi2);
         const double limit = huber_limit[static_cast<std::size_t>(tests[i].rank)];
         if (z > limit && Acts(Mechanism::kHuber)) judgement.weight = limit / z;
-        const double nu = dof[static_cast<std::size_t>(tests[i].component)];
-        const double p = std::isfinite(nu)
-                             ? 1.0 - FisherCdf(tests[i].chi2 / tests[i].rank, tests[i].rank, nu)
-                             : 1.0 - ChiSquareCdf(tests[i].chi2, tests[i].rank);
-        judgement.rejected = p < level && (now.rejected || (!has_rejected && i == worst)) &&
+        const double p = ChanceOf(tests[i], dof[static_cast<std::size_t>(tests[i].component)]);
+        judgement.rejected = p < level &&
+                             (now.rejected || (!of_one.has_rejected && i == of_one.worst)) &&
                              Acts(Mechanism::kOutliers);
-      } else {
-        judgement.rejected = now.rejected;
       }
       judgement.rejected = judgement.rejected || (now.rejected && !may_readmit);
       if (judgement.rejected) judgement.weight = kRejectedWeight;
     }
-    first = end;
+    first = of_one.end;
   }
   AdmitMajorities(unknown, tests, *graph, &judgements);
 

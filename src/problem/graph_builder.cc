@@ -109,6 +109,78 @@ void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   });
 }
 
+// What is known of the attitude that `node` has.
+Status TakeGivenAttitude(const PoseSet& poses, const StaticPose& pose, PoseNode* node) {
+  if (!pose.attitude) {
+    return Error(ErrorCode::kDoesNotMatch,
+                 {poses.source},
+                 "pose " + std::to_string(pose.number) +
+                     " has no known attitude; `attitudes: {file: …}` needs one for every pose");
+  }
+  const Eigen::Quaterniond& q = pose.attitude->world_from_body;
+  node->state = {q.x(), q.y(), q.z(), q.w()};
+  node->has_attitude_prior = pose.attitude->sigma_rad.maxCoeff() > 0.0;
+  node->kind = node->has_attitude_prior ? PoseKind::kRotation : PoseKind::kHeld;
+  if (node->has_attitude_prior) {
+    node->prior_world_from_body = q;
+    node->prior_sigma_rad = pose.attitude->sigma_rad;
+  }
+  return {};
+}
+
+Status TakeTemperature(const PoseSet& poses, const StaticPose& pose, PoseNode* node) {
+  if (!pose.temperature_degc) {
+    return Error(ErrorCode::kMissingTemperature,
+                 {poses.source},
+                 "pose " + std::to_string(pose.number) +
+                     " has no temperature; `thermal:` terms need one for every pose "
+                     "(column temperature[degC]); add it, or remove the key");
+  }
+  node->temperature_degc = *pose.temperature_degc;
+  node->temperature_rate_degcps = pose.temperature_rate_degcps;
+  return {};
+}
+
+// The node of a pose; unset where nothing in it counts. `face`: -1 where none is known.
+Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
+                                       const StaticPose& pose,
+                                       int face,
+                                       const CalibrateOptions& options,
+                                       const PerTriad<NoiseSource>& sources) {
+  PoseNode node;
+  node.number = pose.number;
+  node.session = pose.session;
+  node.is_field_inclined = !options.TurnsAgainstField();
+  node.time_s = TimeOf(poses, pose);
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled || !pose.triads[triad]) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(Observation observation,
+                               Observe(poses, pose, triad, sensor, sources[triad]));
+    node.observations.push_back(std::move(observation));
+  }
+  const auto vectors = std::count_if(
+      node.observations.begin(), node.observations.end(), [](const Observation& seen) {
+        return seen.triad != Triad::kGyroscope;
+      });
+  const bool counts = vectors > 0 || options.HasGyroscopeAlone();
+  if (!counts || node.observations.empty()) return std::optional<PoseNode>();
+  if (options.HasThermal()) TRUETRIAD_RETURN_IF_ERROR(TakeTemperature(poses, pose, &node));
+  // A gyroscope alone at rest: it reads its bias, whatever the attitude.
+  node.kind = vectors == 0   ? PoseKind::kHeld
+              : vectors == 1 ? PoseKind::kDirection
+                             : PoseKind::kRotation;
+  if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
+    TRUETRIAD_RETURN_IF_ERROR(TakeGivenAttitude(poses, pose, &node));
+  }
+  // The face is known from what the accelerometer says; a pose without it carries no face.
+  if (face >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
+    node.face = face;
+    node.seat_sigma_rad = std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
+  }
+  return std::optional(std::move(node));
+}
+
 }  // namespace
 
 Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
@@ -116,72 +188,14 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                          const PerTriad<NoiseSource>& sources) {
   std::vector<int> faces(poses.poses.size(), -1);
   if (options.attitudes.kind == AttitudeKind::kSixFace) {
-    auto found = FacesOfPoses(poses, options.triads[Triad::kAccelerometer]);
-    if (!found) return found.error();
-    faces = std::move(*found);
+    TRUETRIAD_ASSIGN_OR_RETURN(faces, FacesOfPoses(poses, options.triads[Triad::kAccelerometer]));
   }
   std::vector<PoseNode> nodes;
   nodes.reserve(poses.poses.size());
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
-    const StaticPose& pose = poses.poses[k];
-    PoseNode node;
-    node.number = pose.number;
-    node.session = pose.session;
-    node.is_field_inclined = !options.TurnsAgainstField();
-    node.time_s = TimeOf(poses, pose);
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
-      const TriadOptions& sensor = options.triads[triad];
-      if (!sensor.enabled || !pose.triads[triad]) continue;
-      Result<Observation> observation = Observe(poses, pose, triad, sensor, sources[triad]);
-      TRUETRIAD_RETURN_IF_ERROR(observation);
-      node.observations.push_back(*std::move(observation));
-    }
-    const auto vectors = std::count_if(
-        node.observations.begin(), node.observations.end(), [](const Observation& seen) {
-          return seen.triad != Triad::kGyroscope;
-        });
-    if (vectors == 0 && !options.HasGyroscopeAlone()) continue;
-    if (node.observations.empty()) continue;
-    if (options.HasThermal()) {
-      if (!pose.temperature_degc) {
-        return Error(ErrorCode::kMissingTemperature,
-                     {poses.source},
-                     "pose " + std::to_string(pose.number) +
-                         " has no temperature; `thermal:` terms need one for every pose "
-                         "(column temperature[degC]); add it, or remove the key");
-      }
-      node.temperature_degc = *pose.temperature_degc;
-      node.temperature_rate_degcps = pose.temperature_rate_degcps;
-    }
-    // A gyroscope alone at rest: it reads its bias, whatever the attitude.
-    node.kind = vectors == 0   ? PoseKind::kHeld
-                : vectors == 1 ? PoseKind::kDirection
-                               : PoseKind::kRotation;
-    if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
-      if (!pose.attitude) {
-        return Error(ErrorCode::kDoesNotMatch,
-                     {poses.source},
-                     "pose " + std::to_string(pose.number) +
-                         " has no known attitude; `attitudes: {file: …}` needs one for every pose");
-      }
-      const Eigen::Quaterniond& q = pose.attitude->world_from_body;
-      node.state = {q.x(), q.y(), q.z(), q.w()};
-      if (pose.attitude->sigma_rad.maxCoeff() > 0.0) {
-        node.kind = PoseKind::kRotation;
-        node.has_attitude_prior = true;
-        node.prior_world_from_body = q;
-        node.prior_sigma_rad = pose.attitude->sigma_rad;
-      } else {
-        node.kind = PoseKind::kHeld;
-      }
-    }
-    // The face is known from what the accelerometer says; a pose without it carries no face.
-    if (faces[k] >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
-      node.face = faces[k];
-      node.seat_sigma_rad =
-          std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
-    }
-    nodes.push_back(std::move(node));
+    TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseNode> node,
+                               NodeOf(poses, poses.poses[k], faces[k], options, sources));
+    if (node) nodes.push_back(*std::move(node));
   }
   if (options.triads[Triad::kGyroscope].enabled) {
     LinkByTurns(poses, &nodes);
