@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tools/bench/states runs programs on: each source writes recordings and says what is true of
+"""What tools/bench/states and prices run programs on: each source writes recordings and says what is true of
 them; `run` calibrates one with each program and judges the results as tests/trust/trial.cc does."""
 import ast
 import hashlib
 import json
 import math
+import multiprocessing
 import os
 import pathlib
 import re
@@ -12,10 +13,16 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zlib
 
-import numpy as np
-import yaml
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+try:
+    import numpy as np
+    import yaml
+except ImportError as missing:
+    print(f"{sys.argv[0]}: {missing}; install python3-numpy, python3-scipy and python3-yaml")
+    sys.exit(77)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LONGEST_S = 120  # The slowest recording of these takes 6 s.
@@ -214,20 +221,25 @@ def read_result(code, stdout, output, truth, trial):
     return {**result, "p": parameters_of(found, z)}
 
 
-def calibrate(program, arguments, output, truth=None, trial={}, folder=None):
+def calibrate(program, arguments, output, truth=None, trial={}, folder=None, environment={}):
     shutil.rmtree(output, ignore_errors=True)
     command = [program, "calibrate", *arguments, f"--output={output}", "--report=false", "--json"]
     try:
-        ran = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, cwd=folder)
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, cwd=folder,
+                             env=os.environ | environment)
     except subprocess.TimeoutExpired:
         return {"exit": -1, "outcome": "wrong", "codes": ["failure:timeout"]}
     return read_result(ran.returncode, ran.stdout, output, truth, trial)
 
 
 def with_each(programs, about, arguments, output, **judged):
-    """The recording's row: what it is, and what each program made of it."""
-    return {**about, "of": {state: calibrate(program, arguments, output, **judged)
-                            for state, program in programs.items()}}
+    """The recording's row: what it is, and what each program made of it, or each run that a function
+    programs(name, of) makes of it with of(program, **environment)."""
+    def of(program, **environment):
+        return calibrate(program, arguments, output, environment=environment, **judged)
+    results = programs(about["id"], of) if callable(programs) else {
+        state: of(program) for state, program in programs.items()}
+    return {**about, "of": results}
 
 
 def read_truth(path):
@@ -496,3 +508,55 @@ def run(options, job):
     """All rows of a job, in a folder of its own that goes with it."""
     with tempfile.TemporaryDirectory(prefix="states-", dir=options["folder"]) as folder:
         return list(ROWS[job[0]](options, folder, *job[1:]))
+
+
+# Running them.
+
+# Seeds and counts; --quick is a slice of the whole, so that its rows pair with those of a whole record.
+WHOLE = {"trust": (30_000, 1000), "clean": (200_000, 210), "generators": (0, 2), "generator_stride": 1,
+         "units": 300, "costs": list(COSTS)}
+QUICK = {"trust": (30_000, 200), "clean": (200_000, 14), "generators": (0, 1), "generator_stride": 4,
+         "units": 3, "costs": ["nine-axis unit"]}
+
+
+def program_of(state):
+    path = pathlib.Path(state).resolve()
+    path = path / "build" / "truetriad" if path.is_dir() else path
+    if not os.access(path, os.X_OK):
+        sys.exit(f"{state}: neither a checkout with build/truetriad nor a program nor a record (.xz)")
+    return str(path)
+
+
+def jobs_of(plan, options, wanted):
+    jobs = {"trust": trust_jobs(plan, "trust" in wanted, "regimes" in wanted),
+            "generators": generator_jobs(plan, options["generators"]),
+            "recordings": recording_jobs(options["tree"], options["shared"]),
+            "cases": case_jobs(options["shared"]),
+            "fleet": fleet_jobs(plan, "fleet" in wanted),
+            "cost": [("cost", name) for name in plan["costs"]]}
+    chosen = {"trust": {"trust", "regimes"}, "fleet": {"fleet", "regimes"}}
+    # What lasts longest comes first, so that no core waits for it at the end.
+    return [job for source in ("cost", "fleet", "trust", "generators", "recordings", "cases")
+            if chosen.get(source, {source}) & wanted for job in jobs[source]]
+
+
+OPTIONS = {}  # Set before workers are forked, which have it then.
+
+
+def run_job(job):
+    try:
+        return run(OPTIONS, job)
+    except Exception as error:  # One job's failure is no reason to lose the others.
+        print(f"{job}: {error!r}", file=sys.stderr, flush=True)
+        return []
+
+
+def run_all(jobs, count):
+    rows, begin = [], time.time()
+    with multiprocessing.get_context("fork").Pool(count) as pool:
+        for done, made in enumerate(pool.imap_unordered(run_job, jobs), 1):
+            rows += made
+            if done % 50 == 0 or done == len(jobs):
+                print(f"{done} of {len(jobs)} jobs, {len(rows)} rows, {time.time() - begin:.0f} s",
+                      file=sys.stderr, flush=True)
+    return rows
