@@ -54,16 +54,16 @@ class Files {
     const Variable* variable = nullptr;
   };
 
-  void Add(const std::string& path, std::unique_ptr<VariableFile> file) {
+  void Add(const std::string& path, VariableFile file) {
     paths_.push_back(path);
     files_.push_back(std::move(file));
   }
   std::size_t size() const { return files_.size(); }
   const std::string& path(std::size_t file) const { return paths_[file]; }
-  VariableFile& operator[](std::size_t file) const { return *files_[file]; }
+  const VariableFile& operator[](std::size_t file) const { return files_[file]; }
   bool IsDamaged() const {
     return std::any_of(
-        files_.begin(), files_.end(), [](const auto& f) { return !f->damage().empty(); });
+        files_.begin(), files_.end(), [](const auto& f) { return !f.damage.empty(); });
   }
 
   /// "acc": of several files "unit-acc/data", by the file's name without its ending.
@@ -76,7 +76,7 @@ class Files {
   std::vector<std::string> All() const {
     std::vector<std::string> all;
     for (std::size_t i = 0; i < size(); ++i) {
-      for (const Variable& variable : files_[i]->variables()) {
+      for (const Variable& variable : files_[i].variables) {
         all.push_back(Describe(NameOf(i, variable), variable));
       }
     }
@@ -89,7 +89,7 @@ class Files {
   Result<Place> Find(const std::string& name, std::optional<std::size_t> preferred) const {
     std::vector<Place> found;
     for (std::size_t i = 0; i < size(); ++i) {
-      for (const Variable& variable : files_[i]->variables()) {
+      for (const Variable& variable : files_[i].variables) {
         if (variable.name != name && NameOf(i, variable) != name) continue;
         if (preferred == i) return Place{i, &variable};
         found.push_back({i, &variable});
@@ -114,8 +114,8 @@ class Files {
           "the file cannot be read to its end, and variable " + name + " is missing or incomplete");
     }
     for (const auto& file : files_) {
-      const auto other = file->others().find(name);
-      if (other == file->others().end()) continue;
+      const auto other = file.others.find(name);
+      if (other == file.others.end()) continue;
       return Error(ErrorCode::kUnknownName,
                    "variable `" + name + "` is " + other->second +
                        "; expected real numbers in rows and columns");
@@ -126,7 +126,7 @@ class Files {
 
  private:
   std::vector<std::string> paths_;
-  std::vector<std::unique_ptr<VariableFile>> files_;
+  std::vector<VariableFile> files_;
 };
 
 /// "acc@t_acc": readings, and a time of their own; empty where they have that of `time=`.
@@ -167,7 +167,7 @@ Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
   if (stated != arguments.others.end()) return ParseColumns(stated->second, kRoles, "");
   std::map<std::string, std::set<std::string>> candidates;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    for (const Variable& variable : files[i].variables()) {
+    for (const Variable& variable : files[i].variables) {
       std::string name = variable.name.substr(variable.name.rfind('.') + 1);
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
         return static_cast<char>(std::tolower(c));
@@ -322,7 +322,7 @@ Result<Vectors> ReadVectors(const Files& files,
     TRUETRIAD_ASSIGN_OR_RETURN(const Files::Place place,
                                files.Find(part.substr(0, colon), preferred));
     if (vectors.columns.empty()) vectors.file = place.file;
-    TRUETRIAD_ASSIGN_OR_RETURN(Matrix matrix, files[place.file].Read(*place.variable));
+    TRUETRIAD_ASSIGN_OR_RETURN(Matrix matrix, place.variable->read());
     const std::string range = colon == std::string::npos ? "" : part.substr(colon + 1);
     std::optional<std::pair<std::uint32_t, std::uint32_t>> wanted = ParseRange(range);
     if (range == "xyz") {
@@ -539,7 +539,7 @@ Status Convert(const Files& files,
 
 void List(const Files& files) {
   for (std::size_t i = 0; i < files.size(); ++i) {
-    for (const Variable& variable : files[i].variables()) {
+    for (const Variable& variable : files[i].variables) {
       std::printf("%-32s %12s  %s\n",
                   Printable(files.NameOf(i, variable)).c_str(),
                   Shape(variable).c_str(),
@@ -555,7 +555,7 @@ Status ConvertFiles(const Files& files,
   bool any = false;
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    any = any || !files[i].variables().empty();
+    any = any || !files[i].variables.empty();
     paths.push_back(files.path(i));
   }
   if (!any) {
@@ -596,8 +596,8 @@ Status ConvertNamedReadings(const NamedFormat& format, const Arguments& argument
   const auto work = [&]() -> Status {
     Files files;
     for (const std::string& path : paths) {
-      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, format.open(path));
-      if (!file->damage().empty()) Note(path + ": " + file->damage());
+      TRUETRIAD_ASSIGN_OR_RETURN(VariableFile file, format.open(path));
+      if (!file.damage.empty()) Note(path + ": " + file.damage);
       files.Add(path, std::move(file));
     }
     if (!arguments.list)
