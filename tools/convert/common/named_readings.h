@@ -30,6 +30,8 @@ struct Variable {
   std::size_t rows = 0, columns = 0;
   /// Error: it is not whole, or too large to be what it says.
   std::function<Result<Matrix>()> read = {};
+  std::string path = {};       ///< Of its file.
+  std::string full_name = {};  ///< "acc"; of several files "unit-acc/data", as the file is called.
 };
 
 /// A file of named matrices.
