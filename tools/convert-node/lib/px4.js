@@ -208,7 +208,8 @@ function openStreams(log, topics, rotations) {
       const decode = decoder(subscription, stream);
       if (!decode) continue;
       const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
-      const map = !stream.corrected ? undefined : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad, rotations);
+      const map = !stream.corrected ? undefined : stream.corrected === 'filtered' ? 'unknown'
+        : applied(log, stream.triad, rotations);
       const table = new Table(
         { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
