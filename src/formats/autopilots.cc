@@ -35,8 +35,6 @@ constexpr std::size_t kFirmwareOrder = 3;                // Of P(T) above.
 constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;  // ArduPilot's centre and scale of P(T).
 // ArduPilot stores this in CALTEMP before it has calibrated a sensor.
 constexpr float kNoCalibrationTemperature = -300.0F;
-// Outside of its range the scale of a compass is ignored.
-constexpr float kMaxCompassScale = 1.5F;
 
 /// What an autopilot calls the parameters of a sensor, as patterns.
 struct SensorNames {
@@ -398,12 +396,13 @@ class SensorParameters {
     }
     Eigen::VectorXd& diagonal = stated[Quantity::kDiagonal];
     if (diagonal.size() == 0) diagonal = Eigen::Vector3d::Ones();
-    // ArduPilot: 0 is off.
-    if (!names_.scale.empty() && diagonal.isZero(0.0)) diagonal.setOnes();
     CorrectionParts parts = CorrectionParts::Of(stated);
-    const float scale = names_.scale.empty() ? 1.0F : Number(names_.scale, 0.0F);
-    if (scale >= 1.0F / kMaxCompassScale && scale <= kMaxCompassScale)
-      parts.matrix = (scale * parts.matrix.cast<float>()).cast<double>();
+    if (!names_.scale.empty()) {
+      parts.matrix = CompassMatrixOf<float>(diagonal.cast<float>(),
+                                            stated[Quantity::kOffDiagonal].cast<float>(),
+                                            Number(names_.scale, 0.0F))
+                         .cast<double>();
+    }
     if (!names_.thermal.empty() && Number(names_.enable, 0.0F) == 1.0F) AddThermal(is_px4, &parts);
     return parts;
   }

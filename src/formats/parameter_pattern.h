@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include <Eigen/Core>
+
 namespace truetriad {
 
 // The name of an autopilot's parameter: the pattern with the instance for `@`, and for `#` where it
@@ -32,6 +34,19 @@ inline std::string Expanded(std::string_view pattern,
   }
   if (is_late) name.insert(3, number);
   return name;
+}
+
+// D s of an ArduPilot compass, from its DIA, ODI and SCALE; D is symmetric. AP_Compass_Backend.cpp.
+template <typename Scalar>
+Eigen::Matrix<Scalar, 3, 3> CompassMatrixOf(Eigen::Vector3<Scalar> d,
+                                            const Eigen::Vector3<Scalar>& o,
+                                            Scalar scale) {
+  constexpr Scalar kMostScale = 1.5;  // Beyond 1/1.5 and 1.5 firmware ignores it; older has none.
+  if (d.isZero(0)) d.setOnes();       // 0 is off.
+  Eigen::Matrix<Scalar, 3, 3> matrix;
+  matrix << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
+  if (scale >= 1 / kMostScale && scale <= kMostScale) matrix *= scale;
+  return matrix;
 }
 
 }  // namespace truetriad

@@ -5,6 +5,7 @@
 Environment: PROGRAMS (folder of the converters), TRUETRIAD, DATASETS.
 """
 import csv
+import json
 import math
 import os
 import shutil
@@ -126,6 +127,25 @@ class Converters(unittest.TestCase):
         self.assertEqual(sorted(p.name for p in self.out.iterdir()),
                          ["accelerometer-1.csv", "gyroscope-1.csv", "magnetometer-1.csv", "recording.yaml"])
         self.inspect(code=3)
+
+    def test_ulog_of_a_board_turned_about_two_axes_says_how(self):
+        data = bytearray((ULOG / "sample.ulg").read_bytes())
+        value = data.index(b"int32_t SENS_BOARD_ROT") + len(b"int32_t SENS_BOARD_ROT")
+        matrices = []
+        for rotation in (0, 9, 41):
+            data[value:value + 4] = struct.pack("<i", rotation)
+            (self.folder / "turned.ulg").write_bytes(data)
+            self.convert("ulog", self.folder / "turned.ulg", "--topic=sensor_combined")
+            text = (self.out / "recording.yaml").read_text()
+            matrices += [json.loads(line.split(": ")[1]) for line in text.splitlines() if "matrix:" in line][:1]
+        # Rolled by half a turn, then turned by 45 degrees; 41 is none that PX4 shares with others.
+        self.assertEqual(len(matrices), 2)
+        self.assertIn("accelerometer: unknown", text)
+        half = 0.5**0.5
+        turned = ((half, half, 0), (half, -half, 0), (0, 0, -1))
+        for row, found in zip(*matrices):
+            for j in range(3):
+                self.assertAlmostEqual(found[j], sum(row[k] * turned[k][j] for k in range(3)), 12)
 
     def test_ulog_of_the_old_layout_is_corrected_and_says_how(self):
         source = ULOG / "sample.ulg"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz/conversion.h"
 #define main MatConverterMain  // The program's own, whose functions are wanted.
-#include "tools/convert/mat/mat.cc"
+#include "tools/convert/mat.cc"
 #undef main
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
-/// libmatio allocates what a file claims to hold. The converter reads in a process whose memory is
+/// HDF5 allocates what a file claims to hold. The converter reads in a process whose memory is
 /// bounded (common/isolation.cc); here what is too large is not there, either.
 extern "C" const char* __asan_default_options() {  // NOLINT: the sanitizer's name.
   return "allocator_may_return_null=1:max_allocation_size_mb=128";

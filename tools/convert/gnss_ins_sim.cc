@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/csv_reader.h"
+#include "io/recording_layout.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
 #include "truetriad/base/units.h"
@@ -20,17 +21,6 @@ namespace truetriad::convert {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// "accel_x (m/s^2)" without its unit, and the unit.
-struct Heading {
-  std::string name;
-  std::string unit;
-};
-Heading ParseHeading(const std::string& text) {
-  const std::size_t open = text.find(" (");
-  if (open == std::string::npos || !text.ends_with(')')) return {text, ""};
-  return {text.substr(0, open), text.substr(open + 2, text.size() - open - 3)};
-}
 
 Result<std::unique_ptr<CsvReader>> Open(const fs::path& path) {
   CsvLayout layout;
@@ -56,7 +46,7 @@ Result<SensorFile> OpenSensor(const fs::path& path, Triad triad) {
                  "has " + std::to_string(csv->column_count()) + " columns; expected x, y and z");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Heading heading = ParseHeading(csv->header()[axis]);
+    const HeaderColumn heading = ParseHeaderColumn(csv->header()[axis]);
     const std::string expected = std::string(TriadPrefix(triad)) + "_" + kAxes[axis];
     if (heading.name != expected || (axis > 0 && heading.unit != file.triad.unit)) {
       return Error(ErrorCode::kWrongFormat,
@@ -75,7 +65,7 @@ Result<SensorFile> OpenSensor(const fs::path& path, Triad triad) {
 
 Result<std::unique_ptr<CsvReader>> OpenTime(const fs::path& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, Open(path));
-  const Heading heading = ParseHeading(csv->header()[0]);
+  const HeaderColumn heading = ParseHeaderColumn(csv->header()[0]);
   if (csv->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
     return Error(ErrorCode::kMissingTime, path.string() + ":1: expected one column `time (sec)`");
   }

@@ -10,7 +10,6 @@
 #include <fstream>
 #include <limits>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -168,27 +167,8 @@ std::optional<Json> ParseLines(const std::string& text) {
 /// The numbers of a JSON file. What an object holds is called by its keys, "imu.acc"; a list of
 /// numbers is one column, of lists of numbers a matrix, of objects (or a file with one on each
 /// line) a row each: {"t": 0, "acc": [1, 2, 3]} makes `t` and `acc`. null, and NaN as some programs
-/// write it, is no number. Anything else is left out.
-class JsonFile : public VariableFile {
- public:
-  /// Error: unreadable, or no JSON.
-  static Result<std::unique_ptr<VariableFile>> Open(const std::string& path);
-
-  Result<Matrix> Read(const Variable& variable) override;
-
- private:
-  explicit JsonFile(std::map<std::string, Matrix> matrices);
-
-  std::map<std::string, Matrix> matrices_;
-};
-
-JsonFile::JsonFile(std::map<std::string, Matrix> matrices) : matrices_(std::move(matrices)) {
-  for (const auto& [name, matrix] : matrices_) {
-    variables_.push_back({name, "numbers", matrix.rows, matrix.columns});
-  }
-}
-
-Result<std::unique_ptr<VariableFile>> JsonFile::Open(const std::string& path) {
+/// write it, is no number. Anything else is left out. Error: unreadable, or no JSON.
+Result<VariableFile> Open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
   errno = 0;
@@ -222,15 +202,19 @@ Result<std::unique_ptr<VariableFile>> JsonFile::Open(const std::string& path) {
   }
   std::map<std::string, Matrix> matrices;
   Collect(json, "", 0, &matrices);
-  return std::unique_ptr<VariableFile>(new JsonFile(std::move(matrices)));
+  VariableFile variables;
+  for (const auto& [name, matrix] : matrices) {
+    variables.variables.push_back({name, "numbers", matrix.rows, matrix.columns, [matrix = matrix] {
+                                     return Result<Matrix>(matrix);
+                                   }});
+  }
+  return variables;
 }
-
-Result<Matrix> JsonFile::Read(const Variable& variable) { return matrices_.at(variable.name); }
 
 constexpr NamedFormat kFormat = {
     .name = "json",
     .input = "JSON files with arrays of readings, or with one object a line",
-    .open = JsonFile::Open};
+    .open = Open};
 
 }  // namespace
 }  // namespace truetriad::convert

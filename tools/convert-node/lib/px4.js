@@ -141,14 +141,10 @@ function product(a, b) {
   return a.map((row) => [0, 1, 2].map((j) => row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]));
 }
 
-/** Board rotation of PX4, body <- sensor; null: one of those that are not known here. */
-function boardRotation(parameters) {
-  const rotation = parameters.get('SENS_BOARD_ROT') ?? 0;
-  // The first eight are turns about the vertical by 45 degrees each.
-  if (!(rotation >= 0 && rotation < 8)) return null;
-  const turns = [[1, 0], [Math.SQRT1_2, Math.SQRT1_2], [0, 1], [-Math.SQRT1_2, Math.SQRT1_2], [-1, 0],
-    [-Math.SQRT1_2, -Math.SQRT1_2], [0, -1], [Math.SQRT1_2, -Math.SQRT1_2]];
-  const [c, s] = turns[rotation];
+/** Rotation of the board, body <- sensor; null: one that is not among `rotations`. */
+function boardRotation(parameters, rotations) {
+  const rotation = rotations[parameters.get('SENS_BOARD_ROT') ?? 0];
+  if (!rotation) return null;
   const [roll, pitch, yaw] = ['X', 'Y', 'Z'].map(
     (axis) => ((parameters.get(`SENS_BOARD_${axis}_OFF`) ?? 0) * Math.PI) / 180);
   const about = (angle, i, j) => {
@@ -160,7 +156,7 @@ function boardRotation(parameters) {
   };
   // Roll, then pitch, then yaw.
   const offset = product(about(yaw, 0, 1), product(about(pitch, 2, 0), about(roll, 1, 2)));
-  return product(offset, [[c, -s, 0], [s, c, 0], [0, 0, 1]]);
+  return product(offset, rotation);
 }
 
 const kSensors = {
@@ -173,7 +169,7 @@ const kSensors = {
  * What the firmware has done to the primary sensor of `triad`, as behind `applied.<triad>:`; 'unknown'
  * where its parameters do not tell. corrected = matrix · ((reading − offset) ∘ scale).
  */
-function applied(log, triad) {
+function applied(log, triad, rotations) {
   const { parameters, changed } = log;
   const { name, thermal } = kSensors[triad];
   if (parameters.get(thermal)) return 'unknown';
@@ -189,7 +185,7 @@ function applied(log, triad) {
   const values = (what, otherwise) => ['X', 'Y', 'Z'].map((axis) => parameters.get(prefix + axis + what) ?? otherwise);
   const offset = values('OFF', NaN);
   const scale = values('SCALE', 1);
-  const matrix = boardRotation(parameters);
+  const matrix = boardRotation(parameters, rotations);
   const fixed = [...changed].every((key) => !key.startsWith(prefix) && !key.startsWith('SENS_BOARD'));
   if (!matrix || !fixed || !offset.every(Number.isFinite) || !scale.every((s) => s > 0)) return 'unknown';
   const text = (value) => Number(value.toPrecision(9));
@@ -204,7 +200,7 @@ function appliedText(map) {
 }
 
 /** Streams that will be written: one a sensor of each chosen topic. */
-function openStreams(log, topics) {
+function openStreams(log, topics, rotations) {
   const opened = new Map(); // message id -> streams
   for (const topic of topics) {
     const subscription = log.subscriptions.get(topic.id);
@@ -212,7 +208,8 @@ function openStreams(log, topics) {
       const decode = decoder(subscription, stream);
       if (!decode) continue;
       const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
-      const map = !stream.corrected ? undefined : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad);
+      const map = !stream.corrected ? undefined : stream.corrected === 'filtered' ? 'unknown'
+        : applied(log, stream.triad, rotations);
       const table = new Table(
         { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
@@ -318,7 +315,7 @@ async function run(options) {
     }
   }
   topics.sort((a, b) => a.instance - b.instance);
-  const opened = openStreams(log, topics);
+  const opened = openStreams(log, topics, options.rotations);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);
   again.read((subscription, message) => {

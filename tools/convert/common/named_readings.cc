@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/recording_layout.h"
 #include "tools/convert/common/recording_folder.h"
 #include "truetriad/base/units.h"
 
@@ -39,94 +40,61 @@ std::string Shape(const Variable& variable) {
   return std::to_string(variable.rows) + "x" + std::to_string(variable.columns);
 }
 
-std::string Describe(const std::string& name, const Variable& variable) {
-  return Printable(name) + " (" + Shape(variable) + " " + variable.type + ")";
-}
-
 /// `time=none`: every row is one reading of a unit at rest.
 constexpr std::string_view kNoTime = "none";
 
-/// The input files, and where what a user calls by a name is in them.
-class Files {
- public:
-  struct Place {
-    std::size_t file = 0;
-    const Variable* variable = nullptr;
-  };
+/// What the input files hold.
+struct Inputs {
+  std::vector<std::string> paths;
+  std::vector<Variable> variables;
+  std::map<std::string, std::string> others;  ///< As of a VariableFile.
+  bool is_damaged = false;
 
-  void Add(const std::string& path, std::unique_ptr<VariableFile> file) {
-    paths_.push_back(path);
-    files_.push_back(std::move(file));
-  }
-  std::size_t size() const { return files_.size(); }
-  const std::string& path(std::size_t file) const { return paths_[file]; }
-  VariableFile& operator[](std::size_t file) const { return *files_[file]; }
-  bool IsDamaged() const {
-    return std::any_of(
-        files_.begin(), files_.end(), [](const auto& f) { return !f->damage().empty(); });
-  }
-
-  /// "acc": of several files "unit-acc/data", by the file's name without its ending.
-  std::string NameOf(std::size_t file, const Variable& variable) const {
-    const std::string prefix =
-        size() > 1 ? std::filesystem::path(paths_[file]).stem().string() + "/" : "";
-    return prefix + variable.name;
-  }
-
-  std::vector<std::string> All() const {
+  /// "acc (200x3 double), …"
+  std::string All() const {
     std::vector<std::string> all;
-    for (std::size_t i = 0; i < size(); ++i) {
-      for (const Variable& variable : files_[i]->variables()) {
-        all.push_back(Describe(NameOf(i, variable), variable));
-      }
+    for (const Variable& variable : variables) {
+      all.push_back(Printable(variable.full_name) + " (" + Shape(variable) + " " + variable.type +
+                    ")");
     }
-    return all;
+    return ListOf(all, 30);
   }
 
-  /// By its name, or by file and name; of several of one name the one in `preferred`.
+  /// By its name, or by file and name; of several of one name the one in the file `preferred`.
   /// Error (usage): there is none, or several. Error (bad input): it may be where a file is
   /// damaged.
-  Result<Place> Find(const std::string& name, std::optional<std::size_t> preferred) const {
-    std::vector<Place> found;
-    for (std::size_t i = 0; i < size(); ++i) {
-      for (const Variable& variable : files_[i]->variables()) {
-        if (variable.name != name && NameOf(i, variable) != name) continue;
-        if (preferred == i) return Place{i, &variable};
-        found.push_back({i, &variable});
-      }
+  Result<const Variable*> Find(const std::string& name, const std::string& preferred) const {
+    std::vector<const Variable*> found;
+    for (const Variable& variable : variables) {
+      if (variable.name != name && variable.full_name != name) continue;
+      if (variable.path == preferred) return &variable;
+      found.push_back(&variable);
     }
     if (found.size() == 1) return found[0];
     if (found.size() > 1) {
-      if (NameOf(found[0].file, *found[0].variable) == NameOf(found[1].file, *found[1].variable)) {
+      if (found[0]->full_name == found[1]->full_name) {
         return Error(ErrorCode::kDoesNotMatch,
-                     {paths_[found[1].file]},
+                     {found[1]->path},
                      "variable `" + name +
                          "` is there twice; give each file once, and each "
                          "variable a name of its own");
       }
       return Error(ErrorCode::kMissingArgument,
                    "several files have a variable `" + name +
-                       "`; name the file, too: " + NameOf(found[0].file, *found[0].variable));
+                       "`; name the file, too: " + found[0]->full_name);
     }
-    if (IsDamaged()) {
+    if (is_damaged) {
       return Error(
           ErrorCode::kDamagedFile,
           "the file cannot be read to its end, and variable " + name + " is missing or incomplete");
     }
-    for (const auto& file : files_) {
-      const auto other = file->others().find(name);
-      if (other == file->others().end()) continue;
+    if (const auto other = others.find(name); other != others.end()) {
       return Error(ErrorCode::kUnknownName,
                    "variable `" + name + "` is " + other->second +
                        "; expected real numbers in rows and columns");
     }
-    return Error(ErrorCode::kUnknownName,
-                 "no numeric variable `" + name + "`; there are " + ListOf(All(), 30));
+    return Error(ErrorCode::kUnknownName, "no numeric variable `" + name + "`; there are " + All());
   }
-
- private:
-  std::vector<std::string> paths_;
-  std::vector<std::unique_ptr<VariableFile>> files_;
 };
 
 /// "acc@t_acc": readings, and a time of their own; empty where they have that of `time=`.
@@ -161,23 +129,18 @@ Result<bool> HaveTimes(const ByRole& columns) {
 }
 
 /// What each role is called: as the user says, else by names that are clear.
-Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
+Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
   ByRole chosen;
   const auto stated = arguments.others.find("columns");
   if (stated != arguments.others.end()) return ParseColumns(stated->second, kRoles, "");
   std::map<std::string, std::set<std::string>> candidates;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    for (const Variable& variable : files[i].variables()) {
-      std::string name = variable.name.substr(variable.name.rfind('.') + 1);
-      std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-        return static_cast<char>(std::tolower(c));
-      });
-      const std::string role(RoleOf(name));
-      if (role.empty()) continue;
-      // A time in each of several files goes with the readings there.
-      const bool goes_along = role == "time" || role == "temperature";
-      candidates[role].insert(goes_along ? variable.name : files.NameOf(i, variable));
-    }
+  for (const Variable& variable : inputs.variables) {
+    const std::string name = LowerCase(variable.name.substr(variable.name.rfind('.') + 1));
+    const std::string role(RoleOf(name));
+    if (role.empty()) continue;
+    // A time in each of several files goes with the readings there.
+    const bool goes_along = role == "time" || role == "temperature";
+    candidates[role].insert(goes_along ? variable.name : variable.full_name);
   }
   for (const auto& [role, names] : candidates) {
     if (names.size() > 1) {
@@ -275,10 +238,10 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
 namespace {
 
 /// A column reference: a variable, some of its columns (data:2-4, counted from 1), three variables
-/// (ax+ay+az), or x, y and z in turn in one list (data:xyz). `file`: where its first one is.
+/// (ax+ay+az), or x, y and z in turn in one list (data:xyz). `path`: of the file of its first one.
 struct Vectors {
   std::vector<std::vector<double>> columns;
-  std::size_t file = 0;
+  std::string path;
 };
 
 Matrix Transposed(const Matrix& matrix) {
@@ -311,18 +274,18 @@ Result<Matrix> InTurn(Matrix list, const std::string& part) {
       {.rows = 3, .columns = list.values.size() / 3, .values = std::move(list.values)});
 }
 
-Result<Vectors> ReadVectors(const Files& files,
+Result<Vectors> ReadVectors(const Inputs& inputs,
                             const std::string& reference,
                             std::size_t expected,
-                            std::optional<std::size_t> preferred = std::nullopt) {
+                            const std::string& preferred = "") {
   Vectors vectors;
   const std::vector<std::string> parts = Split(reference, '+');
   for (const std::string& part : parts) {
     const std::size_t colon = part.find(':');
-    TRUETRIAD_ASSIGN_OR_RETURN(const Files::Place place,
-                               files.Find(part.substr(0, colon), preferred));
-    if (vectors.columns.empty()) vectors.file = place.file;
-    TRUETRIAD_ASSIGN_OR_RETURN(Matrix matrix, files[place.file].Read(*place.variable));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Variable* const variable,
+                               inputs.Find(part.substr(0, colon), preferred));
+    if (vectors.columns.empty()) vectors.path = variable->path;
+    TRUETRIAD_ASSIGN_OR_RETURN(Matrix matrix, variable->read());
     const std::string range = colon == std::string::npos ? "" : part.substr(colon + 1);
     std::optional<std::pair<std::uint32_t, std::uint32_t>> wanted = ParseRange(range);
     if (range == "xyz") {
@@ -351,11 +314,11 @@ Result<Vectors> ReadVectors(const Files& files,
 }
 
 /// The times of `count` samples in ns; where there is none, their numbers.
-Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
+Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
                                             const std::string& reference,
                                             const ByRole& units,
                                             std::size_t count,
-                                            std::size_t file) {
+                                            const std::string& path) {
   std::vector<std::int64_t> times;
   if (reference == kNoTime) {
     for (std::size_t i = 0; i < count; ++i) times.push_back(static_cast<std::int64_t>(i));
@@ -372,7 +335,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
     }
     return times;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const Vectors vectors, ReadVectors(files, reference, 1, file));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Vectors vectors, ReadVectors(inputs, reference, 1, path));
   const double ns = *NanosecondsPer(units.at("time"));
   constexpr double kLast = 9.2e18;  // 2^63 = 9.22e18: what 64 bits of nanoseconds hold.
   for (const double value : vectors.columns[0]) {
@@ -380,7 +343,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
     if (!(std::abs(time_ns) < kLast)) {
       return Error(
           ErrorCode::kUnreadableNumber,
-          {files.path(file)},
+          {path},
           "time " + reference + " contains a time that is not a number or not a valid date");
     }
     times.push_back(std::llround(time_ns));
@@ -389,14 +352,14 @@ Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
 }
 
 /// In degC; empty where there is none for `count` readings in `file`.
-Result<std::vector<double>> ReadTemperatures(const Files& files,
+Result<std::vector<double>> ReadTemperatures(const Inputs& inputs,
                                              const ByRole& columns,
                                              const ByRole& units,
                                              std::size_t count,
-                                             std::size_t file) {
+                                             const std::string& path) {
   const auto stated = columns.find("temperature");
   if (stated == columns.end()) return std::vector<double>();
-  const Result<Vectors> vectors = ReadVectors(files, stated->second, 1, file);
+  const Result<Vectors> vectors = ReadVectors(inputs, stated->second, 1, path);
   if (!vectors && vectors.error().kind() == ErrorKind::kUsage) return vectors.error();
   if (!vectors) {
     Note(vectors.error().message + "; converted without temperature");
@@ -405,7 +368,7 @@ Result<std::vector<double>> ReadTemperatures(const Files& files,
   std::vector<double> temperatures = vectors->columns[0];
   if (temperatures.size() != count) {
     return Error(ErrorCode::kDoesNotMatch,
-                 {files.path(file)},
+                 {path},
                  "temperature " + stated->second + " has " + std::to_string(temperatures.size()) +
                      " values for " + std::to_string(count) +
                      " readings; leave it out (--columns without temperature), or complete it");
@@ -424,7 +387,7 @@ struct TriadReadings {
 };
 
 /// Those that are whole; says which are not. Error (bad input): so is one that `are_named`.
-Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
+Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
                                               const ByRole& columns,
                                               bool are_named,
                                               const ByRole& units) {
@@ -433,7 +396,7 @@ Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
     const auto stated = columns.find(std::string(TriadName(triad)));
     if (stated == columns.end()) continue;
     const TimedReference reference = SplitTime(stated->second);
-    const Result<Vectors> axes = ReadVectors(files, reference.readings, 3);
+    const Result<Vectors> axes = ReadVectors(inputs, reference.readings, 3);
     if (!axes && axes.error().kind() == ErrorKind::kBadInput && are_named) {
       Error error = axes.error();
       error.message += "; without the " + std::string(TriadName(triad)) +
@@ -448,17 +411,17 @@ Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
     const std::size_t count = axes->columns[0].size();
     const std::string time = reference.time.empty() ? columns.at("time") : reference.time;
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::int64_t> times,
-                               ReadTimes(files, time, units, count, axes->file));
+                               ReadTimes(inputs, time, units, count, axes->path));
     for (const std::vector<double>& axis : axes->columns) {
       if (axis.size() == times.size()) continue;
       return Error(ErrorCode::kDoesNotMatch,
-                   {files.path(axes->file)},
+                   {axes->path},
                    reference.readings + " has " + std::to_string(axis.size()) +
                        " samples, but its time " + time + " has " + std::to_string(times.size()) +
                        "; a sensor with a time of its own is, say, accelerometer=acc@t_acc");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<double> temperatures,
-                               ReadTemperatures(files, columns, units, count, axes->file));
+                               ReadTemperatures(inputs, columns, units, count, axes->path));
     all.push_back({triad, axes->columns, times, std::move(temperatures)});
   }
   return all;
@@ -516,13 +479,13 @@ Status AddRows(const std::vector<TriadReadings>& all,
   return {};
 }
 
-Status Convert(const Files& files,
+Status Convert(const Inputs& inputs,
                const ByRole& columns,
                bool are_named,
                const ByRole& units,
                RecordingFolder* folder) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<TriadReadings> all,
-                             ReadTriads(files, columns, are_named, units));
+                             ReadTriads(inputs, columns, are_named, units));
   std::size_t wanted = 0;
   for (const Triad triad : kTriads) wanted += columns.count(std::string(TriadName(triad)));
   if (all.size() < wanted) {
@@ -537,31 +500,23 @@ Status Convert(const Files& files,
   return folder->Commit();
 }
 
-void List(const Files& files) {
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    for (const Variable& variable : files[i].variables()) {
-      std::printf("%-32s %12s  %s\n",
-                  Printable(files.NameOf(i, variable)).c_str(),
-                  Shape(variable).c_str(),
-                  variable.type.c_str());
-    }
+void List(const Inputs& inputs) {
+  for (const Variable& variable : inputs.variables) {
+    std::printf("%-32s %12s  %s\n",
+                Printable(variable.full_name).c_str(),
+                Shape(variable).c_str(),
+                variable.type.c_str());
   }
 }
 
-Status ConvertFiles(const Files& files,
-                    const Arguments& arguments,
-                    const std::string& format,
-                    RecordingFolder* folder) {
-  bool any = false;
-  std::vector<std::string> paths;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    any = any || !files[i].variables().empty();
-    paths.push_back(files.path(i));
+Status ConvertInputs(const Inputs& inputs,
+                     const Arguments& arguments,
+                     const std::string& format,
+                     RecordingFolder* folder) {
+  if (inputs.variables.empty()) {
+    return Error(ErrorCode::kNoReadings, {inputs.paths[0]}, "contains no complete numeric matrix");
   }
-  if (!any) {
-    return Error(ErrorCode::kNoReadings, {files.path(0)}, "contains no complete numeric matrix");
-  }
-  TRUETRIAD_ASSIGN_OR_RETURN(const ByRole columns, ChooseColumns(files, arguments));
+  TRUETRIAD_ASSIGN_OR_RETURN(const ByRole columns, ChooseColumns(inputs, arguments));
   const bool has_triad = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
     return columns.contains(std::string(TriadName(triad)));
   });
@@ -574,12 +529,12 @@ Status ConvertFiles(const Files& files,
             "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz "
             "(time=100Hz if it is not in the file; time=none if every row is one reading at rest). "
             "There are " +
-            ListOf(files.All(), 30));
+            inputs.All());
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const ByRole units, ReadUnits(columns, arguments));
-  folder->SetOrigin(format, paths);
+  folder->SetOrigin(format, inputs.paths);
   for (const auto& [role, column] : columns) folder->SetSource(role, column);
-  return Convert(files, columns, arguments.others.contains("columns"), units, folder);
+  return Convert(inputs, columns, arguments.others.contains("columns"), units, folder);
 }
 
 }  // namespace
@@ -591,21 +546,30 @@ Status ConvertNamedReadings(const NamedFormat& format, const Arguments& argument
                                RecordingFolder::Create(arguments.output));
     folder = std::move(created);
   }
-  std::vector<std::string> paths = {arguments.input};
-  paths.insert(paths.end(), arguments.more_inputs.begin(), arguments.more_inputs.end());
+  Inputs inputs;
+  inputs.paths = {arguments.input};
+  inputs.paths.insert(
+      inputs.paths.end(), arguments.more_inputs.begin(), arguments.more_inputs.end());
   const auto work = [&]() -> Status {
-    Files files;
-    for (const std::string& path : paths) {
-      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, format.open(path));
-      if (!file->damage().empty()) Note(path + ": " + file->damage());
-      files.Add(path, std::move(file));
+    for (const std::string& path : inputs.paths) {
+      TRUETRIAD_ASSIGN_OR_RETURN(VariableFile file, format.open(path));
+      if (!file.damage.empty()) Note(path + ": " + file.damage);
+      inputs.is_damaged = inputs.is_damaged || !file.damage.empty();
+      inputs.others.merge(file.others);
+      const bool is_one = inputs.paths.size() == 1;
+      for (Variable& variable : file.variables) {
+        variable.path = path;
+        variable.full_name =
+            (is_one ? "" : std::filesystem::path(path).stem().string() + "/") + variable.name;
+        inputs.variables.push_back(std::move(variable));
+      }
     }
     if (!arguments.list)
-      return ConvertFiles(files, arguments, std::string(format.name), folder.get());
-    List(files);
+      return ConvertInputs(inputs, arguments, std::string(format.name), folder.get());
+    List(inputs);
     return {};
   };
-  return Isolated(paths, work);
+  return Isolated(inputs.paths, work);
 }
 
 int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv) {

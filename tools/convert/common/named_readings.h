@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,15 +14,7 @@
 
 namespace truetriad::convert {
 
-/// A real matrix in a file of named ones, or a field of a struct in it, by its full name:
-/// "imu.acc".
-struct Variable {
-  std::string name;
-  std::string type;  ///< As the file calls it: "double", "int16", …
-  std::size_t rows = 0, columns = 0;
-};
-
-/// Its numbers, column by column.
+/// Numbers, column by column.
 struct Matrix {
   std::size_t rows = 0, columns = 0;
   std::vector<double> values;
@@ -30,26 +22,23 @@ struct Matrix {
   double At(std::size_t row, std::size_t column) const { return values[column * rows + row]; }
 };
 
-/// A file of named matrices.
-class VariableFile {
- public:
-  VariableFile() = default;
-  virtual ~VariableFile() = default;
-  VariableFile(const VariableFile&) = delete;
-  VariableFile& operator=(const VariableFile&) = delete;
-
-  const std::vector<Variable>& variables() const { return variables_; }
-  /// What is there beside them, by name: "complex", "text".
-  const std::map<std::string, std::string>& others() const { return others_; }
-  /// Empty, or why it cannot be read to its end: then some variables may be missing.
-  const std::string& damage() const { return damage_; }
+/// A real matrix in a file of named ones, or a field of a struct in it, by its full name:
+/// "imu.acc".
+struct Variable {
+  std::string name;
+  std::string type;  ///< As the file calls it: "double", "int16", …
+  std::size_t rows = 0, columns = 0;
   /// Error: it is not whole, or too large to be what it says.
-  virtual Result<Matrix> Read(const Variable& variable) = 0;
+  std::function<Result<Matrix>()> read = {};
+  std::string path = {};       ///< Of its file.
+  std::string full_name = {};  ///< "acc"; of several files "unit-acc/data", as the file is called.
+};
 
- protected:
-  std::string damage_;
-  std::vector<Variable> variables_;
-  std::map<std::string, std::string> others_;
+/// A file of named matrices.
+struct VariableFile {
+  std::vector<Variable> variables;
+  std::map<std::string, std::string> others;  ///< Beside them, by name: "complex", "text".
+  std::string damage;  ///< Why it cannot be read to its end: then some variables may be missing.
 };
 
 /// By role: "time", "accelerometer", …, "temperature".
@@ -71,7 +60,7 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 struct NamedFormat {
   std::string_view name;   ///< "json": the program is truetriad-convert-json.
   std::string_view input;  ///< "JSON files with arrays of readings"
-  Result<std::unique_ptr<VariableFile>> (*open)(const std::string& path) = nullptr;
+  Result<VariableFile> (*open)(const std::string& path) = nullptr;
 };
 
 /// Converts, or lists, files of named matrices whose meaning the user states (--columns, --units)

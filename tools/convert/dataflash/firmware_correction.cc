@@ -5,11 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include "formats/parameter_pattern.h"
 #include "io/yaml_text.h"
-#include "truetriad/base/units.h"
+#include "tools/convert/common/board_rotation.h"
 
 namespace truetriad::convert {
 namespace {
@@ -39,40 +37,14 @@ Result<Eigen::Vector3d> Vector(const Parameters& parameters, const std::string& 
   return values;
 }
 
-/// Roll, pitch, yaw in degrees for AHRS_ORIENTATION 0, 1, …: AP_Math/rotations.h.
-struct Euler {
-  double roll, pitch, yaw;
-};
-constexpr std::array<Euler, 44> kOrientations = {{
-    {0, 0, 0},     {0, 0, 45},    {0, 0, 90},        {0, 0, 135},   {0, 0, 180},   {0, 0, 225},
-    {0, 0, 270},   {0, 0, 315},   {180, 0, 0},       {180, 0, 45},  {180, 0, 90},  {180, 0, 135},
-    {0, 180, 0},   {180, 0, 225}, {180, 0, 270},     {180, 0, 315}, {90, 0, 0},    {90, 0, 45},
-    {90, 0, 90},   {90, 0, 135},  {270, 0, 0},       {270, 0, 45},  {270, 0, 90},  {270, 0, 135},
-    {0, 90, 0},    {0, 270, 0},   {0, 180, 90},      {0, 180, 270}, {90, 90, 0},   {180, 90, 0},
-    {270, 90, 0},  {90, 180, 0},  {270, 180, 0},     {90, 270, 0},  {180, 270, 0}, {270, 270, 0},
-    {90, 180, 90}, {90, 0, 270},  {90, 68.8, 293.3}, {0, 315, 0},   {90, 315, 0},  {0, 7, 0},
-    {45, 0, 0},    {315, 0, 0},
-}};
-
 /// The rotation from the sensor to the vehicle, which comes after the correction.
-Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const double orientation, Value(parameters, "AHRS_ORIENTATION"));
-  const double code = orientation;
-  if (!(code >= 0.0 && code < static_cast<double>(kOrientations.size())) ||
-      code != std::floor(code)) {
+Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const double number, Value(parameters, "AHRS_ORIENTATION"));
+  if (!(number >= 0.0 && number < static_cast<double>(kBoardRotations.size())) ||
+      number != std::floor(number)) {
     return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
   }
-  const Euler& euler = kOrientations[static_cast<std::size_t>(code)];
-  Eigen::Matrix3d rotation =
-      (Eigen::AngleAxisd(euler.yaw * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(euler.pitch * kRadPerDeg, Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(euler.roll * kRadPerDeg, Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
-  // Quarter turns exactly.
-  for (double& entry : rotation.reshaped()) {
-    if (std::abs(entry - std::round(entry)) < 1e-12) entry = std::round(entry) + 0.0;
-  }
-  return rotation;
+  return BoardRotation(static_cast<std::size_t>(number));
 }
 
 /// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
@@ -118,7 +90,7 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
                                        int instance) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d offset,
                              Vector(parameters, InertialName(sensor, "#OFFS", instance)));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d rotation, BoardRotation(parameters));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d rotation, RotationOf(parameters));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d scale,
                              InertialScale(parameters, sensor, instance));
   YamlText text;
@@ -166,20 +138,12 @@ Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instanc
 }
 
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Eigen::Vector3d d, Vector(parameters, CompassName("DIA#", instance)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d d,
+                             Vector(parameters, CompassName("DIA#", instance)));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d o,
                              Vector(parameters, CompassName("ODI#", instance)));
-  if (d.isZero(0.0)) d.setOnes();  // As firmware does.
-  Eigen::Matrix3d matrix;
-  matrix << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
   const auto scale = parameters.find(CompassName("SCALE#", instance));
-  // Firmware ignores a scale outside of 1/1.5 … 1.5, as 0; older one has none.
-  constexpr double kLargestScale = 1.5;
-  if (scale != parameters.end() && scale->second >= 1.0 / kLargestScale &&
-      scale->second <= kLargestScale) {
-    matrix *= scale->second;
-  }
-  return matrix;
+  return CompassMatrixOf<double>(d, o, scale == parameters.end() ? 0.0 : scale->second);
 }
 
 bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {

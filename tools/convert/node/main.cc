@@ -3,12 +3,14 @@
 // Logs whose readings a script in Node finds, PX4 ULog and Parquet, to a recording.
 // docs/converting.md.
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tools/convert/common/board_rotation.h"
 #include "tools/convert/common/byte_stream.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
@@ -88,6 +90,8 @@ Status Run(const Arguments& arguments) {
                   {"topics", arguments.topics},
                   {"others", arguments.others}};
   if (arguments.instance) request["instance"] = *arguments.instance;
+  for (std::size_t i = 0; i < kPx4BoardRotations; ++i)
+    request["rotations"].push_back(RowsJson(BoardRotation(i)));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<NodeLog> log, NodeLog::Start(request));
   ScriptedRecording recording(arguments);
   for (;;) {

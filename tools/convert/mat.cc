@@ -1,0 +1,605 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// MATLAB files (.mat) to a recording. docs/converting.md.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <hdf5.h>
+#include <zlib.h>
+
+#include "tools/convert/common/byte_stream.h"
+#include "tools/convert/common/named_readings.h"
+
+namespace truetriad::convert {
+namespace {
+
+constexpr int kDeepest = 8;  ///< Structs in structs whose fields have a name.
+constexpr char kIncomplete[] =
+    "is damaged: a variable is incomplete, and later ones may be missing";
+
+/// The kinds of a matrix, by the number of version 5 and the word of version 7.3.
+enum Kind : std::uint32_t {
+  kStruct = 2,
+  kObject,
+  kText,
+  kSparse,
+  kDouble,
+  kUint64 = 15,
+  kCount = 17
+};
+constexpr std::array<std::string_view, kCount> kKinds = {"",
+                                                         "cell",
+                                                         "struct",
+                                                         "object",
+                                                         "char",
+                                                         "sparse",
+                                                         "double",
+                                                         "single",
+                                                         "int8",
+                                                         "uint8",
+                                                         "int16",
+                                                         "uint16",
+                                                         "int32",
+                                                         "uint32",
+                                                         "int64",
+                                                         "uint64",
+                                                         "function_handle"};
+constexpr bool IsNumeric(std::uint32_t kind) { return kind >= kDouble && kind <= kUint64; }
+
+/// What a file holds under a name.
+struct Found {
+  std::string name = {};
+  std::uint32_t kind = 0;
+  bool is_complex = false;
+  std::vector<std::size_t> dimensions = {};
+};
+
+/// Takes a real numeric matrix or vector among the variables, anything else among the others.
+/// `read`: reads the numbers of a variable.
+template <typename Read>
+void Add(const Found& found, const Read& read, VariableFile* file) {
+  const auto& [name, kind, is_complex, dimensions] = found;
+  const bool is_empty = std::count(dimensions.begin(), dimensions.end(), 0U) > 0;
+  if (IsNumeric(kind) && !is_complex && dimensions.size() == 2 && !is_empty) {
+    Variable variable{name, std::string(kKinds[kind]), dimensions[0], dimensions[1]};
+    Variable& added = file->variables.emplace_back(variable);
+    added.read = [read, variable] { return read(variable); };
+    return;
+  }
+  std::string& what = file->others[name];
+  if (kind == kText) {
+    what = "text";
+  } else if (kind == kSparse) {
+    what = "a sparse matrix";
+  } else if (kind == kStruct) {
+    what = "a struct or an array of them; name a field";
+  } else if (!IsNumeric(kind)) {
+    what = "no array of numbers";
+  } else if (is_complex) {
+    what = "complex";
+  } else {
+    what = dimensions.size() == 2
+               ? "empty"
+               : "an array of " + std::to_string(dimensions.size()) + " dimensions";
+  }
+}
+
+Error Damaged(const std::string& path, const std::string& name) {
+  return Error(
+      ErrorCode::kDamagedFile, {path}, "variable " + name + " is incomplete or inconsistent");
+}
+
+// -------------------------------------------------------------------------------------- version 5
+
+constexpr std::size_t kTag = 8;        ///< Type and size, a word each.
+constexpr std::size_t kHeader5 = 128;  ///< Its text, version and byte order.
+constexpr int kDeepestCell = 64;       ///< Cells in cells; the walk calls itself as deep.
+constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // Types of elements.
+
+/// Cells and elements of structs, in all variables together. Eight zeros in the file, compressed to
+/// nothing, may be all of one.
+constexpr int kMostCells = 250'000;
+
+/// A type of stored numbers.
+struct NumberType {
+  std::uint32_t type;
+  std::size_t size;
+  double (*value)(std::string_view bytes);
+};
+template <typename T>
+constexpr NumberType TypeOf(std::uint32_t type) {
+  return {type, sizeof(T), [](std::string_view bytes) {
+            return static_cast<double>(LoadNumber<T>(bytes, 0));
+          }};
+}
+constexpr std::array<NumberType, 10> kNumberTypes = {{TypeOf<std::int8_t>(1),
+                                                      TypeOf<std::uint8_t>(2),
+                                                      TypeOf<std::int16_t>(3),
+                                                      TypeOf<std::uint16_t>(4),
+                                                      TypeOf<std::int32_t>(5),
+                                                      TypeOf<std::uint32_t>(6),
+                                                      TypeOf<float>(7),
+                                                      TypeOf<double>(9),
+                                                      TypeOf<std::int64_t>(12),
+                                                      TypeOf<std::uint64_t>(13)}};
+
+std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped) {
+  const auto word = LoadNumber<std::uint32_t>(bytes, offset);
+  return is_swapped ? __builtin_bswap32(word) : word;
+}
+
+/// The bytes of an element, inflated where they are compressed, from front to back.
+class Content {
+ public:
+  Content(ByteStream* file, std::uint64_t size, bool is_compressed)
+      : file_(file), left_(size), is_compressed_(is_compressed) {
+    if (is_compressed_) is_ready_ = inflateInit(&stream_) == Z_OK;
+  }
+  ~Content() {
+    if (is_compressed_) inflateEnd(&stream_);
+  }
+  Content(const Content&) = delete;
+  Content& operator=(const Content&) = delete;
+
+  static constexpr std::size_t kChunk = std::size_t{1} << 14U;  // Is taken at once, at most.
+
+  /// False where there are not as many, of which some may be taken.
+  bool Take(std::size_t count, char* into) {
+    if (is_compressed_) return Inflate(count, into);
+    const std::string_view bytes = file_->Peek(std::min<std::uint64_t>(count, left_));
+    if (bytes.size() < count) return false;
+    std::memcpy(into, bytes.data(), count);
+    return Skip(count);
+  }
+
+  bool Skip(std::uint64_t count) {
+    if (!is_compressed_) {
+      if (count > left_) return false;
+      file_->Skip(count);
+      left_ -= count;
+      return true;
+    }
+    std::array<char, kChunk> unseen;
+    for (; count > 0; count -= std::min<std::uint64_t>(count, unseen.size())) {
+      if (!Inflate(std::min<std::uint64_t>(count, unseen.size()), unseen.data())) return false;
+    }
+    return true;
+  }
+
+ private:
+  bool Inflate(std::size_t count, char* into) {
+    if (!is_ready_) return false;
+    stream_.next_out = reinterpret_cast<Bytef*>(into);
+    stream_.avail_out = static_cast<unsigned>(count);
+    while (stream_.avail_out > 0) {
+      if (stream_.avail_in == 0) Fill();
+      if (inflate(&stream_, Z_NO_FLUSH) != Z_OK) return stream_.avail_out == 0;
+    }
+    return true;
+  }
+
+  void Fill() {
+    const std::string_view bytes = file_->Peek(std::min<std::uint64_t>(kChunk, left_));
+    input_.assign(bytes);
+    file_->Skip(bytes.size());
+    left_ -= bytes.size();
+    stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
+    stream_.avail_in = static_cast<unsigned>(input_.size());
+  }
+
+  ByteStream* file_;
+  std::uint64_t left_;
+  bool is_compressed_;
+  bool is_ready_ = false;
+  std::string input_;
+  z_stream stream_{};
+};
+
+/// Goes through a matrix and those in it. A matrix is sound that is there to its end and has the
+/// bytes for each of its numbers or cells, down to the innermost.
+class Walk {
+ public:
+  /// `cells`: how many there may be yet. `wanted`: the matrix whose numbers are read; empty: none.
+  Walk(Content* content, bool is_swapped, int* cells, std::string wanted = "")
+      : content_(content), is_swapped_(is_swapped), cells_(cells), wanted_(std::move(wanted)) {}
+
+  /// What has a name, in the order of the file.
+  const std::vector<Found>& found() const { return found_; }
+  std::vector<double>& numbers() { return numbers_; }
+
+  /// Of an element of the file.
+  bool IsSound(std::uint32_t type, std::uint64_t size) {
+    if (type == kMatrix) return IsSoundMatrix(size, 0, "");
+    auto most = std::numeric_limits<std::uint64_t>::max();  // Nobody knows before it is inflated.
+    return IsSoundElement(&most, 0, "");
+  }
+
+ private:
+  static constexpr std::uint32_t kComplexFlag = 0x800U;   // Of the array flags.
+  static constexpr std::size_t kLongestText = 1U << 20U;  // Of the names of a struct's fields.
+
+  /// Of a tag that comes next, of at most `left` bytes with it; that is what is left after it.
+  bool IsSoundElement(std::uint64_t* left, int depth, const std::optional<std::string>& name) {
+    const auto words = TakeWords(2, left);
+    if (words.empty() || words[0] != kMatrix || words[1] > *left) return false;
+    *left -= words[1];
+    return IsSoundMatrix(words[1], depth, name);
+  }
+
+  /// Of a matrix whose tag was taken. `name`: how one calls it, that of its own where it is empty;
+  /// nullopt: nothing in a list of many has one.
+  bool IsSoundMatrix(std::uint64_t size, int depth, std::optional<std::string> name) {
+    if (size == 0) {
+      if (name) found_.push_back({.name = *name});
+      return true;
+    }
+    if (depth > kDeepestCell) return false;
+    const auto flags = TakeNumbers(&size);
+    if (flags.empty()) return false;
+    Found matrix{.kind = flags[0] & 0xFFU, .is_complex = (flags[0] & kComplexFlag) != 0};
+    if (matrix.kind == 0 || matrix.kind >= kCount) return content_->Skip(size);
+    const auto dimensions = TakeNumbers(&size);
+    const std::optional<std::string> own = TakeText(&size);
+    if (dimensions.empty() || !own) return false;
+    matrix.dimensions.assign(dimensions.begin(), dimensions.end());
+    matrix.name = name && name->empty() ? *own : name.value_or("");
+    if (name) found_.push_back(matrix);
+    if (matrix.kind == kText || matrix.kind == kSparse) return content_->Skip(size);
+    const bool is_wanted = name && !wanted_.empty() && matrix.name == wanted_;
+    const bool is_sound = IsNumeric(matrix.kind)
+                              ? AreSoundNumbers(matrix, is_wanted, &size)
+                              : AreSoundCells(matrix, depth, name.has_value(), &size);
+    return is_sound && content_->Skip(size);
+  }
+
+  /// Of cells, or of the fields of structs and objects.
+  bool AreSoundCells(const Found& list, int depth, bool has_name, std::uint64_t* left) {
+    if (list.kind == kObject && !TakeText(left)) return false;  // Its class.
+    std::uint64_t count = 1;
+    std::vector<std::string> fields;
+    if (list.kind == kStruct || list.kind == kObject) {
+      const auto length = TakeNumbers(left);
+      const std::optional<std::string> names = TakeText(left);
+      if (length.empty() || length[0] == 0 || !names) return false;
+      count = names->size() / length[0];
+      for (std::uint64_t i = 0; i < count; ++i)
+        fields.emplace_back(names->substr(i * length[0], length[0]).c_str());
+    }
+    const bool is_single = list.dimensions == std::vector<std::size_t>{1, 1};
+    const bool is_named = list.kind == kStruct && has_name && is_single && depth < kDeepest;
+    if (std::count(list.dimensions.begin(), list.dimensions.end(), 0U) > 0) count = 0;
+    for (const std::size_t dimension : list.dimensions) {
+      if (count > 0 && dimension > *left / kTag / count) return false;
+      count *= dimension;
+    }
+    for (std::uint64_t i = 0; i < count; ++i) {
+      std::optional<std::string> name;
+      if (is_named) name = list.name + "." + fields[i];
+      if (--*cells_ < 0 || !IsSoundElement(left, depth + 1, name)) return false;
+    }
+    return true;
+  }
+
+  /// As many numbers as the matrix says, of a type that numbers have, in each part.
+  bool AreSoundNumbers(const Found& matrix, bool are_wanted, std::uint64_t* left) {
+    std::uint64_t count = 1;
+    for (const std::size_t dimension : matrix.dimensions) {
+      if (dimension != 0 && count > *left / dimension) return false;
+      count *= dimension;
+    }
+    if (count == 0) return true;
+    for (int parts = matrix.is_complex ? 2 : 1; parts > 0; --parts) {
+      const auto tag = TakePlainTag(left);
+      const auto* const type =
+          std::find_if(kNumberTypes.begin(), kNumberTypes.end(), [&](const auto& t) {
+            return tag && t.type == tag->type;
+          });
+      if (type == kNumberTypes.end() || tag->size != count * type->size) return false;
+      *left -= tag->stored();
+      if (!(are_wanted ? ReadNumbers(*type, *tag) : content_->Skip(tag->stored()))) return false;
+    }
+    return true;
+  }
+
+  std::vector<std::uint32_t> TakeWords(std::size_t count, std::uint64_t* left) {
+    std::string bytes(sizeof(std::uint32_t) * count, '\0');
+    if (bytes.size() > *left || !content_->Take(bytes.size(), bytes.data())) return {};
+    *left -= bytes.size();
+    std::vector<std::uint32_t> words;
+    for (std::size_t i = 0; i < count; ++i) {
+      words.push_back(WordAt(bytes, sizeof(std::uint32_t) * i, is_swapped_));
+    }
+    return words;
+  }
+
+  /// The tag of an element of plain numbers: how many bytes follow, filled up to whole tags. Up to
+  /// four bytes stand in the tag itself, whose size is then in its first half.
+  struct PlainTag {
+    std::uint32_t type = 0;
+    std::uint64_t size = 0;
+    std::optional<std::string> inside = {};
+    std::uint64_t stored() const { return inside ? 0 : (size + kTag - 1) / kTag * kTag; }
+  };
+  std::optional<PlainTag> TakePlainTag(std::uint64_t* left) {
+    std::string bytes(kTag, '\0');
+    if (kTag > *left || !content_->Take(kTag, bytes.data())) return std::nullopt;
+    *left -= kTag;
+    const std::uint32_t first = WordAt(bytes, 0, is_swapped_);
+    PlainTag tag{first, WordAt(bytes, sizeof first, is_swapped_)};
+    if (const std::uint32_t size = first >> 16U; size != 0) {
+      tag = {first & 0xFFFFU, size, bytes.substr(sizeof first)};
+    }
+    if (tag.stored() > *left || (tag.inside && tag.size > tag.inside->size())) return std::nullopt;
+    return tag;
+  }
+
+  std::optional<std::string> TakeText(std::uint64_t* left) {
+    const auto tag = TakePlainTag(left);
+    if (!tag || tag->size > kLongestText) return std::nullopt;
+    std::string text = tag->inside.value_or(std::string(tag->stored(), '\0'));
+    *left -= tag->stored();
+    if (!tag->inside && !content_->Take(text.size(), text.data())) return std::nullopt;
+    return text.substr(0, tag->size);
+  }
+
+  /// Empty where there are none, or more than any matrix has.
+  std::vector<std::uint32_t> TakeNumbers(std::uint64_t* left) {
+    constexpr std::size_t kMost = 32;  // Dimensions of NumPy; MATLAB states no bound.
+    const auto tag = TakePlainTag(left);
+    if (!tag) return {};
+    if (tag->inside) return {WordAt(*tag->inside, 0, is_swapped_)};
+    const std::size_t count = tag->size / sizeof(std::uint32_t);
+    if (count == 0 || count > kMost) return {};
+    std::vector<std::uint32_t> words = TakeWords(tag->stored() / sizeof(std::uint32_t), left);
+    words.resize(std::min(count, words.size()));
+    return words;
+  }
+
+  bool ReadNumbers(const NumberType& type, const PlainTag& tag) {
+    std::string bytes = tag.inside.value_or("");
+    for (std::uint64_t left = tag.size; left > 0;) {
+      const std::size_t size = std::min<std::uint64_t>(left, Content::kChunk);
+      bytes.resize(size);
+      if (!tag.inside && !content_->Take(size, bytes.data())) return false;
+      for (std::size_t at = 0; at < size; at += type.size) {
+        if (is_swapped_) std::reverse(bytes.data() + at, bytes.data() + at + type.size);
+        numbers_.push_back(type.value(std::string_view(bytes).substr(at)));
+      }
+      left -= size;
+    }
+    return content_->Skip(tag.stored() - (tag.inside ? 0 : tag.size));
+  }
+
+  Content* content_;
+  bool is_swapped_;
+  int* cells_;
+  std::string wanted_;
+  std::vector<Found> found_;
+  std::vector<double> numbers_;
+};
+
+/// The element that comes next in a file. False: it is not sound. `wanted`: as of Walk; empty:
+/// `take` is called with what it holds.
+bool ReadElement(ByteStream* bytes,
+                 bool is_swapped,
+                 int* cells,
+                 const std::string& wanted,
+                 const std::function<void(Walk* walk)>& take) {
+  const std::uint64_t begin = bytes->position() + kTag;
+  const std::string_view tag = bytes->Peek(kTag);
+  if (tag.size() < kTag) return false;
+  const std::uint32_t type = WordAt(tag, 0, is_swapped);
+  const std::uint32_t size = WordAt(tag, sizeof type, is_swapped);
+  if ((type != kMatrix && type != kCompressed) || size > bytes->left() - kTag) return false;
+  bytes->Skip(kTag);
+  Content content(bytes, size, type == kCompressed);
+  Walk walk(&content, is_swapped, cells, wanted);
+  if (!walk.IsSound(type, size)) return false;
+  bytes->Skip(begin + size - bytes->position());
+  take(&walk);
+  return true;
+}
+
+/// A file of version 5, one element a variable, plain or compressed. What comes behind one that is
+/// not sound is not read.
+VariableFile Open5(const std::string& path, ByteStream* bytes, bool is_swapped) {
+  VariableFile file;
+  bytes->Skip(kHeader5);
+  int cells = kMostCells;
+  while (!bytes->at_end()) {
+    const auto read = [path, is_swapped, position = bytes->position()](
+                          const Variable& variable) -> Result<Matrix> {
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<ByteStream> again, ByteStream::Open(path));
+      again->Skip(position);
+      Matrix matrix{.rows = variable.rows, .columns = variable.columns, .values = {}};
+      int most = kMostCells;
+      ReadElement(again.get(), is_swapped, &most, variable.name, [&](Walk* walk) {
+        matrix.values = std::move(walk->numbers());
+      });
+      if (matrix.values.size() == matrix.rows * matrix.columns) return matrix;
+      return Damaged(path, variable.name);
+    };
+    const bool is_sound = ReadElement(bytes, is_swapped, &cells, "", [&](Walk* walk) {
+      for (const Found& found : walk->found()) Add(found, read, &file);
+    });
+    if (is_sound) continue;
+    file.damage = cells >= 0 ? kIncomplete
+                             : "has more than " + std::to_string(kMostCells) +
+                                   " cells and elements of structs: variables from there on are "
+                                   "not read; save the variables you need in another file";
+    break;
+  }
+  return file;
+}
+
+// ------------------------------------------------------------------------------------ version 7.3
+
+/// Something that the library has open.
+class Handle {
+ public:
+  explicit Handle(hid_t id) : id_(id) {}
+  ~Handle() {
+    if (id_ >= 0) H5Idec_ref(id_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  hid_t operator*() const { return id_; }
+  bool is_open() const { return id_ >= 0; }
+
+ private:
+  hid_t id_;
+};
+
+/// The kind that MATLAB notes beside an object; of other programs' numbers, that of their type.
+std::uint32_t KindOf(hid_t object, hid_t type) {
+  std::string word;
+  if (H5Aexists(object, "MATLAB_class") > 0) {
+    const Handle attribute(H5Aopen(object, "MATLAB_class", H5P_DEFAULT));
+    const Handle text(H5Aget_type(*attribute));
+    constexpr std::size_t kLongest = 64;  // "function_handle" has 15.
+    const std::size_t size = H5Tget_size(*text);
+    if (H5Tget_class(*text) != H5T_STRING || H5Tis_variable_str(*text) != 0 || size > kLongest ||
+        H5Sget_simple_extent_npoints(*Handle(H5Aget_space(*attribute))) != 1) {
+      return 0;
+    }
+    word.resize(size);
+    if (H5Aread(*attribute, *text, word.data()) < 0) return 0;
+    word = word.c_str();
+    if (word == "logical") word = "uint8";
+  } else {
+    const std::size_t size = H5Tget_size(type);
+    word = (H5Tget_sign(type) == H5T_SGN_NONE ? "uint" : "int") + std::to_string(8 * size);
+    if (H5Tget_class(type) == H5T_FLOAT) word = size == sizeof(float) ? "single" : "double";
+  }
+  const auto* const found = std::find(kKinds.begin(), kKinds.end(), word);
+  return found == kKinds.end() ? 0 : static_cast<std::uint32_t>(found - kKinds.begin());
+}
+
+/// The numbers of a dataset of a file of so many bytes.
+Result<Matrix> Read73(const Handle& file,
+                      const std::string& path,
+                      std::uint64_t file_size,
+                      const Variable& variable) {
+  std::string place = variable.name;
+  std::replace(place.begin(), place.end(), '.', '/');
+  const Handle dataset(H5Dopen2(*file, place.c_str(), H5P_DEFAULT));
+  // Each number has a byte at least, and zlib packs at most 1032 to 1.
+  constexpr std::size_t kDensest = 1032, kMostElements = std::size_t{1} << 28U;
+  if (!dataset.is_open() || variable.rows > kMostElements / variable.columns ||
+      variable.rows * variable.columns / kDensest > file_size) {
+    return Damaged(path, variable.name);
+  }
+  Matrix matrix{.rows = variable.rows, .columns = variable.columns, .values = {}};
+  matrix.values.resize(matrix.rows * matrix.columns);
+  if (H5Dread(*dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, matrix.values.data()) < 0)
+    return Damaged(path, variable.name);
+  return matrix;
+}
+
+/// Collects what a group of a file of version 7.3 holds, which is one of HDF5: a variable is a
+/// dataset, a struct a group.
+struct Group {
+  const std::function<Result<Matrix>(const Variable& variable)>& read;
+  VariableFile* file;
+  std::string prefix = {};
+  int depth = 0;
+
+  /// False: it cannot be read to its end.
+  bool Collect(hid_t group) {
+    const auto take = [](hid_t in, const char* name, const auto* /*link*/, void* self) {
+      return static_cast<herr_t>(static_cast<const Group*>(self)->Take(in, name) ? 0 : -1);
+    };
+    return H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, take, this) >= 0;
+  }
+
+  bool Take(hid_t group, const std::string& own_name) const {
+    // A damaged file may go round in a circle.
+    constexpr std::size_t kMostVariables = 100'000;
+    if (file->variables.size() + file->others.size() > kMostVariables) return false;
+    if (own_name.starts_with('#')) return true;  // Where MATLAB keeps the elements of cells.
+    const Handle object(H5Oopen(group, own_name.c_str(), H5P_DEFAULT));
+    if (!object.is_open()) return PassOver();
+    Found found{.name = prefix + own_name};
+    if (H5Iget_type(*object) == H5I_GROUP) {
+      found.kind = H5Aexists(*object, "MATLAB_sparse") > 0 ? kSparse : kStruct;
+      Add(found, read, file);
+      Group inner{read, file, found.name + ".", depth + 1};
+      return found.kind == kSparse || depth >= kDeepest || inner.Collect(*object);
+    }
+    if (H5Iget_type(*object) != H5I_DATASET) return true;
+    const Handle type(H5Dget_type(*object)), space(H5Dget_space(*object));
+    std::array<hsize_t, H5S_MAX_RANK> extents{};
+    const int rank = H5Sget_simple_extent_dims(*space, extents.data(), nullptr);
+    if (rank < 0) return PassOver();
+    // HDF5 counts rows as MATLAB does columns.
+    found.dimensions.assign(extents.rend() - rank, extents.rend());
+    if (H5Aexists(*object, "MATLAB_empty") > 0) found.dimensions = {0, 0};
+    const H5T_class_t stored = H5Tget_class(*type);
+    found.is_complex = stored == H5T_COMPOUND;
+    if (found.is_complex || stored == H5T_INTEGER || stored == H5T_FLOAT)
+      found.kind = KindOf(*object, *type);
+    Add(found, read, file);
+    return true;
+  }
+
+  bool PassOver() const {
+    file->damage = kIncomplete;
+    return true;
+  }
+};
+
+/// Nullopt: it is no file of HDF5.
+std::optional<VariableFile> Open73(const std::string& path, std::uint64_t size) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // Prints nothing.
+  const auto handle = std::make_shared<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
+  if (!handle->is_open()) return std::nullopt;
+  const std::function<Result<Matrix>(const Variable& variable)> read =
+      [=](const Variable& variable) { return Read73(*handle, path, size, variable); };
+  VariableFile file;
+  if (!Group{read, &file}.Collect(**handle)) file.damage = kIncomplete;
+  return file;
+}
+
+/// Real numeric matrices and vectors of a .mat file, those in (nested) 1×1 structs included. Error:
+/// unreadable, or no .mat file.
+Result<VariableFile> Open(const std::string& path) {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
+  // What the first bytes say. Files of version 4 have no signature, and would have to be believed.
+  constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
+  constexpr std::size_t kUserBlock = 512;  // That of MATLAB, before HDF5.
+  constexpr std::string_view kLittle("\0\1IM", 4);
+  constexpr std::string_view kBig("\1\0MI", 4);
+  const std::string_view beginning = bytes->Peek(kUserBlock + kHdf5.size());
+  if (beginning.starts_with(kHdf5) ||
+      (beginning.size() > kUserBlock && beginning.substr(kUserBlock) == kHdf5)) {
+    if (std::optional<VariableFile> file = Open73(path, bytes->size())) return *std::move(file);
+  } else if (beginning.size() >= kHeader5) {
+    const std::string mark(beginning.substr(kHeader5 - 4, 4));
+    if (mark == kLittle || mark == kBig) return Open5(path, bytes.get(), mark == kBig);
+  }
+  return Error(ErrorCode::kWrongFormat,
+               {path},
+               "is not a .mat file of version 5 or 7.3, or its header is damaged; in "
+               "MATLAB, write one with save(…, '-v7')");
+}
+
+constexpr NamedFormat kFormat = {
+    .name = "mat", .input = "MATLAB files (.mat of version 5, 7 or 7.3)", .open = Open};
+
+}  // namespace
+}  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  return truetriad::convert::RunNamedReadingsConverter(truetriad::convert::kFormat, argc, argv);
+}
