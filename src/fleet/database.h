@@ -163,11 +163,6 @@ std::string InsertStatement(std::string_view table, std::size_t columns, std::si
 inline constexpr std::string_view kRunTable = "run";
 /// The fact that is a store's identity.
 inline constexpr std::string_view kStoreFact = "store";
-/// Of checks that are called `one`: those that count. A recording that was checked again does not.
-inline const std::string kChecksThatCount =
-    "station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM station_check AS "
-    "prior WHERE prior.station = one.station AND prior.recording = one.recording AND "
-    "prior.station_check < one.station_check))";
 /// Names of types where the two differ.
 struct TypeNames {
   std::string_view text, real, bytes;

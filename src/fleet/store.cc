@@ -44,6 +44,14 @@ std::string SameReadings(std::size_t files) {
          runs + ") ORDER BY run LIMIT 100";
 }
 
+/// A recording that was checked again at a station does not count.
+std::string ChecksThatCount() {
+  return "SELECT " + ColumnsOf<StationCheck>() +
+         " FROM station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM "
+         "station_check AS prior WHERE prior.station = one.station AND prior.recording = "
+         "one.recording AND prior.station_check < one.station_check)) ";
+}
+
 template <typename Thing>
 std::vector<Thing> ThingsIn(const Table& table) {
   std::vector<Thing> things;
@@ -497,13 +505,17 @@ Status Store::AddDecisions(const Decisions& decisions) {
   });
 }
 
+Result<std::vector<StationCheck>> Store::StationChecks() {
+  if (lines_) return NoQuestions(database_->name());
+  return Things<StationCheck>(ChecksThatCount() + "ORDER BY station_check");
+}
+
 Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<StationCheck> last,
-      Things<StationCheck>("SELECT " + ColumnsOf<StationCheck>() + " FROM " + kChecksThatCount +
-                               " AND station = $1 ORDER BY station_check DESC LIMIT 1",
-                           {station}));
+      Things<StationCheck>(
+          ChecksThatCount() + "AND station = $1 ORDER BY station_check DESC LIMIT 1", {station}));
   return last.empty() ? std::nullopt : std::optional(last.front());
 }
 

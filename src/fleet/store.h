@@ -124,6 +124,10 @@ inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail}
 /// UTF-8, or the verdict is none of people.
 Status CheckDisposition(const Disposition& disposition);
 
+/// By how many seconds the clocks of two machines may differ: a check that is later than now by
+/// more is of a time to come.
+inline constexpr double kClocksDifferS = 60.0;
+
 /// A station's golden unit, measured again.
 struct StationCheck {
   std::string id;  ///< NewRunId.
@@ -224,7 +228,8 @@ class Store {
   /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
   /// check at a station: that one, where this is not it.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
-  /// The last that counts; unset: there is none of this station.
+  /// Those that count, in their order; of all stations, or the last of one.
+  Result<std::vector<StationCheck>> StationChecks();
   Result<std::optional<StationCheck>> LastStationCheck(const std::string& station);
   Result<Decisions> ReadDecisions();
   /// Those of another store, of which all runs are here; what is there already is not added again.
