@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -161,6 +162,11 @@ std::string ColumnsOf(const std::string& table = "") {
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
 
 inline constexpr std::string_view kRunTable = "run";
+/// The columns of findings, which are the members of their JSON; `values` is JSON, too.
+inline constexpr std::array<std::string_view, 9> kFindingColumns = {
+    "code", "severity", "sensor", "axis", "pose", "text", "remedy", "values", "treatment"};
+inline constexpr std::string_view kFindingSelected =
+    "code, severity, sensor, axis, pose, text, remedy, \"values\", treatment";
 /// The fact that is a store's identity.
 inline constexpr std::string_view kStoreFact = "store";
 /// Names of types where the two differ.

@@ -256,10 +256,11 @@ class FleetEngine {
   /// Makes a run of a log that is another unit's over again one that is refused, without files.
   Status RefuseCopy(UnitRun* run) const {
     if (run->verdict == Verdict::kNoResult) return {};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunName> others, store_->RunsOfSameReadings(*run));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> others,
+                               store_->RunsOfSameReadings(*run));
     std::error_code ignored;
     // A log that was renamed since was given the right serial number by that.
-    const auto other = std::find_if(others.begin(), others.end(), [&](const RunName& one) {
+    const auto other = std::find_if(others.begin(), others.end(), [&](const KnownRun& one) {
       return std::filesystem::exists(one.log, ignored);
     });
     if (other == others.end()) return {};
