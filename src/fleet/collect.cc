@@ -2,48 +2,49 @@
 #include "fleet/collect.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
-#include <span>
 #include <unordered_map>
 #include <utility>
 
-#include "fleet/database.h"
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "fleet/json_lines.h"
 #include "fleet/run_check.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
 #include "io/input_guard.h"
+#include "io/whole_file.h"
 
 namespace truetriad::fleet {
 namespace {
 
-/// Runs that are added at once: enough for one flush to be little of their cost.
-constexpr std::size_t kRunsAtOnce = 200;
+namespace fs = std::filesystem;
 
-/// What the sources say before anything is written.
+/// What is said so far of what is brought together.
 struct Survey {
-  std::size_t runs = 0;
+  Collected collected;
   int shards = 0;       ///< 0: nobody says it.
   std::string said_by;  ///< The source that says it.
   std::set<int> present;
   std::optional<RetestPolicy> policy;  ///< By which those with runs count; unset: there are none.
   std::string counted_by;              ///< The source that does.
   bool states_policy = false;          ///< One of them says it.
-  std::vector<std::string> unfinished;
   /// Of readings, by a hash of theirs: the first run of them that has a result.
   struct Reader {
     std::string run;
     std::size_t serial = 0, log = 0;  ///< Hashes.
   };
   std::unordered_map<std::size_t, Reader> readers;
-  std::vector<std::string> copies;
-  /// What every run, decision and check is, by its name: their hashes.
-  std::unordered_map<std::size_t, std::size_t> contents;
+  std::map<std::string, std::string> decided;  ///< What decisions and checks say, by their names.
 };
 
 /// All of a run but its findings and its message, of which PostgreSQL may keep less (what is no
@@ -73,16 +74,6 @@ Status Placed(const Status& status, const std::string& source) {
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
 }
 
-/// Notes what is there under a name: `what`, as in "run 2026…".
-Status TakeContent(const std::string& source,
-                   const std::string& what,
-                   const std::string& content,
-                   Survey* survey) {
-  const std::hash<std::string> hash;
-  const auto [known, is_new] = survey->contents.emplace(hash(what), hash(content));
-  return is_new || known->second == hash(content) ? Status() : Status(OtherContent(source, what));
-}
-
 /// Notes whose readings a run is of, and where those are another unit's, too. A log whose unit was
 /// corrected is no copy of itself.
 void TakeReadings(const UnitRun& run, Survey* survey) {
@@ -92,9 +83,9 @@ void TakeReadings(const UnitRun& run, Survey* survey) {
   const Survey::Reader own{run.id, hash(run.serial), hash(run.log)};
   const auto [first, is_new] = survey->readers.emplace(hash(readings), own);
   if (is_new || first->second.serial == own.serial || first->second.log == own.log) return;
-  survey->copies.push_back("unit `" + run.serial + "` (run " + run.id + ", " + run.log +
-                           ") has the readings of run " + first->second.run +
-                           ", which is another unit's");
+  survey->collected.copies.push_back("unit `" + run.serial + "` (run " + run.id + ", " + run.log +
+                                     ") has the readings of run " + first->second.run +
+                                     ", which is another unit's");
 }
 
 /// Notes by which policy the runs of a store count. Error (usage): those before count by another.
@@ -117,15 +108,24 @@ Status TakePolicy(const std::optional<RetestPolicy>& stated,
   return {};
 }
 
-/// Looks at decisions and checks of a store, and notes them.
+/// Notes what a decision or check says. Error: another of this name says something else.
+template <typename Thing>
+Status TakeDecided(const std::string& source,
+                   const std::string& what,
+                   const Thing& thing,
+                   const std::string& content,
+                   Survey* survey) {
+  TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(thing), source));
+  const auto [known, is_new] = survey->decided.emplace(what + thing.id, content);
+  return known->second == content ? Status() : Status(OtherContent(source, what + thing.id));
+}
+
 Status TakeDecisions(const std::string& source, const Decisions& decisions, Survey* survey) {
   for (const Disposition& one : decisions.dispositions) {
-    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
-    TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "decision " + one.id, ContentOf(one), survey));
+    TRUETRIAD_RETURN_IF_ERROR(TakeDecided(source, "decision ", one, ContentOf(one), survey));
   }
   for (const StationCheck& one : decisions.checks) {
-    TRUETRIAD_RETURN_IF_ERROR(Placed(CheckStored(one), source));
-    TRUETRIAD_RETURN_IF_ERROR(TakeContent(source, "station check " + one.id, LineOf(one), survey));
+    TRUETRIAD_RETURN_IF_ERROR(TakeDecided(source, "station check ", one, LineOf(one), survey));
   }
   return {};
 }
@@ -135,7 +135,7 @@ bool IsSameStore(const std::string& one, const std::string& other) {
   const std::optional<std::string> other_file = FileOfStore(other);
   if (!file || !other_file) return one == other;
   std::error_code failure;
-  return std::filesystem::equivalent(*file, *other_file, failure) || *file == *other_file;
+  return fs::equivalent(*file, *other_file, failure) || *file == *other_file;
 }
 
 Status CheckTarget(const std::vector<std::string>& sources, const std::string& target) {
@@ -207,13 +207,18 @@ Result<Source> ReadSource(const std::string& url, const std::function<Status(Uni
   return source;
 }
 
-Status Look(const std::string& name, bool takes_unfinished, Survey* survey) {
-  const std::size_t before = survey->runs;
+/// Adds all of a source to the store.
+Status Add(const std::string& name, bool takes_unfinished, Store& store, Survey* survey) {
+  Collected& collected = survey->collected;
+  const std::size_t before = collected.runs;
   const Result<Source> source = ReadSource(name, [&](const UnitRun& run) -> Status {
     survey->present.insert(ShardFromText(run.shard)->index);
-    ++survey->runs;
+    ++collected.runs;
     TakeReadings(run, survey);
-    return TakeContent(name, "run " + run.id, ContentOf(run), survey);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> there, store.ReadRun(run.id));
+    if (there && ContentOf(*there) != ContentOf(run)) return OtherContent(name, "run " + run.id);
+    collected.added += there ? 0 : 1;
+    return there ? Status() : store.Add(run);
   });
   if (!source) return Placed(source.error(), name);
   const StatedShards& shards = source->shards;
@@ -230,51 +235,10 @@ Status Look(const std::string& name, bool takes_unfinished, Survey* survey) {
   }
   if (shards.only) survey->present.insert(*shards.only);
   if (source->unfinished && !takes_unfinished) return *source->unfinished;
-  if (source->unfinished) survey->unfinished.push_back(ShownStore(name));
+  if (source->unfinished) collected.unfinished.push_back(ShownStore(name));
   TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(name, source->decisions, survey));
-  return TakePolicy(source->policy, name, survey->runs > before, survey);
-}
-
-/// Calls `use` with the runs of a source, some at a time.
-Result<Source> ForBatches(const std::string& name,
-                          const std::function<Status(std::span<const UnitRun>)>& use) {
-  std::vector<UnitRun> waiting;
-  TRUETRIAD_ASSIGN_OR_RETURN(Source source, ReadSource(name, [&](UnitRun run) -> Status {
-                               waiting.push_back(std::move(run));
-                               if (waiting.size() < kRunsAtOnce) return {};
-                               TRUETRIAD_RETURN_IF_ERROR(use(waiting));
-                               waiting.clear();
-                               return {};
-                             }));
-  if (!waiting.empty()) TRUETRIAD_RETURN_IF_ERROR(use(waiting));
-  return source;
-}
-
-/// Of the runs of a source that `target` has, too, it has the same.
-Status Compare(const std::string& name, Store& target) {
-  const Result<Source> read = ForBatches(name, [&](std::span<const UnitRun> runs) -> Status {
-    std::map<std::string, std::string> contents;
-    for (const UnitRun& run : runs) contents[run.id] = ContentOf(run);
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, target.ReadRunsNamedLike(runs));
-    for (const UnitRun& run : there) {
-      if (ContentOf(run) != contents[run.id]) return OtherContent(name, "run " + run.id);
-    }
-    return {};
-  });
-  return read ? Status() : Status(read.error());
-}
-
-Status AddFrom(const std::string& name, Store& target) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Source source,
-                             ForBatches(name, [&](std::span<const UnitRun> runs) -> Status {
-                               return target.AddAll(runs);
-                             }));
-  return target.AddDecisions(source.decisions);
-}
-
-Result<std::size_t> CountRuns(Store& store) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query("SELECT count(*) FROM run"));
-  return NumberOf(table.rows.at(0).at(0), std::size_t{0});
+  TRUETRIAD_RETURN_IF_ERROR(store.AddDecisions(source->decisions));
+  return TakePolicy(source->policy, name, collected.runs > before, survey);
 }
 
 /// Of `count`, those that are not in `present`, nor the store has runs of.
@@ -290,14 +254,67 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
   return missing;
 }
 
-Status AgreeAll(Store& store, const std::filesystem::path& units, Collected* collected) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back, store.UnitsHeldBack());
+Status AgreeAll(const std::string& target, Collected* collected) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,
+                             store->UnitsHeldBack());
   for (const std::string& serial : units_held_back) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Agreement agreed, AgreeFolders(store, serial, units));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Agreement agreed,
+                               AgreeFolders(*store, serial, UnitsBeside(target)));
     for (std::string& note : agreed.Notes(serial)) collected->notes.push_back(std::move(note));
     if (agreed.IsUnsafe()) collected->unsafe.push_back(serial);
   }
   return {};
+}
+
+/// Adds all sources to the store at `url`, which is called `target`, or nothing.
+Result<Collected> AddAll(const std::vector<std::string>& sources,
+                         const std::string& target,
+                         const std::string& url,
+                         bool takes_unfinished) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(url));
+  Survey survey;
+  Collected& collected = survey.collected;
+  const Status added = store->Together([&]() -> Status {
+    survey = Survey();
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table runs, store->Query("SELECT 1 FROM run LIMIT 1"));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> policy,
+                               store->StatedRetestPolicy());
+    TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
+    TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, decisions, &survey));
+    for (const std::string& source : sources) {
+      TRUETRIAD_RETURN_IF_ERROR(Add(source, takes_unfinished, *store, &survey));
+    }
+    TRUETRIAD_RETURN_IF_ERROR(TakePolicy(policy, target, !runs.rows.empty(), &survey));
+    if (survey.shards > 0) TRUETRIAD_RETURN_IF_ERROR(store->StateShard({0, survey.shards}));
+    if (survey.states_policy) TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(*survey.policy));
+    collected.shards = std::max(survey.shards, 1);
+    TRUETRIAD_ASSIGN_OR_RETURN(collected.missing,
+                               MissingShards(*store, collected.shards, survey.present));
+    return {};
+  });
+  TRUETRIAD_RETURN_IF_ERROR(added);
+  return std::move(collected);
+}
+
+/// The same of a file that is not there yet: it gets its name once all is in it, unless another has
+/// it by then.
+Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
+                              const std::string& target,
+                              const fs::path& file,
+                              bool takes_unfinished) {
+  const fs::path folder = TemporaryNameBeside(file.string()), whole = folder / file.filename();
+  Result<Collected> collected =
+      AddAll(sources, target, "sqlite:" + whole.string(), takes_unfinished);
+  if (collected && renameat2(AT_FDCWD, whole.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) &&
+      link(whole.c_str(), file.c_str()) != 0) {  // Some file systems have one of the two.
+    collected = Error(ErrorCode::kCannotWrite,
+                      {file.string()},
+                      std::string("cannot be made: ") + std::strerror(errno));
+  }
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+  return collected;
 }
 
 }  // namespace
@@ -308,34 +325,13 @@ Result<Collected> Collect(const std::vector<std::string>& sources,
   for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(source));
   TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(target));
   TRUETRIAD_RETURN_IF_ERROR(CheckTarget(sources, target));
-  Survey survey;
-  for (const std::string& source : sources) {
-    TRUETRIAD_RETURN_IF_ERROR(Look(source, takes_unfinished, &survey));
-  }
-  Collected collected;
-  collected.runs = survey.runs;
-  collected.shards = std::max(survey.shards, 1);
-  collected.unfinished = survey.unfinished;
-  collected.copies = survey.copies;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t before, CountRuns(*store));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> policy, store->StatedRetestPolicy());
-  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(policy, target, before > 0, &survey));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
-  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, decisions, &survey));
-  if (before > 0) {
-    for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(Compare(source, *store));
-  }
-  if (survey.shards > 0) {
-    TRUETRIAD_RETURN_IF_ERROR(store->StateShard({0, survey.shards}));
-  }
-  if (survey.states_policy) TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(*survey.policy));
-  for (const std::string& source : sources) TRUETRIAD_RETURN_IF_ERROR(AddFrom(source, *store));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t after, CountRuns(*store));
-  collected.added = after - before;
-  TRUETRIAD_RETURN_IF_ERROR(AgreeAll(*store, UnitsBeside(target), &collected));
-  TRUETRIAD_ASSIGN_OR_RETURN(collected.missing,
-                             MissingShards(*store, collected.shards, survey.present));
+  const std::optional<std::string> file = FileOfStore(target);
+  std::error_code failure;
+  TRUETRIAD_ASSIGN_OR_RETURN(Collected collected,
+                             file && !fs::exists(*file, failure)
+                                 ? AddAllToNew(sources, target, *file, takes_unfinished)
+                                 : AddAll(sources, target, target, takes_unfinished));
+  TRUETRIAD_RETURN_IF_ERROR(AgreeAll(target, &collected));
   return collected;
 }
 

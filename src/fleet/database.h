@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -161,13 +162,13 @@ std::string ColumnsOf(const std::string& table = "") {
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
 
 inline constexpr std::string_view kRunTable = "run";
+/// The columns of findings, which are the members of their JSON; `values` is JSON, too.
+inline constexpr std::array<std::string_view, 9> kFindingColumns = {
+    "code", "severity", "sensor", "axis", "pose", "text", "remedy", "values", "treatment"};
+inline constexpr std::string_view kFindingSelected =
+    "code, severity, sensor, axis, pose, text, remedy, \"values\", treatment";
 /// The fact that is a store's identity.
 inline constexpr std::string_view kStoreFact = "store";
-/// Of checks that are called `one`: those that count. A recording that was checked again does not.
-inline const std::string kChecksThatCount =
-    "station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM station_check AS "
-    "prior WHERE prior.station = one.station AND prior.recording = one.recording AND "
-    "prior.station_check < one.station_check))";
 /// Names of types where the two differ.
 struct TypeNames {
   std::string_view text, real, bytes;

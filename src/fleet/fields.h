@@ -81,29 +81,6 @@ void Fields(auto&& visit, Like<LimitCheck> auto& check) {
   visit("pass", check.pass);
 }
 
-/// A finding as a row: the members of its JSON, of which `values` is JSON. Valid as long as what it
-/// was made of.
-struct FindingRow {
-  std::string_view code, severity;
-  std::optional<std::string_view> sensor = {}, axis = {};
-  std::optional<std::int64_t> pose = {};
-  std::string_view text = {};
-  std::optional<std::string_view> remedy = {};
-  std::optional<std::string> values = {};
-  std::optional<std::string_view> treatment = {};
-};
-void Fields(auto&& visit, Like<FindingRow> auto& row) {
-  visit("code", row.code);
-  visit("severity", row.severity);
-  visit("sensor", row.sensor);
-  visit("axis", row.axis);
-  visit("pose", row.pose);
-  visit("text", row.text);
-  visit("remedy", row.remedy);
-  visit("\"values\"", row.values);  // A word of SQL.
-  visit("treatment", row.treatment);
-}
-
 void Fields(auto&& visit, Like<Disposition> auto& disposition) {
   visit("disposition", disposition.id);
   visit("run", disposition.run);
@@ -142,24 +119,14 @@ void Fields(auto&& visit, Like<KnownRun> auto& run) {
   visit("log", run.log);
   visit("log_bytes", run.log_bytes);
   visit("log_modified_ns", run.log_modified_ns);
+  visit("run", run.run);
+  visit("serial", run.serial);
   visit("config_sha256", run.config_sha256);
   visit("software", run.software_version);
   visit("verdict", run.verdict);
-  visit("serial", run.serial);
   visit("code", run.code);
   visit("recorded", run.recorded);
-}
-
-void Fields(auto&& visit, Like<RunName> auto& run) {
-  visit("run", run.run);
-  visit("serial", run.serial);
-  visit("log", run.log);
-}
-
-void Fields(auto&& visit, Like<RunFolder> auto& run) {
-  visit("run", run.run);
   visit("folder", run.folder);
-  visit("verdict", run.verdict);
 }
 
 /// Every tag's name and value.

@@ -388,23 +388,23 @@ class PageData {
   std::size_t links_ = 0;
 };
 
-/// What the line's statistics say of the units that `where` lets through, as of the last of them.
+/// What the line's statistics say of the units that `where` lets through, as of the last of them or
+/// of the stations' checks.
 Result<Json> LineJson(Store& store, const std::string& where) {
   SummaryOptions options{.where = where, .chart_points = kPointsOfChart};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table last,
-      store.Query("SELECT max(created)" + FromWhere("standing", where)));
-  if (!last.rows.empty()) options.now = last.rows[0][0].value_or("");
-  TRUETRIAD_ASSIGN_OR_RETURN(const LineSummary summary, Summarise(store, options));
-  Json json = ToJson(summary);
-  for (const char* const elsewhere : {"reasons", "parameters"}) json.erase(elsewhere);
+      store.Query("SELECT max(created) FROM (SELECT created" + FromWhere("standing", where) +
+                  " UNION ALL SELECT created FROM station_check) AS either"));
+  options.now = last.rows[0][0].value_or("");
+  TRUETRIAD_ASSIGN_OR_RETURN(Json summary, Summarise(store, options));
   // Six digits are a pixel of any screen.
   const auto rounded = [](const Json& value) {
-    const double number = value.is_null() ? line::kNotKnown : value.get<double>();
+    const double number = value.get<double>();
     return std::isfinite(number) ? Json(std::strtod(Significant(number, 6).c_str(), nullptr))
                                  : Json();
   };
-  for (Json& station : json["charts"]) {
+  for (Json& station : summary["charts"]) {
     for (Json& chart : station["charts"]) {
       for (Json& point : chart["points"]) {
         point = {point["serial"],
@@ -414,7 +414,7 @@ Result<Json> LineJson(Store& store, const std::string& where) {
       }
     }
   }
-  return json;
+  return Json({{"tables", SummaryTables(summary)}, {"charts", std::move(summary["charts"])}});
 }
 
 /// By which the index of such a page is known.

@@ -19,7 +19,6 @@
 #include "fleet/log_files.h"
 #include "fleet/log_watch.h"
 #include "fleet/unit_folders.h"
-#include "line/golden_history.h"
 #include "line/line_data.h"
 
 namespace truetriad::fleet {
@@ -51,7 +50,7 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   }
   // NaN: what cannot be dated is no check of today.
   const double old_s = static_cast<double>(std::time(nullptr)) - line::SecondsOf(check->created);
-  if (old_s < -line::kClocksDifferS) {
+  if (old_s < -kClocksDifferS) {
     return std::optional("station " + station + " has a check of its golden unit at " +
                          check->created + ", which is " + HoursText(-old_s) +
                          " from now: a clock is or was wrong" + remedy);
@@ -257,10 +256,11 @@ class FleetEngine {
   /// Makes a run of a log that is another unit's over again one that is refused, without files.
   Status RefuseCopy(UnitRun* run) const {
     if (run->verdict == Verdict::kNoResult) return {};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunName> others, store_->RunsOfSameReadings(*run));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> others,
+                               store_->RunsOfSameReadings(*run));
     std::error_code ignored;
     // A log that was renamed since was given the right serial number by that.
-    const auto other = std::find_if(others.begin(), others.end(), [&](const RunName& one) {
+    const auto other = std::find_if(others.begin(), others.end(), [&](const KnownRun& one) {
       return std::filesystem::exists(one.log, ignored);
     });
     if (other == others.end()) return {};

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/messages.h"
+#include "fleet/database.h"
 #include "fleet/line_summary.h"
+#include "line/control_chart.h"
 #include "report/format.h"
 #include "report/table.h"
 
@@ -17,318 +24,441 @@ constexpr std::size_t kMostRows = 12;
 /// Below this p, what was assumed is doubted.
 constexpr double kDoubt = 0.01;
 
-/// A heading and the first rows below it; nothing of none.
-std::string Section(const std::string& heading, truetriad::Table table) {
-  if (table.rows.empty()) return "";
-  const std::size_t count = table.rows.size();
-  table.rows.resize(std::min(count, kMostRows));
-  std::string text = '\n' + heading + '\n' + TextOf(table);
-  if (count > kMostRows) text += "  and " + std::to_string(count - kMostRows) + " more (--json)\n";
-  return text;
+/// A heading, a table and sentences below it.
+struct Section {
+  std::string heading;
+  truetriad::Table table = {};
+  std::vector<std::string> notes = {};
+};
+
+/// A column of a table: where its value is in the tree of a row, and how people read it.
+struct TextColumn {
+  std::string header;
+  char alignment;
+  std::string place;
+  std::function<std::string(const Json& value)> text;
+};
+
+using Trees = Json::array_t;
+const Trees& ListIn(const Json& json) { return json.get_ref<const Trees&>(); }
+
+/// A row for each of `list`.
+truetriad::Table TableOf(const Trees& list, const std::vector<TextColumn>& columns) {
+  truetriad::Table table;
+  for (const TextColumn& column : columns) {
+    table.header.push_back(column.header);
+    table.alignment += column.alignment;
+  }
+  for (const Json& item : list) {
+    std::vector<std::string>& row = table.rows.emplace_back();
+    for (const TextColumn& column : columns) {
+      const Json::json_pointer place(column.place);
+      row.push_back(item.contains(place) ? column.text(item.at(place)) : "");
+    }
+  }
+  return table;
 }
 
-std::string Counted(int count, const std::string& thing) {
-  return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
+/// NaN: it is not known.
+double Number(const Json& value) {
+  return value.is_number() ? value.get<double>() : line::kNotKnown;
 }
 
-/// "97.3 % (96.5 to 97.9 %)".
-std::string ShareText(const line::Estimate& share) {
-  if (std::isnan(share.value)) return "n/a";
-  return Percent(share.value) + " (" + Significant(100.0 * share.interval.lower, 3) + " to " +
-         Percent(share.interval.upper) + ")";
+std::string Words(const Json& value) { return value.get<std::string>(); }
+std::string Whole(const Json& value) { return value.dump(); }
+std::string Share(const Json& value) { return Percent(Number(value)); }
+std::string Chance(const Json& value) { return Probability(Number(value)); }
+std::string Unit(const Json& value) { return DisplayUnit(Words(value)); }
+
+template <int kDigits>
+std::string Digits(const Json& value) {
+  return Significant(Number(value), kDigits);
 }
 
-std::string IndexText(double index) {
+/// `text` of what is known and no open side; of anything else nothing.
+template <std::string (*text)(const Json&)>
+std::string Known(const Json& value) {
+  return std::isfinite(Number(value)) ? text(value) : "";
+}
+
+std::string Index(const Json& value) {
+  const double index = Number(value);
   return std::isnan(index) ? "" : index > 99.0 ? "> 99" : Fixed(index, 2);
 }
 
 /// "1.21…1.45".
-std::string RangeText(const line::Interval& interval) {
-  return std::isnan(interval.lower) ? ""
-                                    : IndexText(interval.lower) + "…" + IndexText(interval.upper);
+std::string Range(const Json& estimate) {
+  const Json& lower = estimate["lower"];
+  return std::isnan(Number(lower)) ? "" : Index(lower) + "…" + Index(estimate["upper"]);
+}
+
+/// "97.3 % (96.5 to 97.9 %)".
+std::string ShareAndRange(const Json& estimate) {
+  if (std::isnan(Number(estimate["value"]))) return "n/a";
+  return Share(estimate["value"]) + " (" + Significant(100.0 * Number(estimate["lower"]), 3) +
+         " to " + Share(estimate["upper"]) + ")";
 }
 
 /// "9819 ppm", of more than one in a hundred "35.9 %".
-std::string ExpectedText(double share) {
+std::string Expected(const Json& value) {
+  const double share = Number(value);
   if (std::isnan(share)) return "";
   if (share >= 0.01) return Percent(share);
   return share < 1e-6 ? "< 1 ppm" : Significant(std::round(1e6 * share), 4) + " ppm";
 }
 
-/// A number of a limit: nothing where that side is open.
-std::string SideText(double side) { return std::isfinite(side) ? Significant(side, 4) : ""; }
+/// "12 min", "5.3 h", "9.1 days".
+std::string Age(const Json& value) {
+  const double hours = Number(value);
+  if (hours < 0.0) return "to come";  // A clock is wrong.
+  if (hours < 1.0) return Fixed(60.0 * hours, 0) + " min";
+  return hours < 72.0 ? Significant(hours, 2) + " h" : Significant(hours / 24.0, 3) + " days";
+}
+
+std::string Or(const Json& name, const std::string& none) {
+  return name.is_null() || name == "" ? none : Words(name);
+}
 
 /// "measured 2026-11-24T06:00:00Z to …, 12 units an hour; 30 units by the time of the file".
-std::string MeasuredText(const LineYield& yield) {
-  std::string text = yield.first.empty() ? "" : "measured " + yield.first + " to " + yield.last;
-  const double rate = yield.units_per_hour;
+std::string MeasuredText(const Json& yield) {
+  const std::string first = Words(yield["first"]);
+  std::string text = first.empty() ? "" : "measured " + first + " to " + Words(yield["last"]);
+  const double rate = Number(yield["units_per_hour"]);
   if (!std::isnan(rate)) {
     text += ", " + (rate < 1000.0 ? Significant(rate, 3) : Fixed(rate, 0)) + " units an hour";
   }
   for (const auto& [by, what] : {std::pair("list", " by the list"),
                                  {"recording", " by the recording's own time"},
                                  {"file", " by the time of the file"},
-                                 {"", ": nothing says when it was measured"}}) {
-    const auto units = yield.recorded_by.find(by);
-    if (units == yield.recorded_by.end()) continue;
-    text += (text.empty() ? "" : "; ") + Counted(units->second, "unit") + what;
+                                 {"nothing", ": nothing says when it was measured"}}) {
+    const auto units = yield["recorded_by"].find(by);
+    if (units == yield["recorded_by"].end()) continue;
+    text += (text.empty() ? "" : "; ") + Counted(units->get<int>(), "unit") + what;
   }
   return text;
 }
 
-std::string YieldText(const LineYield& yield) {
-  if (yield.all.units == 0) return "NO UNITS\n";
-  std::string text = std::to_string(yield.all.good) + " OF " + std::to_string(yield.all.units) +
-                     " GOOD: " + ShareText(yield.good_share) + "\n";
-  text += Wrapped("at first: " + ShareText(yield.good_at_first_share) + "; " +
-                  Counted(yield.retested, "unit") + " measured again, " +
-                  Counted(yield.all.runs, "recording") + " in all");
-  text += Wrapped(MeasuredText(yield));
-  for (const auto& [tag, counts] : yield.by_tag) {
-    truetriad::Table table{{tag, "units", "at first", "good", "recordings"}, "lrrrr", {}};
-    for (const YieldCount& count : counts) {
-      table.rows.push_back({count.value.empty() ? "(none)" : count.value,
-                            std::to_string(count.units),
-                            Percent(count.good_at_first / static_cast<double>(count.units)),
-                            Percent(count.good / static_cast<double>(count.units)),
-                            std::to_string(count.runs)});
-    }
-    text += Section("Yield by " + tag, std::move(table));
-  }
-  return text;
-}
-
-std::string ReasonsText(const std::vector<Reason>& reasons) {
-  truetriad::Table table{{"units", "share", "so far", "reason"}, "rrrl", {}};
-  for (const Reason& reason : reasons) {
-    table.rows.push_back({std::to_string(reason.units),
-                          Percent(reason.share),
-                          Percent(reason.cumulative),
-                          reason.code});
-  }
-  return Section("Why units are not good", std::move(table));
-}
-
-/// Those with limits, that with the least Ppk first.
-std::vector<const QuantitySummary*> WorstFirst(const std::vector<QuantitySummary>& limits) {
-  std::vector<const QuantitySummary*> list;
-  for (const QuantitySummary& quantity : limits) list.push_back(&quantity);
-  const auto rank = [](const QuantitySummary* quantity) {
-    const double ppk = quantity->capability.observed.overall.cpk.value;
-    return std::isnan(ppk) ? std::numeric_limits<double>::infinity() : ppk;
+std::vector<Section> YieldSections(const Json& yield) {
+  if (yield["units"] == 0) return {{.heading = "NO UNITS"}};
+  std::vector<Section> sections = {
+      {.heading = Whole(yield["good"]) + " OF " + Whole(yield["units"]) +
+                  " GOOD: " + ShareAndRange(yield["good_share"]),
+       .notes = {"at first: " + ShareAndRange(yield["good_at_first_share"]) + "; " +
+                     Counted(yield["retested"].get<int>(), "unit") + " measured again, " +
+                     Counted(yield["runs"].get<int>(), "recording") + " in all",
+                 MeasuredText(yield)}}};
+  const auto share_of = [](const char* part) {
+    return
+        [part](const Json& count) { return Percent(Number(count[part]) / Number(count["units"])); };
   };
-  std::stable_sort(
-      list.begin(), list.end(), [&rank](const QuantitySummary* one, const QuantitySummary* other) {
-        return rank(one) < rank(other);
-      });
-  return list;
+  for (const auto& [tag, counts] : yield["by_tag"].items()) {
+    sections.push_back(
+        {"Yield by " + tag,
+         TableOf(ListIn(counts),
+                 {{tag, 'l', "/value", [](const Json& value) { return Or(value, "(none)"); }},
+                  {"units", 'r', "/units", Whole},
+                  {"at first", 'r', "", share_of("good_at_first")},
+                  {"good", 'r', "", share_of("good")},
+                  {"recordings", 'r', "/runs", Whole}})});
+  }
+  return sections;
 }
 
-std::string LimitsText(const std::vector<QuantitySummary>& limits) {
-  truetriad::Table spread{
-      {"quantity", "lower", "mean", "σ", "of calibration", "upper", "unit"}, "lrrrrrl", {}};
-  truetriad::Table capability{
-      {"quantity", "missed", "Cpk", "Ppk", "95 %", "process", "95 %", "outside"}, "lrrrrrrr", {}};
+Section ReasonsSection(const Json& reasons) {
+  return {"Why units are not good",
+          TableOf(ListIn(reasons),
+                  {{"units", 'r', "/units", Whole},
+                   {"share", 'r', "/share", Share},
+                   {"so far", 'r', "/cumulative", Share},
+                   {"reason", 'l', "/code", Words}})};
+}
+
+/// That with the least Ppk first.
+std::vector<Section> LimitsSections(Trees limits) {
+  const auto ppk_of = [](const Json& quantity) {
+    return Number(quantity["observed"]["overall"]["ppk"]["value"]);
+  };
+  std::stable_sort(limits.begin(), limits.end(), [&](const Json& one, const Json& other) {
+    return ppk_of(one) < ppk_of(other) || (std::isnan(ppk_of(other)) && !std::isnan(ppk_of(one)));
+  });
+  Section spread{"Distributions against limits",
+                 TableOf(limits,
+                         {{"quantity", 'l', "/name", Words},
+                          {"lower", 'r', "/lower", Known<Digits<4>>},
+                          {"mean", 'r', "/mean", Digits<4>},
+                          {"σ", 'r', "/observed/overall/sigma/value", Digits<3>},
+                          {"of calibration", 'r', "/calibration_sigma", Digits<2>},
+                          {"upper", 'r', "/upper", Known<Digits<4>>},
+                          {"unit", 'l', "/unit", Unit}})};
+  // Of one unit there is none.
+  limits.erase(std::find_if(limits.begin(),
+                            limits.end(),
+                            [&](const Json& quantity) { return std::isnan(ppk_of(quantity)); }),
+               limits.end());
+  Section capability{"Capability (process: without the variance of calibration)",
+                     TableOf(limits,
+                             {{"quantity", 'l', "/name", Words},
+                              {"missed", 'r', "/missed", Whole},
+                              {"Cpk", 'r', "/observed/within/cpk/value", Index},
+                              {"Ppk", 'r', "/observed/overall/ppk/value", Index},
+                              {"95 %", 'r', "/observed/overall/ppk", Range},
+                              {"process", 'r', "/process/overall/ppk/value", Index},
+                              {"95 %", 'r', "/process/overall/ppk", Range},
+                              {"outside", 'r', "/observed/overall/expected_outside", Expected}})};
   std::string doubted, changed;
-  for (const QuantitySummary* quantity : WorstFirst(limits)) {
-    const line::Capability& found = quantity->capability;
-    spread.rows.push_back({quantity->name,
-                           SideText(quantity->lower),
-                           Significant(found.mean, 4),
-                           Significant(found.observed.overall.sigma.value, 3),
-                           Significant(found.calibration_sigma, 2),
-                           SideText(quantity->upper),
-                           DisplayUnit(quantity->unit)});
-    if (std::isnan(found.observed.overall.cpk.value)) continue;  // Of one unit there is none.
-    capability.rows.push_back({quantity->name,
-                               std::to_string(quantity->missed),
-                               IndexText(found.observed.within.cpk.value),
-                               IndexText(found.observed.overall.cpk.value),
-                               RangeText(found.observed.overall.cpk.interval),
-                               IndexText(found.process.overall.cpk.value),
-                               RangeText(found.process.overall.cpk.interval),
-                               ExpectedText(found.observed.overall.expected_outside)});
-    if (found.normality_p < kDoubt) doubted += (doubted.empty() ? "" : ", ") + quantity->name;
-    if (quantity->other_limits > 0) changed += (changed.empty() ? "" : ", ") + quantity->name;
+  const auto add = [](const Json& quantity, std::string* list) {
+    *list += (list->empty() ? "" : ", ") + Words(quantity["name"]);
+  };
+  for (const Json& quantity : limits) {
+    if (Number(quantity["normality_p"]) < kDoubt) add(quantity, &doubted);
+    if (quantity["other_limits"] > 0) add(quantity, &changed);
   }
-  std::string text = Section("Distributions against limits", std::move(spread));
-  text +=
-      Section("Capability (process: without the variance of calibration)", std::move(capability));
   if (!doubted.empty()) {
-    text +=
-        Wrapped("Not normal (p < 0.01), which the share outside and intervals assume: " + doubted);
+    capability.notes.push_back(
+        "Not normal (p < 0.01), which the share outside and intervals assume: " + doubted);
   }
   if (!changed.empty()) {
-    text += Wrapped("Limits have changed; judged here by those of the last unit: " + changed);
+    capability.notes.push_back("Limits have changed; judged here by those of the last unit: " +
+                               changed);
   }
-  return text;
+  return {std::move(spread), std::move(capability)};
 }
 
 /// "a, b, c, d and 3 more (--json)".
-std::string ListOf(const std::vector<std::string>& items) {
+std::string ListOf(const Json& names) {
   constexpr std::size_t kMostItems = 4;
   std::string list;
-  for (std::size_t k = 0; k < std::min(items.size(), kMostItems); ++k) {
-    list += (k == 0 ? "" : ", ") + items[k];
+  for (std::size_t k = 0; k < std::min(names.size(), kMostItems); ++k) {
+    list += (k == 0 ? "" : ", ") + Words(names[k]);
   }
-  if (items.size() <= kMostItems) return list;
-  return list + " and " + std::to_string(items.size() - kMostItems) + " more (--json)";
+  if (names.size() <= kMostItems) return list;
+  return list + " and " + std::to_string(names.size() - kMostItems) + " more (--json)";
 }
+
 /// The last alarms first: they are what is to be done now.
-std::string ChartsText(const LineSummary& summary) {
-  const auto name_of = [&summary](int parameter) {
-    return summary.measured.parameters[static_cast<std::size_t>(parameter)];
-  };
-  const auto serial_of = [&summary](int unit) {
-    return summary.measured.units[static_cast<std::size_t>(unit)].serial;
-  };
-  truetriad::Table table{
-      {"station", "chart", "parameter", "from unit", "to unit", "value", "limit"}, "llllrrr", {}};
-  std::vector<std::pair<int, std::vector<std::string>>> rows;
-  std::string quiet;
-  for (const line::StationCharts& station : summary.charts.stations) {
-    const std::string name = station.station.empty() ? "(no station)" : station.station;
-    if (station.charts.empty()) {
-      quiet += Wrapped(name + ": " + (station.note.empty() ? "no charts" : station.note));
-    } else {
-      std::vector<std::string> sparse;
-      for (const int parameter : station.sparse) sparse.push_back(name_of(parameter));
-      if (station.alarms.empty()) {
-        quiet += Wrapped(name + ": in control, " + std::to_string(station.units) + " units, " +
-                         std::to_string(station.charts.size()) + " charts");
-      }
-      if (!sparse.empty()) {
-        quiet += Wrapped(name + ": no charts of " + ListOf(sparse) + ": fewer than " +
-                         std::to_string(line::kLeastBaselineUnits) + " units have a value");
-      }
-      if (!station.note.empty()) quiet += Wrapped(name + ": " + station.note);
+Section ChartsSection(const Json& stations) {
+  Section section{"Control charts"};
+  Trees alarms;
+  for (const Json& station : stations) {
+    const std::string name = Or(station["station"], "(no station)");
+    const auto note = [&](const std::string& what) { section.notes.push_back(name + ": " + what); };
+    for (Json alarm : station["alarms"]) {
+      alarm["station"] = name;
+      alarms.push_back(std::move(alarm));
     }
-    for (const line::ChartAlarm& alarm : station.alarms) {
-      const std::string most = alarm.most < 0 ? "" : ", most " + name_of(alarm.most);
-      rows.emplace_back(
-          alarm.unit,
-          std::vector<std::string>{name,
-                                   line::NameOf(alarm.kind),
-                                   alarm.parameter < 0 ? "all" + most : name_of(alarm.parameter),
-                                   serial_of(alarm.unit),
-                                   serial_of(alarm.last_unit),
-                                   Significant(alarm.value, 3),
-                                   Significant(alarm.limit, 3)});
+    if (station["charts"].empty()) {
+      note(Or(station["note"], "no charts"));
+      continue;
     }
+    if (station["alarms"].empty()) {
+      note("in control, " + Whole(station["units"]) + " units, " +
+           std::to_string(station["charts"].size()) + " charts");
+    }
+    if (!station["sparse"].empty()) {
+      note("no charts of " + ListOf(station["sparse"]) + ": fewer than " +
+           std::to_string(line::kLeastBaselineUnits) + " units have a value");
+    }
+    if (station["note"] != "") note(Words(station["note"]));
   }
-  std::stable_sort(rows.begin(), rows.end(), [](const auto& one, const auto& other) {
-    return one.first > other.first;
+  std::ranges::stable_sort(alarms, std::greater(), [](const Json& alarm) {
+    return std::pair(Words(alarm["recorded"]), Words(alarm["serial"]));
   });
-  for (auto& [unit, row] : rows) table.rows.push_back(std::move(row));
-  const std::string heading = "Control charts";
-  return quiet.empty() || !table.rows.empty() ? Section(heading, std::move(table)) + quiet
-                                              : '\n' + heading + '\n' + quiet;
+  const auto parameter_of = [](const Json& alarm) {
+    const std::string most = Or(alarm["most"], "");
+    return Or(alarm["parameter"], most.empty() ? "all" : "all, most " + most);
+  };
+  section.table = TableOf(alarms,
+                          {{"station", 'l', "/station", Words},
+                           {"chart", 'l', "/kind", Words},
+                           {"parameter", 'l', "", parameter_of},
+                           {"from unit", 'l', "/serial", Words},
+                           {"to unit", 'r', "/last_serial", Words},
+                           {"value", 'r', "/value", Digits<3>},
+                           {"limit", 'r', "/limit", Digits<3>}});
+  return section;
 }
 
-/// "12 min", "5.3 h", "9.1 days".
-std::string AgeText(double hours) {
-  if (hours < 0.0) return "to come";  // A clock is wrong.
-  if (hours < 1.0) return Fixed(60.0 * hours, 0) + " min";
-  return hours < 72.0 ? Significant(hours, 2) + " h" : Significant(hours / 24.0, 3) + " days";
-}
-
-std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
-  truetriad::Table table{
-      {"station", "golden unit", "state", "last check", "age", "p", "largest"}, "lllrrrr", {}};
-  for (const line::GoldenHistory& history : histories) {
-    const line::StationCheck& last = history.checks.back();
-    table.rows.push_back({history.station,
-                          last.serial,
-                          std::string(GoldenStateName(history.state)),
-                          last.created,
-                          AgeText(history.age_h),
-                          Probability(last.p),
-                          Significant(last.largest, 3) + " σ"});
+Section GoldenSection(Trees stations) {
+  for (Json& station : stations) {
+    Json last = station["checks"].back();
+    station["last"] = std::move(last);
   }
-  return Section("Golden units", std::move(table));
+  return {"Golden units",
+          TableOf(stations,
+                  {{"station", 'l', "/station", Words},
+                   {"golden unit", 'l', "/last/serial", Words},
+                   {"state", 'l', "/state", Words},
+                   {"last check", 'r', "/last/created", Words},
+                   {"age", 'r', "/age_h", Age},
+                   {"p", 'r', "/last/p", Chance},
+                   {"largest", 'r', "/last/largest", [](const Json& largest) {
+                      return Digits<3>(largest) + " σ";
+                    }}})};
 }
 
-/// Those with limits where there are any: what a parameter says is nearly the same again.
-std::vector<const QuantityStudy*> ShownOf(const StudySummary& study) {
-  std::vector<const QuantityStudy*> all, with_limits;
-  for (const QuantityStudy& quantity : study.quantities) {
-    all.push_back(&quantity);
-    if (quantity.has_limits) with_limits.push_back(&quantity);
-  }
-  return with_limits.empty() ? all : with_limits;
+Section GaugeSection(const Trees& quantities, const std::string& by) {
+  const auto share = [](const Json& value) {
+    const double number = Number(value);
+    return std::isnan(number) ? "" : number < 5e-5 ? "< 0.01 %" : Percent(number);
+  };
+  const Json& gauge = quantities[0]["gauge"];
+  std::string heading =
+      "Gauge study, " + Words(gauge["design"]) + ": " + Whole(gauge["parts"]) + " parts, ";
+  if (gauge["appraisers"] > 1) heading += Counted(gauge["appraisers"].get<int>(), by) + ", ";
+  return {heading + Whole(gauge["repeats"]) + " runs each",
+          TableOf(quantities,
+                  {{"quantity", 'l', "/name", Words},
+                   {"of study", 'r', "/gauge/components/gauge/study_share", share},
+                   {"of tolerance", 'r', "/gauge/components/gauge/tolerance_share", share},
+                   {"repeat", 'r', "/gauge/components/repeatability/study_share", share},
+                   {"reproduce", 'r', "/gauge/components/reproducibility/study_share", share},
+                   {"categories", 'r', "/gauge/distinct_categories", Whole},
+                   {"parts p", 'r', "/gauge/anova/part/p", Chance},
+                   {by + " p", 'r', "/gauge/anova/appraiser/p", Known<Chance>}})};
 }
 
-std::string GaugeText(const StudySummary& study) {
-  truetriad::Table table{{"quantity",
-                          "of study",
-                          "of tolerance",
-                          "repeat",
-                          "reproduce",
-                          "categories",
-                          "parts p",
-                          study.by + " p"},
-                         "lrrrrrrr",
-                         {}};
-  const QuantityStudy* first = nullptr;
-  for (const QuantityStudy* quantity : ShownOf(study)) {
-    if (!quantity->gauge) continue;
-    if (first == nullptr) first = quantity;
-    const line::GaugeStudy& gauge = *quantity->gauge;
-    const auto share = [](double value) {
-      return std::isnan(value) ? "" : value < 5e-5 ? "< 0.01 %" : Percent(value);
-    };
-    table.rows.push_back({quantity->name,
-                          share(gauge.gauge.study_share),
-                          share(gauge.gauge.tolerance_share),
-                          share(gauge.repeatability.study_share),
-                          share(gauge.reproducibility.study_share),
-                          std::to_string(gauge.distinct_categories),
-                          Probability(gauge.part.p),
-                          std::isnan(gauge.appraiser.p) ? "" : Probability(gauge.appraiser.p)});
-  }
-  if (first == nullptr) return "";
-  const line::GaugeStudy& gauge = *first->gauge;
-  std::string heading = "Gauge study, " + std::string(StudyDesignName(gauge.design)) + ": " +
-                        std::to_string(gauge.parts) + " parts, ";
-  if (gauge.appraisers > 1) {
-    heading += Counted(gauge.appraisers, study.by) + ", ";
-  }
-  return Section(heading + std::to_string(gauge.repeats) + " runs each", std::move(table));
+Section Type1Section(const Trees& quantities, int runs) {
+  return {"Type-1 study: " + Counted(runs, "run") + " of one unit",
+          TableOf(quantities,
+                  {{"quantity", 'l', "/name", Words},
+                   {"mean", 'r', "/type1/mean", Digits<5>},
+                   {"σ", 'r', "/type1/sigma/value", Digits<3>},
+                   {"reference", 'r', "/type1/reference", Known<Digits<5>>},
+                   {"bias", 'r', "/type1/bias/value", Known<Digits<3>>},
+                   {"p", 'r', "/type1/bias_p", Known<Chance>},
+                   {"Cg", 'r', "/type1/cg", Index},
+                   {"Cgk", 'r', "/type1/cgk", Index},
+                   {"unit", 'l', "", [](const Json& study) {
+                      return study["has_limits"] == true ? Unit(study["unit"]) : "of the log";
+                    }}})};
 }
 
-std::string Type1Text(const StudySummary& study) {
-  truetriad::Table table{
-      {"quantity", "mean", "σ", "reference", "bias", "p", "Cg", "Cgk", "unit"}, "lrrrrrrrl", {}};
-  for (const QuantityStudy* quantity : ShownOf(study)) {
-    if (!quantity->type1) continue;
-    const line::Type1Study& type1 = *quantity->type1;
-    table.rows.push_back({quantity->name,
-                          Significant(type1.mean, 5),
-                          Significant(type1.sigma.value, 3),
-                          std::isnan(type1.reference) ? "" : Significant(type1.reference, 5),
-                          std::isnan(type1.bias.value) ? "" : Significant(type1.bias.value, 3),
-                          std::isnan(type1.bias_p) ? "" : Probability(type1.bias_p),
-                          IndexText(type1.cg),
-                          IndexText(type1.cgk),
-                          quantity->has_limits ? DisplayUnit(quantity->unit) : "of the log"});
+/// Of those with limits where there are any: what a parameter says is nearly the same again.
+Section StudySection(const Json& study) {
+  Trees gauges, type1s;
+  const Json& quantities = study["quantities"];
+  const bool has_limits = quantities[0]["has_limits"];  // They come first.
+  Section section;
+  for (const Json& quantity : quantities) {
+    const bool is_shown = quantity["has_limits"] == has_limits;
+    if (is_shown && quantity.contains("gauge")) gauges.push_back(quantity);
+    if (is_shown && quantity.contains("type1")) type1s.push_back(quantity);
+    if (quantity.contains("refused")) {
+      section.notes.push_back(Words(quantity["name"]) + ": " + Words(quantity["refused"]));
+    }
   }
-  return Section("Type-1 study: " + Counted(study.runs, "run") + " of one unit", std::move(table));
+  std::vector<std::string> refused = std::move(section.notes);
+  if (!gauges.empty()) section = GaugeSection(gauges, Words(study["by"]));
+  if (!type1s.empty()) section = Type1Section(type1s, study["runs"].get<int>());
+  section.notes = std::move(refused);
+  return section;
 }
 
-std::string StudyText(const StudySummary& study) {
-  std::string text = GaugeText(study) + Type1Text(study);
-  for (const QuantityStudy& quantity : study.quantities) {
-    if (!quantity.refused.empty()) text += Wrapped(quantity.name + ": " + quantity.refused);
+std::string TextOf(const Section& section) {
+  std::string text = section.heading.empty() ? "" : '\n' + section.heading + '\n';
+  const std::size_t count = section.table.rows.size();
+  truetriad::Table shown = section.table;
+  shown.rows.resize(std::min(count, kMostRows));
+  text += truetriad::TextOf(shown);
+  if (count > kMostRows) text += "  and " + std::to_string(count - kMostRows) + " more (--json)\n";
+  for (const std::string& note : section.notes) text += Wrapped(note);
+  return text;
+}
+
+/// The text of those that say something.
+std::string TextOfAll(const std::vector<Section>& sections) {
+  std::string text;
+  for (const Section& section : sections) {
+    if (!section.table.rows.empty() || !section.notes.empty()) text += TextOf(section);
   }
   return text;
+}
+
+/// The CSV's columns of numbers, and where in a quantity's tree these stand; of an estimate, which
+/// ends in /, there are three: value, lower and upper end.
+std::vector<std::pair<std::string, Json::json_pointer>> CsvColumns() {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kColumns = {{
+      {"units", "/units"},
+      {"mean", "/mean"},
+      {"lowest", "/lowest"},
+      {"highest", "/highest"},
+      {"sigma_within", "/observed/within/sigma/value"},
+      {"sigma_overall", "/observed/overall/sigma/value"},
+      {"sigma_calibration", "/calibration_sigma"},
+      {"process_sigma_within", "/process/within/sigma/value"},
+      {"process_sigma_overall", "/process/overall/sigma/value"},
+      {"normality_p", "/normality_p"},
+      {"lower", "/lower"},
+      {"target", "/target"},
+      {"upper", "/upper"},
+      {"missed", "/missed"},
+      {"expected_outside", "/observed/overall/expected_outside"},
+      {"cp", "/observed/within/cp/"},
+      {"cpk", "/observed/within/cpk/"},
+      {"pp", "/observed/overall/pp/"},
+      {"ppk", "/observed/overall/ppk/"},
+      {"process_cpk", "/process/within/cpk/"},
+      {"process_pp", "/process/overall/pp/"},
+      {"process_ppk", "/process/overall/ppk/"},
+  }};
+  std::vector<std::pair<std::string, Json::json_pointer>> columns;
+  for (const auto& [name, place] : kColumns) {
+    const std::string column(name), at(place);
+    if (at.ends_with('/')) {
+      columns.emplace_back(column, at + "value");
+      columns.emplace_back(column + "_lower", at + "lower");
+      columns.emplace_back(column + "_upper", at + "upper");
+    } else {
+      columns.emplace_back(column, at);
+    }
+  }
+  return columns;
 }
 
 }  // namespace
 
-std::string SummaryText(const LineSummary& summary) {
-  std::string text = YieldText(summary.yield) + ReasonsText(summary.reasons) +
-                     LimitsText(summary.limits) + ChartsText(summary) + GoldenText(summary.golden);
-  if (summary.study) text += StudyText(*summary.study);
+std::string SummaryText(const Json& summary) {
+  const std::vector<Section> yield = YieldSections(summary["yield"]);
+  std::string text = TextOf(yield.front()).substr(1);
+  text += TextOfAll({yield.begin() + 1, yield.end()});
+  text += TextOfAll({ReasonsSection(summary["reasons"])});
+  text += TextOfAll(LimitsSections(ListIn(summary["limits"])));
+  text += TextOfAll({ChartsSection(summary["charts"]), GoldenSection(ListIn(summary["golden"]))});
+  return summary.contains("study") ? text + TextOfAll({StudySection(summary["study"])}) : text;
+}
+
+Json SummaryTables(const Json& summary) {
+  std::vector<Section> sections = YieldSections(summary["yield"]);
+  std::ranges::move(LimitsSections(ListIn(summary["limits"])), std::back_inserter(sections));
+  sections.push_back(GoldenSection(ListIn(summary["golden"])));
+  Json tables = Json::array();
+  for (const Section& section : sections) {
+    if (section.table.rows.empty() && section.notes.empty()) continue;
+    tables.push_back({{"heading", section.heading},
+                      {"header", section.table.header},
+                      {"alignment", section.table.alignment},
+                      {"rows", section.table.rows},
+                      {"notes", section.notes}});
+  }
+  return tables;
+}
+
+std::string SummaryCsv(const Json& summary) {
+  // Names are this program's own, without commas and quotes.
+  const auto columns = CsvColumns();
+  std::string text = "name,kind,unit";
+  for (const auto& [name, place] : columns) text += ',' + name;
+  text += '\n';
+  for (const auto& [kind, list] : {std::pair("limit", "limits"), {"parameter", "parameters"}}) {
+    for (const Json& quantity : summary[list]) {
+      text += Words(quantity["name"]) + "," + kind + "," + quantity.value("unit", "");
+      for (const auto& [name, place] : columns) {
+        const double number = Number(quantity.value(place, Json()));
+        text += std::isfinite(number) ? ',' + ShortestText(number) : ",";
+      }
+      text += '\n';
+    }
+  }
   return text;
 }
 

@@ -236,22 +236,21 @@ bool IsBeingWritten(const std::string& file) {
 
 namespace {
 
-std::size_t HashOf(const LogStamp& stamp) {
-  return std::hash<std::string>()(std::to_string(stamp.bytes) + "," +
-                                  std::to_string(stamp.modified_ns));
-}
-
-std::size_t HashOf(const std::string& text) { return std::hash<std::string>()(text); }
-
-/// Of each tag that is stated, and of the time of measurement.
-std::vector<std::size_t> HashesOf(const Tags& tags, const std::string& recorded) {
+/// Of a log's state, and of what is stated of its serial number, tags and time of measurement.
+std::vector<std::size_t> HashesOf(const LogStamp& stamp,
+                                  const std::string& serial,
+                                  const Tags& tags,
+                                  const std::string& recorded) {
   std::vector<std::size_t> hashes;
-  if (!recorded.empty()) hashes.push_back(HashOf("recorded=" + recorded));
-  TagFields(
-      [&hashes](std::string_view name, const std::string& value) {
-        if (!value.empty()) hashes.push_back(HashOf(std::string(name) + "=" + value));
-      },
-      tags);
+  const auto add = [&hashes](std::string_view name, const std::string& value) {
+    if (!value.empty()) {
+      hashes.push_back(std::hash<std::string>()(std::string(name) + "=" + value));
+    }
+  };
+  add("stamp", std::to_string(stamp.bytes) + "," + std::to_string(stamp.modified_ns));
+  add("serial", serial);
+  add("recorded", recorded);
+  TagFields(add, tags);
   return hashes;
 }
 
@@ -274,18 +273,16 @@ void DoneLogs::Add(const std::string& log,
                    const std::string& serial,
                    const Tags& tags,
                    const std::string& recorded) {
-  logs_[HashOf(log)] = {HashOf(stamp), HashOf(serial), HashesOf(tags, recorded)};
+  logs_[std::hash<std::string>()(log)] = HashesOf(stamp, serial, tags, recorded);
 }
 
 bool DoneLogs::Has(const UnitOrder& order, const LogStamp& stamp) const {
-  const auto found = logs_.find(HashOf(order.log));
-  if (found == logs_.end() || found->second.stamp != HashOf(stamp)) return false;
-  const Done& done = found->second;
-  if (!order.serial.empty() && done.serial != HashOf(order.serial)) return false;
-  const std::vector<std::size_t> wanted = HashesOf(order.tags, order.recorded);
-  return std::all_of(wanted.begin(), wanted.end(), [&](std::size_t tag) {
-    return std::find(done.tags.begin(), done.tags.end(), tag) != done.tags.end();
-  });
+  const auto found = logs_.find(std::hash<std::string>()(order.log));
+  return found != logs_.end() &&
+         std::ranges::all_of(
+             HashesOf(stamp, order.serial, order.tags, order.recorded), [&](std::size_t wanted) {
+               return std::ranges::find(found->second, wanted) != found->second.end();
+             });
 }
 
 bool DoneLogs::Has(const UnitOrder& order) const {

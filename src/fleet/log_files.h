@@ -81,12 +81,7 @@ class DoneLogs {
   bool Has(const UnitOrder& order) const;
 
  private:
-  struct Done {
-    std::size_t stamp = 0, serial = 0;
-    std::vector<std::size_t> tags;  ///< One each, with its name; the time of measurement likewise.
-  };
-
-  std::unordered_map<std::size_t, Done> logs_;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> logs_;  ///< Hashes of what each is.
 };
 
 }  // namespace truetriad::fleet

@@ -38,10 +38,6 @@ bool SaysWhoWrites(const std::string& folder) {
          NetworkFileSystemName(about.f_type).empty();
 }
 
-std::string StampText(const LogStamp& stamp) {
-  return std::to_string(stamp.bytes) + "," + std::to_string(stamp.modified_ns) + ";";
-}
-
 /// By which a folder is known, whatever links lead to it.
 std::string CanonicalPath(const fs::path& path) {
   std::error_code failure;
@@ -149,7 +145,7 @@ class LogWatch : public OrderSource {
 
   /// How a look found a log.
   struct State {
-    std::string text;         ///< What has to stay the same.
+    LogStamp stamp;           ///< What has to stay the same.
     bool is_written = false;  ///< Somebody writes to it, or to one of its files.
     bool lacks_file = false;  ///< One that it names is not there.
   };
@@ -174,7 +170,7 @@ class LogWatch : public OrderSource {
       if (!stamp || given_.contains(log) || IsDone(log, *stamp)) return;
       State state = StateOf(log, *stamp);
       const auto before = waiting_.find(log);
-      const bool has_stayed = before != waiting_.end() && before->second.text == state.text;
+      const bool has_stayed = before != waiting_.end() && before->second.stamp == state.stamp;
       if (!has_stayed) last_change_ = Clock::now();
       if (has_stayed && !state.is_written && !state.lacks_file) {
         Give(log);
@@ -206,7 +202,7 @@ class LogWatch : public OrderSource {
 
   State StateOf(const std::string& log, const LogStamp& stamp) {
     const fs::path path = log;
-    State state{.text = StampText(stamp), .is_written = IsBeingWritten(log)};
+    State state{.stamp = stamp, .is_written = IsBeingWritten(log)};
     if (path.filename() == kManifestName) {
       // Where it cannot be read its run will say what is wrong.
       for (const std::string& file : FilesOf(log).value_or(std::vector<std::string>())) {
@@ -219,8 +215,8 @@ class LogWatch : public OrderSource {
     if (table_folders_.contains(FolderHash(path))) return state;
     // The recording.yaml that this one belongs to may be on its way.
     const auto [folder, is_new] = folder_states_.try_emplace(path.parent_path());
-    if (is_new) folder->second = StampText(StampOfFolder(path.parent_path()));
-    state.text = folder->second;
+    if (is_new) folder->second = StampOfFolder(path.parent_path());
+    state.stamp = folder->second;
     return state;
   }
 
@@ -243,9 +239,9 @@ class LogWatch : public OrderSource {
   WatchOptions options_;
   DoneLogs done_;
   Tell tell_;
-  Seconds least_wait_, wait_;                      ///< Between looks.
-  std::map<std::string, State> waiting_;           ///< By log, how the last look found it.
-  std::map<fs::path, std::string> folder_states_;  ///< As this look found them.
+  Seconds least_wait_, wait_;                   ///< Between looks.
+  std::map<std::string, State> waiting_;        ///< By log, how the last look found it.
+  std::map<fs::path, LogStamp> folder_states_;  ///< As this look found them.
   std::deque<std::string> ready_;
   std::set<std::string> given_;                               ///< Those, and what is in hand.
   std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hashes of both.

@@ -167,27 +167,6 @@ CREATE VIEW standing AS
   );
 )sql";
 
-FindingRow RowFor(const Finding& finding) {
-  constexpr std::string_view kAxes = "xyz";
-  FindingRow row{.code = FindingCodeName(finding.code),
-                 .severity = SeverityName(finding.severity),
-                 .pose = finding.pose,
-                 .text = finding.text};
-  if (finding.sensor) row.sensor = TriadName(*finding.sensor);
-  if (finding.axis) row.axis = kAxes.substr(static_cast<std::size_t>(*finding.axis), 1);
-  if (!finding.remedy.empty()) row.remedy = finding.remedy;
-  if (finding.treatment != Treatment::kNone) row.treatment = TreatmentName(finding.treatment);
-  const Json json = ToJson(finding);
-  if (json.contains("values")) {
-    row.values = json["values"].dump(-1, ' ', false, Json::error_handler_t::replace);
-  }
-  return row;
-}
-template <typename Thing>
-const Thing& RowFor(const Thing& thing) {
-  return thing;
-}
-
 /// The values of a row: those of a thing, behind others.
 template <typename Thing>
 std::vector<Value> ValuesOf(const Thing& thing, std::vector<Value> values = {}) {
@@ -201,7 +180,29 @@ TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& i
   TableRows rows{table, {}};
   std::int64_t place = 0;
   for (const auto& item : items) {
-    rows.rows.push_back(ValuesOf(RowFor(item), {std::string_view(run.id), ++place}));
+    rows.rows.push_back(ValuesOf(item, {std::string_view(run.id), ++place}));
+  }
+  return rows;
+}
+
+TableRows RowsOfFindings(const UnitRun& run) {
+  TableRows rows{"finding", {}};
+  for (const Finding& finding : run.findings) {
+    const Json json = ToJson(finding);
+    std::vector<Value>& row = rows.rows.emplace_back();
+    row = {std::string_view(run.id), std::int64_t{std::ssize(rows.rows)}};
+    for (const std::string_view column : kFindingColumns) {
+      const auto member = json.find(column);
+      if (member == json.end()) {
+        row.emplace_back();
+      } else if (member->is_number_integer()) {
+        row.emplace_back(member->get<std::int64_t>());
+      } else {
+        row.emplace_back(member->is_string()
+                             ? member->get<std::string>()
+                             : member->dump(-1, ' ', false, Json::error_handler_t::replace));
+      }
+    }
   }
   return rows;
 }
@@ -229,15 +230,10 @@ std::string DefinitionsOf() {
           sql += " {real},\n";
         } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
           sql += " {bytes},\n";
-        } else if constexpr (std::is_same_v<Field, std::optional<std::int64_t>>) {
-          sql += " BIGINT,\n";
         } else if constexpr (std::is_arithmetic_v<Field>) {
           sql += " BIGINT NOT NULL,\n";
-        } else if constexpr (std::is_same_v<Field, Verdict> ||
-                             std::is_convertible_v<Field, std::string_view>) {
-          sql += " {text} NOT NULL,\n";
         } else {
-          sql += " {text},\n";
+          sql += " {text} NOT NULL,\n";
         }
       },
       none);
@@ -252,12 +248,16 @@ std::string TableSql(std::string_view name, const std::string& columns, std::str
 constexpr std::string_view kOfRun = "FOREIGN KEY (run) REFERENCES run (run), ";
 
 /// What a run has several of.
-template <typename Row>
-std::string PartSql(std::string_view name) {
+std::string PartSql(std::string_view name, const std::string& columns) {
   return TableSql(name,
-                  "  run {text} NOT NULL,\n  place BIGINT NOT NULL,\n" + DefinitionsOf<Row>(),
+                  "  run {text} NOT NULL,\n  place BIGINT NOT NULL,\n" + columns,
                   std::string(kOfRun) + "PRIMARY KEY (run, place)");
 }
+
+constexpr char kFindingDefinitions[] =
+    "  code {text} NOT NULL,\n  severity {text} NOT NULL,\n  sensor {text},\n  axis {text},\n"
+    "  pose BIGINT,\n  text {text} NOT NULL,\n  remedy {text},\n  \"values\" {text},\n"
+    "  treatment {text},\n";
 
 }  // namespace
 
@@ -267,7 +267,7 @@ std::vector<TableRows> RowsOf(const UnitRun& run) {
           RowsOfTags(run),
           RowsOfItems("input", run, run.inputs),
           RowsOfItems("parameter", run, run.parameters),
-          RowsOfItems("finding", run, run.findings),
+          RowsOfFindings(run),
           RowsOfItems("judgement", run, run.judgements)};
 }
 
@@ -296,8 +296,9 @@ std::string TablesSql(const TypeNames& types) {
       TableSql("tag",
                "  run {text} NOT NULL,\n  name {text} NOT NULL,\n  value {text} NOT NULL,\n",
                std::string(kOfRun) + "PRIMARY KEY (run, name)") +
-      PartSql<InputFile>("input") + PartSql<Parameter>("parameter") +
-      PartSql<FindingRow>("finding") + PartSql<LimitCheck>("judgement") +
+      PartSql("input", DefinitionsOf<InputFile>()) +
+      PartSql("parameter", DefinitionsOf<Parameter>()) + PartSql("finding", kFindingDefinitions) +
+      PartSql("judgement", DefinitionsOf<LimitCheck>()) +
       TableSql("disposition",
                DefinitionsOf<Disposition>(),
                std::string(kOfRun) + "PRIMARY KEY (disposition)") +

@@ -39,9 +39,18 @@ std::string SameReadings(std::size_t files) {
     runs += (i > 0 ? " INTERSECT " : "") +
             ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
   }
-  return "SELECT run, serial, log FROM run WHERE serial <> $1 AND log <> $2 AND "
+  return "SELECT " + ColumnsOf<KnownRun>() +
+         " FROM run WHERE serial <> $1 AND log <> $2 AND "
          "verdict <> 'NO_RESULT' AND run IN (" +
          runs + ") ORDER BY run LIMIT 100";
+}
+
+/// A recording that was checked again at a station does not count.
+std::string ChecksThatCount() {
+  return "SELECT " + ColumnsOf<StationCheck>() +
+         " FROM station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM "
+         "station_check AS prior WHERE prior.station = one.station AND prior.recording = "
+         "one.recording AND prior.station_check < one.station_check)) ";
 }
 
 template <typename Thing>
@@ -98,15 +107,14 @@ Part PartOf(std::string_view table, bool is_of_whole = false) {
       is_of_whole};
 }
 
-Finding FindingOf(const FindingRow& row) {
-  Json json = {{"code", row.code}, {"severity", row.severity}, {"text", row.text}};
-  if (row.sensor) json["sensor"] = *row.sensor;
-  if (row.axis) json["axis"] = *row.axis;
-  if (row.pose) json["pose"] = *row.pose;
-  if (row.remedy) json["remedy"] = *row.remedy;
-  if (row.values) json["values"] = Json::parse(*row.values);
-  if (row.treatment) json["treatment"] = *row.treatment;
-  return FindingFrom(json);
+void TakeFinding(std::span<const Cell> row, UnitRun* run) {
+  Json json;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const std::string_view column = kFindingColumns[i];
+    const bool is_json = column == "pose" || column == "values";
+    if (row[i]) json[std::string(column)] = is_json ? Json::parse(*row[i]) : Json(*row[i]);
+  }
+  run->findings.push_back(FindingFrom(json));
 }
 
 const std::vector<Part>& Parts() {
@@ -119,13 +127,7 @@ const std::vector<Part>& Parts() {
                               }},
                              PartOf<InputFile, &UnitRun::inputs>("input", true),
                              PartOf<Parameter, &UnitRun::parameters>("parameter"),
-                             {ColumnsOf<FindingRow>(),
-                              "finding",
-                              "place",
-                              [](std::span<const Cell> row, UnitRun* run) {
-                                run->findings.push_back(FindingOf(FromRow<FindingRow>(row)));
-                              },
-                              true},
+                             {std::string(kFindingSelected), "finding", "place", TakeFinding, true},
                              PartOf<LimitCheck, &UnitRun::judgements>("judgement")};
   return parts;
 }
@@ -223,7 +225,7 @@ Status Store::AddAll(std::span<const UnitRun> runs) {
     }
     TRUETRIAD_RETURN_IF_ERROR(lines_->Add(run));
   }
-  return database_->Transact(Access::kWrite, [&]() -> Status {
+  return Transact(Access::kWrite, [&]() -> Status {
     for (const UnitRun& run : runs) {
       TRUETRIAD_RETURN_IF_ERROR(lines_ ? InsertRun(Known(run)) : InsertRun(run));
     }
@@ -233,7 +235,7 @@ Status Store::AddAll(std::span<const UnitRun> runs) {
 
 Result<Table> Store::Asked(std::string_view sql, const std::vector<Value>& values) {
   Table table;
-  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+  TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(table, database_->Ask(sql, values));
     return {};
   }));
@@ -285,8 +287,7 @@ Result<StoreFacts> Store::StateFacts(
     for (const auto& row : table.rows) facts[row[0].value_or("")] = row[1].value_or("");
     return {};
   };
-  TRUETRIAD_RETURN_IF_ERROR(
-      database_->Transact(stated.empty() ? Access::kRead : Access::kWrite, state));
+  TRUETRIAD_RETURN_IF_ERROR(Transact(stated.empty() ? Access::kRead : Access::kWrite, state));
   return facts;
 }
 
@@ -362,13 +363,13 @@ Result<std::string> Store::LatestRun(const UnitRun& run) {
   return FieldIn(latest).value_or("");
 }
 
-Result<std::vector<RunName>> Store::RunsOfSameReadings(const UnitRun& run) {
+Result<std::vector<KnownRun>> Store::RunsOfSameReadings(const UnitRun& run) {
   std::vector<Value> values = {std::string_view(run.serial), std::string_view(run.log)};
   for (const InputFile& input : run.inputs) {
     if (input.samples > 0) values.emplace_back(std::string_view(input.sha256));
   }
-  if (values.size() == 2) return std::vector<RunName>();
-  return Things<RunName>(SameReadings(values.size() - 2), values);
+  if (values.size() == 2) return std::vector<KnownRun>();
+  return Things<KnownRun>(SameReadings(values.size() - 2), values);
 }
 
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
@@ -412,18 +413,18 @@ Result<std::vector<std::string>> Store::UnitsHeldBack() {
   return units;
 }
 
-Result<std::vector<RunFolder>> Store::FoldersOfUnit(const std::string& serial) {
-  if (lines_) return std::vector<RunFolder>();
-  return Things<RunFolder>("SELECT " + ColumnsOf<RunFolder>() +
-                               " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
-                           {serial});
+Result<std::vector<KnownRun>> Store::FoldersOfUnit(const std::string& serial) {
+  if (lines_) return std::vector<KnownRun>();
+  return Things<KnownRun>("SELECT " + ColumnsOf<KnownRun>() +
+                              " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
+                          {serial});
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
   if (lines_) return NoQuestions(database_->name());
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
   Disposition added = disposition;
-  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+  const Status status = Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const std::vector<Cell> standing,
         Row("SELECT run, verdict FROM standing WHERE serial = $1", {disposition.serial}));
@@ -451,7 +452,7 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
   if (lines_) return NoQuestions(database_->name());
   StationCheck added = check;
   std::optional<StationCheck> first;
-  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+  const Status status = Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     first.reset();
@@ -486,7 +487,7 @@ Result<Decisions> Store::ReadDecisions() {
 
 Status Store::AddDecisions(const Decisions& decisions) {
   if (lines_) return NoQuestions(database_->name());
-  return database_->Transact(Access::kWrite, [&]() -> Status {
+  return Transact(Access::kWrite, [&]() -> Status {
     for (const Disposition& disposition : decisions.dispositions) {
       TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(disposition)));
     }
@@ -497,13 +498,17 @@ Status Store::AddDecisions(const Decisions& decisions) {
   });
 }
 
+Result<std::vector<StationCheck>> Store::StationChecks() {
+  if (lines_) return NoQuestions(database_->name());
+  return Things<StationCheck>(ChecksThatCount() + "ORDER BY station_check");
+}
+
 Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<StationCheck> last,
-      Things<StationCheck>("SELECT " + ColumnsOf<StationCheck>() + " FROM " + kChecksThatCount +
-                               " AND station = $1 ORDER BY station_check DESC LIMIT 1",
-                           {station}));
+      Things<StationCheck>(
+          ChecksThatCount() + "AND station = $1 ORDER BY station_check DESC LIMIT 1", {station}));
   return last.empty() ? std::nullopt : std::optional(last.front());
 }
 
@@ -522,20 +527,35 @@ Status Store::TakeStandings(const std::string& condition, std::vector<UnitRun>* 
   return {};
 }
 
+Status Store::Transact(Access access, const std::function<Status()>& work) {
+  return is_together_ ? work() : database_->Transact(access, work);
+}
+
+Status Store::Together(const std::function<Status()>& work) {
+  is_together_ = true;
+  const Status status = database_->Transact(Access::kWrite, work);
+  is_together_ = false;
+  return status;
+}
+
 Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
-                                               const std::string& condition) {
+                                               const std::string& condition,
+                                               const std::string& run) {
+  const auto ask = [&](const std::string& sql) {
+    return run.empty() ? Query(sql) : Asked(sql, {std::string_view(run)});
+  };
   std::string columns = ColumnsOf<UnitRun>();
   constexpr std::string_view kCovariance = "covariance";
   if (!which.is_whole) columns.replace(columns.find(kCovariance), kCovariance.size(), "NULL");
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
-      Query("SELECT " + columns + SourceOf(which) + " AND " + condition + " ORDER BY serial, run"));
+      ask("SELECT " + columns + SourceOf(which) + " AND " + condition + " ORDER BY serial, run"));
   std::vector<UnitRun> runs;
   std::map<std::string_view, UnitRun*> by_name;
   runs.reserve(table.rows.size());
   for (const auto& row : table.rows) {
-    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run, CheckedFromRow<UnitRun>(row));
-    runs.push_back(std::move(run));
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun one, CheckedFromRow<UnitRun>(row));
+    runs.push_back(std::move(one));
     by_name[runs.back().id] = &runs.back();
   }
   if (runs.empty()) return runs;
@@ -543,9 +563,9 @@ Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
     if (part.is_of_whole && !which.is_whole) continue;
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table rows,
-        Query("SELECT run, " + part.columns + " FROM " + std::string(part.table) +
-              " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
-              std::string(part.order)));
+        ask("SELECT run, " + part.columns + " FROM " + std::string(part.table) +
+            " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
+            std::string(part.order)));
     for (const auto& row : rows.rows) {
       // Runs that are not wanted have none.
       const auto found = by_name.find(*row[0]);
@@ -573,19 +593,16 @@ Status Store::ForEachRun(const RunSelection& which, const std::function<Status(U
   }
 }
 
-Result<std::vector<UnitRun>> Store::ReadRunsNamedLike(std::span<const UnitRun> runs) {
-  std::string condition = "run IN (";
-  for (const UnitRun& run : runs) {
-    condition += (condition.ends_with('(') ? "" : ",") + SqlText(run.id);
-  }
-  return RunsOfPage({}, condition + ")");
+Result<std::optional<UnitRun>> Store::ReadRun(const std::string& run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, RunsOfPage({}, "run = $1", run));
+  return runs.empty() ? std::optional<UnitRun>() : std::optional(std::move(runs.front()));
 }
 
 Status Store::MarkEnd() { return lines_ ? lines_->End() : Status(); }
 
 Result<Table> Store::Query(const std::string& sql) {
   if (lines_) return NoQuestions(database_->name());
-  return database_->AskAsGiven(sql);
+  return is_together_ ? database_->Ask(sql, {}) : database_->AskAsGiven(sql);
 }
 
 Status Store::AllowTypedText() { return database_->AllowTypedText(); }

@@ -33,27 +33,15 @@ std::optional<Shard> ShardFromText(std::string_view text);
 /// The same the other way.
 std::string ShardText(const Shard& shard);
 
-/// The last run that was made of a log, by which another is known to be the same.
+/// What is asked of a run that is in the store, as UnitRun.
 struct KnownRun {
   std::string log;
   std::int64_t log_bytes = 0, log_modified_ns = 0;
+  std::string run, serial;
   std::string config_sha256, software_version;
   Verdict verdict = Verdict::kNoResult;
-  std::string serial;
-  Tags tags;
-  std::string code = {};  ///< Of its verdict.
-  std::string recorded = {};
-};
-
-/// By which people find a run.
-struct RunName {
-  std::string run, serial, log;
-};
-
-/// Where the files of a run are, as the store was told.
-struct RunFolder {
-  std::string run, folder;
-  Verdict verdict = Verdict::kNoResult;  ///< Of that run.
+  std::string code, recorded, folder;
+  Tags tags = {};  ///< Store::LastRuns alone says them.
 };
 
 /// A field of a row, as text; unset: NULL.
@@ -123,6 +111,10 @@ inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail}
 /// Error (usage): who or why is blank, longer than 200 or 2000 bytes, more than one line or no
 /// UTF-8, or the verdict is none of people.
 Status CheckDisposition(const Disposition& disposition);
+
+/// By how many seconds the clocks of two machines may differ: a check that is later than now by
+/// more is of a time to come.
+inline constexpr double kClocksDifferS = 60.0;
 
 /// A station's golden unit, measured again.
 struct StationCheck {
@@ -195,7 +187,7 @@ class Store {
   Result<std::string> LatestRun(const UnitRun& run);
   /// Runs of other units, of other logs, that were made from the same files with samples (by their
   /// SHA-256), and not refused for it: some of them.
-  Result<std::vector<RunName>> RunsOfSameReadings(const UnitRun& run);
+  Result<std::vector<KnownRun>> RunsOfSameReadings(const UnitRun& run);
   /// Of each log the last run.
   Result<std::vector<KnownRun>> LastRuns();
   /// Of which shard further runs are; the first who says how many there are, states it. Error
@@ -216,7 +208,7 @@ class Store {
   /// or they are not good and have a result of another run.
   Result<std::vector<std::string>> UnitsHeldBack();
   /// Those of the unit's runs that have files, in the order of their names.
-  Result<std::vector<RunFolder>> FoldersOfUnit(const std::string& serial);
+  Result<std::vector<KnownRun>> FoldersOfUnit(const std::string& serial);
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
   /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error
   /// (usage): there is no such unit.
@@ -224,7 +216,8 @@ class Store {
   /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
   /// check at a station: that one, where this is not it.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
-  /// The last that counts; unset: there is none of this station.
+  /// Those that count, in their order; of all stations, or the last of one.
+  Result<std::vector<StationCheck>> StationChecks();
   Result<std::optional<StationCheck>> LastStationCheck(const std::string& station);
   Result<Decisions> ReadDecisions();
   /// Those of another store, of which all runs are here; what is there already is not added again.
@@ -242,8 +235,11 @@ class Store {
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
   Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
-  /// Runs of the store, whole, that have the names of these.
-  Result<std::vector<UnitRun>> ReadRunsNamedLike(std::span<const UnitRun> runs);
+  /// The run of this name, whole; unset: it is not there.
+  Result<std::optional<UnitRun>> ReadRun(const std::string& run);
+  /// Does all of `work`, which uses this store, or nothing of it. It may be called several times: a
+  /// connection that is lost is opened anew. Not to be nested.
+  Status Together(const std::function<Status()>& work);
 
  private:
   explicit Store(std::unique_ptr<Database> database);
@@ -264,12 +260,18 @@ class Store {
   /// The same as things, one a row.
   template <typename Thing>
   Result<std::vector<Thing>> Things(const std::string& sql, const std::vector<Value>& values = {});
-  /// The runs that `condition`, on columns of `run` alone, is true of.
-  Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which, const std::string& condition);
+  /// `work` in a transaction: in that of Together, or one of its own.
+  Status Transact(Access access, const std::function<Status()>& work);
+  /// The runs that `condition`, on columns of `run` alone, is true of; of none but `run` where that
+  /// is named.
+  Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which,
+                                          const std::string& condition,
+                                          const std::string& run = "");
   /// What units amount to, for those of their runs that count.
   Status TakeStandings(const std::string& condition, std::vector<UnitRun>* runs);
 
   std::unique_ptr<Database> database_;
+  bool is_together_ = false;         ///< In Together.
   std::unique_ptr<RunLines> lines_;  ///< Where runs go, with what is asked of them in database_.
 };
 

@@ -279,7 +279,7 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
 
 Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs::path& units) {
   Agreement agreement;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<RunFolder> folders, store.FoldersOfUnit(serial));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> folders, store.FoldersOfUnit(serial));
   if (folders.empty()) return agreement;
   const FolderClaim claim =
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
@@ -293,7 +293,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
     agreement.why =
         "run " + unit->run + " counts, and is " + std::string(VerdictWords(unit->final_verdict));
   }
-  for (const RunFolder& one : folders) {
+  for (const KnownRun& one : folders) {
     const bool counts = one.run == unit->run;
     const std::string folder = FolderOf(one.folder, units);
     const Result<std::vector<std::string>> withdrawn = Agree(folder, *unit, counts);

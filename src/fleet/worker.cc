@@ -6,9 +6,11 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <new>
 #include <sstream>
 #include <string_view>
@@ -45,31 +47,15 @@ bool WriteAll(int stream, std::string_view text) {
   return true;
 }
 
-/// Lines of a stream, as they come.
-class LineReader {
- public:
-  explicit LineReader(int stream) : stream_(stream) {}
-
-  /// Unset: the stream has ended.
-  std::optional<std::string> Next() {
-    for (;;) {
-      if (const std::size_t end = text_.find('\n'); end != std::string::npos) {
-        std::string line = text_.substr(0, end);
-        text_.erase(0, end + 1);
-        return line;
-      }
-      std::array<char, 16384> part{};
-      const ssize_t count = read(stream_, part.data(), part.size());
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) return std::nullopt;
-      text_.append(part.data(), static_cast<std::size_t>(count));
-    }
-  }
-
- private:
-  int stream_;
-  std::string text_;
-};
+/// Without its end; unset: the stream has ended.
+std::optional<std::string> NextLine(std::FILE* file) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  const ssize_t count = getline(&text, &size, file);
+  const std::unique_ptr<char, void (*)(void*)> owner(text, std::free);
+  if (count <= 0 || text[count - 1] != '\n') return std::nullopt;
+  return std::string(text, static_cast<std::size_t>(count - 1));
+}
 
 /// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log has PART
 /// in its name; hang and memory likewise, and grow to half of what it may have. Several with commas
@@ -129,12 +115,13 @@ int ServeAsWorker(int stream) {
   if (IsAbandoned(stream)) return 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   LimitMemory();
-  LineReader lines(stream);
-  const std::optional<std::string> first = lines.Next();
+  std::FILE* const file = fdopen(stream, "r");
+  if (file == nullptr) return static_cast<int>(ErrorKind::kBadInput);
+  const std::optional<std::string> first = NextLine(file);
   if (!first) return 0;
   const Result<WorkPlan> plan = ReadPlan(*first);
   if (!plan) return static_cast<int>(plan.error().kind());
-  while (const std::optional<std::string> line = lines.Next()) {
+  while (const std::optional<std::string> line = NextLine(file)) {
     const Result<UnitOrder> order = ReadOrder(*line);
     if (!order) return static_cast<int>(order.error().kind());
     const InputGuard guard;

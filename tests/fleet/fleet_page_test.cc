@@ -89,7 +89,7 @@ TEST_F(FleetPage, CountsUnitsByTheRunThatCounts) {
   const std::map<std::string, std::string> files = FilesOf("page");
   EXPECT_THAT(files.at("index.html"),
               AllOf(HasSubstr("66.7 % good"), HasSubstr("33.3 % at the first run")));
-  EXPECT_THAT(files.at("data.js"), HasSubstr("\"by_tag\":{\"lot\":[{\"value\":\"L/1\""));
+  EXPECT_THAT(files.at("data.js"), HasSubstr("\"rows\":[[\"L/1\",\"3\""));
   EXPECT_EQ(WritePage("bad", "verdict <> 'PASS'")->units, 1U);
 }
 
@@ -166,7 +166,8 @@ TEST_F(FleetPage, HasTheLinesStatistics) {
   ASSERT_TRUE(WritePage("page"));
   const std::map<std::string, std::string> files = FilesOf("page");
   EXPECT_THAT(files.at("data.js"),
-              AllOf(HasSubstr("\"line\":{\"yield\":{\"units\":3"), HasSubstr("\"charts\":[")));
+              AllOf(HasSubstr("\"line\":{\"tables\":[{\"heading\":\"2 OF 3 GOOD"),
+                    HasSubstr("\"charts\":[")));
 }
 
 }  // namespace fleet_page_test

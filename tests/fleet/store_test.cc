@@ -209,9 +209,9 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   };
   const auto found = [&](const UnitRun& one) {
     std::string runs;
-    const Result<std::vector<RunName>> others = (*store)->RunsOfSameReadings(one);
+    const Result<std::vector<KnownRun>> others = (*store)->RunsOfSameReadings(one);
     EXPECT_TRUE(others) << others.error().message;
-    for (const RunName& other : *others) runs += other.run;
+    for (const KnownRun& other : *others) runs += other.run;
     return runs;
   };
   ASSERT_TRUE((*store)->Add(run("1", "A1", Verdict::kNoLimits)));

@@ -176,7 +176,11 @@
             drawMarks(chart, marks);
           },
         ],
-        setCursor: [(chart) => stated.onHover?.(chart.cursor.idx, chart)],
+        setCursor: [({ cursor: { idx } }) => {
+          if (!stated.hover) return;
+          const isThere = idx !== null && idx !== undefined && idx < points.values.length;
+          stated.hover.textContent = isThere ? ` ${text.flat(stated.serialOf(idx))}: ${text.number(points.values[idx], 6)}` : '';
+        }],
       },
     };
   };
@@ -184,7 +188,8 @@
   // Draws into `container`, a block with a height of its own:
   //   x, isTime, xLabel; lines [{values, kind, colour, scale}]; points {values, isBad, sigmas};
   //   marks [{value, label, colour}]: levels; range of y; label: what a screen reader says;
-  //   onHover(index), onPick(index).
+  //   serialOf(index): the unit of a point, which opens when it is picked, and is told of in
+  //   `hover` when the pointer is at it.
   const draw = (container, stated) => {
     drawn.get(container)?.chart?.destroy();
     container.replaceChildren();
@@ -203,9 +208,9 @@
     const data = [stated.x, ...(stated.lines ?? []).map((line) => line.values)];
     if (stated.points) data.push(stated.points.values);
     const chart = new window.uPlot(optionsOf(container, stated), data, frame);
-    if (stated.onPick) {
+    if (stated.serialOf) {
       chart.over.addEventListener('click', () => {
-        if (chart.cursor.idx !== null && chart.cursor.idx !== undefined) stated.onPick(chart.cursor.idx);
+        if (chart.cursor.idx !== null && chart.cursor.idx !== undefined) location.hash = `unit=${encodeURIComponent(stated.serialOf(chart.cursor.idx))}`;
       });
       chart.over.classList.add('is-link');
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the line's statistics say: how values lie within their limits, control charts of each station
-// with their alarms, golden units.
+// What the line's statistics say: the tables of `fleet summary`, and control charts of each station
+// with their alarms.
 'use strict';
 (() => {
   const { units, text, element, charts, overview } = window.fleet;
@@ -15,41 +15,14 @@
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
   const unitLink = (serial) => element('a', { href: `#unit=${encodeURIComponent(serial)}` }, text.flat(serial));
   const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
-  const interval = (estimate, digits = 3) =>
-    !estimate || !known(estimate.value) ? '–' : `${text.number(estimate.value, digits)} (${text.number(estimate.lower, digits)} … ${text.number(estimate.upper, digits)})`;
-  const share = (value) => (known(value) ? `${text.number(100 * value, 2)} %` : '–');
 
-  const yieldOf = () => {
-    const { good_share: good, good_at_first_share: first } = line.yield;
-    const percent = (estimate) => (known(estimate?.value) ? `${(100 * estimate.value).toFixed(1)} % (${(100 * estimate.lower).toFixed(1)} … ${(100 * estimate.upper).toFixed(1)})` : '–');
-    return element('p', {}, `Of ${text.count(line.yield.units)} units ${percent(good)} are good, ${percent(first)} were at the first run; in brackets, here and below, 95 % intervals.`);
-  };
-
-  // By lot and by station; a lot leads to its units.
-  const yieldByTag = () =>
-    Object.entries(line.yield.by_tag).map(([tag, counts]) => {
-      const rows = counts.map((count) => {
-        const name = count.value || `no ${tag}`;
-        const link = tag === 'lot' && count.value ? element('a', { href: `#${new URLSearchParams({ [`tag.${tag}`]: count.value })}` }, name) : name;
-        return row(link, cell(text.count(count.units), 'r'), cell(text.percent(count.good_at_first, count.units), 'r'), cell(text.percent(count.good, count.units), 'r'));
-      });
-      return section(`Yield by ${tag}`, tableIn(`Yield by ${tag}`, [tag, '>units', '>at the first run', '>good'], rows));
-    });
-
-  // The index that matters: of the process itself where calibrations say their σ, else as measured.
-  const limitsOf = () => {
-    if (!line.limits?.length) return [];
-    const rows = [...line.limits].map((each) => {
-      const pair = known(each.process?.overall?.ppk?.value) ? each.process : each.observed;
-      return { each, pair, ppk: pair?.overall?.ppk?.value ?? Infinity };
-    }).sort((a, b) => a.ppk - b.ppk).map(({ each, pair, ppk }) =>
-      row(each.name, cell(`${text.allowed(each.lower, each.upper)} ${each.unit.replace('^2', '²').replace('uT', 'µT')}`), cell(text.number(each.mean), 'r'),
-        cell(interval(pair?.within?.cpk), 'r'),
-        cell(element('span', { class: ppk < 1 ? 'badge is-bad' : '' }, `${ppk < 1 ? '✕ ' : ''}${interval(pair?.overall?.ppk)}`), 'r'),
-        cell(share(each.outside), 'r')));
-    return [section('Within the limits', tableIn('Capability', ['limit', 'allowed', '>mean', '>Cpk', '>Ppk', '>outside'], rows),
-      element('p', { class: 'soft' }, 'The least capable first; the variance of the calibrations is taken out where it is known. Were they normal, up to 0.27 % of the units would be outside at 1, up to 4.6 % at 0.67, up to 13 % at 0.5.'))];
-  };
+  // The tables of `fleet summary`; a lot leads to its units.
+  const tablesOf = () => line.tables.map(({ heading, header, alignment, rows, notes }) => {
+    const names = header.map((name, k) => (alignment[k] === 'r' ? `>${name}` : name));
+    const link = (word) => (header[0] === 'lot' && word !== '(none)' ? element('a', { href: `#${new URLSearchParams({ 'tag.lot': word })}` }, word) : word);
+    const shown = rows.map(([name, ...cells]) => row(link(name), ...cells.map((words, k) => cell(words, alignment[k + 1] === 'r' ? 'r' : null))));
+    return section(heading, ...(rows.length > 0 ? [tableIn(heading, names, shown)] : []), ...notes.map((note) => element('p', { class: 'soft' }, note)));
+  });
 
   const drawChart = (place, caption, chart) => {
     const n = chart.points.length;
@@ -69,12 +42,8 @@
       points: { values: value.map((one) => one ?? NaN), isBad: isOut },
       marks: [{ value: chart.line, label: '', colour: 'soft' }],
       label: `${name}. ${out} of ${n} points are beyond the limits.`,
-      onHover: (k) => {
-        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(serial[k])}: ${text.number(value[k], 4)}`;
-      },
-      onPick: (k) => {
-        location.hash = `unit=${encodeURIComponent(serial[k])}`;
-      },
+      hover,
+      serialOf: (k) => serial[k],
     });
   };
 
@@ -128,22 +97,10 @@
       element('figure', {}, place, caption), alarms)];
   };
 
-  const age = (hours) => {
-    if (!known(hours)) return '–';
-    if (hours < 0) return 'after it';
-    return hours < 1 ? `${text.number(60 * hours, 2)} min` : hours < 72 ? `${text.number(hours, 2)} h` : `${text.number(hours / 24, 3)} days`;
-  };
-
-  const goldenOf = () => {
-    if (!line.golden?.length) return [];
-    const rows = line.golden.map((each) => row(each.station || 'no station', cell(each.state === 'good' ? '✓ good' : `✕ ${each.state}`), cell(age(each.age_h), 'r'), cell(String(each.checks.length), 'r'), cell(String(each.disagreed), 'r')));
-    return [section('Golden units', tableIn('Golden units', ['station', 'state', '>last check, before the last unit', '>checks', '>disagreed'], rows))];
-  };
-
   window.fleet.line = {
     show: () => {
       document.getElementById('line').hidden = false;
-      document.getElementById('line-content').replaceChildren(yieldOf(), ...yieldByTag(), ...limitsOf(), ...chartsOf(), ...goldenOf());
+      document.getElementById('line-content').replaceChildren(...tablesOf(), ...chartsOf());
     },
   };
 })();

@@ -62,12 +62,8 @@
       points: { values, isBad: (k) => !units.isGood(order[k]) },
       marks: marksOf(limits),
       label: `${column.name} over ${isTime ? 'time' : 'units'}. ${words}.`,
-      onHover: (k) => {
-        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(units.serials[order[k]])}: ${text.number(values[k], 6)}`;
-      },
-      onPick: (k) => {
-        location.hash = `unit=${encodeURIComponent(units.serials[order[k]])}`;
-      },
+      hover,
+      serialOf: (k) => units.serials[order[k]],
     });
     ends.replaceChildren();
     if (n === 0) return;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gflags/gflags.h>
@@ -13,6 +14,7 @@
 #include "base/messages.h"
 #include "fleet/fleet_page.h"
 #include "fleet/line_summary.h"
+#include "line/control_chart.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -92,9 +94,9 @@ Result<VerbResult> RunFleetSummary(const std::vector<std::string>&) {
   if (!FLAGS_where.empty() || !FLAGS_study.empty()) {
     TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::LineSummary summary, fleet::Summarise(*store, options));
-  return VerbResult{.text = FLAGS_csv ? SummaryCsv(summary) : SummaryText(summary),
-                    .result = ToJson(summary)};
+  TRUETRIAD_ASSIGN_OR_RETURN(Json summary, fleet::Summarise(*store, options));
+  return VerbResult{.text = FLAGS_csv ? fleet::SummaryCsv(summary) : fleet::SummaryText(summary),
+                    .result = std::move(summary)};
 }
 
 Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {

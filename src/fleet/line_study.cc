@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "fleet/line_reader.h"
+#include "fleet/line_summary.h"
+#include "line/gauge_study.h"
+
+namespace truetriad::fleet {
+namespace {
+
+Json ToJson(const line::AnovaLine& line) {
+  return {{"sum_of_squares", line.sum_of_squares},
+          {"dof", line.dof},
+          {"mean_square", line.mean_square},
+          {"f", line.f},
+          {"p", line.p}};
+}
+
+Json ToJson(const line::VarianceComponent& component) {
+  return {{"variance", component.variance},
+          {"lower", component.interval.lower},
+          {"upper", component.interval.upper},
+          {"study_share", component.study_share},
+          {"tolerance_share", component.tolerance_share}};
+}
+
+Json ToJson(const line::GaugeStudy& study) {
+  return {{"design", StudyDesignName(study.design)},
+          {"parts", study.parts},
+          {"appraisers", study.appraisers},
+          {"repeats", study.repeats},
+          {"anova",
+           {{"part", ToJson(study.part)},
+            {"appraiser", ToJson(study.appraiser)},
+            {"interaction", ToJson(study.interaction)},
+            {"error", ToJson(study.error)}}},
+          {"interaction_pooled", study.is_pooled},
+          {"components",
+           {{"repeatability", ToJson(study.repeatability)},
+            {"appraiser", ToJson(study.appraiser_alone)},
+            {"interaction", ToJson(study.interaction_alone)},
+            {"reproducibility", ToJson(study.reproducibility)},
+            {"gauge", ToJson(study.gauge)},
+            {"part", ToJson(study.part_to_part)},
+            {"total", ToJson(study.total)}}},
+          {"distinct_categories", study.distinct_categories}};
+}
+
+Json ToJson(const line::Type1Study& study) {
+  return {{"runs", study.runs},
+          {"mean", study.mean},
+          {"sigma", EstimateJson(study.sigma)},
+          {"reference", study.reference},
+          {"bias", EstimateJson(study.bias)},
+          {"bias_t", study.bias_t},
+          {"bias_p", study.bias_p},
+          {"cg", study.cg},
+          {"cgk", study.cgk},
+          {"repeatability_share", study.repeatability_share}};
+}
+
+/// The runs of a study, and what one quantity of them says.
+class StudyOfRuns {
+ public:
+  StudyOfRuns(const LineReading& runs, const SummaryOptions& options)
+      : runs_(runs), options_(options) {
+    std::set<std::string> parts;
+    for (const line::UnitRecord& run : runs.data.units) parts.insert(run.serial);
+    is_of_one_part_ = parts.size() == 1;
+  }
+
+  /// Of those with limits, then of the parameters that vary.
+  Json All() const {
+    Json studies = Json::array();
+    for (const auto& [name, checks] : runs_.judged) studies.push_back(Of(runs_.JudgedOf(name)));
+    for (std::size_t place = 0; place < runs_.data.parameters.size(); ++place) {
+      const Quantity quantity = runs_.ParameterOf(place);
+      const bool is_fixed =
+          quantity.values.size() == 0 || quantity.values.minCoeff() == quantity.values.maxCoeff();
+      if (!is_fixed) studies.push_back(Of(quantity));
+    }
+    return studies;
+  }
+
+ private:
+  Json Of(const Quantity& quantity) const {
+    const double width = quantity.upper - quantity.lower;
+    const double tolerance = std::isfinite(width) ? width : line::kNotKnown;
+    Json study = {{"name", quantity.name},
+                  {"unit", quantity.unit},
+                  {"has_limits", quantity.has_limits},
+                  {"tolerance", tolerance}};
+    if (is_of_one_part_ && quantity.values.size() < 2) {
+      study["refused"] = "the study has one run of one part; repeat it";
+      return study;
+    }
+    if (is_of_one_part_) {
+      study["type1"] = ToJson(line::FindType1Study(
+          quantity.values, ReferenceOf(quantity), tolerance, options_.confidence));
+      return study;
+    }
+    std::vector<line::GaugeReading> readings;
+    for (std::size_t i = 0; i < quantity.units.size(); ++i) {
+      const line::UnitRecord& run = runs_.data.units[static_cast<std::size_t>(quantity.units[i])];
+      readings.push_back({run.serial,
+                          line::TagOf(run, options_.study_by),
+                          quantity.values[static_cast<Eigen::Index>(i)]});
+    }
+    const Result<line::GaugeStudy> found =
+        line::FindGaugeStudy(readings, {.tolerance = tolerance, .confidence = options_.confidence});
+    if (found) {
+      study["gauge"] = ToJson(*found);
+    } else {
+      study["refused"] = found.error().message;
+    }
+    return study;
+  }
+
+  /// In the unit of the study's values. Of a name that a limit and a parameter have it is the
+  /// limit's, which is in true units.
+  double ReferenceOf(const Quantity& quantity) const {
+    const auto reference = options_.references.find(quantity.name);
+    const bool is_of_limit = !quantity.has_limits && runs_.judged.contains(quantity.name);
+    return reference == options_.references.end() || is_of_limit ? line::kNotKnown
+                                                                 : reference->second;
+  }
+
+  const LineReading& runs_;
+  const SummaryOptions& options_;
+  bool is_of_one_part_ = false;
+};
+
+Status CheckReferences(const Json& studies, const std::map<std::string, double>& references) {
+  for (const auto& [name, value] : references) {
+    if (std::none_of(studies.begin(), studies.end(), [&name = name](const Json& study) {
+          return study["name"] == name;
+        })) {
+      return Error(ErrorCode::kUnknownName,
+                   "the study's runs have no quantity `" + name + "` for a reference");
+    }
+  }
+  return {};
+}
+
+Error SameRecording(const std::string& one, const std::string& other, const std::string& of) {
+  return Error(ErrorCode::kConflictingArguments,
+               "the study has the same recording twice, as runs " + one + " and " + other + " (" +
+                   of + "); measure each unit anew, or leave one out with --study");
+}
+
+/// What was measured again differs somewhere, if only in the last bit: runs that do not are of the
+/// same samples, whatever their files are (compressed, in parts).
+Status CheckValuesAreDifferent(const LineReading& runs) {
+  std::map<std::vector<std::pair<Eigen::Index, double>>, const line::UnitRecord*> known;
+  for (const line::UnitRecord& run : runs.data.units) {
+    std::vector<std::pair<Eigen::Index, double>> estimated;
+    for (Eigen::Index i = 0; i < run.values.size(); ++i) {
+      if (run.sigma[i] > 0.0) estimated.emplace_back(i, run.values[i]);
+    }
+    if (estimated.empty()) continue;
+    const auto [first, is_new] = known.try_emplace(std::move(estimated), &run);
+    if (!is_new) return SameRecording(first->second->run, run.run, "of " + run.serial);
+  }
+  return {};
+}
+
+/// A recording that is calibrated twice has no repeatability to show.
+Status CheckAreDifferent(Store& store, const std::string& study, const LineReading& runs) {
+  std::unordered_map<std::string, std::string> run_of;  // by what was read
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      store.Query("SELECT sha256, input.run, serial, log FROM input JOIN (SELECT run, serial, log" +
+                  FromWhere("run", study) +
+                  ") AS its ON its.run = input.run WHERE samples > 0 ORDER BY input.run"));
+  for (const auto& row : table.rows) {
+    const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
+    if (is_new || first->second == *row[1]) continue;
+    return SameRecording(
+        first->second, *row[1], row[3].value_or("") + " of " + row[2].value_or(""));
+  }
+  return CheckValuesAreDifferent(runs);
+}
+
+}  // namespace
+
+Result<Json> StudyOf(Store& store, const SummaryOptions& options) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("by", options.study_by));
+  TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, options.study));
+  if (runs.data.units.empty()) {
+    return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, options.study, runs));
+  const Json quantities = StudyOfRuns(runs, options).All();
+  TRUETRIAD_RETURN_IF_ERROR(CheckReferences(quantities, options.references));
+  const bool is_any = std::any_of(quantities.begin(), quantities.end(), [](const Json& study) {
+    return !study.contains("refused");
+  });
+  if (is_any) {
+    return Json({{"where", options.study},
+                 {"by", options.study_by},
+                 {"runs", runs.data.units.size()},
+                 {"quantities", quantities}});
+  }
+  return Error(ErrorCode::kNotEnoughData,
+               quantities.empty() ? "the runs of the study have no calibration"
+                                  : quantities[0]["refused"].get<std::string>());
+}
+
+}  // namespace truetriad::fleet
