@@ -1,87 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "allan/allan_file.h"
 
-#include <cmath>
 #include <string_view>
 #include <vector>
 
-#include "io/calibration_values.h"
+#include "allan/allan_fields.h"
+#include "io/yaml_fields.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
-
-constexpr std::string_view kFormat = "truetriad/allan/1";
-constexpr std::string_view kAtRest = "at_rest", kNotAtRest = "not_at_rest";
-
-// ---------------------------------------------------------------------------------------- writing
-
-YamlText& operator<<(YamlText& out, const Interval& interval) {
-  return out << "value: " << interval.value << ", low: " << interval.low
-             << ", high: " << interval.high;
-}
-
-/// Values of one sample are for those who simulate or filter in steps of one; they are not read.
-void WriteAxis(YamlText& out, const AllanAxis& axis, const std::string& unit, double rate_hz) {
-  constexpr std::string_view kIndent = "        ";
-  const auto quoted = [&](std::string_view per) { return unit + std::string(per); };
-  const auto sample = [&](std::string_view key, double value) {
-    out << kIndent << key << ": { value: " << value << ", unit: " << Quoted{unit} << " }\n";
-  };
-  if (axis.white_density) {
-    out << kIndent << "noise_density: { " << *axis.white_density
-        << ", unit: " << Quoted{quoted("/sqrt(Hz)")};
-    if (axis.white_range_s) {
-      out << ", range_s: [" << axis.white_range_s->front() << ", " << axis.white_range_s->back()
-          << "]";
-    }
-    out << " }\n";
-    sample("noise_sigma_sample", axis.white_density->value * std::sqrt(rate_hz));
-  }
-  if (axis.instability) {
-    const BiasInstability& instability = *axis.instability;
-    out << kIndent << "bias_instability: { " << instability.coefficient
-        << ", unit: " << Quoted{unit} << ", minimum: { " << instability.minimum
-        << " }, tau_s: " << instability.tau_s << ", at_end: " << instability.at_end << " }\n";
-  }
-  if (axis.random_walk) {
-    out << kIndent << "random_walk: { " << *axis.random_walk
-        << ", unit: " << Quoted{quoted("/s/sqrt(Hz)")} << " }\n";
-    sample("random_walk_sample", axis.random_walk->value / std::sqrt(rate_hz));
-  }
-  if (axis.quantisation) {
-    out << kIndent << "quantisation: { " << *axis.quantisation << ", unit: " << Quoted{quoted("*s")}
-        << " }\n";
-    sample("quantisation_sample", axis.quantisation->value * rate_hz);
-  }
-  out << kIndent << "points:" << (axis.points.empty() ? " []\n" : "\n");
-  for (const AllanPoint& point : axis.points) {
-    out << kIndent << "  - [" << point.tau_s << ", " << point.deviation.value << ", "
-        << point.deviation.low << ", " << point.deviation.high << ", " << point.degrees_of_freedom
-        << ", " << point.terms << "]\n";
-  }
-}
-
-void WriteTriad(YamlText& out, const AllanTriad& triad) {
-  out << "  " << TriadName(triad.triad) << ":\n    unit: " << Quoted{triad.unit.name} << "\n";
-  if (triad.si_per_count) out << "    si_per_count: " << *triad.si_per_count << "\n";
-  out << "    status: " << (triad.at_rest() ? kAtRest : kNotAtRest) << "\n";
-  if (!triad.at_rest()) out << "    disturbance: " << Quoted{triad.disturbance} << "\n";
-  out << "    rate_hz: " << triad.rate_hz << "\n    samples: " << triad.samples
-      << "\n    duration_s: " << triad.duration_s
-      << "\n    filled_samples: " << triad.filled_samples << "\n    breaks: " << triad.breaks
-      << "\n    warnings:" << (triad.warnings.empty() ? " []\n" : "\n");
-  for (const std::string& warning : triad.warnings) out << "      - " << Quoted{warning} << "\n";
-  out << "    axes:\n";
-  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
-    out << "      " << kAxisLetters.substr(axis, 1) << ":\n";
-    WriteAxis(out, triad.axes[axis], triad.unit.name, triad.rate_hz);
-  }
-}
-
-// ---------------------------------------------------------------------------------------- reading
 
 void ReadInterval(YamlReader& reader, Interval* interval) {
   reader.Require("value", &interval->value);
@@ -210,12 +140,9 @@ std::string AllanToYaml(const AllanResult& result) {
   out << "# Allan deviation with 95 % intervals; coefficients as in IEEE Std 952-1997, annex C. A\n"
          "# coefficient that is not observable is omitted, as are all of a sensor that is\n# "
          "not_at_rest. `..._sample`: the same noise in one\n# sample. Points: tau [s], deviation, "
-         "low, high, degrees of freedom, terms averaged.\n"
-      << "format: " << kFormat << "\nsource: " << Quoted{result.source}
-      << "\nserial: " << Quoted{result.serial} << "\n";
-  WriteInputs(out, result.inputs);
-  out << "sensors:" << (result.triads.empty() ? " {}\n" : "\n");
-  for (const AllanTriad& triad : result.triads) WriteTriad(out, triad);
+         "low, high, degrees of freedom, terms averaged.\n";
+  YamlFieldWriter root(out, 0);
+  Fields(root, result);
   return out.str();
 }
 
@@ -225,14 +152,15 @@ Result<AllanResult> ReadAllanFile(const std::string& path) {
   std::string format;
   reader.Require("format", &format);
   TRUETRIAD_RETURN_IF_ERROR(reader.status());
-  if (format != kFormat) {
-    reader.Child("format").Fail("is `" + format + "`; expected `" + std::string(kFormat) +
+  if (format != kAllanFormat) {
+    reader.Child("format").Fail("is `" + format + "`; expected `" + std::string(kAllanFormat) +
                                 "`, as written by `truetriad allan`");
     return reader.status().error();
   }
   reader.Require("source", &result.source);
   reader.Require("serial", &result.serial);
-  ReadInputs(reader.RequireChild("inputs"), &result.inputs);
+  YamlFieldReader fields(reader);
+  fields("inputs", result.inputs);
   if (YamlReader sensors = reader.RequireChild("sensors")) {
     for (const Triad triad : kTriads) {
       if (YamlReader sensor = sensors.Child(TriadName(triad))) {

@@ -9,7 +9,6 @@
 #include "config/documents.h"
 #include "config/experiment_draft.h"
 #include "config/fields.h"
-#include "io/tags_text.h"
 #include "io/tags_yaml.h"
 #include "truetriad/model/earth.h"
 #include "truetriad/model/mounting.h"
@@ -420,14 +419,16 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
     if constexpr (Visit::kReads) {
       ReadDeviceTags(&in.map(), &experiment.tags);
     } else {
-      in.Append(DeviceTagsText(experiment.tags));
+      const std::string tags = DeviceTagsText(experiment.tags);
+      in.Append(tags.empty() ? "" : "," + tags);
     }
   };
   visit.Map("device", device, {.is_flow = true});
   if constexpr (Visit::kReads) {
     ReadRunTags(visit.Child("run"), &experiment.tags);
   } else {
-    visit.Line("run", "{ " + TagsText(kRunTags, experiment.tags, /*comes_after=*/false) + " }");
+    const std::string tags = RunTagsText(experiment.tags);
+    visit.Line("run", tags.empty() ? "{  }" : "{" + tags + " }");
   }
   visit.Map("reference", [&](auto& reference) { ReferenceFields(reference, draft); });
   visit("gauge", draft.gauge, kGauges);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "fleet/store.h"
-#include "json/json.h"
+#include "tree/json.h"
 
 namespace truetriad::fleet {
 

@@ -9,11 +9,11 @@
 
 #include "fleet/line_reader.h"
 #include "fleet/store.h"
-#include "json/json.h"
 #include "line/capability.h"
 #include "line/control_chart.h"
 #include "line/gauge_study.h"
 #include "line/golden_history.h"
+#include "tree/json.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {

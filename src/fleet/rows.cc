@@ -5,7 +5,8 @@
 #include <utility>
 
 #include "fleet/database.h"
-#include "json/verb_json.h"
+#include "model/finding_fields.h"
+#include "tree/to_tree.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -177,7 +178,7 @@ FindingRow RowFor(const Finding& finding) {
   if (finding.axis) row.axis = kAxes.substr(static_cast<std::size_t>(*finding.axis), 1);
   if (!finding.remedy.empty()) row.remedy = finding.remedy;
   if (finding.treatment != Treatment::kNone) row.treatment = TreatmentName(finding.treatment);
-  const Json json = ToJson(finding);
+  const Json json = ToTree(finding);
   if (json.contains("values")) {
     row.values = json["values"].dump(-1, ' ', false, Json::error_handler_t::replace);
   }

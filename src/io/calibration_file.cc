@@ -2,7 +2,6 @@
 #include "truetriad/io/calibration_file.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -11,15 +10,13 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
-#include <span>
 #include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include <Eigen/Core>
 
-#include "io/calibration_values.h"
-#include "io/tags_text.h"
+#include "io/calibration_tree.h"
 #include "io/tags_yaml.h"
 #include "io/whole_file.h"
 #include "io/yaml_fields.h"
@@ -27,20 +24,70 @@
 #include "io/yaml_text.h"
 #include "model/calibration_fields.h"
 #include "model/quality_fields.h"
+#include "tree/to_tree.h"
 
 namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/calibration/1";
+constexpr int kDigits = std::numeric_limits<double>::max_digits10;  ///< Numbers read back exactly.
 
-void WriteCovariance(YamlText& out, const NamedCovariance& covariance) {
-  out << "covariance:\n  parameters: ";
-  WriteList(out, covariance.parameters);
-  out << "\n";
-  WriteItem(out, "matrix", covariance.matrix.rows() == 0);
-  for (Eigen::Index row = 0; row < covariance.matrix.rows(); ++row) {
-    out << "    - " << covariance.matrix.row(row).transpose() << "\n";
+template <class V>
+void WrittenFields(V& visit, const NamedCovariance& covariance) {
+  std::vector<Word<const std::string>> parameters;
+  for (const std::string& name : covariance.parameters) parameters.push_back({name});
+  visit("parameters", parameters);
+  std::vector<Eigen::VectorXd> rows;
+  for (const auto& row : covariance.matrix.rowwise()) rows.emplace_back(row.transpose());
+  visit("matrix", rows, Style::kBlocks);
+}
+
+template <class V>
+void StatusFields(V& visit, const Calibration& calibration) {
+  visit("outcome", calibration.outcome);
+  visit.OrNull("within_limits", calibration.within_limits);
+  visit("findings", calibration.findings, Style::kBlocks);
+  std::vector<std::string> messages;
+  for (const Finding& finding : calibration.findings) messages.push_back(finding.Message());
+  visit("messages", messages, Style::kBlocks);
+}
+
+/// All that a calibration says but its experiment, which stands behind it.
+template <class V>
+void WrittenFields(V& visit, const Calibration& calibration) {
+  constexpr std::string_view kProgram = "truetriad";
+  visit("format", Word{kFormat});
+  visit("verdict", calibration.verdict());
+  visit.If(!calibration.decisions.empty(), "decisions", calibration.decisions);
+  visit.Group("device", Style::kFlow, [&calibration](V& device) {
+    device("serial", calibration.serial);
+    device("model", calibration.model);
+    DeviceTagFields(device, calibration.tags);
+  });
+  if (HasRunTags(calibration.tags)) {
+    visit.Group("run", Style::kFlow, [&calibration](V& run) {
+      TagFields(run, kRunTags, calibration.tags);
+    });
   }
+  visit.Group("software", Style::kFlow, [&calibration, &kProgram](V& software) {
+    software("name", Word{kProgram});
+    software("version", calibration.software_version);
+  });
+  visit("created", Word{calibration.created});
+  visit("inputs", calibration.inputs);
+  visit("mode", calibration.mode);
+  visit.Group(
+      "status", Style::kUsual, [&calibration](V& status) { StatusFields(status, calibration); });
+  visit("reference", calibration.reference);
+  visit("gauge", calibration.gauge);
+  visit("gauge_sensor", calibration.gauge_sensor);
+  if (calibration.IsUsable()) {
+    visit("sensors", calibration.sensors);
+    visit.Group("covariance", Style::kUsual, [&calibration](V& covariance) {
+      WrittenFields(covariance, calibration.covariance);
+    });
+  }
+  visit("quality", calibration.quality);
 }
 
 void WriteConfig(YamlText& out, const std::string& config_yaml) {
@@ -93,15 +140,6 @@ void ReadFindings(YamlFieldReader* status, Outcome outcome, Findings* findings) 
   for (const std::string& text : messages) {
     findings->emplace_back(FindingCode::kMessage, "").As(severity).text = text;
   }
-}
-
-void WriteStatus(YamlFieldWriter& status, const Calibration& calibration) {
-  status("outcome", calibration.outcome);
-  status.OrNull("within_limits", calibration.within_limits);
-  status("findings", calibration.findings, Style::kBlocks);
-  std::vector<std::string> messages;
-  for (const Finding& finding : calibration.findings) messages.push_back(finding.Message());
-  status("messages", messages, Style::kBlocks);
 }
 
 void ReadStatus(YamlReader reader, Calibration* calibration) {
@@ -165,34 +203,20 @@ std::string ConfigText(const std::string& text) {
 }  // namespace
 
 std::string CalibrationToYaml(const Calibration& calibration) {
-  constexpr int kDigits = std::numeric_limits<double>::max_digits10;
   YamlText out(kDigits);
-  out << "format: " << kFormat << "\n"
-      << "verdict: " << VerdictName(calibration.verdict()) << "\n";
   YamlFieldWriter root(out, 0);
-  root.If(!calibration.decisions.empty(), "decisions", calibration.decisions);
-  out << "device: { serial: " << Quoted{calibration.serial}
-      << ", model: " << Quoted{calibration.model} << DeviceTagsText(calibration.tags) << " }\n";
-  if (const std::string run = TagsText(kRunTags, calibration.tags, false); !run.empty()) {
-    out << "run: { " << run << " }\n";
-  }
-  out << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
-      << "created: " << calibration.created << "\n";
-  WriteInputs(out, calibration.inputs);
-  root("mode", calibration.mode);
-  root.Group("status", Style::kUsual, [&calibration](YamlFieldWriter& status) {
-    WriteStatus(status, calibration);
-  });
-  root("reference", calibration.reference);
-  root("gauge", calibration.gauge);
-  root("gauge_sensor", calibration.gauge_sensor);
-  if (calibration.IsUsable()) {
-    root("sensors", calibration.sensors);
-    WriteCovariance(out, calibration.covariance);
-  }
-  root("quality", calibration.quality);
+  WrittenFields(root, calibration);
   WriteConfig(out, calibration.config_yaml);
   return out.str();
+}
+
+Json CalibrationTree(const Calibration& calibration) {
+  TreeWriter root(Json::object());
+  WrittenFields(root, calibration);
+  Json tree = AsInYaml(root.Take(), kDigits);
+  const std::string& config = calibration.config_yaml;
+  tree["config"] = config.empty() ? Json::object() : TreeOfYaml(config);
+  return tree;
 }
 
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name) {
@@ -241,9 +265,9 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   if (YamlReader created = reader.RequireChild("created"); !IsNull(created)) {
     created.Read(&calibration.created);
   }
-  ReadInputs(reader.RequireChild("inputs"), &calibration.inputs);
-  ReadStatus(reader.RequireChild("status"), &calibration);
   YamlFieldReader visit(reader);
+  visit("inputs", calibration.inputs);
+  ReadStatus(reader.RequireChild("status"), &calibration);
   visit.If(kNewer, "decisions", calibration.decisions);
   if (YamlReader verdict = reader.Child("verdict")) {
     Verdict stated = calibration.verdict();

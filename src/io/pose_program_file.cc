@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "data/pose_fields.h"
+#include "io/yaml_fields.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/units.h"
@@ -57,16 +59,8 @@ ProgramPose ReadPose(YamlReader reader) {
 
 std::string PoseProgramToYaml(const PoseProgram& program) {
   YamlText text;
-  text << "program: 1\nposes:\n";
-  for (std::size_t i = 0; i < program.poses.size(); ++i) {
-    const ProgramPose& pose = program.poses[i];
-    const Eigen::Quaterniond& q = pose.world_from_body;
-    text << "  - { number: " << i + 1
-         << ", attitude: " << Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
-    if (pose.temperature_degc) text << ", temperature_degc: " << *pose.temperature_degc;
-    if (!pose.label.empty()) text << ", label: " << Quoted{pose.label};
-    text << " }\n";
-  }
+  YamlFieldWriter root(text, 0);
+  Fields(root, program);
   return text.str();
 }
 

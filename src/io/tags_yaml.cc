@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/tags_yaml.h"
 
+#include "io/yaml_fields.h"
+#include "io/yaml_text.h"
+#include "model/calibration_fields.h"
+
 namespace truetriad {
 namespace {
 
@@ -33,6 +37,20 @@ void ReadRunTags(YamlReader run, Tags* tags) {
                                 is_note ? kLongestNote : YamlReader::kLongestName);
   }
   run.RejectUnknown();
+}
+
+std::string DeviceTagsText(const Tags& tags) {
+  YamlText text;
+  YamlFieldWriter visit(text, 0, YamlFieldWriter::Place::kFlowMap);
+  DeviceTagFields(visit, tags);
+  return text.str();
+}
+
+std::string RunTagsText(const Tags& tags) {
+  YamlText text;
+  YamlFieldWriter visit(text, 0, YamlFieldWriter::Place::kFlowMap);
+  TagFields(visit, kRunTags, tags);
+  return text.str();
 }
 
 }  // namespace truetriad

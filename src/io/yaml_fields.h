@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
+#include <concepts>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,48 +12,14 @@
 
 #include <Eigen/Core>
 
-#include "io/calibration_values.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "tree/fields.h"
-#include "truetriad/model/calibration.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 
 // Visitors of lists of fields (tree/fields.h) that write a value as YAML and read it from there.
-
-// Name of a value, and value of a name, of each type that files say in words.
-inline auto WordsOf(Triad) { return std::pair(&TriadName, &TriadFromName); }
-inline auto WordsOf(NoiseSource) { return std::pair(&NoiseSourceName, &NoiseSourceFromName); }
-inline auto WordsOf(FindingCode) { return std::pair(&FindingCodeName, &FindingCodeFromName); }
-inline auto WordsOf(Mode) { return std::pair(&ModeName, &ModeFromName); }
-inline auto WordsOf(Outcome) { return std::pair(&OutcomeName, &OutcomeFromName); }
-inline auto WordsOf(Verdict) { return std::pair(&VerdictName, &VerdictFromName); }
-inline auto WordsOf(Gauge) { return std::pair(&GaugeName, &GaugeFromName); }
-inline auto WordsOf(Severity) { return std::pair(&SeverityName, &SeverityFromName); }
-inline auto WordsOf(Treatment) { return std::pair(&TreatmentName, &TreatmentFromName); }
-
-template <typename T>
-inline constexpr bool kIsList = false;
-template <typename T>
-inline constexpr bool kIsList<std::vector<T>> = true;
-template <typename T>
-inline constexpr bool kIsOptional = false;
-template <typename T>
-inline constexpr bool kIsOptional<std::optional<T>> = true;
-template <typename T>
-inline constexpr bool kIsVector = false;
-template <int kSize>
-inline constexpr bool kIsVector<Eigen::Matrix<double, kSize, 1>> = true;
-
-class YamlFieldWriter;
-class YamlFieldReader;
-
-// Whether T is a map, with a list of fields.
-template <typename T>
-concept HasFields = requires(YamlFieldReader& reader, T& thing) {
-  Fields(reader, thing);
-};
 
 /// Writes fields: each into a line of its own, `indent` deep, or behind each other in one.
 class YamlFieldWriter {
@@ -104,7 +72,10 @@ class YamlFieldWriter {
     });
   }
 
-  void Comment(std::string_view text) { out_ << indent_ << "# " << text << "\n"; }
+  void Comment(std::string_view text) {
+    Open();
+    out_ << indent_ << "# " << text << "\n";
+  }
 
   template <typename Wrong>
   void Check(std::string_view, const Wrong&) {}
@@ -112,7 +83,13 @@ class YamlFieldWriter {
  private:
   static constexpr std::string_view kNull = "null";
 
+  // A map by lines begins behind the line of its key, where it has something.
+  void Open() {
+    if (std::exchange(is_to_open_, false)) out_ << "\n";
+  }
+
   void Begin(std::string_view key) {
+    Open();
     if (place_ == Place::kLines) {
       // The first field of an item stands behind its dash.
       out_ << (is_item_ && is_first_ ? std::string_view() : std::string_view(indent_));
@@ -141,9 +118,10 @@ class YamlFieldWriter {
       out_ << " }";
     } else {
       follows_key_ = false;
-      out_ << "\n";
       YamlFieldWriter inner(out_, static_cast<int>(indent_.size()) + 2);
+      inner.is_to_open_ = true;
       fields(inner);
+      if (inner.is_to_open_) out_ << " {}\n";
       ends_lines_ = true;
     }
   }
@@ -227,7 +205,100 @@ class YamlFieldWriter {
   bool is_first_ = true;
   bool follows_key_ = false;
   bool ends_lines_ = false;
+  bool is_to_open_ = false;
 };
+
+/// Any double that YamlText writes, so also those that a person may not write in a configuration.
+inline bool ReadNumber(YamlReader reader, double* value) {
+  std::string text;
+  if (reader.IsScalar() && reader.Read(&text)) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const auto& [word, number] : {std::pair(".nan", std::numeric_limits<double>::quiet_NaN()),
+                                       std::pair(".inf", kInfinity),
+                                       std::pair("-.inf", -kInfinity)}) {
+      if (text == word) {
+        *value = number;
+        return true;
+      }
+    }
+  }
+  return reader.Read(value);
+}
+
+inline bool IsNull(const YamlReader& reader) {
+  return reader && !reader.IsScalar() && !reader.IsSequence() && !reader.IsMap();
+}
+
+/// A list of exactly as many numbers as `values` has room for.
+inline bool ReadNumbers(YamlReader reader, std::span<double> values) {
+  if (!reader) return false;
+  std::vector<YamlReader> items = reader.Items();
+  if (items.size() != values.size()) {
+    if (reader.IsSequence()) {
+      reader.Fail("has " + std::to_string(items.size()) + " numbers; expected " +
+                  std::to_string(values.size()));
+    }
+    return false;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!ReadNumber(items[i], &values[i])) return false;
+  }
+  return true;
+}
+
+template <int kSize>
+bool ReadVector(const YamlReader& reader, Eigen::Matrix<double, kSize, 1>* vector) {
+  return ReadNumbers(reader, std::span<double>(vector->data(), kSize));
+}
+
+template <typename Matrix>
+bool ReadMatrix(YamlReader reader, Eigen::Index size, Matrix* matrix) {
+  if (!reader) return false;
+  std::vector<YamlReader> rows = reader.Items();
+  if (rows.size() != static_cast<std::size_t>(size)) {
+    if (reader.IsSequence()) {
+      reader.Fail("has " + std::to_string(rows.size()) + " rows; expected " + std::to_string(size));
+    }
+    return false;
+  }
+  matrix->resize(size, size);
+  Eigen::VectorXd row(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (!ReadNumbers(rows[static_cast<std::size_t>(i)], {row.data(), rows.size()})) return false;
+    matrix->row(i) = row.transpose();
+  }
+  return true;
+}
+
+inline bool ReadMatrix3(const YamlReader& reader, Eigen::Matrix3d* matrix) {
+  return ReadMatrix(reader, 3, matrix);
+}
+
+/// A word that `from_name` knows.
+template <typename T>
+bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view), T* value) {
+  std::string word;
+  if (!reader.Read(&word)) return false;
+  const std::optional<T> known = from_name(word);
+  if (!known) {
+    reader.Fail("`" + word + "` is unknown to this version; a later one may have written it");
+    return false;
+  }
+  *value = *known;
+  return true;
+}
+
+/// x, y or z.
+inline void ReadAxis(YamlReader reader, int* axis) {
+  std::string text;
+  if (!reader.Read(&text)) return;
+  const std::size_t place = text.size() == 1 ? kAxisLetters.find(text) : std::string_view::npos;
+  if (place == std::string_view::npos) {
+    reader.Fail("expected x, y or z");
+  } else {
+    *axis = static_cast<int>(place);
+  }
+}
 
 /// Reads fields; errors are recorded in `map`. Who uses it rejects unknown keys.
 class YamlFieldReader {
