@@ -261,7 +261,7 @@ void PoseFields(Visit& visit, PosesConfig& poses) {
     said += is_said ? 1 : 0;
     return is_said;
   };
-  if (is("detect", Kind::kDetect)) visit("detect", Word{"auto"}, Word{"auto"});
+  if (is("detect", Kind::kDetect)) visit("detect", OnlyWord{"auto"}, OnlyWord{"auto"});
   if (is("every", Kind::kEveryN)) {
     visit("every", poses.every, Range{.lowest = 1.0, .expected = "at least 1 row"});
   }

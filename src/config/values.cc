@@ -126,7 +126,7 @@ std::string TextOf(const Text& text, const std::string& value) {
   return text.is_left_out && value.empty() ? "" : (YamlText() << Quoted{value}).str();
 }
 
-bool ReadAs(const Word& word, YamlReader reader, const Word*) {
+bool ReadAs(const OnlyWord& word, YamlReader reader, const OnlyWord*) {
   if (!reader || IsWord(reader, word.word)) return bool(reader);
   reader.Fail("expected `" + std::string(word.word) + "`");
   return false;

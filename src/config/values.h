@@ -86,11 +86,11 @@ struct Flag {};
 inline bool ReadAs(Flag, YamlReader reader, bool* value) { return reader.Read(value); }
 
 /// This word and nothing else.
-struct Word {
+struct OnlyWord {
   std::string_view word;
 };
-bool ReadAs(const Word& word, YamlReader reader, const Word*);
-inline std::string TextOf(const Word& word, const Word&) { return std::string(word.word); }
+bool ReadAs(const OnlyWord& word, YamlReader reader, const OnlyWord*);
+inline std::string TextOf(const OnlyWord& word, const OnlyWord&) { return std::string(word.word); }
 
 /// True when the value is exactly this word.
 bool IsWord(YamlReader reader, std::string_view word);

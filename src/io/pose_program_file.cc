@@ -9,7 +9,6 @@
 #include "data/pose_fields.h"
 #include "io/yaml_fields.h"
 #include "io/yaml_reader.h"
-#include "io/yaml_text.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -58,10 +57,9 @@ ProgramPose ReadPose(YamlReader reader) {
 }  // namespace
 
 std::string PoseProgramToYaml(const PoseProgram& program) {
-  YamlText text;
-  YamlFieldWriter root(text, 0);
+  YamlFieldWriter root;
   Fields(root, program);
-  return text.str();
+  return root.text();
 }
 
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {

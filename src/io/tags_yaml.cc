@@ -2,7 +2,6 @@
 #include "io/tags_yaml.h"
 
 #include "io/yaml_fields.h"
-#include "io/yaml_text.h"
 #include "model/calibration_fields.h"
 
 namespace truetriad {
@@ -14,19 +13,8 @@ constexpr std::size_t kLongestNote = 2000;
 
 void ReadDeviceTags(YamlReader* device, Tags* tags) {
   for (const TagKey& tag : kDeviceTags) device->Child(tag.key).ReadName(&(tags->*tag.value));
-  ReadDeviceIds(device->Child("ids"), tags);
-}
-
-void ReadDeviceIds(YamlReader ids, Tags* tags) {
-  if (!ids) return;
-  for (const Triad triad : kTriads) {
-    YamlReader stated = ids.Child(TriadName(triad));
-    std::int64_t id = 0;
-    if (!stated || !stated.Read(&id)) continue;
-    if (id <= 0) stated.Fail("must be above zero, which firmware takes for no sensor");
-    tags->device_ids[triad] = id;
-  }
-  ids.RejectUnknown();
+  YamlFieldReader fields(*device);
+  DeviceIdFields(fields, *tags);
 }
 
 void ReadRunTags(YamlReader run, Tags* tags) {
@@ -40,17 +28,16 @@ void ReadRunTags(YamlReader run, Tags* tags) {
 }
 
 std::string DeviceTagsText(const Tags& tags) {
-  YamlText text;
-  YamlFieldWriter visit(text, 0, YamlFieldWriter::Place::kFlowMap);
-  DeviceTagFields(visit, tags);
-  return text.str();
+  YamlFieldWriter visit(0, 0, YamlFieldWriter::Place::kFlowMap);
+  TagFields(visit, kDeviceTags, tags);
+  DeviceIdFields(visit, tags);
+  return visit.text();
 }
 
 std::string RunTagsText(const Tags& tags) {
-  YamlText text;
-  YamlFieldWriter visit(text, 0, YamlFieldWriter::Place::kFlowMap);
+  YamlFieldWriter visit(0, 0, YamlFieldWriter::Place::kFlowMap);
   TagFields(visit, kRunTags, tags);
-  return text.str();
+  return visit.text();
 }
 
 }  // namespace truetriad

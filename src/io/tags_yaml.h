@@ -11,9 +11,6 @@ namespace truetriad {
 /// Tags of `device:`, which holds more.
 void ReadDeviceTags(YamlReader* device, Tags* tags);
 
-/// Of those the `ids:`.
-void ReadDeviceIds(YamlReader ids, Tags* tags);
-
 /// Tags of `run:`, where there is one.
 void ReadRunTags(YamlReader run, Tags* tags);
 

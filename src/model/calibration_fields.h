@@ -31,16 +31,34 @@ inline auto WordsOf(Verdict) { return std::pair(&VerdictName, &VerdictFromName);
 inline auto WordsOf(Gauge) { return std::pair(&GaugeName, &GaugeFromName); }
 
 template <class V>
-void TagFields(V& visit, std::span<const TagKey> keys, const Tags& tags) {
+void TagFields(V& visit, std::span<const TagKey> keys, Like<Tags> auto& tags) {
   for (const TagKey& tag : keys) {
     visit.If(!(tags.*tag.value).empty(), tag.key, tags.*tag.value);
   }
 }
+
+template <typename Ids>
+struct DeviceIds {
+  Ids& ids;
+};
+template <typename Ids>
+DeviceIds(Ids&) -> DeviceIds<Ids>;
+template <class V, typename Ids>
+void Fields(V& visit, const DeviceIds<Ids>& of) {
+  for (const Triad triad : kTriads) {
+    auto& id = of.ids[triad];
+    if (!visit(TriadName(triad), id)) continue;
+    visit.Check(TriadName(triad), [&id] {
+      return *id > 0 ? "" : "must be above zero, which firmware takes for no sensor";
+    });
+  }
+}
+
+/// `ids:` of `device:`.
 template <class V>
-void DeviceTagFields(V& visit, const Tags& tags) {
-  TagFields(visit, kDeviceTags, tags);
+void DeviceIdFields(V& visit, Like<Tags> auto& tags) {
   const PerTriad<std::optional<std::int64_t>> none;
-  visit.If(tags.device_ids != none, "ids", tags.device_ids, Style::kFlow);
+  visit.If(tags.device_ids != none, "ids", DeviceIds{tags.device_ids}, Style::kFlow);
 }
 inline bool HasRunTags(const Tags& tags) {
   return std::any_of(kRunTags.begin(), kRunTags.end(), [&tags](const TagKey& tag) {

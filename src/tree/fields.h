@@ -38,6 +38,9 @@ namespace truetriad {
 //   visit.Check(key, wrong)
 //     asks wrong() what is wrong with what was read; it says nothing where all is well.
 //
+//   visit.Skip(key)
+//     of a reader alone: knows the key, whose value follows from others.
+//
 // The first three say whether the field was there. V::kReads: the visitor fills in.
 
 /// A value or a constant one: lists of fields serve readers and writers.
