@@ -255,7 +255,7 @@ inline void ReadAxis(YamlReader reader, int* axis) {
 enum class Numbers { kAny, kFinite };
 
 /// Reads fields; errors are recorded in `map`. Who uses it rejects unknown keys.
-template <Numbers kNumbers>
+template <Numbers kAllowed>
 class NumbersFieldReader {
  public:
   static constexpr bool kReads = true;
@@ -339,7 +339,7 @@ class NumbersFieldReader {
     } else if constexpr (std::is_enum_v<T>) {
       return ReadWord(reader, WordsOf(field).second, &field);
     } else if constexpr (std::same_as<T, double>) {
-      return kNumbers == Numbers::kFinite ? reader.Read(&field) : ReadNumber(reader, &field);
+      return kAllowed == Numbers::kFinite ? reader.Read(&field) : ReadNumber(reader, &field);
     } else if constexpr (kIsVector<T>) {
       return ReadNumbers(reader, {field.data(), static_cast<std::size_t>(field.size())});
     } else if constexpr (std::same_as<T, Eigen::Matrix3d>) {
