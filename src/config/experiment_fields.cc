@@ -9,7 +9,6 @@
 #include "config/documents.h"
 #include "config/experiment_draft.h"
 #include "config/fields.h"
-#include "io/tags_text.h"
 #include "io/tags_yaml.h"
 #include "truetriad/model/earth.h"
 #include "truetriad/model/mounting.h"
@@ -49,7 +48,7 @@ struct Recordings {};
 bool ReadAs(Recordings, YamlReader reader, std::vector<std::string>* inputs) {
   if (!reader) return false;
   if (reader.IsSequence()) {
-    ReadAs(ListOf{kText}, reader, inputs);
+    ReadAs(ListOf{kAnyText}, reader, inputs);
   } else {
     inputs->clear();
     reader.Read(&inputs->emplace_back());
@@ -59,7 +58,7 @@ bool ReadAs(Recordings, YamlReader reader, std::vector<std::string>* inputs) {
 }
 std::string TextOf(Recordings, const std::vector<std::string>& inputs) {
   if (inputs.empty()) return "";
-  return inputs.size() == 1 ? TextOf(kText, inputs.front()) : TextOf(ListOf{kText}, inputs);
+  return inputs.size() == 1 ? TextOf(kAnyText, inputs.front()) : TextOf(ListOf{kAnyText}, inputs);
 }
 
 /// "2026-01-31".
@@ -262,12 +261,12 @@ void PoseFields(Visit& visit, PosesConfig& poses) {
     said += is_said ? 1 : 0;
     return is_said;
   };
-  if (is("detect", Kind::kDetect)) visit("detect", Word{"auto"}, Word{"auto"});
+  if (is("detect", Kind::kDetect)) visit("detect", OnlyWord{"auto"}, OnlyWord{"auto"});
   if (is("every", Kind::kEveryN)) {
     visit("every", poses.every, Range{.lowest = 1.0, .expected = "at least 1 row"});
   }
-  if (is("column", Kind::kColumn)) visit("column", poses.column, kText);
-  if (is("file", Kind::kRanges)) visit("file", poses.file, kText);
+  if (is("column", Kind::kColumn)) visit("column", poses.column, kAnyText);
+  if (is("file", Kind::kRanges)) visit("file", poses.file, kAnyText);
   if (is("motion", Kind::kMotion)) {
     visit.Map("motion",
               [&](auto& motion) { motion("spacing_s", poses.motion_spacing_s, kNotNegative); });
@@ -294,7 +293,7 @@ void AttitudeFields(Visit& visit, Experiment& experiment) {
     });
   }
   const bool is_given = visit.Is("file", attitudes.kind, AttitudeKind::kGiven);
-  if (is_given) visit("file", experiment.attitudes_file, kText);
+  if (is_given) visit("file", experiment.attitudes_file, kAnyText);
   if (attitudes.kind == AttitudeKind::kGiven) {
     visit("sigma_deg", experiment.attitudes_sigma_deg, kPositive);
     visit("fixture_rotation", attitudes.unknown_fixture_rotation, kFixtureRotations);
@@ -306,18 +305,18 @@ void AttitudeFields(Visit& visit, Experiment& experiment) {
 template <typename Visit>
 void KnownMotionFields(Visit& visit, KnownMotionsConfig& motions) {
   const auto turns = [&](auto& in) {
-    in("file", motions.turns_file, kText);
+    in("file", motions.turns_file, kAnyText);
     in("sigma_deg", motions.turn_sigma_deg, kPositive);
     in("axis_sigma_deg", motions.turn_axis_sigma_deg, kPositive);
     if (in.Says("held_out", "all")) {
       motions.held_out_turns = {"all"};
     } else {
-      in("held_out", motions.held_out_turns, ListOf{kText});
+      in("held_out", motions.held_out_turns, ListOf{kAnyText});
     }
     in.Expect(!motions.turns_file.empty(), "expected `file:` with the turns, or none");
   };
   const auto rates = [&](auto& in) {
-    in("file", motions.rates_file, kText);
+    in("file", motions.rates_file, kAnyText);
     in("sigma_degps", motions.rate_sigma_degps, kNotNegative);
     in("axis_sigma_deg", motions.rate_axis_sigma_deg, kNotNegative);
     in("axes", motions.rate_axes_known, kRateAxes);
@@ -420,14 +419,16 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
     if constexpr (Visit::kReads) {
       ReadDeviceTags(&in.map(), &experiment.tags);
     } else {
-      in.Append(DeviceTagsText(experiment.tags));
+      const std::string tags = DeviceTagsText(experiment.tags);
+      in.Append(tags.empty() ? "" : "," + tags);
     }
   };
   visit.Map("device", device, {.is_flow = true});
   if constexpr (Visit::kReads) {
     ReadRunTags(visit.Child("run"), &experiment.tags);
   } else {
-    visit.Line("run", "{ " + TagsText(kRunTags, experiment.tags, /*comes_after=*/false) + " }");
+    const std::string tags = RunTagsText(experiment.tags);
+    visit.Line("run", tags.empty() ? "{  }" : "{" + tags + " }");
   }
   visit.Map("reference", [&](auto& reference) { ReferenceFields(reference, draft); });
   visit("gauge", draft.gauge, kGauges);

@@ -14,8 +14,8 @@
 
 #include "config/documents.h"
 #include "config/experiment_draft.h"
-#include "config/values.h"
 #include "io/yaml_reader.h"
+#include "io/yaml_values.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 

@@ -81,7 +81,7 @@ void PlanFields(FieldReader& visit, PlanConfig* plan) {
                "a temperature is listed twice",
                "temperatures_degc");
   visit("criterion", plan->criterion, kCriteria);
-  visit("program", plan->program, kText);
+  visit("program", plan->program, kAnyText);
   visit("random", plan->random_draws, Range{0, 10000, "0 to 10000 draws"});
   visit("start", plan->from_recording, kPlanStarts);
   visit("rest_s", plan->rest_s, kPositive);

@@ -29,9 +29,6 @@ FilePlace PlaceOf(const YamlReader& reader) {
   return {reader.file(), is_override ? 0 : reader.line()};
 }
 
-/// A key that states radians in degrees.
-QuantityKeys InDegrees(std::string_view key) { return {{std::string(key), kRadPerDeg}}; }
-
 void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) {
   if (!list.IsSequence()) return;
   int number = 0;
@@ -72,11 +69,11 @@ void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* 
   Scenario& scenario = draft->scenario;
   int version = kVersion;
   visit("scenario", version, FormatVersion());
-  visit("description", scenario.description, kText);
+  visit("description", scenario.description, kAnyText);
   visit.Has("base");  // Has been read before all others.
   visit.Map("device", [&](FieldReader& device) {
-    device("serial", scenario.serial, kText);
-    device("model", scenario.model, kText);
+    device("serial", scenario.serial, kAnyText);
+    device("model", scenario.model, kAnyText);
   });
   static const std::string kSessions =
       "1 to " + std::to_string(kMostSimulatedSessions) + " sessions";

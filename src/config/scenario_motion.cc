@@ -43,29 +43,6 @@ std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitude
   return poses;
 }
 
-/// x, y, z, their opposites, or [a, b, c].
-struct BodyAxis {};
-bool ReadAs(BodyAxis, YamlReader reader, Eigen::Vector3d* axis) {
-  if (!reader) return false;
-  if (reader.IsScalar()) {
-    std::string word;
-    reader.Read(&word);
-    const bool is_negative = word.starts_with('-');
-    const std::size_t letter = kAxisLetters.find(word.substr(is_negative ? 1 : 0));
-    if (word.size() == (is_negative ? 2U : 1U) && letter != std::string_view::npos) {
-      *axis = (is_negative ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(letter));
-      return true;
-    }
-  } else if (Eigen::Vector3d value; reader.IsSequence() && reader.Read(&value)) {
-    if (!value.isZero(0.0)) {
-      *axis = value;
-      return true;
-    }
-  }
-  reader.Fail("expected a body axis: x, y, z, -x, -y, -z or [a, b, c]");
-  return false;
-}
-
 /// A list of things of several kinds, the alternatives of a variant, each a map under the name of
 /// its kind. It takes the place of what was said before.
 template <typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
@@ -101,7 +78,7 @@ void ListOfKinds(FieldReader& visit,
 void AttitudeSetFields(FieldReader& visit, const std::string& file, PosesStep& step) {
   int count = 0;
   std::string program;
-  const bool has_file = visit("file", program, kText);
+  const bool has_file = visit("file", program, kAnyText);
   const bool has_count = visit("spread", count, kRounds);
   visit.Expect(has_file != has_count,
                "expected one of six_face, cube, { spread: N }, { file: program.yaml }");

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -12,7 +11,8 @@
 #include <vector>
 
 #include "fleet/store.h"
-#include "json/json.h"
+#include "tree/fields.h"
+#include "tree/json.h"
 
 namespace truetriad::fleet {
 
@@ -28,9 +28,6 @@ inline constexpr std::string_view kSchemaVersionName = "schema_version";
 /// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
 /// none.
 Status CheckSchemaVersion(const std::string& name, const std::string& found);
-
-template <typename Thing, typename Of>
-concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 
 /// Of the table `run`; tags, inputs, parameters, findings and judgements have their own.
 void Fields(auto&& visit, Like<UnitRun> auto& run) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fleet/store.h"
-#include "json/json.h"
+#include "tree/json.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {

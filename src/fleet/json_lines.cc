@@ -17,7 +17,7 @@
 #include "fleet/fields.h"
 #include "fleet/run_check.h"
 #include "fleet/store.h"
-#include "json/json.h"
+#include "tree/json.h"
 
 namespace truetriad::fleet {
 

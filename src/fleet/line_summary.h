@@ -5,8 +5,8 @@
 #include <string>
 
 #include "fleet/store.h"
-#include "json/json.h"
 #include "line/line_data.h"
+#include "tree/json.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {

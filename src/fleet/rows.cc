@@ -5,7 +5,8 @@
 #include <utility>
 
 #include "fleet/database.h"
-#include "json/verb_json.h"
+#include "model/finding_fields.h"
+#include "tree/to_tree.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -188,7 +189,7 @@ TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& i
 TableRows RowsOfFindings(const UnitRun& run) {
   TableRows rows{"finding", {}};
   for (const Finding& finding : run.findings) {
-    const Json json = ToJson(finding);
+    const Json json = ToTree(finding);
     std::vector<Value>& row = rows.rows.emplace_back();
     row = {std::string_view(run.id), std::int64_t{std::ssize(rows.rows)}};
     for (const std::string_view column : kFindingColumns) {

@@ -10,7 +10,7 @@
 #include "fleet/database.h"
 #include "fleet/fields.h"
 #include "fleet/json_lines.h"
-#include "json/json.h"
+#include "tree/json.h"
 
 namespace truetriad::fleet {
 namespace {

@@ -9,7 +9,7 @@
 #include "fleet/database.h"
 #include "fleet/json_lines.h"
 #include "fleet/line_reader.h"
-#include "json/json.h"
+#include "tree/json.h"
 
 namespace truetriad::fleet {
 namespace {

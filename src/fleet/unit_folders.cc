@@ -21,9 +21,9 @@
 
 #include "fleet/run_check.h"
 #include "fleet/unit_work.h"
+#include "io/calibration_tree.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
-#include "json/plain_yaml.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
@@ -118,9 +118,9 @@ Status WriteResult(const std::string& folder,
   const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
   WholeFiles files;
   if (report) TRUETRIAD_RETURN_IF_ERROR(files.Write(path("report.html"), *report));
-  const std::string yaml = CalibrationToYaml(calibration);
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
-  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.yaml"), yaml));
+  TRUETRIAD_RETURN_IF_ERROR(
+      files.Write(path("calibration.json"), TextOf(CalibrationTree(calibration))));
+  TRUETRIAD_RETURN_IF_ERROR(files.Write(path("calibration.yaml"), CalibrationToYaml(calibration)));
   return files.Commit();
 }
 

@@ -15,8 +15,9 @@
 
 #include "calibrate/compared_values.h"
 #include "fleet/fields.h"
-#include "json/verb_json.h"
+#include "model/finding_fields.h"
 #include "report/content.h"
+#include "tree/to_tree.h"
 #include "truetriad/model/limits.h"
 #include "verdict/presentation.h"
 
@@ -224,7 +225,7 @@ std::string LineOf(const UnitRun& run) {
   for (const Parameter& parameter : run.parameters) {
     json["parameters"].push_back({parameter.name, parameter.value, parameter.sigma});
   }
-  json["findings"] = ToJson(run.findings);
+  json["findings"] = ToTree(run.findings);
   json["judgements"] = TreesOf(run.judgements);
   return LineOfJson(json);
 }

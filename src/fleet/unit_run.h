@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "json/json.h"
+#include "tree/json.h"
 #include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/model/calibration.h"

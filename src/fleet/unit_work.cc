@@ -22,7 +22,6 @@
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
-#include "json/plain_yaml.h"
 #include "line/line_data.h"
 #include "truetriad/base/version.h"
 #include "truetriad/formats/export.h"

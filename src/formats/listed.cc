@@ -14,7 +14,7 @@
 #include "formats/loss.h"
 #include "formats/noise.h"
 #include "formats/text.h"
-#include "json/json.h"
+#include "tree/json.h"
 
 // Formats that are maps of lists, in YAML or JSON, or lists alone:
 //

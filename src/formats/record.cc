@@ -8,13 +8,13 @@
 
 #include "formats/format.h"
 #include "formats/sensor_json.h"
-#include "json/json.h"
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
+#include "tree/json.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/laboratory.h"
 

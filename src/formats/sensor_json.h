@@ -4,7 +4,7 @@
 #include <string>
 
 #include "formats/format.h"
-#include "json/json.h"
+#include "tree/json.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {

@@ -7,6 +7,8 @@
 
 #include <Eigen/LU>
 
+#include "io/field_reader.h"
+
 namespace truetriad {
 namespace {
 
@@ -15,41 +17,20 @@ constexpr std::string_view kUnknown =
     "wrong by as much; find out and state them (docs/recordings.md), or state `none` if the "
     "readings are raw";
 
-void ReadMatrix(YamlReader yaml, Eigen::Matrix3d* matrix) {
-  std::vector<YamlReader> rows = yaml.Items();
-  if (rows.size() != 3) {
-    yaml.Fail("expected three rows of three numbers");
-    return;
+void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
+  for (const char* key : {"reference_degc", "range_degc", "coefficients"}) visit.Require(key);
+  visit("reference_degc", thermal.reference_degc, kAnyNumber);
+  if (std::vector<double> range; visit("range_degc", range, NumberList())) {
+    const bool is_range = range.size() == 2 && range[0] < range[1];
+    visit.Expect(
+        is_range, "expected the lowest and the highest temperature: [lo, hi]", "range_degc");
+    thermal.low_degc = is_range ? range[0] : 0.0;
+    thermal.high_degc = is_range ? range[1] : 0.0;
   }
-  for (int row = 0; row < 3; ++row) {
-    Eigen::Vector3d values;
-    if (rows[static_cast<std::size_t>(row)].Read(&values)) matrix->row(row) = values.transpose();
+  visit("coefficients", thermal.coefficients, ListOf{kNumbers});
+  if (double degc = 0.0; visit("calibrated_degc", degc, kAnyNumber)) {
+    thermal.at_calibration = thermal.At(degc);
   }
-}
-
-AppliedCorrection::Thermal ReadThermal(YamlReader yaml) {
-  AppliedCorrection::Thermal thermal;
-  yaml.Require("reference_degc", &thermal.reference_degc);
-  std::vector<double> range;
-  if (yaml.Require("range_degc", &range)) {
-    if (range.size() != 2 || !(range[0] < range[1])) {
-      yaml.Child("range_degc").Fail("expected the lowest and the highest temperature: [lo, hi]");
-    } else {
-      thermal.low_degc = range[0];
-      thermal.high_degc = range[1];
-    }
-  }
-  for (YamlReader& item : yaml.RequireChild("coefficients").Items()) {
-    Eigen::Vector3d coefficient = Eigen::Vector3d::Zero();
-    item.Read(&coefficient);
-    thermal.coefficients.push_back(coefficient);
-  }
-  double calibrated_degc = 0.0;
-  if (yaml.Optional("calibrated_degc", &calibrated_degc)) {
-    thermal.at_calibration = thermal.At(calibrated_degc);
-  }
-  yaml.RejectUnknown();
-  return thermal;
 }
 
 }  // namespace
@@ -79,11 +60,12 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
   AppliedCorrection applied;
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  yaml.Optional("offset", &applied.offset);
-  yaml.Optional("scale", &scale);
-  if (YamlReader rows = yaml.Child("matrix")) ReadMatrix(rows, &matrix);
-  if (YamlReader thermal = yaml.Child("thermal")) applied.thermal = ReadThermal(thermal);
-  yaml.RejectUnknown();
+  FieldReader::ReadMap(yaml, [&](FieldReader& visit) {
+    visit("offset", applied.offset, kNumbers);
+    visit("scale", scale, kNumbers);
+    visit("matrix", matrix, kNumbers);
+    visit.Map("thermal", [&](FieldReader& in) { ThermalFields(in, applied.thermal.emplace()); });
+  });
   const Eigen::Matrix3d correction = matrix * scale.asDiagonal();
   // A correction is near a rotation, with gains near one of whatever unit: far from this is a
   // typing error, and undoing it would make noise of the readings.

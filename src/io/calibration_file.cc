@@ -2,7 +2,6 @@
 #include "truetriad/io/calibration_file.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -11,48 +10,137 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
-#include <span>
 #include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include <Eigen/Core>
 
-#include "io/calibration_values.h"
-#include "io/tags_text.h"
-#include "io/tags_yaml.h"
+#include "io/calibration_tree.h"
 #include "io/whole_file.h"
 #include "io/yaml_fields.h"
 #include "io/yaml_reader.h"
-#include "io/yaml_text.h"
 #include "model/calibration_fields.h"
 #include "model/quality_fields.h"
+#include "tree/to_tree.h"
 
 namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/calibration/1";
+constexpr int kDigits = std::numeric_limits<double>::max_digits10;  ///< Numbers read back exactly.
 
-void WriteCovariance(YamlText& out, const NamedCovariance& covariance) {
-  out << "covariance:\n  parameters: ";
-  WriteList(out, covariance.parameters);
-  out << "\n";
-  WriteItem(out, "matrix", covariance.matrix.rows() == 0);
-  for (Eigen::Index row = 0; row < covariance.matrix.rows(); ++row) {
-    out << "    - " << covariance.matrix.row(row).transpose() << "\n";
-  }
+template <class V>
+void CovarianceFields(V& visit, const NamedCovariance& covariance) {
+  std::vector<Word<const std::string>> parameters;
+  for (const std::string& name : covariance.parameters) parameters.push_back({name});
+  visit("parameters", parameters);
+  std::vector<Eigen::VectorXd> rows;
+  for (const auto& row : covariance.matrix.rowwise()) rows.emplace_back(row.transpose());
+  visit("matrix", rows, Style::kBlocks);
 }
 
-void WriteConfig(YamlText& out, const std::string& config_yaml) {
-  if (config_yaml.empty()) {
-    out << "config: {}\n";
-    return;
+// A file without findings has messages alone, which is all that readers of version 1 files knew
+// once: each is a finding of the code `message`; where nothing can be used, any of them may be why.
+Findings FindingsOf(const std::vector<std::string>& messages, Outcome outcome) {
+  const Severity severity = outcome == Outcome::kConverged ? Severity::kNote : Severity::kRefusal;
+  Findings findings;
+  for (const std::string& text : messages) {
+    findings.emplace_back(FindingCode::kMessage, "").As(severity).text = text;
   }
-  out << "config:\n";
+  return findings;
+}
+
+template <class V>
+void StatusFields(V& visit, Like<Calibration> auto& calibration) {
+  visit("outcome", calibration.outcome);
+  visit.OrNull("within_limits", calibration.within_limits);
+  const bool has_findings = visit.If(kNewer, "findings", calibration.findings, Style::kBlocks);
+  std::vector<std::string> messages;
+  if (!V::kReads) {
+    for (const Finding& finding : calibration.findings) messages.push_back(finding.Message());
+  }
+  visit("messages", messages, Style::kBlocks);
+  if constexpr (V::kReads) {
+    if (!has_findings) calibration.findings = FindingsOf(messages, calibration.outcome);
+  }
+  visit.Check("", [&calibration]() -> std::string {
+    const Finding* const refusal = FirstRefusal(calibration.findings);
+    if (calibration.outcome != Outcome::kConverged || refusal == nullptr) return "";
+    return "outcome " + std::string(OutcomeName(calibration.outcome)) +
+           ", but a finding refuses: " + refusal->text;
+  });
+}
+
+template <typename Of>
+struct RunTags {
+  Of& tags;
+};
+template <typename Of>
+RunTags(Of&) -> RunTags<Of>;
+template <class V, typename Of>
+void Fields(V& visit, const RunTags<Of>& run) {
+  TagFields(visit, kRunTags, run.tags);
+}
+
+/// Who made what of which unit, when, from what.
+template <class V>
+void OriginFields(V& visit, Like<Calibration> auto& calibration) {
+  visit.Group("device", Style::kFlow, [&calibration](V& device) {
+    device("serial", calibration.serial);
+    device("model", calibration.model);
+    TagFields(device, kDeviceTags, calibration.tags);
+    DeviceIdFields(device, calibration.tags);
+  });
+  visit.If(HasRunTags(calibration.tags), "run", RunTags{calibration.tags}, Style::kFlow);
+  visit.Group("software", Style::kFlow, [&calibration](V& software) {
+    std::string program = "truetriad";
+    software("name", Word{program});
+    software("version", calibration.software_version);
+  });
+  visit("created", Word{calibration.created});
+  visit("inputs", calibration.inputs);
+}
+
+/// All that a calibration says but its experiment, which stands behind it.
+template <class V>
+void CalibrationFields(V& visit, Like<Calibration> auto& calibration) {
+  std::string format(kFormat);
+  visit("format", Word{format});
+  Verdict verdict = calibration.verdict();
+  const bool has_verdict = visit.If(kNewer, "verdict", verdict);
+  visit.If(!calibration.decisions.empty(), "decisions", calibration.decisions);
+  OriginFields(visit, calibration);
+  visit.If(kNewer, "mode", calibration.mode);
+  visit.Group(
+      "status", Style::kUsual, [&calibration](V& status) { StatusFields(status, calibration); });
+  visit.Check("verdict", [&]() -> std::string {
+    if (!has_verdict || verdict == calibration.verdict()) return "";
+    return "contradicts `status:` and `decisions:`, by which it is " +
+           std::string(VerdictName(calibration.verdict())) + "; take this line away";
+  });
+  visit("reference", calibration.reference);
+  visit("gauge", calibration.gauge);
+  visit("gauge_sensor", calibration.gauge_sensor);
+  if (calibration.IsUsable()) {
+    visit("sensors", calibration.sensors);
+    if constexpr (!V::kReads) {
+      visit.Group("covariance", Style::kUsual, [&calibration](V& covariance) {
+        CovarianceFields(covariance, calibration.covariance);
+      });
+    }
+  }
+  visit("quality", calibration.quality);
+}
+
+std::string ConfigBlock(const std::string& config_yaml) {
+  if (config_yaml.empty()) return "config: {}\n";
+  std::string block = "config:\n";
   std::istringstream lines(config_yaml);
   for (std::string line; std::getline(lines, line);) {
-    out << (line.empty() ? "" : "  ") << line << "\n";
+    block.append(line.empty() ? "" : "  ").append(line) += '\n';
   }
+  return block;
 }
 
 // Whether variances and correlations can be those of parameters; rounding leaves a little.
@@ -82,46 +170,6 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   reader.RejectUnknown();
 }
 
-// Both of `status`. A file without findings has messages alone, which is all that readers of
-// version 1 files knew once: each is a finding of the code `message`; where nothing can be used,
-// any of them may be why.
-void ReadFindings(YamlFieldReader* status, Outcome outcome, Findings* findings) {
-  std::vector<std::string> messages;
-  (*status)("messages", messages);
-  if (status->If(kNewer, "findings", *findings)) return;
-  const Severity severity = outcome == Outcome::kConverged ? Severity::kNote : Severity::kRefusal;
-  for (const std::string& text : messages) {
-    findings->emplace_back(FindingCode::kMessage, "").As(severity).text = text;
-  }
-}
-
-void WriteStatus(YamlFieldWriter& status, const Calibration& calibration) {
-  status("outcome", calibration.outcome);
-  status.OrNull("within_limits", calibration.within_limits);
-  status("findings", calibration.findings, Style::kBlocks);
-  std::vector<std::string> messages;
-  for (const Finding& finding : calibration.findings) messages.push_back(finding.Message());
-  status("messages", messages, Style::kBlocks);
-}
-
-void ReadStatus(YamlReader reader, Calibration* calibration) {
-  if (!reader) return;
-  YamlFieldReader status(reader);
-  status("outcome", calibration->outcome);
-  reader.RequireChild("within_limits");
-  status.OrNull("within_limits", calibration->within_limits);
-  ReadFindings(&status, calibration->outcome, &calibration->findings);
-  if (calibration->outcome == Outcome::kConverged) {
-    for (const Finding& finding : calibration->findings) {
-      if (!finding.IsRefusal()) continue;
-      reader.Fail("outcome " + std::string(OutcomeName(calibration->outcome)) +
-                  ", but a finding refuses: " + finding.text);
-      break;
-    }
-  }
-  reader.RejectUnknown();
-}
-
 /// Files of yesterday say only in their experiment what they were made from.
 Mode ModeOfConfig(YamlReader config) {
   if (!config.IsMap()) return Mode::kPoses;
@@ -129,15 +177,6 @@ Mode ModeOfConfig(YamlReader config) {
   if (!poses.IsMap()) return Mode::kPoses;
   if (poses.Child("motion")) return Mode::kMotion;
   return poses.Child("sweep") ? Mode::kSweep : Mode::kPoses;
-}
-
-void ReadMode(YamlReader* reader, Calibration* calibration) {
-  if (YamlReader mode = reader->Child("mode")) {
-    ReadWord(mode, ModeFromName, &calibration->mode);
-    return;
-  }
-  calibration->mode = ModeOfConfig(reader->Child("config"));
-  if (!calibration->quality.sweep.axes.empty()) calibration->mode = Mode::kSweep;
 }
 
 /// The text below the top-level key `config:`, moved to the left margin. The text and not the
@@ -165,34 +204,18 @@ std::string ConfigText(const std::string& text) {
 }  // namespace
 
 std::string CalibrationToYaml(const Calibration& calibration) {
-  constexpr int kDigits = std::numeric_limits<double>::max_digits10;
-  YamlText out(kDigits);
-  out << "format: " << kFormat << "\n"
-      << "verdict: " << VerdictName(calibration.verdict()) << "\n";
-  YamlFieldWriter root(out, 0);
-  root.If(!calibration.decisions.empty(), "decisions", calibration.decisions);
-  out << "device: { serial: " << Quoted{calibration.serial}
-      << ", model: " << Quoted{calibration.model} << DeviceTagsText(calibration.tags) << " }\n";
-  if (const std::string run = TagsText(kRunTags, calibration.tags, false); !run.empty()) {
-    out << "run: { " << run << " }\n";
-  }
-  out << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
-      << "created: " << calibration.created << "\n";
-  WriteInputs(out, calibration.inputs);
-  root("mode", calibration.mode);
-  root.Group("status", Style::kUsual, [&calibration](YamlFieldWriter& status) {
-    WriteStatus(status, calibration);
-  });
-  root("reference", calibration.reference);
-  root("gauge", calibration.gauge);
-  root("gauge_sensor", calibration.gauge_sensor);
-  if (calibration.IsUsable()) {
-    root("sensors", calibration.sensors);
-    WriteCovariance(out, calibration.covariance);
-  }
-  root("quality", calibration.quality);
-  WriteConfig(out, calibration.config_yaml);
-  return out.str();
+  YamlFieldWriter root(kDigits);
+  CalibrationFields(root, calibration);
+  return root.text() + ConfigBlock(calibration.config_yaml);
+}
+
+Json CalibrationTree(const Calibration& calibration) {
+  TreeWriter root(Json::object());
+  CalibrationFields(root, calibration);
+  Json tree = AsInYaml(root.Take(), kDigits);
+  const std::string& config = calibration.config_yaml;
+  tree["config"] = config.empty() ? Json::object() : TreeOfYaml(config);
+  return tree;
 }
 
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name) {
@@ -221,47 +244,16 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   TRUETRIAD_RETURN_IF_ERROR(reader.status());
 
   Calibration calibration;
-  if (YamlReader device = reader.RequireChild("device")) {
-    device.Require("serial", &calibration.serial);
-    device.Require("model", &calibration.model);
-    for (const TagKey& tag : kDeviceTags) device.Optional(tag.key, &(calibration.tags.*tag.value));
-    ReadDeviceIds(device.Child("ids"), &calibration.tags);
-    device.RejectUnknown();
-  }
-  if (YamlReader run = reader.Child("run")) {
-    for (const TagKey& tag : kRunTags) run.Optional(tag.key, &(calibration.tags.*tag.value));
-    run.RejectUnknown();
-  }
-  if (YamlReader software = reader.RequireChild("software")) {
-    std::string program;
-    software.Require("name", &program);
-    software.Require("version", &calibration.software_version);
-    software.RejectUnknown();
-  }
-  if (YamlReader created = reader.RequireChild("created"); !IsNull(created)) {
-    created.Read(&calibration.created);
-  }
-  ReadInputs(reader.RequireChild("inputs"), &calibration.inputs);
-  ReadStatus(reader.RequireChild("status"), &calibration);
-  YamlFieldReader visit(reader);
-  visit.If(kNewer, "decisions", calibration.decisions);
-  if (YamlReader verdict = reader.Child("verdict")) {
-    Verdict stated = calibration.verdict();
-    ReadWord(verdict, VerdictFromName, &stated);
-    if (stated != calibration.verdict()) {
-      verdict.Fail("contradicts `status:` and `decisions:`, by which it is " +
-                   std::string(VerdictName(calibration.verdict())) + "; take this line away");
-    }
-  }
-  visit("reference", calibration.reference);
-  visit("gauge", calibration.gauge);
-  visit("gauge_sensor", calibration.gauge_sensor);
+  YamlFieldReader fields(reader);
+  CalibrationFields(fields, calibration);
+  reader.Child("status").RequireChild("within_limits");
   if (calibration.IsUsable()) {
-    visit("sensors", calibration.sensors);
     ReadCovariance(reader.RequireChild("covariance"), &calibration.covariance);
   }
-  visit("quality", calibration.quality);
-  ReadMode(&reader, &calibration);
+  if (!reader.Child("mode")) {
+    calibration.mode = calibration.quality.sweep.axes.empty() ? ModeOfConfig(reader.Child("config"))
+                                                              : Mode::kSweep;
+  }
   if (reader.RequireChild("config")) calibration.config_yaml = ConfigText(text);
   reader.RejectUnknown();
   TRUETRIAD_RETURN_IF_ERROR(reader.status());

@@ -324,6 +324,20 @@ std::string CsvReader::ColumnName(std::size_t column) const {
   return "column " + std::to_string(column) + " (counted from 0)";
 }
 
+std::vector<std::size_t> CsvReader::ColumnsCalled(const std::string& name) const {
+  std::vector<std::size_t> found;
+  for (std::size_t column = 0; column < header_.size(); ++column) {
+    if (header_[column] == name) found.push_back(column);
+  }
+  std::size_t index = 0;
+  const char* const end = name.data() + name.size();
+  const auto [stop, error] = std::from_chars(name.data(), end, index);
+  if (found.empty() && error == std::errc() && stop == end && index < column_count()) {
+    found.push_back(index);
+  }
+  return found;
+}
+
 Status CsvReader::Map(std::size_t column, Kind kind, int power) {
   Column& mapped = columns_[column];
   if (mapped.kind != Kind::kSkip && (mapped.kind != kind || mapped.power != power)) {

@@ -65,6 +65,8 @@ class CsvReader {
   std::size_t column_count() const { return columns_.size(); }
   /// "column `ax`" or, without a header, "column 3 (counted from 0)".
   std::string ColumnName(std::size_t column) const;
+  /// The columns of that name in the header, or else the one at that 0-based index.
+  std::vector<std::size_t> ColumnsCalled(const std::string& name) const;
 
   /// Asks for a column. Error: it is mapped as something else already.
   Status Map(std::size_t column, Kind kind, int power = 0);

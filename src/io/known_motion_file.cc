@@ -8,52 +8,24 @@
 #include <string_view>
 #include <utility>
 
-#include "io/yaml_reader.h"
+#include "io/field_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-/// A number in (`above`, inf).
-bool ReadAbove(YamlReader reader, double above, std::string_view expected, double* value) {
-  double number = 0.0;
-  if (!reader.Read(&number)) return false;
-  if (number > above) {
-    *value = number;
-    return true;
-  }
-  reader.Fail("expected " + std::string(expected));
-  return false;
-}
-
-/// x, -y, … or a vector of any length but zero.
-void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
-  if (!reader) return;
-  if (reader.IsScalar()) {
-    std::string name;
-    if (!reader.Read(&name)) return;
-    const bool has_sign = !name.empty() && (name[0] == '-' || name[0] == '+');
-    const std::size_t place = kAxisLetters.find(name.substr(has_sign ? 1 : 0));
-    if (name.size() == (has_sign ? 2U : 1U) && place < 3) {
-      *axis = (name[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<int>(place));
-      return;
-    }
-    reader.Fail("`" + name + "` is not among x, -x, y, -y, z, -z; or give a vector [x, y, z]");
-    return;
-  }
+/// As a vector of length one.
+void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   Eigen::Vector3d vector;
-  if (!reader.Read(&vector)) return;
+  if (!visit("axis", vector, BodyAxis())) return;
   // Lengths within rounding are kept as they are, so that a file reads back to the same bits.
   constexpr double kExactUnitLength = 1e-14;
   const double length = vector.norm();
-  if (!(length > 0.0)) {
-    reader.Fail("expected a vector other than zero");
-  } else if (!std::isfinite(length)) {
-    reader.Fail("is too long; a vector of any length that is a number will do, such as [0, 0, 1]");
-  } else {
-    *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
-  }
+  visit.Expect(std::isfinite(length),
+               "is too long; a vector of any length that is a number will do, such as [0, 0, 1]",
+               "axis");
+  *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
 }
 
 /// `start_s` and `end_s`, times of the log.
@@ -113,61 +85,47 @@ void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) 
   }
 }
 
-StatedTurn ReadTurn(YamlReader item, const TurnDefaults& defaults) {
+StatedTurn ReadTurn(FieldReader& visit, const TurnDefaults& defaults) {
   StatedTurn turn;
   turn.sigma_rad = defaults.sigma_rad;
   turn.axis_sigma_rad = defaults.axis_sigma_rad;
-  ReadPlace(item, "after_pose", &turn.at);
-  ReadAxis(item.RequireChild("axis"), &turn.axis);
-  double value = 0.0;
-  YamlReader turns = item.Child("turns");
-  YamlReader degrees = item.Child("degrees");
-  if (turns.Read(&value)) turn.angle_rad = 2.0 * std::numbers::pi * value;
-  if (degrees.Read(&value)) turn.angle_rad = kRadPerDeg * value;
-  if (static_cast<bool>(turns) == static_cast<bool>(degrees)) {
-    item.Fail("expected either `turns` or `degrees`");
-  } else if (value == 0.0) {
-    item.Fail("its angle is zero; expected a turn");
+  ReadPlace(visit.map(), "after_pose", &turn.at);
+  visit.Require("axis");
+  ReadAxis(visit, &turn.axis);
+  const bool is_one = visit.Has("turns") != visit.Has("degrees");
+  visit.Expect(is_one, "expected either `turns` or `degrees`");
+  if (visit(QuantityKeys{{"turns", 2.0 * std::numbers::pi}, {"degrees", kRadPerDeg}},
+            turn.angle_rad,
+            kAnyNumber)) {
+    visit.Expect(turn.angle_rad != 0.0, "its angle is zero; expected a turn");
   }
-  if (ReadAbove(item.Child("sigma_deg"), 0.0, "a positive number", &value)) {
-    turn.sigma_rad = kRadPerDeg * value;
-  }
-  if (ReadAbove(item.Child("axis_sigma_deg"), 0.0, "a positive number", &value)) {
-    turn.axis_sigma_rad = kRadPerDeg * value;
-  }
-  item.Optional("id", &turn.id);
-  item.RejectUnknown();
+  visit(InDegrees("sigma_deg"), turn.sigma_rad, kPositive);
+  visit(InDegrees("axis_sigma_deg"), turn.axis_sigma_rad, kPositive);
+  visit("id", turn.id, kAnyText);
   return turn;
 }
 
-StatedRate ReadRate(YamlReader item, const RateDefaults& defaults) {
+StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
   StatedRate rate;
-  ReadPlace(item, "pose", &rate.at);
-  if (YamlReader vector = item.Child("rate_degps")) {
-    if (vector.Read(&rate.rate_radps)) rate.rate_radps *= kRadPerDeg;
+  ReadPlace(visit.map(), "pose", &rate.at);
+  if (visit.Has("rate_degps")) {
+    visit(InDegrees("rate_degps"), rate.rate_radps, kNumbers);
   } else {
     Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
     double degps = 0.0;
-    YamlReader stated = item.Child("axis");
-    ReadAxis(stated, &axis);
-    if (!stated && defaults.is_axis_known) {
-      item.Fail(
-          "has no axis; add `axis:`, or where only the size of the rates is known state "
-          "`rates: { file: …, axes: unknown }` in the experiment");
-    }
-    item.Require("degps", &degps);
+    visit.Expect(visit.Has("axis") || !defaults.is_axis_known,
+                 "has no axis; add `axis:`, or where only the size of the rates is known state "
+                 "`rates: { file: …, axes: unknown }` in the experiment");
+    ReadAxis(visit, &axis);
+    visit.Require("degps");
+    visit("degps", degps, kAnyNumber);
     rate.rate_radps = kRadPerDeg * degps * axis;
   }
   rate.is_axis_known = defaults.is_axis_known;
-  if (!rate.is_axis_known && rate.rate_radps.isZero(0.0)) {
-    item.Fail("its rate is zero, which says nothing where no axis is known; leave it out");
-  }
+  visit.Expect(rate.is_axis_known || !rate.rate_radps.isZero(0.0),
+               "its rate is zero, which says nothing where no axis is known; leave it out");
   double sigma_radps = defaults.sigma_radps;
-  constexpr double kBelowZero = -std::numeric_limits<double>::denorm_min();
-  double sigma_degps = 0.0;
-  if (ReadAbove(item.Child("sigma_degps"), kBelowZero, "a number of at least zero", &sigma_degps)) {
-    sigma_radps = kRadPerDeg * sigma_degps;
-  }
+  visit(InDegrees("sigma_degps"), sigma_radps, kNotNegative);
   // A direction that is off by a small angle moves the rate across itself. One that is not known is
   // estimated.
   const double across_radps =
@@ -176,18 +134,19 @@ StatedRate ReadRate(YamlReader item, const RateDefaults& defaults) {
   rate.covariance_radps2 =
       sigma_radps * sigma_radps * Eigen::Matrix3d::Identity() +
       across_radps * across_radps * (Eigen::Matrix3d::Identity() - along * along.transpose());
-  item.Optional("id", &rate.id);
-  item.RejectUnknown();
+  visit("id", rate.id, kAnyText);
   return rate;
 }
 
 /// The members of the list at `key`, which is all there is in the file.
 template <typename Read>
 auto ReadList(const std::string& path, std::string_view key, Read read)
-    -> Result<std::vector<decltype(read(std::declval<YamlReader>()))>> {
+    -> Result<std::vector<decltype(read(std::declval<FieldReader&>()))>> {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromFile(path));
-  std::vector<decltype(read(std::declval<YamlReader>()))> values;
-  for (const YamlReader& item : file.RequireChild(key).Items()) values.push_back(read(item));
+  std::vector<decltype(read(std::declval<FieldReader&>()))> values;
+  for (const YamlReader& item : file.RequireChild(key).Items()) {
+    FieldReader::ReadMap(item, [&](FieldReader& visit) { values.push_back(read(visit)); });
+  }
   file.RejectUnknown();
   TRUETRIAD_RETURN_IF_ERROR(file.status());
   if (values.empty()) {
@@ -210,12 +169,12 @@ YamlText& WritePlace(YamlText& yaml, const MotionPlace& at, std::string_view pos
 
 Result<std::vector<StatedTurn>> ReadStatedTurns(const std::string& path,
                                                 const TurnDefaults& defaults) {
-  return ReadList(path, "turns", [&](const YamlReader& item) { return ReadTurn(item, defaults); });
+  return ReadList(path, "turns", [&](FieldReader& visit) { return ReadTurn(visit, defaults); });
 }
 
 Result<std::vector<StatedRate>> ReadStatedRates(const std::string& path,
                                                 const RateDefaults& defaults) {
-  return ReadList(path, "rates", [&](const YamlReader& item) { return ReadRate(item, defaults); });
+  return ReadList(path, "rates", [&](FieldReader& visit) { return ReadRate(visit, defaults); });
 }
 
 std::string StatedTurnsToYaml(const std::vector<StatedTurn>& turns) {

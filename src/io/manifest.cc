@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "io/burst_windows.h"
+#include "io/field_reader.h"
 #include "io/recording_layout.h"
 #include "io/tags_yaml.h"
 #include "io/text_file.h"
@@ -47,154 +48,129 @@ std::string Resolved(const std::string& manifest_path, const std::string& file) 
 }
 
 /// The column that `key` names; an error is recorded when there is none.
-ColumnReference ReadColumn(YamlReader* yaml, std::string_view key) {
-  ColumnReference column;
-  YamlReader value = yaml->RequireChild(key);
-  value.Read(&column.text);
-  column.stated = value;
+ColumnReference ReadColumn(FieldReader& visit, std::string_view key) {
+  visit.Require(key);
+  ColumnReference column{{}, visit.Child(key)};
+  column.stated->Read(&column.text);
   return column;
 }
 
-void ReadTime(YamlReader time, ManifestStream* stream) {
-  if (!time) return;
-  TimeColumn& layout = stream->layout.time;
+struct TimeUnit {};
+bool ReadAs(TimeUnit, YamlReader reader, int* power) {
   std::string unit;
-  if (time.Require("unit", &unit)) {
-    if (unit == "samples") {
-      if (time.Require("rate_hz", &layout.rate_hz) && !(layout.rate_hz > 0.0)) {
-        time.Fail("rate_hz must be above zero");
-      }
-    } else if (const std::optional<int> power = TimePower(unit)) {
-      layout.power = *power;
-    } else {
-      time.Child("unit").Fail("`" + unit +
-                              "` is not a unit of time; expected s, ms, us, ns or samples");
-    }
+  if (!reader.Read(&unit)) return false;
+  const std::optional<int> known = TimePower(unit);
+  if (!known) {
+    reader.Fail("`" + unit + "` is not a unit of time; expected s, ms, us, ns or samples");
   }
-  std::int64_t& window_samples = stream->layout.info.window_samples;
-  if (time.Optional("window_samples", &window_samples)) {
-    if (window_samples < 1 || window_samples > BurstWindows::kMost) {
-      time.Child("window_samples").Fail("must be from 1 to " + std::to_string(BurstWindows::kMost));
-      window_samples = 1;
-    }
-    if (unit == "samples" && !time.Child("column")) {
-      time.Child("window_samples").Fail("needs the time of each window; state its column and unit");
-    }
+  *power = known.value_or(*power);
+  return known.has_value();
+}
+
+void TimeFields(FieldReader& visit, ManifestStream& stream) {
+  static const std::string kWindows = "1 to " + std::to_string(BurstWindows::kMost) + " samples";
+  TimeColumn& layout = stream.layout.time;
+  const bool counts_rows = visit.Says("unit", "samples");
+  visit.Require("unit");
+  if (counts_rows) {
+    visit.Require("rate_hz");
+    visit("rate_hz", layout.rate_hz, kPositive);
+  } else {
+    visit("unit", layout.power, TimeUnit());
   }
-  if (unit == "samples" && !time.Child("column")) {
+  visit("window_samples",
+        stream.layout.info.window_samples,
+        Range{1.0, static_cast<double>(BurstWindows::kMost), kWindows});
+  visit.Expect(!counts_rows || visit.Has("column"),
+               "needs the time of each window; state its column and unit",
+               "window_samples");
+  if (counts_rows && !visit.Has("column")) {
     layout.kind = TimeColumn::Kind::kRowNumber;
   } else {
     layout.kind = TimeColumn::Kind::kColumn;
-    stream->time = ReadColumn(&time, "column");
+    stream.time = ReadColumn(visit, "column");
   }
-  time.RejectUnknown();
 }
 
-void ReadCsvLayout(YamlReader* yaml, CsvLayout* layout) {
+constexpr NamedValues<CsvLayout::Header, 3> kHeaders = {{
+    {CsvLayout::Header::kPresent, "true"},
+    {CsvLayout::Header::kAbsent, "false"},
+    {CsvLayout::Header::kAuto, "auto"},
+}};
+constexpr NamedValues<bool, 2> kRagged = {{{true, "allow"}, {false, "refuse"}}};
+
+struct Separator {};
+bool ReadAs(Separator, YamlReader reader, char* separator) {
   std::string text;
-  if (yaml->Optional("separator", &text)) {
-    if (text == "," || text == ";" || text == "\t" || text == " ") {
-      layout->separator = text[0];
-    } else if (text == "tab") {
-      layout->separator = '\t';
-    } else if (text == "blank") {
-      layout->separator = ' ';
-    } else {
-      yaml->Child("separator").Fail("`" + text + "` is not among \",\" \";\" tab blank");
-    }
+  if (!reader.Read(&text)) return false;
+  const std::string one = text == "tab" ? "\t" : text == "blank" ? " " : text;
+  if (one == "," || one == ";" || one == "\t" || one == " ") {
+    *separator = one[0];
+    return true;
   }
-  if (yaml->Optional("skip_lines", &layout->skip_lines) && layout->skip_lines < 0) {
-    yaml->Child("skip_lines").Fail("must not be negative");
-  }
-  if (yaml->Optional("header", &text)) {
-    if (text == "true" || text == "false") {
-      layout->header = text == "true" ? CsvLayout::Header::kPresent : CsvLayout::Header::kAbsent;
-    } else if (text != "auto") {
-      yaml->Child("header").Fail("`" + text + "` is not among true, false, auto");
-    }
-  }
-  if (yaml->Optional("ragged", &text)) {
-    layout->ragged = text == "allow";
-    if (text != "allow" && text != "refuse") {
-      yaml->Child("ragged").Fail("`" + text + "` is neither allow nor refuse");
-    }
-  }
+  reader.Fail("`" + text + "` is not among \",\" \";\" tab blank");
+  return false;
 }
 
 /// How a chip's register states a temperature: `scale` units a count, 0 counts at `offset`.
-void ReadRegister(YamlReader* reader, TemperatureColumn* temperature) {
-  constexpr int kMostBits = 32;
+void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   double scale = 1.0, offset = 0.0;
-  if (reader->Optional("scale", &scale) && (!std::isfinite(scale) || scale == 0.0)) {
-    reader->Child("scale").Fail("must be a number other than zero");
-  }
-  if (reader->Optional("offset", &offset) && !std::isfinite(offset)) {
-    reader->Child("offset").Fail("must be a number");
-  }
-  if (reader->Optional("wrap_bits", &temperature->wrap_bits) &&
-      (temperature->wrap_bits < 8 || temperature->wrap_bits > kMostBits)) {
-    reader->Child("wrap_bits").Fail("must be from 8 to 32, the bits of the register");
-  }
-  if (bool is_signed = false; reader->Optional("signed", &is_signed)) {
-    temperature->is_signed = is_signed;
-    if (temperature->wrap_bits == 0) {
-      reader->Child("signed").Fail("needs `wrap_bits`; a number has its sign otherwise");
-    }
-  }
-  TemperatureUnit& unit = temperature->unit;
+  visit("scale", scale, kAnyNumber);
+  visit.Expect(scale != 0.0, "must be a number other than zero", "scale");
+  visit("offset", offset, kAnyNumber);
+  visit("wrap_bits", temperature.wrap_bits, Range{8.0, 32.0, "8 to 32, the bits of the register"});
+  visit("signed", temperature.is_signed, Flag());
+  visit.Expect(
+      temperature.wrap_bits > 0, "needs `wrap_bits`; a number has its sign otherwise", "signed");
+  TemperatureUnit& unit = temperature.unit;
   unit = {unit.scale * scale, unit.scale * offset + unit.offset};
 }
 
-/// `{ column, unit, scale, offset, wrap_bits, signed }`. The column is found when the file is open.
-std::optional<ColumnReference> ReadTemperature(YamlReader reader,
-                                               std::optional<TemperatureColumn>* temperature) {
-  if (!reader) return std::nullopt;
-  ColumnReference reference = ReadColumn(&reader, "column");
-  temperature->emplace();
+struct DegreesUnit {};
+bool ReadAs(DegreesUnit, YamlReader reader, TemperatureUnit* unit) {
   std::string name;
-  if (reader.Require("unit", &name)) {
-    const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(name);
-    if (!unit) reader.Child("unit").Fail("`" + name + "` is neither degC nor K");
-    (*temperature)->unit = unit.value_or(TemperatureUnit{});
-  }
-  ReadRegister(&reader, &**temperature);
-  reader.RejectUnknown();
-  return reference;
+  if (!reader.Read(&name)) return false;
+  const std::optional<TemperatureUnit> known = ParseTemperatureUnit(name);
+  if (!known) reader.Fail("`" + name + "` is neither degC nor K");
+  *unit = known.value_or(*unit);
+  return known.has_value();
 }
 
-ManifestStream ReadStream(YamlReader yaml, Triad triad) {
-  ManifestStream stream;
+/// `{ column, unit, scale, offset, wrap_bits, signed }`. The column is found when the file is open.
+bool TemperatureField(FieldReader& visit,
+                      std::string_view key,
+                      std::optional<ColumnReference>* column,
+                      std::optional<TemperatureColumn>* temperature) {
+  visit.Map(key, [&](FieldReader& in) {
+    *column = ReadColumn(in, "column");
+    in.Require("unit");
+    in("unit", temperature->emplace().unit, DegreesUnit());
+    RegisterFields(in, **temperature);
+  });
+  return temperature->has_value();
+}
+
+void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream) {
   StreamInfo& info = stream.layout.info;
-  stream.stated = yaml;
+  stream.stated = visit.map();
   info.triad = triad;
-  std::string file;
-  if (yaml.Require("file", &file)) info.file = Resolved(yaml.file(), file);
-  ReadTime(yaml.Child("time"), &stream);
+  for (const char* key : {"file", "unit"}) visit.Require(key);
+  if (visit("file", info.file, kAnyText)) info.file = Resolved(visit.map().file(), info.file);
+  visit.Map("time", [&](FieldReader& time) { TimeFields(time, stream); });
   for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
-    stream.axes[axis] = ReadColumn(&yaml, kAxisLetters.substr(axis, 1));
+    stream.axes[axis] = ReadColumn(visit, kAxisLetters.substr(axis, 1));
   }
-  std::string unit_name;
-  if (yaml.Require("unit", &unit_name)) {
-    const Result<Unit> unit = ParseTriadUnit(triad, unit_name);
-    if (unit) {
-      info.unit = *unit;
-    } else {
-      yaml.Child("unit").Fail(unit.error().message);
-    }
-  }
-  stream.temperature = ReadTemperature(yaml.Child("temperature"), &stream.layout.temperature);
-  info.has_temperature = stream.temperature.has_value();
-  stream.ambient = ReadTemperature(yaml.Child("ambient_temperature"), &stream.layout.ambient);
-  info.has_ambient = stream.ambient.has_value();
-  double si_per_count = 0.0;
-  if (yaml.Optional("si_per_count", &si_per_count)) {
-    if (!(si_per_count > 0.0)) yaml.Child("si_per_count").Fail("must be above zero");
-    if (!info.unit.is_counts) yaml.Child("si_per_count").Fail("needs `unit: counts`");
-    info.si_per_count = si_per_count;
-  }
-  ReadCsvLayout(&yaml, &stream.csv);
-  yaml.RejectUnknown();
-  return stream;
+  visit("unit", info.unit, ReadingsUnit{triad});
+  info.has_temperature =
+      TemperatureField(visit, "temperature", &stream.temperature, &stream.layout.temperature);
+  info.has_ambient =
+      TemperatureField(visit, "ambient_temperature", &stream.ambient, &stream.layout.ambient);
+  visit("si_per_count", info.si_per_count, kPositive);
+  visit.Expect(info.unit.is_counts, "needs `unit: counts`", "si_per_count");
+  visit("separator", stream.csv.separator, Separator());
+  visit("skip_lines", stream.csv.skip_lines, kNotNegative);
+  visit("header", stream.csv.header, kHeaders);
+  visit("ragged", stream.csv.ragged, kRagged);
 }
 
 /// Which corrections the readings already have, one entry for all triads or one a triad.
@@ -221,35 +197,30 @@ void ReadApplied(YamlReader applied, std::vector<ManifestStream>* streams) {
 
 Status ReadPoses(YamlReader poses, Manifest* manifest) {
   if (!poses) return {};
-  PoseSelection selection;
-  std::string text;
-  if (poses.IsScalar()) {
-    poses.Read(&text);
+  PoseSelection& selection = manifest->poses.emplace();
+  if (std::string text; poses.IsScalar() && poses.Read(&text)) {
     selection.kind = PoseSelectionKind::kEveryRow;
     if (text != "every_row") poses.Fail("`" + text + "` is unknown; did you mean every_row?");
-  } else {
-    YamlReader file = poses.Child("file");
-    if (poses.Optional("every", &selection.every)) {
-      selection.kind = PoseSelectionKind::kEveryN;
-      if (selection.every < 1) poses.Child("every").Fail("must be at least 1");
-    }
-    if (poses.Child("column")) {
-      selection.kind = PoseSelectionKind::kColumn;
-      manifest->pose_column = ReadColumn(&poses, "column");
-    }
-    poses.RejectUnknown();
-    if (poses.IsMap() && poses.Keys().size() != 1) {
-      poses.Fail("expected one of every_row, {every: N}, {column: name}, {file: poses.yaml}");
-    }
-    if (file.Read(&text)) {
-      selection.kind = PoseSelectionKind::kRanges;
-      manifest->pose_file = Resolved(poses.file(), text);
-      TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseRange> ranges,
-                                 ReadPoseRanges(manifest->pose_file));
-      selection.ranges = std::move(ranges);
-    }
+    return {};
   }
-  manifest->poses = std::move(selection);
+  std::string file;
+  bool has_file = false;
+  FieldReader::ReadMap(poses, [&](FieldReader& visit) {
+    if (visit("every", selection.every, Range{.lowest = 1.0, .expected = "at least 1 row"})) {
+      selection.kind = PoseSelectionKind::kEveryN;
+    }
+    if (visit.Has("column")) {
+      selection.kind = PoseSelectionKind::kColumn;
+      manifest->pose_column = ReadColumn(visit, "column");
+    }
+    has_file = visit("file", file, kAnyText);
+    visit.Expect(poses.IsMap() && poses.Keys().size() == 1,
+                 "expected one of every_row, {every: N}, {column: name}, {file: poses.yaml}");
+  });
+  if (!has_file) return {};
+  selection.kind = PoseSelectionKind::kRanges;
+  manifest->pose_file = Resolved(poses.file(), file);
+  TRUETRIAD_ASSIGN_OR_RETURN(selection.ranges, ReadPoseRanges(manifest->pose_file));
   return {};
 }
 
@@ -276,55 +247,40 @@ Result<Manifest> ReadManifest(const std::string& path) {
   }
   Manifest manifest;
   manifest.sha256 = Sha256Hex(text);
-  int version = 0;
-  if (yaml.Require("recording", &version) && version != 1) {
-    yaml.Child("recording").Fail("this program reads version 1 of recording manifests");
-  }
-  ReadIdentity(&yaml, &manifest.serial, &manifest.tags);
-  yaml.Child("source");  // For people; nothing depends on them.
-  yaml.Child("frame");
-  YamlReader applied = yaml.Child("applied");
-  YamlReader streams = yaml.RequireChild("streams");
-  for (const Triad triad : kTriads) {
-    if (YamlReader stream = streams.Child(TriadName(triad))) {
-      manifest.streams.push_back(ReadStream(stream, triad));
-    }
-  }
-  streams.RejectUnknown();
-  if (streams.IsMap() && manifest.streams.empty()) {
-    streams.Fail("expected at least one of accelerometer, gyroscope, magnetometer");
-  }
-  ReadApplied(applied, &manifest.streams);
-  for (const ManifestStream& stream : manifest.streams) {
-    if ((stream.layout.time.kind == TimeColumn::Kind::kNone) !=
-        (manifest.streams[0].layout.time.kind == TimeColumn::Kind::kNone)) {
-      streams.Fail("some streams have a `time` and some do not; state it for all or for none");
-      break;
-    }
-  }
-  TRUETRIAD_RETURN_IF_ERROR(ReadPoses(yaml.Child("poses"), &manifest));
-  yaml.RejectUnknown();
+  Status poses;
+  FieldReader::ReadMap(yaml, [&](FieldReader& visit) {
+    for (const char* key : {"recording", "streams"}) visit.Require(key);
+    int version = kVersion;
+    visit("recording", version, FormatVersion());
+    ReadIdentity(&visit.map(), &manifest.serial, &manifest.tags);
+    for (const char* for_people : {"source", "frame"}) visit.Has(for_people);
+    visit.Map("streams", [&](FieldReader& streams) {
+      for (const Triad triad : kTriads) {
+        streams.Map(TriadName(triad), [&](FieldReader& stream) {
+          StreamFields(stream, triad, manifest.streams.emplace_back());
+        });
+      }
+      streams.Expect(!manifest.streams.empty(),
+                     "expected at least one of accelerometer, gyroscope, magnetometer");
+    });
+    ReadApplied(visit.Child("applied"), &manifest.streams);
+    const auto has_time = [](const ManifestStream& stream) {
+      return stream.layout.time.kind != TimeColumn::Kind::kNone;
+    };
+    const auto with_time =
+        std::count_if(manifest.streams.begin(), manifest.streams.end(), has_time);
+    visit.Expect(with_time == 0 || with_time == std::ssize(manifest.streams),
+                 "some streams have a `time` and some do not; state it for all or for none",
+                 "streams");
+    poses = ReadPoses(visit.Child("poses"), &manifest);
+  });
+  TRUETRIAD_RETURN_IF_ERROR(poses);
   TRUETRIAD_RETURN_IF_ERROR(yaml.status());
   return manifest;
 }
 
-/// The columns called `text`, or the one at that 0-based index.
-std::vector<std::size_t> FindColumns(const CsvReader& csv, const std::string& text) {
-  std::vector<std::size_t> found;
-  for (std::size_t column = 0; column < csv.header().size(); ++column) {
-    if (csv.header()[column] == text) found.push_back(column);
-  }
-  std::size_t index = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, index);
-  if (found.empty() && error == std::errc() && stop == end && index < csv.column_count()) {
-    found.push_back(index);
-  }
-  return found;
-}
-
 Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& reference) {
-  const std::vector<std::size_t> found = FindColumns(csv, reference.text);
+  const std::vector<std::size_t> found = csv.ColumnsCalled(reference.text);
   if (found.size() == 1) return found[0];
   std::string names;
   for (const std::string& name : csv.header()) names += (names.empty() ? "" : ", ") + name;
@@ -443,8 +399,8 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
   bool found = false;
   for (FileLayout& file : layout.files) {
     for (StreamLayout& stream : file.streams) {
-      if (pose && FindColumns(*file.csv, pose->text).size() == 1) {
-        stream.pose = FindColumns(*file.csv, pose->text)[0];
+      if (pose && file.csv->ColumnsCalled(pose->text).size() == 1) {
+        stream.pose = file.csv->ColumnsCalled(pose->text)[0];
         stream.info.has_pose_column = found = true;
       }
       layout.info.streams.push_back(stream.info);
@@ -463,23 +419,25 @@ Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& pa
 Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromFile(path));
   std::vector<PoseRange> ranges;
-  for (YamlReader& item : file.RequireChild("poses").Items()) {
-    PoseRange range;
-    if (item.Require("first", &range.first) && item.Require("last", &range.last)) {
-      if (range.first < 0 || range.last < range.first) {
-        item.Fail("rows " + std::to_string(range.first) + " to " + std::to_string(range.last) +
-                  " are not a range; expected 0 <= first <= last");
-      } else if (!ranges.empty() && range.first <= ranges.back().last) {
-        item.Fail("begins at row " + std::to_string(range.first) +
-                  ", inside or before the previous range; list the poses in file order");
+  for (const YamlReader& item : file.RequireChild("poses").Items()) {
+    FieldReader::ReadMap(item, [&ranges](FieldReader& visit) {
+      PoseRange range;
+      for (const char* key : {"first", "last"}) visit.Require(key);
+      const bool has_first = visit("first", range.first, kAnyNumber);
+      if (visit("last", range.last, kAnyNumber) && has_first) {
+        visit.Expect(range.first >= 0 && range.last >= range.first,
+                     "rows " + std::to_string(range.first) + " to " + std::to_string(range.last) +
+                         " are not a range; expected 0 <= first <= last");
+        visit.Expect(ranges.empty() || range.first > ranges.back().last,
+                     "begins at row " + std::to_string(range.first) +
+                         ", inside or before the previous range; list the poses in file order");
       }
-    }
-    item.Optional("id", &range.id);
-    if (item.Optional("face", &range.face_up) && !IsFace(range.face_up)) {
-      item.Child("face").Fail("`" + range.face_up + "` is not among +x -x +y -y +z -z");
-    }
-    item.RejectUnknown();
-    ranges.push_back(std::move(range));
+      visit("id", range.id, kAnyText);
+      visit("face", range.face_up, kAnyText);
+      visit.Expect(
+          IsFace(range.face_up), "`" + range.face_up + "` is not among +x -x +y -y +z -z", "face");
+      ranges.push_back(std::move(range));
+    });
   }
   file.RejectUnknown();
   TRUETRIAD_RETURN_IF_ERROR(file.status());

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -125,15 +124,6 @@ CsvLayout LayoutOf(const Candidate& candidate) {
   return layout;
 }
 
-bool HasColumn(const CsvReader& csv, const std::string& column) {
-  if (std::find(csv.header().begin(), csv.header().end(), column) != csv.header().end())
-    return true;
-  std::size_t index = 0;
-  const char* const end = column.data() + column.size();
-  const auto [stop, failure] = std::from_chars(column.data(), end, index);
-  return failure == std::errc() && stop == end && index < csv.column_count();
-}
-
 Status CheckFirstLine(const std::string& expected, const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view lines, file->Next());
@@ -155,7 +145,7 @@ Result<bool> Fits(const Candidate& candidate, const std::string& path) {
     if (*other) columns.push_back((*other)->column);
   }
   return std::all_of(columns.begin(), columns.end(), [&](const std::string& column) {
-    return HasColumn(*csv, column);
+    return !csv->ColumnsCalled(column).empty();
   });
 }
 

@@ -6,8 +6,9 @@
 
 #include <Eigen/Core>
 
-#include "io/yaml_reader.h"
-#include "io/yaml_text.h"
+#include "data/pose_fields.h"
+#include "io/field_reader.h"
+#include "io/yaml_fields.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -38,36 +39,20 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
   *world_from_body = attitude;
 }
 
-ProgramPose ReadPose(YamlReader reader) {
-  ProgramPose pose;
-  int number = 0;  // For people; poses are taken in the order of the file.
-  reader.Optional("number", &number);
-  ReadAttitude(reader.RequireChild("attitude"), &pose.world_from_body);
-  double temperature_degc = 0.0;
-  if (YamlReader child = reader.Child("temperature_degc"); child.Read(&temperature_degc)) {
-    pose.temperature_degc = temperature_degc;
-    if (temperature_degc < kAbsoluteZeroDegc) child.Fail("is below absolute zero");
-  }
-  reader.Optional("label", &pose.label);
-  reader.RejectUnknown();
-  return pose;
+void PoseFields(FieldReader& visit, ProgramPose& pose) {
+  visit.Has("number");  // For people; poses are taken in the order of the file.
+  visit.Require("attitude");
+  ReadAttitude(visit.Child("attitude"), &pose.world_from_body);
+  visit("temperature_degc", pose.temperature_degc, kTemperatureDegc);
+  visit("label", pose.label, kAnyText);
 }
 
 }  // namespace
 
 std::string PoseProgramToYaml(const PoseProgram& program) {
-  YamlText text;
-  text << "program: 1\nposes:\n";
-  for (std::size_t i = 0; i < program.poses.size(); ++i) {
-    const ProgramPose& pose = program.poses[i];
-    const Eigen::Quaterniond& q = pose.world_from_body;
-    text << "  - { number: " << i + 1
-         << ", attitude: " << Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
-    if (pose.temperature_degc) text << ", temperature_degc: " << *pose.temperature_degc;
-    if (!pose.label.empty()) text << ", label: " << Quoted{pose.label};
-    text << " }\n";
-  }
-  return text.str();
+  YamlFieldWriter root;
+  Fields(root, program);
+  return root.text();
 }
 
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {
@@ -81,15 +66,15 @@ Result<PoseProgram> ReadPoseProgram(const std::string& path) {
                  "`simulate` has the rows of poses instead)");
   }
   PoseProgram program;
-  int version = 0;
-  if (YamlReader child = root.Child("program"); child.Read(&version) && version != 1) {
-    child.Fail("version " + std::to_string(version) +
-               " is not supported; this truetriad reads version 1");
-  }
-  YamlReader poses = root.RequireChild("poses");
-  for (const YamlReader& item : poses.Items()) program.poses.push_back(ReadPose(item));
-  if (poses.IsSequence() && program.poses.empty()) poses.Fail("has no poses; list at least one");
-  root.RejectUnknown();
+  FieldReader::ReadMap(root, [&program](FieldReader& visit) {
+    int version = kVersion;
+    visit("program", version, FormatVersion());
+    visit.Require("poses");
+    visit.List("poses", program.poses, PoseFields);
+    visit.Expect(!visit.IsList("poses", true) || !program.poses.empty(),
+                 "has no poses; list at least one",
+                 "poses");
+  });
   TRUETRIAD_RETURN_IF_ERROR(root.status());
   return program;
 }

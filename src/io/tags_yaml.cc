@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/tags_yaml.h"
 
+#include "io/yaml_fields.h"
+#include "model/calibration_fields.h"
+
 namespace truetriad {
 namespace {
 
@@ -10,19 +13,8 @@ constexpr std::size_t kLongestNote = 2000;
 
 void ReadDeviceTags(YamlReader* device, Tags* tags) {
   for (const TagKey& tag : kDeviceTags) device->Child(tag.key).ReadName(&(tags->*tag.value));
-  ReadDeviceIds(device->Child("ids"), tags);
-}
-
-void ReadDeviceIds(YamlReader ids, Tags* tags) {
-  if (!ids) return;
-  for (const Triad triad : kTriads) {
-    YamlReader stated = ids.Child(TriadName(triad));
-    std::int64_t id = 0;
-    if (!stated || !stated.Read(&id)) continue;
-    if (id <= 0) stated.Fail("must be above zero, which firmware takes for no sensor");
-    tags->device_ids[triad] = id;
-  }
-  ids.RejectUnknown();
+  YamlFieldReader fields(*device);
+  DeviceIdFields(fields, *tags);
 }
 
 void ReadRunTags(YamlReader run, Tags* tags) {
@@ -33,6 +25,19 @@ void ReadRunTags(YamlReader run, Tags* tags) {
                                 is_note ? kLongestNote : YamlReader::kLongestName);
   }
   run.RejectUnknown();
+}
+
+std::string DeviceTagsText(const Tags& tags) {
+  YamlFieldWriter visit(0, 0, YamlFieldWriter::Place::kFlowMap);
+  TagFields(visit, kDeviceTags, tags);
+  DeviceIdFields(visit, tags);
+  return visit.text();
+}
+
+std::string RunTagsText(const Tags& tags) {
+  YamlFieldWriter visit(0, 0, YamlFieldWriter::Place::kFlowMap);
+  TagFields(visit, kRunTags, tags);
+  return visit.text();
 }
 
 }  // namespace truetriad

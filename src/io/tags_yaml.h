@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "io/yaml_reader.h"
 #include "truetriad/model/tags.h"
 
@@ -9,10 +11,12 @@ namespace truetriad {
 /// Tags of `device:`, which holds more.
 void ReadDeviceTags(YamlReader* device, Tags* tags);
 
-/// Of those the `ids:`.
-void ReadDeviceIds(YamlReader ids, Tags* tags);
-
 /// Tags of `run:`, where there is one.
 void ReadRunTags(YamlReader run, Tags* tags);
+
+/// The same as they are written, within a map in one line: ` part: "P1", ids: { gyroscope: 7 }`;
+/// empty without any.
+std::string DeviceTagsText(const Tags& tags);
+std::string RunTagsText(const Tags& tags);
 
 }  // namespace truetriad

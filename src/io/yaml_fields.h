@@ -1,57 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "io/calibration_values.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "tree/fields.h"
-#include "truetriad/model/calibration.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 
 // Visitors of lists of fields (tree/fields.h) that write a value as YAML and read it from there.
-
-// Name of a value, and value of a name, of each type that files say in words.
-inline auto WordsOf(Triad) { return std::pair(&TriadName, &TriadFromName); }
-inline auto WordsOf(NoiseSource) { return std::pair(&NoiseSourceName, &NoiseSourceFromName); }
-inline auto WordsOf(FindingCode) { return std::pair(&FindingCodeName, &FindingCodeFromName); }
-inline auto WordsOf(Mode) { return std::pair(&ModeName, &ModeFromName); }
-inline auto WordsOf(Outcome) { return std::pair(&OutcomeName, &OutcomeFromName); }
-inline auto WordsOf(Verdict) { return std::pair(&VerdictName, &VerdictFromName); }
-inline auto WordsOf(Gauge) { return std::pair(&GaugeName, &GaugeFromName); }
-inline auto WordsOf(Severity) { return std::pair(&SeverityName, &SeverityFromName); }
-inline auto WordsOf(Treatment) { return std::pair(&TreatmentName, &TreatmentFromName); }
-
-template <typename T>
-inline constexpr bool kIsList = false;
-template <typename T>
-inline constexpr bool kIsList<std::vector<T>> = true;
-template <typename T>
-inline constexpr bool kIsOptional = false;
-template <typename T>
-inline constexpr bool kIsOptional<std::optional<T>> = true;
-template <typename T>
-inline constexpr bool kIsVector = false;
-template <int kSize>
-inline constexpr bool kIsVector<Eigen::Matrix<double, kSize, 1>> = true;
-
-class YamlFieldWriter;
-class YamlFieldReader;
-
-// Whether T is a map, with a list of fields.
-template <typename T>
-concept HasFields = requires(YamlFieldReader& reader, T& thing) {
-  Fields(reader, thing);
-};
 
 /// Writes fields: each into a line of its own, `indent` deep, or behind each other in one.
 class YamlFieldWriter {
@@ -59,18 +29,16 @@ class YamlFieldWriter {
   static constexpr bool kReads = false;
   enum class Place { kLines, kFlowMap, kRow };
 
-  YamlFieldWriter(YamlText& out, int indent, Place place = Place::kLines)
-      : out_(out), indent_(static_cast<std::size_t>(indent), ' '), place_(place) {}
+  /// `digits`: as of a YamlText.
+  explicit YamlFieldWriter(int digits = 0, std::size_t indent = 0, Place place = Place::kLines)
+      : digits_(digits), indent_(indent, ' '), place_(place) {}
 
   template <typename T>
   bool operator()(std::string_view key, const T& field, Style style = Style::kUsual) {
     if constexpr (kIsOptional<T>) {
       return field && (*this)(key, *field, style);
     } else {
-      Begin(key);
-      WriteField(field, style);
-      if (place_ == Place::kLines && !ends_lines_) out_ << "\n";
-      ends_lines_ = false;
+      Add(key, ValueOf(field, style));
       return true;
     }
   }
@@ -82,159 +50,217 @@ class YamlFieldWriter {
 
   template <typename T>
   bool OrNull(std::string_view key, const std::optional<T>& field, Style style = Style::kUsual) {
-    return field ? (*this)(key, *field, style) : (*this)(key, Word{kNull});
+    if (!field) Add(key, "null");
+    return (*this)(key, field, style);
   }
 
   template <typename GroupFields>
   void Group(std::string_view key, Style style, const GroupFields& fields) {
-    Begin(key);
-    WriteMap(style, fields);
-    if (place_ == Place::kLines && !ends_lines_) out_ << "\n";
-    ends_lines_ = false;
+    Add(key, MapOf(style, fields));
   }
 
   template <typename T>
   void Named(bool stated, std::string_view key, const std::vector<T>& list) {
     if (!stated) return;
     Group(key, Style::kUsual, [&list](YamlFieldWriter& map) {
-      for (const T& item : list) {
-        map.Group(
-            item.name, Style::kFlow, [&item](YamlFieldWriter& inner) { Fields(inner, item); });
-      }
+      for (const T& item : list) map(item.name, item, Style::kFlow);
     });
   }
 
-  void Comment(std::string_view text) { out_ << indent_ << "# " << text << "\n"; }
+  void Comment(std::string_view text) { text_.append(indent_).append("# ").append(text) += '\n'; }
 
   template <typename Wrong>
   void Check(std::string_view, const Wrong&) {}
 
+  const std::string& text() const { return text_; }
+
  private:
-  static constexpr std::string_view kNull = "null";
-
-  void Begin(std::string_view key) {
+  // A value stands behind its key, or begins with the end of that line.
+  void Add(std::string_view key, const std::string& value) {
+    const std::string_view blank = value.starts_with('\n') ? "" : " ";
     if (place_ == Place::kLines) {
-      // The first field of an item stands behind its dash.
-      out_ << (is_item_ && is_first_ ? std::string_view() : std::string_view(indent_));
+      text_.append(indent_).append(key).append(":").append(blank).append(value);
+      if (!text_.ends_with('\n')) text_ += '\n';
+    } else if (place_ == Place::kFlowMap) {
+      text_.append(text_.empty() ? " " : ", ").append(key).append(":").append(blank).append(value);
     } else {
-      out_ << (is_first_ ? (place_ == Place::kRow ? "" : " ") : ", ");
+      text_.append(text_.empty() ? "" : ", ").append(value);
     }
-    is_first_ = false;
-    if (place_ == Place::kRow) return;
-    out_ << key << ":";
-    // What takes lines of its own begins with the end of this one.
-    follows_key_ = true;
   }
 
-  // The blank between a key and what stands in its line.
-  void Blank() {
-    if (std::exchange(follows_key_, false)) out_ << " ";
-  }
-
-  template <typename GroupFields>
-  void WriteMap(Style style, const GroupFields& fields) {
-    if (style == Style::kFlow || place_ != Place::kLines) {
-      Blank();
-      out_ << "{";
-      YamlFieldWriter inner(out_, 0, Place::kFlowMap);
-      fields(inner);
-      out_ << " }";
-    } else {
-      follows_key_ = false;
-      out_ << "\n";
-      YamlFieldWriter inner(out_, static_cast<int>(indent_.size()) + 2);
-      fields(inner);
-      ends_lines_ = true;
-    }
+  template <typename MapFields>
+  std::string MapOf(Style style, const MapFields& fields) const {
+    const bool is_flow = style == Style::kFlow || place_ != Place::kLines;
+    YamlFieldWriter inner(
+        digits_, is_flow ? 0 : indent_.size() + 2, is_flow ? Place::kFlowMap : Place::kLines);
+    fields(inner);
+    if (is_flow) return "{" + inner.text_ + " }";
+    return inner.text_.empty() ? "{}" : "\n" + inner.text_;
   }
 
   template <typename T>
-  void WriteField(const T& field, Style style) {
+  std::string ValueOf(const T& field, Style style) const {
     if constexpr (HasFields<T>) {
-      WriteMap(style, [&field](YamlFieldWriter& inner) { Fields(inner, field); });
+      return MapOf(style, [&field](YamlFieldWriter& inner) { Fields(inner, field); });
     } else if constexpr (kIsList<T>) {
-      WriteItems(field, style);
+      return ListOf(field, style);
     } else if constexpr (kIsVector<T>) {
-      Blank();
-      for (Eigen::Index i = 0; place_ == Place::kRow && i < field.size(); ++i) {
-        out_ << (i == 0 ? "" : ", ") << field[i];
-      }
-      if (place_ != Place::kRow) out_ << field;
+      std::string list = (YamlText(digits_) << field).str();
+      return place_ == Place::kRow ? list.substr(1, list.size() - 2) : list;
     } else {
-      Blank();
-      WriteScalar(field);
+      return ScalarOf(field);
     }
   }
 
   template <typename T>
-  void WriteItems(const std::vector<T>& items, Style style) {
-    if (HasFields<T> || style == Style::kBlocks) {
-      out_ << (items.empty() ? " []" : "\n");
-      follows_key_ = false;
-      ends_lines_ = !items.empty();
-      for (const T& item : items) WriteItem(item, style);
-    } else if constexpr (!HasFields<T>) {
-      Blank();
-      std::string_view separator = "[";
-      for (const T& item : items) {
-        out_ << std::exchange(separator, ", ");
-        WriteScalar(item);
+  std::string ListOf(const std::vector<T>& items, Style style) const {
+    const bool has_lines = HasFields<T> || style == Style::kBlocks;
+    if (items.empty()) return "[]";
+    std::string text = has_lines ? "\n" : "[";
+    for (const T& item : items) {
+      if (has_lines) {
+        text.append(indent_).append("  - ").append(ItemOf(item, style)) += '\n';
+      } else {
+        text.append(&item == &items.front() ? "" : ", ").append(ItemOf(item, style));
       }
-      out_ << (items.empty() ? "[]" : "]");
     }
+    return has_lines ? text : text + "]";
   }
 
   template <typename T>
-  void WriteItem(const T& item, Style style) {
-    out_ << indent_ << "  - ";
+  std::string ItemOf(const T& item, Style style) const {
     if constexpr (!HasFields<T>) {
-      WriteScalar(item);
-      out_ << "\n";
+      return ScalarOf(item);
     } else if (style == Style::kBlocks) {
-      YamlFieldWriter inner(out_, static_cast<int>(indent_.size()) + 4);
-      inner.is_item_ = true;
+      // The first field stands behind the dash.
+      YamlFieldWriter inner(digits_, indent_.size() + 4);
       Fields(inner, item);
+      return inner.text_.substr(inner.indent_.size(),
+                                inner.text_.size() - inner.indent_.size() - 1);
     } else {
-      out_ << (kIsRow<T> ? "[" : "{");
-      YamlFieldWriter inner(out_, 0, kIsRow<T> ? Place::kRow : Place::kFlowMap);
+      YamlFieldWriter inner(digits_, 0, kIsRow<T> ? Place::kRow : Place::kFlowMap);
       Fields(inner, item);
-      out_ << (kIsRow<T> ? "]\n" : " }\n");
+      return kIsRow<T> ? "[" + inner.text_ + "]" : "{" + inner.text_ + " }";
     }
   }
 
-  void WriteScalar(const std::string& text) { out_ << Quoted{text}; }
+  std::string ScalarOf(const std::string& text) const { return (YamlText() << Quoted{text}).str(); }
   template <typename T>
-  void WriteScalar(const Word<T>& word) {
-    out_ << std::string_view(word.text);
+  std::string ScalarOf(const Word<T>& word) const {
+    return std::string(word.text);
   }
   template <typename T>
-  void WriteScalar(const AxisLetterOf<T>& letter) {
-    out_ << kAxisLetters.substr(static_cast<std::size_t>(letter.axis), 1);
+  std::string ScalarOf(const AxisLetterOf<T>& letter) const {
+    return std::string(1, kAxisLetters[static_cast<std::size_t>(letter.axis)]);
   }
   template <typename T>
-  void WriteScalar(const T& value) {
+  std::string ScalarOf(const T& value) const {
     if constexpr (std::is_enum_v<T>) {
-      out_ << WordsOf(value).first(value);
+      return std::string(WordsOf(value).first(value));
     } else {
-      out_ << value;
+      return (YamlText(digits_) << value).str();
     }
   }
 
-  YamlText& out_;
+  int digits_;
   std::string indent_;
   Place place_;
-  bool is_item_ = false;
-  bool is_first_ = true;
-  bool follows_key_ = false;
-  bool ends_lines_ = false;
+  std::string text_;
 };
 
+/// Any double that YamlText writes, so also those that a person may not write in a configuration.
+inline bool ReadNumber(YamlReader reader, double* value) {
+  std::string text;
+  if (reader.IsScalar() && reader.Read(&text)) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const auto& [word, number] : {std::pair(".nan", std::numeric_limits<double>::quiet_NaN()),
+                                       std::pair(".inf", kInfinity),
+                                       std::pair("-.inf", -kInfinity)}) {
+      if (text == word) {
+        *value = number;
+        return true;
+      }
+    }
+  }
+  return reader.Read(value);
+}
+
+inline bool IsNull(const YamlReader& reader) {
+  return reader && !reader.IsScalar() && !reader.IsSequence() && !reader.IsMap();
+}
+
+/// A list of exactly as many numbers as `values` has room for.
+inline bool ReadNumbers(YamlReader reader, std::span<double> values) {
+  if (!reader) return false;
+  std::vector<YamlReader> items = reader.Items();
+  if (items.size() != values.size()) {
+    if (reader.IsSequence()) {
+      reader.Fail("has " + std::to_string(items.size()) + " numbers; expected " +
+                  std::to_string(values.size()));
+    }
+    return false;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!ReadNumber(items[i], &values[i])) return false;
+  }
+  return true;
+}
+
+template <typename Matrix>
+bool ReadMatrix(YamlReader reader, Eigen::Index size, Matrix* matrix) {
+  if (!reader) return false;
+  std::vector<YamlReader> rows = reader.Items();
+  if (rows.size() != static_cast<std::size_t>(size)) {
+    if (reader.IsSequence()) {
+      reader.Fail("has " + std::to_string(rows.size()) + " rows; expected " + std::to_string(size));
+    }
+    return false;
+  }
+  matrix->resize(size, size);
+  Eigen::VectorXd row(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (!ReadNumbers(rows[static_cast<std::size_t>(i)], {row.data(), rows.size()})) return false;
+    matrix->row(i) = row.transpose();
+  }
+  return true;
+}
+
+/// A word that `from_name` knows.
+template <typename T>
+bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view), T* value) {
+  std::string word;
+  if (!reader.Read(&word)) return false;
+  const std::optional<T> known = from_name(word);
+  if (!known) {
+    reader.Fail("`" + word + "` is unknown to this version; a later one may have written it");
+    return false;
+  }
+  *value = *known;
+  return true;
+}
+
+/// x, y or z.
+inline void ReadAxis(YamlReader reader, int* axis) {
+  std::string text;
+  if (!reader.Read(&text)) return;
+  const std::size_t place = text.size() == 1 ? kAxisLetters.find(text) : std::string_view::npos;
+  if (place == std::string_view::npos) {
+    reader.Fail("expected x, y or z");
+  } else {
+    *axis = static_cast<int>(place);
+  }
+}
+
+/// The numbers that a file may hold: those that YamlText writes, or without NaN and infinity.
+enum class Numbers { kAny, kFinite };
+
 /// Reads fields; errors are recorded in `map`. Who uses it rejects unknown keys.
-class YamlFieldReader {
+template <Numbers kAllowed>
+class NumbersFieldReader {
  public:
   static constexpr bool kReads = true;
 
-  explicit YamlFieldReader(YamlReader& map) : map_(map) {}
+  explicit NumbersFieldReader(YamlReader& map) : map_(map) {}
 
   template <typename T>
   bool operator()(std::string_view key, T&& field, Style = Style::kUsual) {
@@ -272,10 +298,11 @@ class YamlFieldReader {
     YamlReader map = map_.Child(key);
     for (const std::string& name : map.Keys()) {
       list.emplace_back().name = name;
-      ReadMap(map.Child(name), [&list](YamlFieldReader& inner) { Fields(inner, list.back()); });
+      ReadMap(map.Child(name), [&list](NumbersFieldReader& inner) { Fields(inner, list.back()); });
     }
   }
 
+  void Skip(std::string_view key) { map_.Child(key); }
   void Comment(std::string_view) {}
 
   /// An empty key: of the whole map.
@@ -290,7 +317,7 @@ class YamlFieldReader {
   template <typename MapFields>
   static bool ReadMap(YamlReader map, const MapFields& fields) {
     if (!map) return false;
-    YamlFieldReader inner(map);
+    NumbersFieldReader inner(map);
     fields(inner);
     map.RejectUnknown();
     return true;
@@ -299,7 +326,7 @@ class YamlFieldReader {
   template <typename T>
   static bool ReadField(YamlReader reader, T& field) {
     if constexpr (HasFields<T>) {
-      return ReadMap(reader, [&field](YamlFieldReader& inner) { Fields(inner, field); });
+      return ReadMap(reader, [&field](NumbersFieldReader& inner) { Fields(inner, field); });
     } else if constexpr (kIsList<T>) {
       for (YamlReader& item : reader.Items()) {
         if constexpr (kIsRow<typename T::value_type>) {
@@ -312,18 +339,18 @@ class YamlFieldReader {
     } else if constexpr (std::is_enum_v<T>) {
       return ReadWord(reader, WordsOf(field).second, &field);
     } else if constexpr (std::same_as<T, double>) {
-      return ReadNumber(reader, &field);
+      return kAllowed == Numbers::kFinite ? reader.Read(&field) : ReadNumber(reader, &field);
     } else if constexpr (kIsVector<T>) {
-      return ReadVector(reader, &field);
+      return ReadNumbers(reader, {field.data(), static_cast<std::size_t>(field.size())});
     } else if constexpr (std::same_as<T, Eigen::Matrix3d>) {
-      return ReadMatrix3(reader, &field);
+      return ReadMatrix(reader, 3, &field);
     } else {
       return reader.Read(&field);
     }
   }
   template <typename T>
   static bool ReadField(YamlReader reader, Word<T>& word) {
-    return reader.Read(&word.text);
+    return IsNull(reader) || reader.Read(&word.text);
   }
   template <typename T>
   static bool ReadField(YamlReader reader, AxisLetterOf<T>& letter) {
@@ -374,5 +401,6 @@ class YamlFieldReader {
 
   YamlReader& map_;
 };
+using YamlFieldReader = NumbersFieldReader<Numbers::kAny>;
 
 }  // namespace truetriad

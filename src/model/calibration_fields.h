@@ -3,20 +3,68 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <Eigen/Core>
 
+#include "model/finding_fields.h"
 #include "tree/fields.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/mounting.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad {
 
 // Lists the fields of what calibration.yaml holds beside a Quality (tree/fields.h).
+
+inline auto WordsOf(NoiseSource) { return std::pair(&NoiseSourceName, &NoiseSourceFromName); }
+inline auto WordsOf(Mode) { return std::pair(&ModeName, &ModeFromName); }
+inline auto WordsOf(Outcome) { return std::pair(&OutcomeName, &OutcomeFromName); }
+inline auto WordsOf(Verdict) { return std::pair(&VerdictName, &VerdictFromName); }
+inline auto WordsOf(Gauge) { return std::pair(&GaugeName, &GaugeFromName); }
+
+template <class V>
+void TagFields(V& visit, std::span<const TagKey> keys, Like<Tags> auto& tags) {
+  for (const TagKey& tag : keys) {
+    visit.If(!(tags.*tag.value).empty(), tag.key, tags.*tag.value);
+  }
+}
+
+template <typename Ids>
+struct DeviceIds {
+  Ids& ids;
+};
+template <typename Ids>
+DeviceIds(Ids&) -> DeviceIds<Ids>;
+template <class V, typename Ids>
+void Fields(V& visit, const DeviceIds<Ids>& of) {
+  for (const Triad triad : kTriads) {
+    auto& id = of.ids[triad];
+    if (!visit(TriadName(triad), id)) continue;
+    visit.Check(TriadName(triad), [&id] {
+      return *id > 0 ? "" : "must be above zero, which firmware takes for no sensor";
+    });
+  }
+}
+
+/// `ids:` of `device:`.
+template <class V>
+void DeviceIdFields(V& visit, Like<Tags> auto& tags) {
+  const PerTriad<std::optional<std::int64_t>> none;
+  visit.If(tags.device_ids != none, "ids", DeviceIds{tags.device_ids}, Style::kFlow);
+}
+inline bool HasRunTags(const Tags& tags) {
+  return std::any_of(kRunTags.begin(), kRunTags.end(), [&tags](const TagKey& tag) {
+    return !(tags.*tag.value).empty();
+  });
+}
 
 template <typename Derived>
 std::string_view WrongSigma(const Eigen::MatrixBase<Derived>& sigma) {
@@ -160,30 +208,6 @@ void Fields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("thermal", sensor.thermal);
   visit("si_per_count", sensor.si_per_count);
   visit("noise", sensor.noise, Style::kFlow);
-}
-
-template <class V>
-void Fields(V& visit, Like<FindingValue> auto& value) {
-  visit("value", value.value);
-  visit("sigma", value.sigma);
-  visit.If(!value.unit.empty(), "unit", value.unit);
-}
-
-template <class V>
-void Fields(V& visit, Like<Finding> auto& finding) {
-  visit("code", finding.code);
-  visit("severity", finding.severity);
-  visit("sensor", finding.sensor);
-  int axis = finding.axis.value_or(0);
-  const bool has_axis = visit.If(finding.axis.has_value(), "axis", AxisLetterOf{axis});
-  if constexpr (V::kReads) {
-    if (has_axis) finding.axis = axis;
-  }
-  visit("pose", finding.pose);
-  visit.Named(!finding.values.empty(), "values", finding.values);
-  visit.If(finding.treatment != Treatment::kNone, "treatment", finding.treatment);
-  visit("text", finding.text);
-  visit.If(!finding.remedy.empty(), "remedy", finding.remedy);
 }
 
 template <class V>

@@ -16,8 +16,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "io/calibration_tree.h"
 #include "io/reading_corrector.h"
-#include "json/plain_yaml.h"
 #include "python/errors.h"
 #include "python/numbers.h"
 #include "report/content.h"
@@ -416,9 +416,7 @@ findings say why.)")
                              })
       .def_property_readonly(
           "_json",
-          [](const HeldCalibration& c) {
-            return NameOrText(TextOf(JsonOfPlainYaml(CalibrationToYaml(*c.value))));
-          })
+          [](const HeldCalibration& c) { return NameOrText(TextOf(CalibrationTree(*c.value))); })
       .def_property_readonly(
           "text",
           [](const HeldCalibration& c) { return Printable(CalibrationText(*c.value)); },

@@ -12,13 +12,17 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "allan/allan_fields.h"
 #include "allan/allan_report.h"
-#include "json/verb_json.h"
+#include "calibrate/verdict_fields.h"
+#include "io/calibration_tree.h"
+#include "planning/plan_fields.h"
 #include "python/array_source.h"
 #include "python/calibration.h"
 #include "python/errors.h"
 #include "python/numbers.h"
 #include "report/plan.h"
+#include "tree/to_tree.h"
 #include "truetriad/allan/allan.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
@@ -193,7 +197,7 @@ Result<Answer> RunEvaluate(const Calibration& calibration,
           calibration, loaded.poses, IsMadeFrom(calibration, loaded.inputs), loaded.si_per_count));
   const Texts about = {"Recording: " + input};
   return Answer{EvaluationText(found, calibration, about),
-                TextOf(ToJson(found)),
+                TextOf(ToTree(found)),
                 EvaluationHtml(found, calibration, about)};
 }
 
@@ -221,7 +225,7 @@ Result<Answer> RunCompare(const Calibration& a, const Calibration& b) {
         "Both were made from the same readings, so they share their noise and agree better than "
         "two separate recordings would.");
   }
-  return Answer{ComparisonText(found, about), TextOf(ToJson(found)), ComparisonHtml(found, about)};
+  return Answer{ComparisonText(found, about), TextOf(ToTree(found)), ComparisonHtml(found, about)};
 }
 
 Result<Answer> RunPlan(const Document& config,
@@ -237,7 +241,7 @@ Result<Answer> RunPlan(const Document& config,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
                              PlanExperiment(std::move(experiment), measured, progress));
-  return Answer{PlanText(plan), TextOf(ToJson(plan)), PlanHtml(plan)};
+  return Answer{PlanText(plan), TextOf(PlanTree(plan)), PlanHtml(plan)};
 }
 
 Answer PlanVerb(const Document& config, const std::string& measured, const py::object& progress) {
@@ -254,7 +258,7 @@ Result<Answer> RunAllan(const std::string& input,
   AllanOptions options;
   options.rate_hz = rate_hz;
   TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult found, AnalyseAllan(*source, options, progress));
-  return Answer{AllanText(found), TextOf(ToJson(found)), AllanHtml(found)};
+  return Answer{AllanText(found), TextOf(AsInYaml(ToTree(found))), AllanHtml(found)};
 }
 
 Answer AllanVerb(const Texts& files,

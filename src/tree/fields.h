@@ -2,8 +2,13 @@
 #pragma once
 
 #include <concepts>
+#include <optional>
 #include <type_traits>
+#include <vector>
 
+#include <Eigen/Core>
+
+#include "truetriad/base/input_file.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
@@ -32,6 +37,9 @@ namespace truetriad {
 //     tells something to who reads the file.
 //   visit.Check(key, wrong)
 //     asks wrong() what is wrong with what was read; it says nothing where all is well.
+//
+//   visit.Skip(key)
+//     of a reader alone: knows the key, whose value follows from others.
 //
 // The first three say whether the field was there. V::kReads: the visitor fills in.
 
@@ -71,6 +79,18 @@ template <typename T>
 AxisLetterOf(T&) -> AxisLetterOf<T>;
 
 template <typename T>
+inline constexpr bool kIsList = false;
+template <typename T>
+inline constexpr bool kIsList<std::vector<T>> = true;
+template <typename T>
+inline constexpr bool kIsOptional = false;
+template <typename T>
+inline constexpr bool kIsOptional<std::optional<T>> = true;
+template <typename T>
+inline constexpr bool kIsVector = false;
+template <int kSize>
+inline constexpr bool kIsVector<Eigen::Matrix<double, kSize, 1>> = true;
+template <typename T>
 inline constexpr bool kIsPerTriad = false;
 template <typename T>
 inline constexpr bool kIsPerTriad<PerTriad<T>> = true;
@@ -81,5 +101,19 @@ requires kIsPerTriad<std::remove_const_t<Values>>
 void Fields(V& visit, Values& values) {
   for (const Triad triad : kTriads) visit(TriadName(triad), values[triad]);
 }
+
+template <class V>
+void Fields(V& visit, Like<InputFile> auto& input) {
+  visit("file", input.file);
+  visit("sha256", input.sha256);
+  visit("samples", input.samples);
+}
+
+/// Whether T is a map, with a list of fields.
+class AnyVisitor;
+template <typename T>
+concept HasFields = requires(AnyVisitor& visit, T& thing) {
+  Fields(visit, thing);
+};
 
 }  // namespace truetriad

@@ -11,11 +11,11 @@ namespace truetriad {
 namespace layers_test {
 
 // Bottom to top. Linking catches calls upward; this catches what headers alone would hide.
-constexpr std::array<std::string_view, 29> kLayers = {
-    "base",    "tree",    "math",      "model",    "thermometer", "data",   "io",      "sim",
-    "init",    "problem", "start",     "solve",    "noise",       "faults", "verdict", "choice",
-    "motion",  "sweep",   "calibrate", "planning", "report",      "allan",  "json",    "config",
-    "session", "formats", "line",      "fleet",    "python"};
+constexpr std::array<std::string_view, 28> kLayers = {
+    "base",    "tree",   "math",    "model",   "thermometer", "data",     "io",
+    "sim",     "init",   "problem", "start",   "solve",       "noise",    "faults",
+    "verdict", "choice", "motion",  "sweep",   "calibrate",   "planning", "report",
+    "allan",   "config", "session", "formats", "line",        "fleet",    "python"};
 
 int LayerOf(std::string_view name) {
   const auto* at = std::find(kLayers.begin(), kLayers.end(), name);

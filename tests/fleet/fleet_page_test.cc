@@ -13,7 +13,7 @@
 
 #include "fleet/store.h"
 #include "io/temporary_folder.h"
-#include "json/json.h"
+#include "tree/json.h"
 
 namespace truetriad::fleet {
 namespace fleet_page_test {

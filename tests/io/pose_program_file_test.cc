@@ -71,7 +71,7 @@ TEST_F(PoseProgramFile, SaysWhatIsWrongWithItsLine) {
               AllOf(HasSubstr(":3: poses[0].attitude: is not a rotation"),
                     HasSubstr(":4: poses[1].attitude: has 3 numbers; expected four"),
                     HasSubstr(":5: poses[2].attitude: is missing"),
-                    HasSubstr(":6: poses[3].temperature_degc: is below absolute zero"),
+                    HasSubstr(":6: poses[3].temperature_degc: `-300` is out of range"),
                     HasSubstr(":7: poses[4].temperature: is not a known key"),
                     HasSubstr(":8: poses[5].attitude: is not a rotation")));
 }

@@ -170,6 +170,13 @@ def test_names_of_files_need_not_be_utf8(tmp_path):
     str(caught.value).encode()  # Can be printed.
 
 
+def test_an_edited_calibration_is_a_dict_whatever_the_style_of_its_text(demo, tmp_path):
+    text = demo.to_yaml()
+    above = text[:text.index("\nconfig:")]
+    (tmp_path / "edited.yaml").write_text(above + "\nconfig:\n  note: |\n    of two\n    lines\n")
+    assert truetriad.load(tmp_path / "edited.yaml").to_dict()["config"] == {"note": "of two\nlines\n"}
+
+
 @pytest.mark.parametrize("time, code", [([0, np.nan], "value-out-of-range"), ([0, 1e30], "value-out-of-range"),
                                         ([1, 0], "time-goes-back")])
 def test_times_that_a_lag_cannot_follow_are_refused(tmp_path, time, code):

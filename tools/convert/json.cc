@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // JSON files to a recording. docs/converting.md.
-#include "json/json.h"
+#include "tree/json.h"
 
 #include <algorithm>
 #include <array>

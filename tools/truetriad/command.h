@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "json/json.h"
+#include "tree/json.h"
 #include "truetriad/base/result.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/model/outcome.h"

@@ -7,9 +7,9 @@
 #include <gflags/gflags.h>
 
 #include "fleet/fleet_run.h"
-#include "json/json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/progress.h"
+#include "tree/json.h"
 
 // Flags that several verbs of `fleet` share.
 DECLARE_string(store);

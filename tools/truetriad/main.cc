@@ -21,11 +21,12 @@
 #include "base/utf8.h"
 #include "fleet/worker.h"
 #include "io/input_guard.h"
-#include "json/verb_json.h"
+#include "model/finding_fields.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/progress.h"
+#include "tree/to_tree.h"
 
 namespace truetriad {
 namespace {
@@ -228,7 +229,7 @@ void PrintJson(const Json& json) { std::fputs(TextOf(json).c_str(), stdout); }
 int Fail(std::string_view verb, const Error& error) {
   const int exit_code = static_cast<int>(error.kind());
   if (FLAGS_json) {
-    PrintJson({{"verb", verb}, {"exit", exit_code}, {"error", ToJson(error)}});
+    PrintJson({{"verb", verb}, {"exit", exit_code}, {"error", ToTree(error)}});
   } else {
     Say(verb, error.message);
   }
@@ -249,7 +250,7 @@ int Show(std::string_view verb, const VerbResult& result) {
   Json json = {{"verb", verb}, {"exit", result.exit_code}};
   if (result.verdict) json["verdict"] = VerdictName(*result.verdict);
   if (result.outcome) json["outcome"] = OutcomeName(*result.outcome);
-  json["findings"] = ToJson(result.findings);
+  json["findings"] = ToTree(result.findings);
   json["result"] = result.result;
   PrintJson(json);
   return result.exit_code;

@@ -13,8 +13,9 @@
 
 #include "base/spelling.h"
 #include "io/input_guard.h"
-#include "json/verb_json.h"
+#include "model/finding_fields.h"
 #include "tools/truetriad/interruption.h"
+#include "tree/to_tree.h"
 
 namespace truetriad::convert {
 namespace {
@@ -181,7 +182,7 @@ int Report(const Error& error) {
   // A process of its own may have said it.
   if (!error.message.empty()) {
     Note(error.message);
-    if (says_json) std::fputs(TextOf({{"error", ToJson(error)}}).c_str(), stdout);
+    if (says_json) std::fputs(TextOf({{"error", ToTree(error)}}).c_str(), stdout);
   }
   std::fflush(stdout);
   return static_cast<int>(error.kind());

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "io/input_guard.h"
-#include "io/tags_text.h"
+#include "io/tags_yaml.h"
 #include "io/whole_file.h"
 #include "io/yaml_text.h"
 #include "tools/convert/common/converter.h"
@@ -268,7 +268,7 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
   yaml << "recording: 1\n";
   if (!recording.serial.empty()) yaml << "serial: " << Quoted{Printable(recording.serial)} << "\n";
   if (const std::string ids = DeviceTagsText(held); !ids.empty()) {
-    yaml << "device: { " << ids.substr(2) << " }\n";
+    yaml << "device: {" << ids << " }\n";
   }
   yaml << "source:\n";
   for (const auto& [key, value] : recording.source) {

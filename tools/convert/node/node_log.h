@@ -7,7 +7,7 @@
 
 #include <sys/types.h>
 
-#include "json/json.h"
+#include "tree/json.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::convert {

@@ -14,18 +14,21 @@
 
 #include <gflags/gflags.h>
 
+#include "allan/allan_fields.h"
 #include "allan/allan_file.h"
 #include "allan/allan_report.h"
+#include "data/pose_fields.h"
+#include "io/calibration_tree.h"
 #include "io/pose_program_file.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
-#include "json/plain_yaml.h"
-#include "json/verb_json.h"
+#include "planning/plan_fields.h"
 #include "report/plan.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
+#include "tree/to_tree.h"
 #include "truetriad/allan/allan.h"
 #include "truetriad/base/version.h"
 #include "truetriad/config/experiment.h"
@@ -55,7 +58,7 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
       TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
   // What cannot be read was refused above: here something is missing.
   const bool is_enough = tried && tried->IsUsable();
-  VerbResult result{.text = InspectionText(loaded.poses, tried), .result = ToJson(loaded.poses)};
+  VerbResult result{.text = InspectionText(loaded.poses, tried), .result = ToTree(loaded.poses)};
   result.findings = loaded.poses.findings;
   result.grade = InspectionGrade(tried);
   result.result["usable"] = is_enough;
@@ -76,7 +79,7 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const FirstLook look,
                              InitialExperiment(inputs, folder, progress.callback()));
   const std::string& experiment = look.experiment_yaml;
-  const Json json = JsonOfPlainYaml(experiment);
+  const Json json = TreeOfYaml(experiment);
   if (FLAGS_output.empty()) return VerbResult{.text = experiment, .result = {{"config", json}}};
   // People write into it.
   if (const auto there = ReadSmallFile(FLAGS_output); there && *there != experiment) {
@@ -115,7 +118,7 @@ Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   std::string text = FLAGS_config + ": valid; calibrates ";
   for (const std::string& sensor : sensors) text += (&sensor == &sensors[0] ? "" : ", ") + sensor;
   return VerbResult{.text = text + '\n',
-                    .result = {{"config", JsonOfPlainYaml(experiment.resolved_yaml)}}};
+                    .result = {{"config", TreeOfYaml(experiment.resolved_yaml)}}};
 }
 
 Result<VerbResult> RunPlan(const std::vector<std::string>&) {
@@ -152,7 +155,7 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
   }
   return VerbResult{.exit_code = plan.IsMet() ? kExitGood : kExitNotEnough,
                     .text = std::move(text),
-                    .result = ToJson(plan),
+                    .result = PlanTree(plan),
                     .grade = GradeOf(plan)};
 }
 
@@ -221,7 +224,7 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
   progress.Wipe();
   VerbResult said{.exit_code = result.at_rest() ? kExitGood : kExitNotEnough,
                   .text = AllanText(result),
-                  .result = ToJson(result)};
+                  .result = AsInYaml(ToTree(result))};
   FileTexts files;
   if (!FLAGS_output.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(files, TextsOf(result, formats));

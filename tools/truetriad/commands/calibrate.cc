@@ -16,10 +16,10 @@
 #include "allan/allan_report.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
+#include "io/calibration_tree.h"
 #include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
-#include "json/plain_yaml.h"
 #include "report/content.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -188,10 +188,9 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   } else {
     aside->emplace_back("report.html");
   }
-  const std::string yaml = CalibrationToYaml(done->calibration);
-  done->json = JsonOfPlainYaml(yaml);
+  done->json = CalibrationTree(done->calibration);
   TRUETRIAD_RETURN_IF_ERROR(files->Write(done->Path("calibration.json"), TextOf(done->json)));
-  return files->Write(done->Path("calibration.yaml"), yaml);
+  return files->Write(done->Path("calibration.yaml"), CalibrationToYaml(done->calibration));
 }
 
 /// Renames what the result to come must not replace: calibration.yaml in `directory` becomes

@@ -7,14 +7,15 @@
 
 #include <gflags/gflags.h>
 
+#include "calibrate/verdict_fields.h"
 #include "fleet/json_lines.h"
 #include "fleet/store.h"
-#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_progress.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
+#include "tree/to_tree.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/repeatability.h"
 #include "truetriad/config/experiment.h"
@@ -179,7 +180,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
                 ComparisonText(comparison,
                                {"a: the reference, " + OriginOf(FLAGS_golden, golden),
                                 "b: today, " + experiment.inputs.front()});
-  result.result = {{"agrees", agrees}, {"comparison", ToJson(comparison)}};
+  result.result = {{"agrees", agrees}, {"comparison", ToTree(comparison)}};
   if (first)
     result.result["first_check"] = {{"created", first->created}, {"agrees", first->agrees}};
   return result;

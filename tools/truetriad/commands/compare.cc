@@ -11,11 +11,12 @@
 #include <gflags/gflags.h>
 
 #include "base/messages.h"
-#include "json/verb_json.h"
+#include "calibrate/verdict_fields.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
+#include "tree/to_tree.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/calibrate/side_by_side.h"
 #include "truetriad/config/experiment.h"
@@ -112,7 +113,7 @@ Result<VerbResult> EvaluateOne(const std::string& file,
       FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
   VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
                     .text = EvaluationText(evaluation, calibration, about),
-                    .result = ToJson(evaluation),
+                    .result = ToTree(evaluation),
                     .grade = GradeOf(evaluation, calibration)};
   TRUETRIAD_RETURN_IF_ERROR(
       WriteStatedReport(EvaluationHtml(evaluation, calibration, about), &result));
@@ -140,7 +141,7 @@ Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
   VerbResult result{
       .exit_code = FLAGS_fail_on == kWorse && may_be_worse ? kExitOutsideLimits : kExitGood,
       .text = SideBySideText(both, about),
-      .result = ToJson(both),
+      .result = ToTree(both),
       .grade = GradeOf(both)};
   TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(SideBySideHtml(both, about), &result));
   return result;
@@ -176,7 +177,7 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
   const bool has_failed = FLAGS_fail_on == kDiffer && AgreementOf(comparison) != Agreement::kAgree;
   VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
                     .text = ComparisonText(comparison, about),
-                    .result = ToJson(comparison),
+                    .result = ToTree(comparison),
                     .grade = GradeOf(comparison)};
   TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(ComparisonHtml(comparison, about), &result));
   return result;

@@ -23,10 +23,10 @@
 #include "io/mapping.h"
 #include "io/text_file.h"
 #include "io/whole_file.h"
-#include "json/json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/log_conversion.h"
+#include "tree/json.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 

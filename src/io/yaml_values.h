@@ -59,6 +59,10 @@ constexpr Entries kSigmas{kPositive, true, true};
 bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Vector3d* value);
 bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Matrix3d* value);
 
+/// x, y, z, their opposites, or a vector other than zero, as it is.
+struct BodyAxis {};
+bool ReadAs(BodyAxis, YamlReader reader, Eigen::Vector3d* axis);
+
 struct NumberList {};
 inline bool ReadAs(NumberList, YamlReader reader, std::vector<double>* value) {
   return reader.Read(value);
@@ -70,7 +74,7 @@ struct Text {
   bool is_left_out = false;  ///< When empty.
 };
 constexpr Text kName{.is_name = true};
-constexpr Text kText{};
+constexpr Text kAnyText{};
 constexpr Text kFile{.is_left_out = true};
 
 bool ReadAs(const Text& text, YamlReader reader, std::string* value);
@@ -86,11 +90,11 @@ struct Flag {};
 inline bool ReadAs(Flag, YamlReader reader, bool* value) { return reader.Read(value); }
 
 /// This word and nothing else.
-struct Word {
+struct OnlyWord {
   std::string_view word;
 };
-bool ReadAs(const Word& word, YamlReader reader, const Word*);
-inline std::string TextOf(const Word& word, const Word&) { return std::string(word.word); }
+bool ReadAs(const OnlyWord& word, YamlReader reader, const OnlyWord*);
+inline std::string TextOf(const OnlyWord& word, const OnlyWord&) { return std::string(word.word); }
 
 /// True when the value is exactly this word.
 bool IsWord(YamlReader reader, std::string_view word);
@@ -287,5 +291,7 @@ QuantityKeys TimeKeys(std::string_view stem);
 QuantityKeys ShareKeys(std::string_view stem, std::string_view tail = "");
 QuantityKeys AngleKeys(std::string_view stem);
 QuantityKeys RateKeys(std::string_view stem);
+/// A key that states radians, or what is made of them, in degrees.
+QuantityKeys InDegrees(std::string_view key);
 
 }  // namespace truetriad

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/values.h"
+#include "io/yaml_values.h"
 
 #include <array>
 #include <charconv>
 #include <span>
 #include <system_error>
 #include <utility>
+
+#include "io/field_reader.h"
 
 namespace truetriad {
 namespace {
@@ -119,6 +121,29 @@ bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Matrix3d* value) {
   return ReadEntries(entries, std::move(reader), value);
 }
 
+bool ReadAs(BodyAxis, YamlReader reader, Eigen::Vector3d* axis) {
+  if (!reader.IsScalar()) {
+    Eigen::Vector3d vector;
+    if (!reader.Read(&vector)) return false;
+    if (!(vector.norm() > 0.0)) {
+      reader.Fail("expected a vector other than zero");
+      return false;
+    }
+    *axis = vector;
+    return true;
+  }
+  std::string name;
+  if (!reader.Read(&name)) return false;
+  const bool has_sign = name.starts_with('-') || name.starts_with('+');
+  const std::size_t place = kAxisLetters.find(name.substr(has_sign ? 1 : 0));
+  if (name.size() != (has_sign ? 2U : 1U) || place == std::string::npos) {
+    reader.Fail("`" + name + "` is not among x, -x, y, -y, z, -z; or give a vector [x, y, z]");
+    return false;
+  }
+  *axis = (name[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(place));
+  return true;
+}
+
 bool ReadAs(const Text& text, YamlReader reader, std::string* value) {
   return text.is_name ? reader.ReadName(value) : reader.Read(value);
 }
@@ -126,7 +151,7 @@ std::string TextOf(const Text& text, const std::string& value) {
   return text.is_left_out && value.empty() ? "" : (YamlText() << Quoted{value}).str();
 }
 
-bool ReadAs(const Word& word, YamlReader reader, const Word*) {
+bool ReadAs(const OnlyWord& word, YamlReader reader, const OnlyWord*) {
   if (!reader || IsWord(reader, word.word)) return bool(reader);
   reader.Fail("expected `" + std::string(word.word) + "`");
   return false;
@@ -206,6 +231,24 @@ QuantityKeys AngleKeys(std::string_view stem) {
 
 QuantityKeys RateKeys(std::string_view stem) {
   return Keys(stem, std::array<UnitScale, 2>{{{"radps", 1.0}, {"degps", kRadPerDeg}}});
+}
+
+QuantityKeys InDegrees(std::string_view key) { return {{std::string(key), kRadPerDeg}}; }
+
+std::string FieldReader::PlaceOf(std::string_view key) {
+  const std::string place = key.empty() ? map_.Place() : map_.Child(key).Place();
+  return place.substr(0, place.find_last_not_of(": ") + 1);
+}
+
+void FieldReader::End(const MapForm& form) {
+  if (form.words.empty() || !map_.IsScalar()) return map_.RejectUnknown();
+  std::string expected;
+  for (const MapWord& word : form.words) {
+    expected += (expected.empty() ? "`" : ", `") + std::string(word.word) + "`";
+  }
+  std::string keys;
+  for (const std::string& key : keys_) keys += (keys.empty() ? "" : ": …, ") + key;
+  map_.Fail("expected " + expected + " or { " + keys + ": … }");
 }
 
 }  // namespace truetriad
