@@ -233,7 +233,11 @@ std::string CompletionOf(const Command& command) {
   }
   std::string text = "  '" + std::string(command.name) + "')\n";
   if (!values.empty()) text += "    case $flag in\n" + values + "    esac\n";
-  return text + "    flags='" + names + "--help' ;;\n";
+  std::string words = command.more_words == "verb" ? " @verbs@" : "";
+  for (const auto& [name, values_of_words] : command.values) {
+    if (name == command.more_words) words += ' ' + Joined(values_of_words);
+  }
+  return text + "    flags='" + names + "--help" + words + "' ;;\n";
 }
 
 /// A script for bash, which splits words at `=`: "--to=p" arrives as "--to", "=", "p".
@@ -253,10 +257,6 @@ _truetriad() {
     flag=${COMP_WORDS[COMP_CWORD-2]}
   elif [[ $cur != -* ]]; then
     flag=${COMP_WORDS[COMP_CWORD-1]}
-  fi
-  if [[ ${COMP_WORDS[1]} == help && $flag != --* ]]; then
-    COMPREPLY=($(compgen -W "$verbs --as=" -- "$cur"))
-    return
   fi
   local verb=${COMP_WORDS[1]}
   case $verb in
@@ -295,9 +295,9 @@ std::string BashCompletion() {
     second_words += text;
   }
   std::string script(kBashCompletion);
-  ReplaceAll("@verbs@", Joined(verbs), script);
   ReplaceAll("@second words@", second_words, script);
   ReplaceAll("@cases@", cases, script);
+  ReplaceAll("@verbs@", Joined(verbs), script);
   return script;
 }
 
