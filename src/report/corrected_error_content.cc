@@ -90,7 +90,7 @@ bool HoldsMisalignment(const TriadCalibration& sensor) {
 }  // namespace
 
 Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
-  Section section{"What readings are off by", {}};
+  Section section{"Error before and after", {}};
   if (!calibration.IsUsable() || calibration.covariance.parameters.empty()) return section;
   Table table =
       Headed("; raw RMS; worst; corrected σ; worst; unit; raw; corrected; unit", "lrrrrlrrl");
@@ -112,18 +112,19 @@ Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
   if (table.rows.empty()) return section;
   section.Add(std::move(table));
   section.Add(
-      "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in "
-      "nominal units, as the log has them. Corrected: what the parameters' σ leave; a "
-      "reading's own noise comes on top.");
+      "RMS and worst error over all directions of gravity and field; in degrees: of the direction. "
+      "Raw: in nominal units, as the log has them. Corrected: by the σ of the parameters; the "
+      "noise "
+      "of a reading comes on top.");
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
-    section.Add("The model of the " + std::string(TriadName(triad)) +
-                " holds its misalignment: what that is adds to these numbers.");
+    section.Add("Misalignment of the " + std::string(TriadName(triad)) +
+                " was not estimated, and its error is not in these numbers.");
   }
   if (calibration.sensors[Triad::kMagnetometer] && calibration.reference.field_nominal) {
     section.Add(
-        "Nobody stated the strength of the field: by how much the assumed one is off, in "
-        "per cent, all readings of the magnetometer are, too. Directions and headings are "
+        "Field strength not given: the common scale of the magnetometer is unknown, and its "
+        "readings have the relative error of the assumed strength. Directions and headings have "
         "not.");
   }
   section.draw = [&calibration, turns] {

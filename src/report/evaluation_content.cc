@@ -141,8 +141,9 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
                       const std::vector<std::string>& about) {
   Section errors{"Errors on these poses", {TableOf(evaluation)}};
   errors.Add(
-      "Misfit is 1 where the errors are as predicted. It counts once what all poses share, such as "
-      "the local gravity, which the RMS count at every pose.");
+      "Misfit is 1 where the errors are as predicted. It counts errors common to all poses once, "
+      "such "
+      "as that of the local gravity, which the RMS count at every pose.");
   for (const Triad triad : kTriads) {
     if (!evaluation.about_mean[triad]) continue;
     errors.Add("The " + std::string(TriadName(triad)) + "'s error is stated about the mean: " +

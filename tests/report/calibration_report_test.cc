@@ -154,7 +154,7 @@ TEST(CalibrationText, TakesMisalignmentSigmaFromTheFullCovariance) {
 }
 
 TEST(CalibrationText, SaysThatAHeldMisalignmentIsInNoError) {
-  constexpr char kWords[] = "The model of the accelerometer holds its misalignment";
+  constexpr char kWords[] = "Misalignment of the accelerometer was not estimated";
   Calibration calibration = SampleCalibration();
   Eigen::Matrix3d& sigma = calibration.sensors[Triad::kAccelerometer]->sensitivity_sigma;
   sigma.setConstant(1e-3);

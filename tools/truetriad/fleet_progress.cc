@@ -132,7 +132,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
   }
   text += KnownText(progress) + OverruledText(progress.overruled);
   for (const std::string& serial : progress.unsafe) {
-    text += "  " + serial + ": may not leave, and files of earlier runs could not be told\n";
+    text += "  " + serial + ": held back, but files of earlier runs could not be changed\n";
   }
   return Printable(text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n');
 }

@@ -214,7 +214,7 @@ Command CompareCommand() {
 build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml --output=out/b
 build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml)",
       .details =
-          R"(The body frames are aligned first, so the gauges may differ; where different sensors lead,
+          R"(The body frames are aligned first, so the frame conventions may differ; where different sensors lead,
 biases and C^T C are compared, which no frame changes. The two calibrations are
 assumed to be independent. With --fail-on=differ exit code 4 says that they do not agree, or that
 nothing could be compared.

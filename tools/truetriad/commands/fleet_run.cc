@@ -128,11 +128,12 @@ Status StateRetestPolicy(fleet::Store& store) {
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_note(
-        "from now on the " + std::string(RetestCountsName(policy.counts)) + " of a unit's " +
+        "retest rule changed: the " + std::string(RetestCountsName(policy.counts)) +
+        " of a unit's " +
         (!policy.most       ? "runs"
          : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
                             : "runs of its first recording") +
-        " counts, also of units that are in the store; until now the last of all did");
+        " counts, also of units that are in the store; before, the last of all did");
   }
   return {};
 }

@@ -340,7 +340,7 @@ build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 --store
 build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl --store=out/day/all.db)",
       .details =
           R"(Files of runs and stores, all of the same number of shards. Runs that are in the store stay as they are:
-collecting again adds what has come since. Nothing is added where a source is spoilt, or a shard's file not finished.
+collecting again adds what has come since. Nothing is added where a source is damaged, or a shard's file not finished.
 A file of runs does not know a unit's other runs: where one may not leave, exports of its other runs are
 withdrawn as they are collected (4: where their files are not here).
 )",
