@@ -18,7 +18,6 @@
 #include "python/calibration.h"
 #include "python/errors.h"
 #include "python/numbers.h"
-#include "report/plan.h"
 #include "truetriad/allan/allan.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
@@ -44,6 +43,10 @@ using Texts = std::vector<std::string>;
 struct Answer {
   std::string text, json, html;
 };
+
+Answer AnswerOf(const VerbReport& report, const Json& json) {
+  return {report.text, TextOf(json), report.html};
+}
 
 /// An experiment or a scenario: a file, or a text in its place; neither: defaults.
 struct Document {
@@ -192,9 +195,7 @@ Result<Answer> RunEvaluate(const Calibration& calibration,
       Evaluate(
           calibration, loaded.poses, IsMadeFrom(calibration, loaded.inputs), loaded.si_per_count));
   const Texts about = {"Recording: " + input};
-  return Answer{EvaluationText(found, calibration, about),
-                TextOf(ToJson(found)),
-                EvaluationHtml(found, calibration, about)};
+  return AnswerOf(ReportOf(found, calibration, about), ToJson(found));
 }
 
 Answer EvaluateVerb(const HeldCalibration& calibration,
@@ -221,7 +222,7 @@ Result<Answer> RunCompare(const Calibration& a, const Calibration& b) {
         "Both were made from the same readings, so they share their noise and agree better than "
         "two separate recordings would.");
   }
-  return Answer{ComparisonText(found, about), TextOf(ToJson(found)), ComparisonHtml(found, about)};
+  return AnswerOf(ReportOf(found, about), ToJson(found));
 }
 
 Result<Answer> RunPlan(const Document& config,
@@ -237,7 +238,7 @@ Result<Answer> RunPlan(const Document& config,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
                              PlanExperiment(std::move(experiment), measured, progress));
-  return Answer{PlanText(plan), TextOf(ToJson(plan)), PlanHtml(plan)};
+  return AnswerOf(ReportOf(plan), ToJson(plan));
 }
 
 Answer PlanVerb(const Document& config, const std::string& measured, const py::object& progress) {

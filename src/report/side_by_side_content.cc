@@ -113,14 +113,8 @@ PageContent ContentOf(const SideBySide& both, const std::vector<std::string>& ab
 
 }  // namespace
 
-Grade GradeOf(const SideBySide& both) { return HeadlineFor(both).grade; }
-
-std::string SideBySideText(const SideBySide& both, const std::vector<std::string>& about) {
-  return TextOf(ContentOf(both, about));
-}
-
-std::string SideBySideHtml(const SideBySide& both, const std::vector<std::string>& about) {
-  return HtmlOf(ContentOf(both, about));
+VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& about) {
+  return ReportOf(ContentOf(both, about));
 }
 
 }  // namespace truetriad

@@ -182,6 +182,13 @@ void PrintLine(const Json& json) {
 
 std::string StatedStore() { return FLAGS_store.empty() ? InOutput("fleet.db") : FLAGS_store; }
 
+Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks) {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  if (asks || !FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  return store;
+}
+
 FleetTalk::FleetTalk(bool names_all)
     : is_lines_(FLAGS_progress == kProgressLines), names_all_(names_all) {}
 

@@ -110,13 +110,9 @@ Result<VerbResult> EvaluateOne(const std::string& file,
                                           "Recording: " + log};
   const bool has_failed =
       FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
-  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = EvaluationText(evaluation, calibration, about),
-                    .result = ToJson(evaluation),
-                    .grade = GradeOf(evaluation, calibration)};
-  TRUETRIAD_RETURN_IF_ERROR(
-      WriteStatedReport(EvaluationHtml(evaluation, calibration, about), &result));
-  return result;
+  return Said(ReportOf(evaluation, calibration, about),
+              ToJson(evaluation),
+              has_failed ? kExitOutsideLimits : kExitGood);
 }
 
 Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
@@ -137,13 +133,9 @@ Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
   const Better better = BetterOf(both);
   const bool may_be_worse =
       better == Better::kB || better == Better::kMixed || both.errors.empty() || both.a.is_own;
-  VerbResult result{
-      .exit_code = FLAGS_fail_on == kWorse && may_be_worse ? kExitOutsideLimits : kExitGood,
-      .text = SideBySideText(both, about),
-      .result = ToJson(both),
-      .grade = GradeOf(both)};
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(SideBySideHtml(both, about), &result));
-  return result;
+  return Said(ReportOf(both, about),
+              ToJson(both),
+              FLAGS_fail_on == kWorse && may_be_worse ? kExitOutsideLimits : kExitGood);
 }
 
 Result<VerbResult> RunEvaluate(const std::vector<std::string>& words) {
@@ -174,12 +166,8 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
     Note("note: " + std::string(kSameReadings));
   }
   const bool has_failed = FLAGS_fail_on == kDiffer && AgreementOf(comparison) != Agreement::kAgree;
-  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = ComparisonText(comparison, about),
-                    .result = ToJson(comparison),
-                    .grade = GradeOf(comparison)};
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(ComparisonHtml(comparison, about), &result));
-  return result;
+  return Said(
+      ReportOf(comparison, about), ToJson(comparison), has_failed ? kExitOutsideLimits : kExitGood);
 }
 
 }  // namespace
