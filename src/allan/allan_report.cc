@@ -298,7 +298,7 @@ std::string AllanHtml(const AllanResult& result) {
     if (triad.at_rest()) content.sections.back().blocks.emplace_back(std::move(table));
   }
   for (const auto& [title, points] : RemarksOf(result)) AddBullets(title, points, &content);
-  return HtmlOf(content);
+  return ReportOf(content).html;
 }
 
 }  // namespace truetriad

@@ -23,7 +23,7 @@ constexpr ErrorInfo NotEnough(ErrorCode code, Text name, Text meaning, Text reme
   return {code, name, ErrorKind::kNotEnough, meaning, remedy};
 }
 
-// docs/reasons.md is this table for people; error_test.cc holds the two together.
+// `truetriad explain` writes docs/reasons.md from this table.
 constexpr auto kErrors = std::to_array<ErrorInfo>({
     Usage(kUnknownVerb, "unknown-verb", "No verb has this name", "`truetriad help` lists them"),
     Usage(kUnknownFlag,

@@ -21,7 +21,6 @@
 #include "python/calibration.h"
 #include "python/errors.h"
 #include "python/numbers.h"
-#include "report/plan.h"
 #include "tree/to_tree.h"
 #include "truetriad/allan/allan.h"
 #include "truetriad/calibrate/compare.h"
@@ -48,6 +47,10 @@ using Texts = std::vector<std::string>;
 struct Answer {
   std::string text, json, html;
 };
+
+Answer AnswerOf(const VerbReport& report, const Json& json) {
+  return {report.text, TextOf(json), report.html};
+}
 
 /// An experiment or a scenario: a file, or a text in its place; neither: defaults.
 struct Document {
@@ -196,9 +199,7 @@ Result<Answer> RunEvaluate(const Calibration& calibration,
       Evaluate(
           calibration, loaded.poses, IsMadeFrom(calibration, loaded.inputs), loaded.si_per_count));
   const Texts about = {"Recording: " + input};
-  return Answer{EvaluationText(found, calibration, about),
-                TextOf(ToTree(found)),
-                EvaluationHtml(found, calibration, about)};
+  return AnswerOf(ReportOf(found, calibration, about), ToTree(found));
 }
 
 Answer EvaluateVerb(const HeldCalibration& calibration,
@@ -225,7 +226,7 @@ Result<Answer> RunCompare(const Calibration& a, const Calibration& b) {
         "Both were made from the same readings, so they share their noise and agree better than "
         "two separate recordings would.");
   }
-  return Answer{ComparisonText(found, about), TextOf(ToTree(found)), ComparisonHtml(found, about)};
+  return AnswerOf(ReportOf(found, about), ToTree(found));
 }
 
 Result<Answer> RunPlan(const Document& config,
@@ -241,7 +242,7 @@ Result<Answer> RunPlan(const Document& config,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
                              PlanExperiment(std::move(experiment), measured, progress));
-  return Answer{PlanText(plan), TextOf(PlanTree(plan)), PlanHtml(plan)};
+  return AnswerOf(ReportOf(plan), PlanTree(plan));
 }
 
 Answer PlanVerb(const Document& config, const std::string& measured, const py::object& progress) {

@@ -241,7 +241,7 @@ Drawing HeadingDrawing(const Calibration& calibration) {
   }
   return {Chart("Heading error round the compass", {raw, corrected}),
           "Heading of the unit held level, round the compass, its tilt by the accelerometer: error "
-          "of raw readings, and what the parameters' σ leave."};
+          "of raw readings, and that by the σ of the parameters."};
 }
 
 }  // namespace truetriad

@@ -75,14 +75,8 @@ PageContent ContentOf(const Comparison& comparison, const std::vector<std::strin
 
 }  // namespace
 
-Grade GradeOf(const Comparison& comparison) { return HeadlineFor(comparison).grade; }
-
-std::string ComparisonText(const Comparison& comparison, const std::vector<std::string>& about) {
-  return TextOf(ContentOf(comparison, about));
-}
-
-std::string ComparisonHtml(const Comparison& comparison, const std::vector<std::string>& about) {
-  return HtmlOf(ContentOf(comparison, about));
+VerbReport ReportOf(const Comparison& comparison, const std::vector<std::string>& about) {
+  return ReportOf(ContentOf(comparison, about));
 }
 
 }  // namespace truetriad

@@ -59,7 +59,7 @@ struct PageContent {
   std::vector<Section> sections;
 };
 
-/// The sections in reading order: limits, findings, what readings are off by, parameters with σ,
+/// The sections in reading order: limits, findings, error before and after, parameters with σ,
 /// temperature, weak directions, choice of the model, held-out error, residuals, left-out terms,
 /// coverage; one with nothing to say is left out. A calibration that is not usable has no
 /// parameters section, whatever numbers it carries. `turns`: spheres have data to be turned.

@@ -16,36 +16,51 @@
 namespace truetriad {
 namespace {
 
-struct ErrorRow {
-  std::string what;
-  Triad triad;
-  double magnitude;
-  bool has_bias;
-  double factor;  // to `unit`
-  std::string unit;
-};
-
-std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
-  const ReferenceValues& reference = calibration.reference;
-  std::vector<ErrorRow> rows;
-  const auto add = [&rows](const char* what,
-                           Triad triad,
-                           double magnitude,
-                           bool has_bias,
-                           double factor,
-                           const char* unit) {
-    rows.push_back({what, triad, magnitude, has_bias, factor, unit});
+/// The row of readings of a quantity of `magnitude`, as of CorrectedErrorOf; `factor` makes `unit`
+/// of the true unit.
+void AddErrors(const Calibration& calibration,
+               const char* what,
+               Triad triad,
+               double magnitude,
+               bool has_bias,
+               double factor,
+               const char* unit,
+               Table* table) {
+  const CorrectedError error = CorrectedErrorOf(calibration, triad, magnitude, has_bias);
+  const auto number = [](double value) {
+    return value >= 1e3 && value < 1e6 ? Fixed(value, 0) : Significant(value, 3);
   };
-  if (calibration.sensors[Triad::kAccelerometer]) {
-    const double mg_per_mps2 = 1e3 / kStandardGravityMps2;
-    add("accelerometer in gravity",
-        Triad::kAccelerometer,
-        reference.gravity_mps2,
-        true,
-        mg_per_mps2,
-        "mg");
-  }
-  if (calibration.sensors[Triad::kMagnetometer] && reference.field_ut) {
+  const bool has_angle = magnitude > 0.0, is_estimated = error.after.worst > 0.0;
+  const auto angle = [&](double rad) { return has_angle ? number(kDegPerRad * rad) : ""; };
+  table->Add() << what << (error.before ? number(factor * error.before->rms) : "")
+               << (error.before ? number(factor * error.before->worst) : "")
+               << (is_estimated ? number(factor * error.after.rms) : "not estimated")
+               << (is_estimated ? number(factor * error.after.worst) : "–") << unit
+               << (error.before ? angle(error.before->angle_rms) : "")
+               << (is_estimated ? angle(error.after.angle_rms) : "") << (has_angle ? "°" : "");
+}
+
+Table BeforeAndAfter(const Calibration& calibration) {
+  Table table =
+      Headed("; raw RMS; worst; corrected σ; worst; unit; raw; corrected; unit", "lrrrrlrrl");
+  const ReferenceValues& reference = calibration.reference;
+  const auto add = [&](const char* what,
+                       Triad triad,
+                       double magnitude,
+                       bool has_bias,
+                       double factor,
+                       const char* unit) {
+    if (calibration.sensors[triad]) {
+      AddErrors(calibration, what, triad, magnitude, has_bias, factor, unit, &table);
+    }
+  };
+  add("accelerometer in gravity",
+      Triad::kAccelerometer,
+      reference.gravity_mps2,
+      true,
+      1e3 / kStandardGravityMps2,
+      "mg");
+  if (reference.field_ut) {
     add(reference.field_nominal ? "magnetometer in the assumed field" : "magnetometer in the field",
         Triad::kMagnetometer,
         *reference.field_ut,
@@ -53,11 +68,9 @@ std::vector<ErrorRow> ErrorRows(const Calibration& calibration) {
         1.0,
         "µT");
   }
-  if (calibration.sensors[Triad::kGyroscope]) {
-    add("gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h");
-    add("gyroscope, of a rate", Triad::kGyroscope, 1.0, false, 1e6, "ppm");
-  }
-  return rows;
+  add("gyroscope at rest", Triad::kGyroscope, 0.0, true, 3600.0 * kDegPerRad, "°/h");
+  add("gyroscope, of a rate", Triad::kGyroscope, 1.0, false, 1e6, "ppm");
+  return table;
 }
 
 /// A compass of the unit held level: RMS and worst over the headings, raw and corrected, degrees.
@@ -90,41 +103,27 @@ bool HoldsMisalignment(const TriadCalibration& sensor) {
 }  // namespace
 
 Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
-  Section section{"What readings are off by", {}};
+  Section section{"Error before and after", {}};
   if (!calibration.IsUsable() || calibration.covariance.parameters.empty()) return section;
-  Table table =
-      Headed("; raw RMS; worst; corrected σ; worst; unit; raw; corrected; unit", "lrrrrlrrl");
-  for (const ErrorRow& row : ErrorRows(calibration)) {
-    const CorrectedError error =
-        CorrectedErrorOf(calibration, row.triad, row.magnitude, row.has_bias);
-    const auto number = [](double value) {
-      return value >= 1e3 && value < 1e6 ? Fixed(value, 0) : Significant(value, 3);
-    };
-    const bool has_angle = row.magnitude > 0.0;
-    const auto angle = [&](double rad) { return has_angle ? number(kDegPerRad * rad) : ""; };
-    table.Add() << row.what << (error.before ? number(row.factor * error.before->rms) : "")
-                << (error.before ? number(row.factor * error.before->worst) : "")
-                << number(row.factor * error.after.rms) << number(row.factor * error.after.worst)
-                << row.unit << (error.before ? angle(error.before->angle_rms) : "")
-                << angle(error.after.angle_rms) << (has_angle ? "°" : "");
-  }
+  Table table = BeforeAndAfter(calibration);
   AddHeading(calibration, &table);
   if (table.rows.empty()) return section;
   section.Add(std::move(table));
   section.Add(
-      "Over all directions: RMS, and the worst; in degrees: of the direction. Raw: in "
-      "nominal units, as the log has them. Corrected: what the parameters' σ leave; a "
-      "reading's own noise comes on top.");
+      "RMS and worst error over all directions of gravity and field; in degrees: of the direction. "
+      "Raw: in nominal units, as the log has them. Corrected: by the σ of the parameters; the "
+      "noise "
+      "of a reading comes on top.");
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
-    section.Add("The model of the " + std::string(TriadName(triad)) +
-                " holds its misalignment: what that is adds to these numbers.");
+    section.Add("Misalignment of the " + std::string(TriadName(triad)) +
+                " was not estimated, and its error is not in these numbers.");
   }
   if (calibration.sensors[Triad::kMagnetometer] && calibration.reference.field_nominal) {
     section.Add(
-        "Nobody stated the strength of the field: by how much the assumed one is off, in "
-        "per cent, all readings of the magnetometer are, too. Directions and headings are "
-        "not.");
+        "Field strength not given: the common scale of the magnetometer is unknown, and its "
+        "readings have the relative error of the assumed strength. Directions and headings do "
+        "not depend on it.");
   }
   section.draw = [&calibration, turns] {
     std::vector<Drawing> drawings =

@@ -108,12 +108,13 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
       return {Grade::kCaution, "EVALUATED, but no prediction to compare with", tested};
     case PredictionVerdict::kAsPredicted:
       if (WorstErrorRatio(evaluation).value_or(0.0) > kExpectedErrorRatio) {
-        return {Grade::kCaution,
-                "AS PREDICTED, as far as so few poses and degrees of freedom tell: the errors are "
-                "up to " +
-                    Significant(*WorstErrorRatio(evaluation), 3) +
-                    " times the prediction, which is itself hardly known",
-                tested + " Evaluate more poses, or calibrate from more."};
+        return {
+            Grade::kCaution,
+            "AS PREDICTED within what so few poses and degrees of freedom allow: the errors are "
+            "up to " +
+                Significant(*WorstErrorRatio(evaluation), 3) +
+                " times the prediction, which is itself uncertain",
+            tested + " Evaluate more poses, or calibrate from more."};
       }
       return {Grade::kGood,
               "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
@@ -141,8 +142,9 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
                       const std::vector<std::string>& about) {
   Section errors{"Errors on these poses", {TableOf(evaluation)}};
   errors.Add(
-      "Misfit is 1 where the errors are as predicted. It counts once what all poses share, such as "
-      "the local gravity, which the RMS count at every pose.");
+      "Misfit is 1 where the errors are as predicted. It counts errors common to all poses once, "
+      "such "
+      "as that of the local gravity, which the RMS count at every pose.");
   for (const Triad triad : kTriads) {
     if (!evaluation.about_mean[triad]) continue;
     errors.Add("The " + std::string(TriadName(triad)) + "'s error is stated about the mean: " +
@@ -190,20 +192,10 @@ PageContent ContentOf(const EvaluationSummary& evaluation,
 
 }  // namespace
 
-Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibration) {
-  return HeadlineFor(evaluation, calibration).grade;
-}
-
-std::string EvaluationText(const EvaluationSummary& evaluation,
-                           const Calibration& calibration,
-                           const std::vector<std::string>& about) {
-  return TextOf(ContentOf(evaluation, calibration, about));
-}
-
-std::string EvaluationHtml(const EvaluationSummary& evaluation,
-                           const Calibration& calibration,
-                           const std::vector<std::string>& about) {
-  return HtmlOf(ContentOf(evaluation, calibration, about));
+VerbReport ReportOf(const EvaluationSummary& evaluation,
+                    const Calibration& calibration,
+                    const std::vector<std::string>& about) {
+  return ReportOf(ContentOf(evaluation, calibration, about));
 }
 
 }  // namespace truetriad

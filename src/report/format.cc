@@ -120,6 +120,7 @@ std::string DisplayUnit(std::string_view unit) {
   for (const auto& [ascii, sign] : {std::pair<std::string_view, std::string_view>("uT", "µT"),
                                     {"degC", "°C"},
                                     {"tau", "τ"},
+                                    {"^1", "¹"},
                                     {"^2", "²"},
                                     {"^3", "³"}}) {
     for (std::size_t at = 0; (at = text.find(ascii, at)) != std::string::npos; at += sign.size()) {

@@ -40,7 +40,7 @@ std::string Percent(double share);
 /// "0.25", "< 1e-6": what is below one in a million nobody counts.
 std::string Probability(double p);
 
-/// "m/s^2" -> "m/s²", "uT/degC" -> "µT/°C"; any other unit as it is.
+/// "m/s^2" -> "m/s²", "uT/degC" -> "µT/°C", "tau^1" -> "τ¹"; any other unit as it is.
 std::string DisplayUnit(std::string_view unit);
 
 }  // namespace truetriad

@@ -164,19 +164,19 @@ Section CoverageOfReadings(const DirectionsOfSensors& directions) {
                 << Fixed(coverage.largest_gap_deg, 0) + " deg";
   }
   if (table.rows.empty()) return {};
-  return {"Coverage of the raw readings",
-          {table,
-           "Directions are seen from the middle of the range of the readings and count as distinct "
-           "if " +
-               Significant(kDistinctDeg, 2) +
-               " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest cap "
-               "of the sphere without a direction."},
-          [directions] {
-            return OfEachSensor([&](Triad triad) {
-              return directions[triad] ? CoverageDrawing(directions[triad]->unit, triad)
-                                       : Drawing();
-            });
-          }};
+  return {
+      "Coverage of the raw readings",
+      {table,
+       "Directions are relative to the middle of the range of the readings and count as distinct "
+       "if " +
+           Significant(kDistinctDeg, 2) +
+           " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest cap "
+           "of the sphere without a direction."},
+      [directions] {
+        return OfEachSensor([&](Triad triad) {
+          return directions[triad] ? CoverageDrawing(directions[triad]->unit, triad) : Drawing();
+        });
+      }};
 }
 
 /// σ of the worst axis, in words; "as given" where nothing of it was estimated.
@@ -237,7 +237,7 @@ Section HeadOf(const PoseSet& poses) {
   }
   head.Add(found + ".");
   if (!poses.has_time && !poses.poses.empty()) {
-    head.Add("No column of times: each row is taken for the mean of a rest.");
+    head.Add("No time column: each row is taken as the mean of a rest.");
   }
   head.Add(poses.temperature_range_degc
                ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) + " to " +
@@ -264,14 +264,8 @@ PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
 
 }  // namespace
 
-Grade InspectionGrade(const Result<Calibration>& tried) { return HeadlineOf(tried).grade; }
-
-std::string InspectionText(const PoseSet& poses, const Result<Calibration>& tried) {
-  return TextOf(ContentOf(poses, tried));
-}
-
-std::string InspectionHtml(const PoseSet& poses, const Result<Calibration>& tried) {
-  return HtmlOf(ContentOf(poses, tried));
+VerbReport ReportOf(const PoseSet& poses, const Result<Calibration>& tried) {
+  return ReportOf(ContentOf(poses, tried));
 }
 
 }  // namespace truetriad

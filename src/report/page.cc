@@ -195,10 +195,6 @@ std::string TextOf(const std::vector<Section>& sections) {
   return text;
 }
 
-std::string TextOf(const PageContent& content) {
-  return TextOf(content.headline) + TextOf(content.sections);
-}
-
 std::string HtmlOf(const std::vector<Section>& sections) {
   std::string html;
   for (const auto& [title, blocks, draw] : sections) {
@@ -208,8 +204,11 @@ std::string HtmlOf(const std::vector<Section>& sections) {
   return html;
 }
 
-std::string HtmlOf(const PageContent& content) {
-  return HtmlPage(content.title, content.headline, HtmlOf(content.sections));
+VerbReport ReportOf(const PageContent& content) {
+  const auto& [title, headline, sections] = content;
+  return {headline.grade,
+          TextOf(headline) + TextOf(sections),
+          HtmlPage(title, headline, HtmlOf(sections))};
 }
 
 std::string Element(std::string_view tag, std::string_view content) {

@@ -13,8 +13,7 @@ namespace truetriad {
 // How a report looks on the terminal and as a self-contained HTML page, whatever it is about.
 
 /// Verdict and sections.
-std::string TextOf(const PageContent& content);
-std::string HtmlOf(const PageContent& content);
+VerbReport ReportOf(const PageContent& content);
 
 std::string TextOf(const Headline& headline);
 std::string TextOf(const std::vector<Section>& sections);

@@ -199,20 +199,21 @@ class ParameterRows {
   }
 
   void AddThermal(const ThermalTerms& thermal) {
+    const auto power_of = [](const std::string& what, std::size_t i) {
+      return DisplayUnit(what + '^' + std::to_string(i + 1));
+    };
     for (std::size_t i = 0; i < thermal.bias.size(); ++i) {
-      const std::string power = std::to_string(i + 1);
-      AddTerm("bias, τ^" + power,
+      AddTerm("bias, " + power_of("τ", i),
               thermal.bias[i],
-              "thermal.bias." + power + ".",
-              raw_unit_ + " / °C^" + power);
+              "thermal.bias." + std::to_string(i + 1) + ".",
+              raw_unit_ + " / " + power_of("°C", i));
     }
     for (std::size_t i = 0; i < thermal.sensitivity.size(); ++i) {
-      const std::string power = std::to_string(i + 1);
       for (int row = 0; row < 3; ++row) {
-        AddTerm("sensitivity, τ^" + power + " " + AxisName(row),
+        AddTerm("sensitivity, " + power_of("τ", i) + " " + AxisName(row),
                 thermal.sensitivity[i].row(row),
-                "thermal.sensitivity." + power + "." + AxisName(row),
-                raw_unit_ + " per " + truth_unit_ + " / °C^" + power);
+                "thermal.sensitivity." + std::to_string(i + 1) + "." + AxisName(row),
+                raw_unit_ + " per " + truth_unit_ + " / " + power_of("°C", i));
       }
     }
     for (const RateTermInfo& info : kRateTerms) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plan.h"
+#include "truetriad/planning/plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace truetriad {
 namespace {
 
 /// "magnetometer.misalignment_rad.xy" -> "magnetometer misalignment xy",
-/// "accelerometer.thermal.bias.2.x" -> "accelerometer bias τ^2 x".
+/// "accelerometer.thermal.bias.2.x" -> "accelerometer bias τ² x".
 std::string Spoken(std::string name) {
   for (const auto& [from, to] : {std::pair(".thermal.bias.", ".bias.τ^"),
                                  std::pair(".thermal.sensitivity.", ".sensitivity.τ^"),
@@ -36,7 +36,7 @@ std::string Spoken(std::string name) {
     }
   }
   std::replace(name.begin(), name.end(), '.', ' ');
-  return name;
+  return DisplayUnit(name);
 }
 
 /// σ as people judge it: shares in per cent, angles in milliradians.
@@ -236,15 +236,10 @@ bool HeadingMatters(const Plan& plan) {
 
 }  // namespace
 
-Grade GradeOf(const Plan& plan) { return HeadlineOf(plan).grade; }
-
-std::string PlanText(const Plan& plan) {
-  std::vector<Section> sections = SectionsOf(plan);
-  sections.insert(sections.begin(), {"Poses, in this order", {RestText(plan), ProgramTable(plan)}});
-  return TextOf(HeadlineOf(plan)) + TextOf(sections);
-}
-
-std::string PlanHtml(const Plan& plan) {
+VerbReport ReportOf(const Plan& plan) {
+  const Headline headline = HeadlineOf(plan);
+  const std::vector<Section> others = SectionsOf(plan);
+  const Section poses{"Poses, in this order", {RestText(plan), ProgramTable(plan)}};
   std::string html =
       "<section>\n<h2>Take these poses, in this order</h2>\n"
       "<p>Each picture shows the unit from slightly above; " +
@@ -256,8 +251,10 @@ std::string PlanHtml(const Plan& plan) {
       "</p>\n"
       "<ol class=\"poses\">\n";
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
-  html += "</ol>\n</section>\n" + HtmlOf(SectionsOf(plan));
-  return HtmlPage("Pose program", HeadlineOf(plan), html, {.style = kCardStyle});
+  html += "</ol>\n</section>\n" + HtmlOf(others);
+  return {headline.grade,
+          TextOf(headline) + TextOf(std::vector{poses}) + TextOf(others),
+          HtmlPage("Pose program", headline, html, {.style = kCardStyle})};
 }
 
 }  // namespace truetriad

@@ -158,8 +158,9 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
   DrawNormalPlot(residuals.Normalized(), {560.0, kPanel.top, 190.0, all}, &svg);
   return {svg.Finish(),
           title +
-              ": what is left of each axis, C(y - b) less the prediction. Shaded: ±3σ of the noise "
-              "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
+              ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
+              "used for "
+              "the weights. Crosses: rejected poses, on the edge if beyond the scale. "
               "Right: " +
               (triad == Triad::kGyroscope ? "axes" : "lengths") +
               " in σ against the normal distribution, dashed if both agree; far ones on the edge "
@@ -179,8 +180,7 @@ Drawing TurnDrawing(const RestQuality& quality) {
     found.series[0].Add(number, difference, 2.0 * kDegPerRad * turn.found_sigma_rad);
     found.series[1].Add(number, difference);
   }
-  Panel unseen{
-      "turns predicted unseen, error, °", "turn", {{Series::Kind::kDots, "dots"}}, {0.0, 0.0}};
+  Panel unseen{"held-out turns, error, °", "turn", {{Series::Kind::kDots, "dots"}}, {0.0, 0.0}};
   if (quality.held_out && quality.held_out->turns) {
     double number = 0.0;
     for (const double error_rad : quality.held_out->turns->errors_rad) {
@@ -188,10 +188,9 @@ Drawing TurnDrawing(const RestQuality& quality) {
     }
   }
   std::string caption;
-  if (!found.series[0].points.empty()) caption = "Known turns: found less stated, ±2σ. ";
+  if (!found.series[0].points.empty()) caption = "Known turns: found minus stated, ±2σ. ";
   if (!unseen.series[0].points.empty()) {
-    caption +=
-        "Error of gravity's direction after each turn, by a calibration that had not seen it.";
+    caption += "Error of gravity's direction after each turn, by a calibration without that turn.";
   }
   return {Chart("Turns: predicted against found", {found, unseen}), caption};
 }

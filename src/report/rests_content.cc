@@ -84,8 +84,7 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
   section->Add(std::move(table));
   section->Add(
       "Where a delay is minus half a gyroscope sample, the gyroscope reports mean rates, stamped "
-      "at "
-      "the end of each sample.");
+      "at the end of each sample.");
 }
 
 // What was left out of a solution, as far as there is room.
@@ -105,19 +104,18 @@ void AddRejected(const std::vector<RejectedPose>& poses, Section* section) {
 }  // namespace
 
 Section LeftOutSection(const Quality& quality) {
-  Section section{"What the model leaves out", {}};
+  Section section{"Faults that were tested", {}};
   if (quality.left_out_tests.empty()) return section;
   section.Add(
-      "Each was looked for in the residuals: what shows is corrected, or widens σ, as the findings "
-      "say. κ is how far one that does not show may shift some parameter: one that is there at 3 "
-      "σ, too little to be told, shifts it by 3 κ of its σ. Against terms of large κ these poses "
-      "do "
-      "not protect: more, and more varied, poses do.");
-  Table table = Headed("sensor; term; p; ; κ", "llrlr");
+      "A fault that is significant in the residuals is corrected or widens σ; see the findings. κ: "
+      "how far an undetectable effect could shift a parameter: a fault at 3 σ of its own shifts "
+      "some "
+      "parameter by 3 κ of its σ. Where κ is large, add more, and more varied, poses.");
+  Table table = Headed("sensor; fault; p; ; κ", "llrlr");
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.Add() << TriadTitle(test.triad) << test.term << Probability(test.p_value)
-                << (test.is_shown ? "shows" : "")
-                << (test.kappa ? Significant(*test.kappa, 2) : "unseen");
+                << (test.is_shown ? "significant" : "")
+                << (test.kappa ? Significant(*test.kappa, 2) : "not observable");
   }
   section.Add(std::move(table));
   return section;

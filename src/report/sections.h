@@ -8,7 +8,7 @@ namespace truetriad {
 
 // The sections of a calibration's report; without blocks where there is nothing to say.
 
-/// What readings are off by in true units, raw and corrected. `turns`: as of SectionsOf.
+/// Errors of readings before and after the calibration, in true units. `turns`: as of SectionsOf.
 Section CorrectedErrorSection(const Calibration& calibration, bool turns);
 
 /// What the poses at each temperature say by themselves, against the temperature terms, and the

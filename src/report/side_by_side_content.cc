@@ -94,7 +94,7 @@ PageContent ContentOf(const SideBySide& both, const std::vector<std::string>& ab
                         ? "–"
                         : (error.better == Better::kA ? "A, " : "B, ") + Times(error));
   }
-  std::string held = "Lengths are held against gravity of " + Significant(both.gravity_mps2, 6) +
+  std::string held = "Lengths are compared with gravity of " + Significant(both.gravity_mps2, 6) +
                      " " + TruthUnit(Triad::kAccelerometer);
   if (both.field_ut) {
     held += " and a field of " + Significant(*both.field_ut, 4) + " " +
@@ -113,14 +113,8 @@ PageContent ContentOf(const SideBySide& both, const std::vector<std::string>& ab
 
 }  // namespace
 
-Grade GradeOf(const SideBySide& both) { return HeadlineFor(both).grade; }
-
-std::string SideBySideText(const SideBySide& both, const std::vector<std::string>& about) {
-  return TextOf(ContentOf(both, about));
-}
-
-std::string SideBySideHtml(const SideBySide& both, const std::vector<std::string>& about) {
-  return HtmlOf(ContentOf(both, about));
+VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& about) {
+  return ReportOf(ContentOf(both, about));
 }
 
 }  // namespace truetriad

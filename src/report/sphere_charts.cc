@@ -212,14 +212,14 @@ std::string SphereCaption(const Calibration& calibration, Triad triad, double fa
   std::string text = TriadTitle(triad) + ": readings of each pose before (orange) and after (blue)";
   text += factor > 1.0 ? ", errors drawn " + Significant(factor, 7) + " times as large" : "";
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
-  if (sensor && !NominalTruthPerRaw(*sensor, triad)) text += "; counts taken by their mean gain";
-  text += ". Circle: what there is to read.";
+  if (sensor && !NominalTruthPerRaw(*sensor, triad)) text += "; counts scaled by their mean gain";
+  text += ". Circle: readings without errors.";
   if (const std::optional<WeakAxis> weak = WeakAxisOf(calibration, triad)) {
     text += " Arrow: along (" + Joined(Fixed(weak->direction, 2)) + ") the bias is known to " +
             Significant(weak->sigma, 2) + ' ' + TruthUnit(triad) + ", across it to " +
             Significant(weak->across, 2) + " or better; poses with this axis " +
             (triad == Triad::kAccelerometer ? "up and down" : "along and against the field") +
-            " tell more of it.";
+            " would determine it better.";
   }
   return text;
 }

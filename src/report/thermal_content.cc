@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -186,30 +185,29 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   });
 }
 
-// `follows_past`: axes that are left out.
-Table SurfaceTable(const Calibration& calibration,
-                   Triad triad,
-                   const std::array<bool, 3>& follows_past) {
+// Without axes of which no table can say anything, since they follow the past.
+Table SurfaceTable(const Calibration& calibration, Triad triad) {
   const TriadCalibration& sensor = *calibration.sensors[triad];
   const ThermalTerms& thermal = *sensor.thermal;
   const double rate = ShownRate(calibration.quality, triad);
   const std::array<double, 3> rates = {-rate, 0.0, rate};
   Table table = Headed("bias at T, °C", "r");
+  std::vector<int> axes;
   for (int axis = 0; axis < 3; ++axis) {
-    if (follows_past[static_cast<std::size_t>(axis)]) continue;
+    if (FollowsThePast(calibration, triad, axis)) continue;
+    axes.push_back(axis);
     for (const double shown : rates) {
       table.header.push_back(std::string(1, AxisLetter(axis)) + ", " + Significant(shown, 2) +
                              " °C/s");
       table.alignment += 'r';
     }
   }
-  for (int at = 0; at < kSurfaceRows; ++at) {
+  for (int at = 0; at < (axes.empty() ? 0 : kSurfaceRows); ++at) {
     const double degc = thermal.range_degc[0] +
                         (thermal.range_degc[1] - thermal.range_degc[0]) * at / (kSurfaceRows - 1.0);
     TableRow row = table.Add();
     row << Fixed(degc, 1);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (follows_past[static_cast<std::size_t>(axis)]) continue;
+    for (const int axis : axes) {
       for (const double shown : rates) {
         const double bias = ModelAtTemperature(sensor.model, thermal, degc, shown).bias[axis];
         const bool was_reached = WasReached(calibration, triad, degc, shown);
@@ -227,15 +225,9 @@ void AddOverTemperature(const Calibration& calibration, Triad triad, Section* se
   section->Add(Subtitle{title + ": bias and fit" + unit});
   section->Add(DataTable(calibration, triad));
   section->Add(Subtitle{title + ": bias by temperature and its rate" + unit});
-  std::array<bool, 3> follows_past;
+  section->Add(SurfaceTable(calibration, triad));
   for (int axis = 0; axis < 3; ++axis) {
-    follows_past[static_cast<std::size_t>(axis)] = FollowsThePast(calibration, triad, axis);
-  }
-  if (!std::all_of(follows_past.begin(), follows_past.end(), std::identity())) {
-    section->Add(SurfaceTable(calibration, triad, follows_past));
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!follows_past[static_cast<std::size_t>(axis)]) continue;
+    if (!FollowsThePast(calibration, triad, axis)) continue;
     section->Add(title + " " + AxisLetter(axis) +
                  ": its lag is long, so the bias depends on past temperatures and no table or map "
                  "over present ones can show it.");

@@ -274,8 +274,8 @@ Drawing TimelineDrawing(const PoseSet& poses,
   const std::string shaded = poses.sweep.temperature.empty() ? "rests" : "windows of the sweep";
   return {
       timeline.Draw(),
-      "In each stretch of time every axis from its lowest to its highest reading. Shaded: " +
-          shaded + (HasNumbers(poses) ? ", with their numbers" : "") +
+      "Range of the readings of each axis in each interval of time. Shaded: " + shaded +
+          (HasNumbers(poses) ? ", with their numbers" : "") +
           "; crosses: those with readings that the calibration rejects; in another colour: left "
           "out."};
 }

@@ -1,36 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/base/error.h"
 
-#include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
-#include <vector>
 
 #include <gtest/gtest.h>
 
 namespace truetriad {
 namespace error_test {
-
-// Every code and nothing else, in the order of the enumeration.
-TEST(Errors, AreAllListedInTheDocs) {
-  std::ifstream docs(TRUETRIAD_SOURCE_DIR "/docs/reasons.md");
-  std::vector<std::string> rows;
-  bool is_below = false;
-  for (std::string line; std::getline(docs, line);) {
-    is_below = is_below || line == "## Errors";
-    if (is_below && line.starts_with("| `")) rows.push_back(line);
-  }
-  std::vector<std::string> expected;
-  for (const ErrorInfo& info : AllErrorCodes()) {
-    std::ostringstream row;
-    row << "| `" << info.name << "` | " << static_cast<int>(info.kind) << " | " << info.meaning
-        << " | " << info.remedy << " |";
-    expected.push_back(row.str());
-  }
-  EXPECT_EQ(rows, expected);
-}
 
 TEST(Errors, HaveNamesThatScriptsCanRelyOn) {
   const std::regex kebab("[a-z]+(-[a-z]+)*");

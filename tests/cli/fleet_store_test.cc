@@ -167,7 +167,7 @@ TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   const Finished fails = run("0.0001");
   EXPECT_EQ(fails.exit_code, 4);
   EXPECT_THAT(fails.err, HasSubstr("`export` does not know of this there"));
-  EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be told"));
+  EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be changed"));
   fs::rename(folder_.Path("away"), folder);
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
   const Finished resumed = run("0.0001", "last --resume");

@@ -137,6 +137,7 @@ TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   Run({"check", configs_ + "experiments/joint.yaml"}, 0);
   Run({"version"}, 0);
   Run({"help", "calibrate"}, 0);
+  Run({"explain", "clock-offset", "unknown-key"}, 0);
   const std::string store = folder_.Path("fleet/fleet.db"), runs = folder_.Path("runs.csv");
   Run({"fleet", "run", log_, "-o", folder_.Path("fleet"), "--report=false"}, 0);
   Run({"fleet", "collect", store, "--store=" + folder_.Path("all.db")}, 0);
@@ -235,6 +236,7 @@ TEST_F(JsonOutput, OfRefusalsLimitsAndErrorsOfEveryVerbIsWhatItsSchemaSays) {
                            "export",
                            "import",
                            "report",
+                           "explain",
                            "version",
                            "help"}) {
     EXPECT_EQ(code(Run({verb, "--bogus"}, 1)), "unknown-flag");

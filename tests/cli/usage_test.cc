@@ -162,6 +162,7 @@ INSTANTIATE_TEST_SUITE_P(OfEach,
                                            "export",
                                            "import",
                                            "report",
+                                           "explain",
                                            "help",
                                            "version"),
                          [](const auto& test) { return test.param; });

@@ -1,39 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/model/finding.h"
 
-#include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace truetriad {
 namespace finding_test {
-
-std::string SeverityText(const FindingKind& kind) {
-  const bool may_refuse = kind.outcome != Outcome::kConverged;
-  if (kind.severity != Severity::kRefusal && may_refuse) return "warning or refusal";
-  return std::string(SeverityName(kind.severity));
-}
-
-// Every code and nothing else, in the order of the enumeration.
-TEST(Findings, AreAllListedInTheDocs) {
-  std::ifstream docs(TRUETRIAD_SOURCE_DIR "/docs/reasons.md");
-  std::vector<std::string> rows;
-  for (std::string line; std::getline(docs, line) && line != "## Errors";) {
-    if (line.starts_with("| `")) rows.push_back(line);
-  }
-  std::vector<std::string> expected;
-  for (const FindingKind& kind : FindingKinds()) {
-    std::ostringstream row;
-    row << "| `" << kind.name << "` | " << SeverityText(kind) << " | " << kind.meaning << " | "
-        << kind.remedy << " |";
-    expected.push_back(row.str());
-  }
-  EXPECT_EQ(rows, expected);
-}
 
 TEST(Findings, HaveNamesThatScriptsCanRelyOn) {
   const std::regex kebab("[a-z]+(-[a-z]+)*");

@@ -154,7 +154,7 @@ TEST(CalibrationText, TakesMisalignmentSigmaFromTheFullCovariance) {
 }
 
 TEST(CalibrationText, SaysThatAHeldMisalignmentIsInNoError) {
-  constexpr char kWords[] = "The model of the accelerometer holds its misalignment";
+  constexpr char kWords[] = "Misalignment of the accelerometer was not estimated";
   Calibration calibration = SampleCalibration();
   Eigen::Matrix3d& sigma = calibration.sensors[Triad::kAccelerometer]->sensitivity_sigma;
   sigma.setConstant(1e-3);
@@ -192,7 +192,7 @@ TEST(CalibrationText, ShowsTemperatureTermsWithTheirUnitsAndRange) {
   thermal.rate[RateTerm::kLinear] = Eigen::Vector3d(0.11, 0.12, 0.13);
   c.sensors[Triad::kAccelerometer]->thermal = thermal;
   const std::string text = CalibrationText(c);
-  EXPECT_THAT(text, HasSubstr("m/s² / °C^1"));
+  EXPECT_THAT(text, HasSubstr("m/s² / °C¹"));
   EXPECT_THAT(text, HasSubstr("m/s² s/°C"));
   EXPECT_THAT(text, HasSubstr("above 25 °C; calibrated from -10 to 60 °C"));
 }
@@ -353,11 +353,11 @@ TEST(EvaluationText, JudgesErrorsByThePrediction) {
   evaluation.predicted_rms[Triad::kAccelerometer] = 0.0020;
   evaluation.error_ratio[Triad::kAccelerometer] = 1.05;
   evaluation.angle_std_deg = 0.12;
-  EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()), StartsWith("AS PREDICTED"));
+  EXPECT_THAT(ReportOf(evaluation, SampleCalibration()).text, StartsWith("AS PREDICTED"));
   evaluation.error_ratio[Triad::kAccelerometer] = 6.05;
-  EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()),
+  EXPECT_THAT(ReportOf(evaluation, SampleCalibration()).text,
               StartsWith("WORSE THAN PREDICTED: up to 6.05 times"));
-  EXPECT_THAT(EvaluationText({}, SampleCalibration()), StartsWith("NOT EVALUATED"));
+  EXPECT_THAT(ReportOf(EvaluationSummary{}, SampleCalibration()).text, StartsWith("NOT EVALUATED"));
 }
 
 TEST(EvaluationText, TakesTheCalibrationsOwnRecordingForNoTest) {
@@ -366,7 +366,7 @@ TEST(EvaluationText, TakesTheCalibrationsOwnRecordingForNoTest) {
   evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
   evaluation.predicted_rms[Triad::kAccelerometer] = 0.0020;
   evaluation.is_own = true;
-  EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()), StartsWith("NOT A TEST"));
+  EXPECT_THAT(ReportOf(evaluation, SampleCalibration()).text, StartsWith("NOT A TEST"));
 }
 
 TEST(EvaluationText, NamesTheWorstPosesFirst) {
@@ -377,7 +377,7 @@ TEST(EvaluationText, NamesTheWorstPosesFirst) {
   evaluation.poses = 12;
   evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
   evaluation.pose_residuals = quality.rests.pose_residuals;
-  ExpectInOrder(EvaluationText(evaluation, SampleCalibration()),
+  ExpectInOrder(ReportOf(evaluation, SampleCalibration()).text,
                 {"Worst poses", "   5   accelerometer", "9.87"});
 }
 
@@ -388,11 +388,11 @@ TEST(ComparisonText, JudgesByTheProbability) {
   comparison.dof = 1;
   comparison.p_value = 0.0455;
   comparison.largest_in_sigmas = 2.0;
-  EXPECT_THAT(ComparisonText(comparison), StartsWith("AGREE"));
-  EXPECT_THAT(ComparisonText(comparison), HasSubstr("0.00100 ± 0.00050"));
+  EXPECT_THAT(ReportOf(comparison).text, StartsWith("AGREE"));
+  EXPECT_THAT(ReportOf(comparison).text, HasSubstr("0.00100 ± 0.00050"));
   comparison.p_value = 0.0001;
-  EXPECT_THAT(ComparisonText(comparison), StartsWith("DIFFER"));
-  EXPECT_THAT(ComparisonText({}), StartsWith("NOT COMPARED"));
+  EXPECT_THAT(ReportOf(comparison).text, StartsWith("DIFFER"));
+  EXPECT_THAT(ReportOf(Comparison{}).text, StartsWith("NOT COMPARED"));
 }
 
 }  // namespace calibration_report_test

@@ -62,7 +62,7 @@ TEST(InspectionText, SaysWhatWasFound) {
   PoseSet poses = EvenPoses(24);
   poses.temperature_range_degc = Eigen::Vector2d(24.0, 31.5);
   poses.findings = {{FindingCode::kClippedPoses, "accelerometer x clips at 16 g in 12 samples"}};
-  const std::string text = InspectionText(poses, kNone);
+  const std::string text = ReportOf(poses, kNone).text;
   for (const char* part : {"24 poses by static detection in 120.0 s, 80 % of it at rest",
                            "24.0 to 31.5 °C",
                            "WARNING: accelerometer x clips",
@@ -76,33 +76,33 @@ TEST(InspectionText, SaysWhatWasFound) {
 
 TEST(InspectionText, BeginsWithWhatACalibrationMakesOfIt) {
   const Result<Calibration> usable = SampleCalibration();
-  EXPECT_THAT(InspectionText(EvenPoses(24), usable), StartsWith("ENOUGH for a usable calibration"));
-  EXPECT_THAT(InspectionText(EvenPoses(24), usable),
+  EXPECT_THAT(ReportOf(EvenPoses(24), usable).text, StartsWith("ENOUGH for a usable calibration"));
+  EXPECT_THAT(ReportOf(EvenPoses(24), usable).text,
               ContainsRegex("Is it enough(.|\n)*accelerometer +± .* m/s² +± .* % +± .* mrad"));
-  EXPECT_EQ(InspectionGrade(usable), Grade::kGood);
+  EXPECT_EQ(ReportOf(EvenPoses(24), usable).grade, Grade::kGood);
 
   Calibration refused;
   refused.outcome = Outcome::kNotConverged;
   refused.findings = {
       Finding(FindingCode::kWrongUnit, "it reads 9.8 g at rest").As(Severity::kRefusal)};
-  const std::string text = InspectionText(EvenPoses(24), refused);
+  const std::string text = ReportOf(EvenPoses(24), refused).text;
   EXPECT_THAT(text, StartsWith("NOT USABLE: wrong-unit\nit reads 9.8 g at rest"));
   EXPECT_THAT(text, Not(HasSubstr("Is it enough?")));
-  EXPECT_EQ(InspectionGrade(Result<Calibration>(refused)), Grade::kBad);
+  EXPECT_EQ(ReportOf(EvenPoses(24), refused).grade, Grade::kBad);
 
   refused.outcome = Outcome::kNotEnough;
   refused.findings = {Finding(FindingCode::kTooFewPoses, "4 poses").As(Severity::kRefusal)};
-  EXPECT_THAT(InspectionText(EvenPoses(4), refused), StartsWith("NOT ENOUGH: too-few-poses"));
+  EXPECT_THAT(ReportOf(EvenPoses(4), refused).text, StartsWith("NOT ENOUGH: too-few-poses"));
 }
 
 TEST(InspectionText, CountsARepeatedPoseOnce) {
   PoseSet poses = EmptySet();
   for (int i = 0; i < 24; ++i) poses.poses.push_back(PoseAt(i + 1, SpiralDirection(i % 6, 6)));
-  EXPECT_THAT(InspectionText(poses, kNone), ContainsRegex("accelerometer +24 +6 "));
+  EXPECT_THAT(ReportOf(poses, kNone).text, ContainsRegex("accelerometer +24 +6 "));
 }
 
 TEST(InspectionText, ShortensLongTablesInTheMiddle) {
-  const std::string text = InspectionText(EvenPoses(100), kNone);
+  const std::string text = ReportOf(EvenPoses(100), kNone).text;
   EXPECT_THAT(text, HasSubstr("100, the middle omitted"));
   EXPECT_THAT(text, ContainsRegex("\n +30 +150.0"));
   EXPECT_THAT(text, Not(ContainsRegex("\n +31 +155.0")));
@@ -112,8 +112,8 @@ TEST(InspectionText, ShortensLongTablesInTheMiddle) {
 TEST(InspectionText, CopesWithNoPosesAndNoTime) {
   PoseSet poses = EmptySet();
   poses.has_time = false;
-  EXPECT_THAT(InspectionText(poses, kNone), StartsWith("NOT ENOUGH for any calibration"));
-  EXPECT_THAT(InspectionText({}, kNone), HasSubstr("0 poses"));
+  EXPECT_THAT(ReportOf(poses, kNone).text, StartsWith("NOT ENOUGH for any calibration"));
+  EXPECT_THAT(ReportOf(PoseSet{}, kNone).text, HasSubstr("0 poses"));
 }
 
 }  // namespace inspection_text_test

@@ -121,7 +121,7 @@ struct Row {
 
 std::string TableOf(const std::map<std::string, Row>& rows) {
   std::string text =
-      "| fault | runs | right | refused | wrong | unsaid | most frequent reason |\n"
+      "| fault | runs | right | refused | wrong | undetected | most frequent reason |\n"
       "|---|---|---|---|---|---|---|\n";
   for (const auto& [name, row] : rows) {
     std::string reason;
@@ -208,7 +208,7 @@ int Main() {
   for (const auto& [name, row] : {std::pair{"all", all}, std::pair{"that can be seen", seen}}) {
     std::printf(
         "%s: %d runs, right %d, refused %d (%d blame another sensor), wrong %d (%.2f %%), "
-        "unsaid %d; longest %.1f s\n",
+        "undetected %d; longest %.1f s\n",
         name,
         row.runs,
         row.right,

@@ -95,13 +95,13 @@ std::string UsageOf(const Command& command) {
 
 const std::vector<Command>& Commands() {
   static const auto& commands = *new std::vector<Command>{
-      InspectCommand(),     InitCommand(),         CheckCommand(),        CalibrateCommand(),
-      ApplyCommand(),       EvaluateCommand(),     CompareCommand(),      CheckStationCommand(),
-      AllanCommand(),       SimulateCommand(),     PlanCommand(),         ConvertCommand(),
-      ExportCommand(),      ImportCommand(),       ReportCommand(),       FleetRunCommand(),
-      FleetWatchCommand(),  FleetQueryCommand(),   FleetSummaryCommand(), FleetReportCommand(),
-      FleetExportCommand(), FleetCollectCommand(), FleetDisposeCommand(), HelpCommand(),
-      VersionCommand()};
+      InspectCommand(),     InitCommand(),        CheckCommand(),        CalibrateCommand(),
+      ApplyCommand(),       EvaluateCommand(),    CompareCommand(),      CheckStationCommand(),
+      AllanCommand(),       SimulateCommand(),    PlanCommand(),         ConvertCommand(),
+      ExportCommand(),      ImportCommand(),      ReportCommand(),       ExplainCommand(),
+      FleetRunCommand(),    FleetWatchCommand(),  FleetQueryCommand(),   FleetSummaryCommand(),
+      FleetReportCommand(), FleetExportCommand(), FleetCollectCommand(), FleetDisposeCommand(),
+      HelpCommand(),        VersionCommand()};
   return commands;
 }
 

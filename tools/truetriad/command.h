@@ -108,6 +108,7 @@ Command ConvertCommand();
 Command ExportCommand();
 Command ImportCommand();
 Command ReportCommand();
+Command ExplainCommand();
 Command FleetRunCommand();
 Command FleetDisposeCommand();
 Command FleetWatchCommand();

@@ -17,7 +17,6 @@
 #include "base/spelling.h"
 #include "base/utf8.h"
 #include "io/yaml_text.h"
-#include "tools/truetriad/plot_script.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/tags.h"
 

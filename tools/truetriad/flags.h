@@ -78,6 +78,9 @@ Result<PerTriad<std::optional<std::string>>> ParseUnits();
 /// By --interactive.
 ReportLooks StatedLooks();
 
+/// Plotly's bundle gl3d with its licence; empty where it was not there at build time.
+EmbeddedScript EmbeddedPlotScript();
+
 /// As printf.
 [[gnu::format(printf, 1, 2)]] std::string Formatted(const char* format, ...);
 

@@ -132,7 +132,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
   }
   text += KnownText(progress) + OverruledText(progress.overruled);
   for (const std::string& serial : progress.unsafe) {
-    text += "  " + serial + ": may not leave, and files of earlier runs could not be told\n";
+    text += "  " + serial + ": held back, but files of earlier runs could not be changed\n";
   }
   return Printable(text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n');
 }
@@ -181,6 +181,13 @@ void PrintLine(const Json& json) {
 }  // namespace
 
 std::string StatedStore() { return FLAGS_store.empty() ? InOutput("fleet.db") : FLAGS_store; }
+
+Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks) {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  if (asks || !FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  return store;
+}
 
 FleetTalk::FleetTalk(bool names_all)
     : is_lines_(FLAGS_progress == kProgressLines), names_all_(names_all) {}

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 
 #include <gflags/gflags.h>
 
 #include "fleet/fleet_run.h"
+#include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/progress.h"
 #include "tree/json.h"
@@ -27,6 +29,9 @@ inline constexpr char kProgressLines[] = "jsonl";
 
 /// The value of --store, or the one in the output folder.
 std::string StatedStore();
+
+/// The store of --store, to be read. `asks`: a user's own SQL is asked of it, if --where is not.
+Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks = false);
 
 /// What `fleet run` and `fleet watch` say on stderr meanwhile: with --progress=jsonl a line of JSON
 /// about each run and each note, else notes, and on a terminal a line with rate, time left and

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include <gflags/gflags.h>
 
 #include "base/companion.h"
+#include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "truetriad/base/version.h"
@@ -20,43 +22,24 @@ DEFINE_string(as,
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kWidth = 100;
 constexpr std::string_view kInRepository = "build/truetriad";
 constexpr std::string_view kFlagsOfAllVerbs =
     "With every verb: --json, one JSON object on stdout instead of text; --quiet, no notes and no\n"
     "progress; --v=1, the library's log.\n";
-constexpr std::string_view kExitCodes =
-    "Exit codes: 0 good · 1 wrong usage · 2 bad input, nothing written · 3 readable, but "
-    "not\nenough for a calibration · 4 usable, but outside the stated limits\n";
+constexpr std::array<std::string_view, 5> kExitCodes = {
+    "good",
+    "wrong usage",
+    "bad input, nothing written",
+    "readable, but not enough for a calibration",
+    "usable, but outside the stated limits"};
 
-/// `text` in lines of at most kWidth, the second and later ones indented by `indent`; `column` is
-/// where the first begins.
-std::string Wrapped(std::string_view text, std::size_t column, std::size_t indent) {
-  std::string wrapped;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(' '), text.size());
-    if (column > indent && column + 1 + end > kWidth) {
-      wrapped += '\n' + std::string(indent, ' ');
-      column = indent;
-    } else if (column > indent) {
-      wrapped += ' ';
-      ++column;
-    }
-    wrapped += text.substr(0, end);
-    column += end;
-    text.remove_prefix(std::min(end + 1, text.size()));
+/// What ends the help of every verb.
+std::string CommonText() {
+  std::string codes = "Exit codes:";
+  for (std::size_t i = 0; i < kExitCodes.size(); ++i) {
+    codes.append(i == 0 ? " " : " · ").append(std::to_string(i)).append(" ").append(kExitCodes[i]);
   }
-  return wrapped + '\n';
-}
-
-std::string Indented(std::string_view lines) {
-  std::string text;
-  while (!lines.empty()) {
-    const std::size_t end = std::min(lines.find('\n'), lines.size());
-    text += "  " + std::string(lines.substr(0, end)) + '\n';
-    lines.remove_prefix(std::min(end + 1, lines.size()));
-  }
-  return text;
+  return std::string(kFlagsOfAllVerbs) + Wrapped(codes, 0);
 }
 
 void ReplaceAll(std::string_view from, std::string_view to, std::string& text) {
@@ -65,13 +48,18 @@ void ReplaceAll(std::string_view from, std::string_view to, std::string& text) {
   }
 }
 
+std::string Indented(std::string lines) {
+  ReplaceAll("\n", "\n  ", lines);
+  return "  " + lines + '\n';
+}
+
 /// `examples` as they are typed: from the root of the repository, or where the program is
 /// installed, in any folder.
 std::string ExampleText(std::string_view examples) {
   const std::string_view known = "configs/experiments/joint.yaml";
   const Result<std::string> installed = FindSharedFile(known);
   if (!installed) {
-    return "Example, from the root of the repository:\n" + Indented(examples);
+    return "Example, from the root of the repository:\n" + Indented(std::string(examples));
   }
   const std::string share = installed->substr(0, installed->size() - known.size());
   std::string text(examples);
@@ -82,19 +70,6 @@ std::string ExampleText(std::string_view examples) {
     }
   }
   return "Example:\n" + Indented(text);
-}
-
-/// Two columns: names, and what they mean.
-std::string Listed(const std::vector<std::pair<std::string, std::string>>& entries) {
-  std::size_t widest = 0;
-  for (const auto& [name, meaning] : entries) widest = std::max(widest, name.size());
-  const std::size_t indent = 2 + widest + 2;
-  std::string text;
-  for (const auto& [name, meaning] : entries) {
-    text +=
-        "  " + name + std::string(indent - 2 - name.size(), ' ') + Wrapped(meaning, indent, indent);
-  }
-  return text;
 }
 
 /// `text` as it is, for troff: neither escapes, nor hyphens that break or turn into dashes, nor
@@ -161,25 +136,9 @@ Results go to stdout, messages to stderr; \-\-v=1 adds the library's log. A flag
 .SH VERBS
 )";
 
-/// And after them. Installing puts the prefix before the folders
+/// And after them and the exit codes. Installing puts the prefix before the folders
 /// (tools/cmake/InstalledTexts.cmake).
-constexpr std::string_view kManTail = R"(.SH EXIT STATUS
-.TP
-.B 0
-Good.
-.TP
-.B 1
-Wrong usage.
-.TP
-.B 2
-Bad input; nothing written.
-.TP
-.B 3
-Readable, but not enough for a calibration.
-.TP
-.B 4
-Usable, but outside the stated limits.
-.SH ENVIRONMENT
+constexpr std::string_view kManTail = R"(.SH ENVIRONMENT
 .TP
 .B TRUETRIAD_SHARE
 Folder with truetriad's data files; default: share/truetriad beside the program.
@@ -202,6 +161,10 @@ std::string ManPage() {
   std::string text(kManHead);
   ReplaceAll("@version@", Version(), text);
   for (const Command& command : Commands()) text += ManPageOf(command);
+  text += ".SH EXIT STATUS\n";
+  for (std::size_t i = 0; i < kExitCodes.size(); ++i) {
+    text += ".TP\n.B " + std::to_string(i) + '\n' + std::string(kExitCodes[i]) + '\n';
+  }
   return text.append(kManTail);
 }
 
@@ -233,7 +196,11 @@ std::string CompletionOf(const Command& command) {
   }
   std::string text = "  '" + std::string(command.name) + "')\n";
   if (!values.empty()) text += "    case $flag in\n" + values + "    esac\n";
-  return text + "    flags='" + names + "--help' ;;\n";
+  std::string words = command.more_words == "verb" ? " @verbs@" : "";
+  for (const auto& [name, values_of_words] : command.values) {
+    if (name == command.more_words) words += ' ' + Joined(values_of_words);
+  }
+  return text + "    flags='" + names + "--help" + words + "' ;;\n";
 }
 
 /// A script for bash, which splits words at `=`: "--to=p" arrives as "--to", "=", "p".
@@ -253,10 +220,6 @@ _truetriad() {
     flag=${COMP_WORDS[COMP_CWORD-2]}
   elif [[ $cur != -* ]]; then
     flag=${COMP_WORDS[COMP_CWORD-1]}
-  fi
-  if [[ ${COMP_WORDS[1]} == help && $flag != --* ]]; then
-    COMPREPLY=($(compgen -W "$verbs --as=" -- "$cur"))
-    return
   fi
   local verb=${COMP_WORDS[1]}
   case $verb in
@@ -295,9 +258,9 @@ std::string BashCompletion() {
     second_words += text;
   }
   std::string script(kBashCompletion);
-  ReplaceAll("@verbs@", Joined(verbs), script);
   ReplaceAll("@second words@", second_words, script);
   ReplaceAll("@cases@", cases, script);
+  ReplaceAll("@verbs@", Joined(verbs), script);
   return script;
 }
 
@@ -326,15 +289,13 @@ Result<VerbResult> RunVersion(const std::vector<std::string>&) {
 }  // namespace
 
 std::string OverviewText() {
-  std::vector<std::pair<std::string, std::string>> verbs;
-  for (const Command& command : Commands()) {
-    verbs.emplace_back(command.name, command.summary);
-  }
+  Table verbs{.header = {}, .alignment = "ll", .rows = {}};
+  for (const Command& command : Commands()) verbs.Add() << command.name << command.summary;
   return ExampleText(CalibrateCommand().examples) +
-         "\nUsage: truetriad VERB [LOG …] [--flag=value …]\n\n" + Listed(verbs) +
+         "\nUsage: truetriad VERB [LOG …] [--flag=value …]\n\n" + TextOf(verbs) +
          "\nMore about one verb: `truetriad help VERB` or `truetriad VERB --help`. Results go to "
          "stdout,\nmessages to stderr.\n" +
-         std::string(kFlagsOfAllVerbs) + std::string(kExitCodes);
+         CommonText();
 }
 
 std::string HelpText(const Command& command) {
@@ -343,12 +304,12 @@ std::string HelpText(const Command& command) {
   const std::string details = DetailsOf(command);
   if (!details.empty()) text += '\n' + details;
   text += "\nUsage: " + UsageOf(command) + '\n';
-  std::vector<std::pair<std::string, std::string>> flags;
+  Table flags{.header = {}, .alignment = "ll", .rows = {}};
   for (const CommandFlag& flag : FlagsOf(command)) {
-    flags.emplace_back(NamesOf(flag) + "=" + flag.placeholder, MeaningOf(flag));
+    flags.Add() << NamesOf(flag) + "=" + flag.placeholder << MeaningOf(flag);
   }
-  if (!flags.empty()) text += "\nFlags:\n" + Listed(flags);
-  return text + '\n' + std::string(kFlagsOfAllVerbs) + std::string(kExitCodes);
+  if (!flags.rows.empty()) text += "\nFlags:\n" + TextOf(flags);
+  return text + '\n' + CommonText();
 }
 
 Command HelpCommand() {

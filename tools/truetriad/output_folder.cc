@@ -43,6 +43,15 @@ Status WriteStatedReport(const std::string& html, VerbResult* result) {
   return {};
 }
 
+Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code) {
+  VerbResult result{.exit_code = exit_code,
+                    .text = report.text,
+                    .result = std::move(json),
+                    .grade = report.grade};
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(report.html, &result));
+  return result;
+}
+
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of) {
   if (serial.empty() || of.serial.empty() || serial == of.serial) return {};
   return Error(ErrorCode::kOtherDevice,

@@ -29,6 +29,8 @@ Status CheckCanWriteBelow(std::filesystem::path directory);
 
 /// Writes the page that --report names, where it is given, and says so in the result.
 Status WriteStatedReport(const std::string& html, VerbResult* result);
+/// The result of a verb with this report, whose page is written where --report names one.
+Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code = kExitGood);
 
 /// Error (bad input): both numbers are known and differ. `what`: "log.csv: the recording".
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of);

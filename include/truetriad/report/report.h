@@ -14,12 +14,11 @@
 
 namespace truetriad {
 
+struct Plan;
+
 /// How good the news is that a text begins with; neutral: usable, but nothing was asked of it.
 enum class Grade { kGood, kNeutral, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
-Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibration);
-Grade GradeOf(const SideBySide& both);
-Grade GradeOf(const Comparison& comparison);
 
 /// What a person reads on the terminal after `calibrate`: verdict and limits first, then
 /// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
@@ -65,30 +64,30 @@ std::string CalibrationHtml(const Calibration& calibration,
 std::string ReportStyleSheet();
 std::string ReportScript();
 
-/// What other verbs say, on the terminal and as a page. `inspect`: rates, gaps, poses found,
-/// coverage, noise, temperature range. `tried`: what a calibration with defaults makes of it, or
-/// why there is none.
-std::string InspectionText(const PoseSet& poses, const Result<Calibration>& tried);
-std::string InspectionHtml(const PoseSet& poses, const Result<Calibration>& tried);
-Grade InspectionGrade(const Result<Calibration>& tried);
-
 /// "cal.yaml: unit A17, calibrated 2026-01-31T12:00:00Z", what it has of that.
 std::string OriginOf(const std::string& file, const Calibration& calibration);
 
-/// `about`: what was held against what, a sentence each.
-std::string EvaluationText(const EvaluationSummary& evaluation,
-                           const Calibration& calibration,
-                           const std::vector<std::string>& about = {});
-std::string EvaluationHtml(const EvaluationSummary& evaluation,
-                           const Calibration& calibration,
-                           const std::vector<std::string>& about = {});
+/// What other verbs say: on the terminal, and as a page like that of a calibration.
+struct VerbReport {
+  Grade grade = Grade::kBad;
+  std::string text;
+  std::string html;
+};
 
-std::string SideBySideText(const SideBySide& both, const std::vector<std::string>& about = {});
-std::string SideBySideHtml(const SideBySide& both, const std::vector<std::string>& about = {});
+/// Of `inspect`: rates, gaps, poses found, coverage, noise, temperature range. `tried`: what a
+/// calibration with defaults makes of it, or why there is none.
+VerbReport ReportOf(const PoseSet& poses, const Result<Calibration>& tried);
 
-std::string ComparisonText(const Comparison& comparison,
-                           const std::vector<std::string>& about = {});
-std::string ComparisonHtml(const Comparison& comparison,
-                           const std::vector<std::string>& about = {});
+/// `about`: what was compared with what, a sentence each.
+VerbReport ReportOf(const EvaluationSummary& evaluation,
+                    const Calibration& calibration,
+                    const std::vector<std::string>& about = {});
+VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& about = {});
+VerbReport ReportOf(const Comparison& comparison, const std::vector<std::string>& about = {});
+
+/// The verdict, the poses in their order, σ of every quantity before and after, what was wanted,
+/// what the poses cannot see, and the comparison with random poses. The page is for the person who
+/// takes the poses: a picture of the cube for each, then the same tables.
+VerbReport ReportOf(const Plan& plan);
 
 }  // namespace truetriad

@@ -16,6 +16,7 @@
 #include "allan/allan_file.h"
 #include "base/messages.h"
 #include "report/content.h"
+#include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
@@ -191,36 +192,21 @@ Result<ExportOptions> ParseOptions() {
 }
 
 std::string LossText(const Export& result) {
-  constexpr char kLine[] = "  %-14s %12s %12s %10s %8s%s%s\n";
-  std::string text = Formatted(kLine, "off by", "at most", "RMS", "of", "sigma", "", "");
-  const auto add = [&](std::string_view name,
-                       double largest,
-                       double rms,
-                       double signal,
-                       const std::string& sigmas,
-                       const std::string& unit) {
-    text += Formatted(kLine,
-                      std::string(name).c_str(),
-                      Format("%.3g", largest).c_str(),
-                      Format("%.3g", rms).c_str(),
-                      Format("%.4g", signal).c_str(),
-                      sigmas.c_str(),
-                      "  ",
-                      unit.c_str());
-  };
+  Table table = Headed("off by; at most; RMS; of; sigma; ", "lrrrrl");
   for (const Triad triad : kTriads) {
     if (!result.loss[triad]) continue;
     const ExportLoss& loss = *result.loss[triad];
-    const std::string sigmas = loss.in_sigmas ? std::to_string(*loss.in_sigmas).substr(0, 6) : "-";
-    const std::string unit(TruthUnitName(triad));
-    add(TriadName(triad), loss.largest, loss.rms, loss.signal, sigmas, unit);
+    const std::string signal = Format("%.4g", loss.signal), unit(TruthUnitName(triad));
+    table.Add() << TriadName(triad) << Format("%.3g", loss.largest) << Format("%.3g", loss.rms)
+                << signal << (loss.in_sigmas ? std::to_string(*loss.in_sigmas).substr(0, 6) : "-")
+                << unit;
     if (!loss.at_rates) continue;
     const auto& [range_degcps, largest, rms] = *loss.at_rates;
-    const std::string rates =
-        Formatted(", temperature at %.2g to %.2g degC/s", range_degcps[0], range_degcps[1]);
-    add("", largest, rms, loss.signal, "-", unit + rates);
+    table.Add() << "" << Format("%.3g", largest) << Format("%.3g", rms) << signal << "-"
+                << unit + ", temperature at " + Format("%.2g", range_degcps[0]) + " to " +
+                       Format("%.2g degC/s", range_degcps[1]);
   }
-  return text;
+  return TextOf(table);
 }
 
 Json LossJson(const Export& result) {
@@ -277,13 +263,9 @@ std::vector<std::string> NamesOf(const std::vector<FormatInfo>& formats) {
 }
 
 std::string ListOf(const std::vector<FormatInfo>& formats) {
-  std::string text = "Formats:\n";
-  for (const FormatInfo& format : formats) {
-    std::string name(format.name);
-    name.resize(15, ' ');
-    text += "  " + name + std::string(format.description) + "\n";
-  }
-  return text;
+  Table table{.header = {}, .alignment = "ll", .rows = {}};
+  for (const FormatInfo& format : formats) table.Add() << format.name << format.description;
+  return "Formats:\n" + TextOf(table);
 }
 
 Result<VerbResult> RunImport(const std::vector<std::string>&) {

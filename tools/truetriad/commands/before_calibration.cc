@@ -23,7 +23,6 @@
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "planning/plan_fields.h"
-#include "report/plan.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
@@ -58,9 +57,9 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
       TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
   // What cannot be read was refused above: here something is missing.
   const bool is_enough = tried && tried->IsUsable();
-  VerbResult result{.text = InspectionText(loaded.poses, tried), .result = ToTree(loaded.poses)};
+  TRUETRIAD_ASSIGN_OR_RETURN(VerbResult result,
+                             Said(ReportOf(loaded.poses, tried), ToTree(loaded.poses)));
   result.findings = loaded.poses.findings;
-  result.grade = InspectionGrade(tried);
   result.result["usable"] = is_enough;
   if (!is_enough) {
     result.exit_code = kExitNotEnough;
@@ -68,7 +67,6 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
     result.failure = refusal.Message();
     result.findings.push_back(refusal);
   }
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(InspectionHtml(loaded.poses, tried), &result));
   return result;
 }
 
@@ -145,18 +143,19 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
   ProgressLine progress("reading " + measured);
   TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
                              PlanExperiment(std::move(experiment), measured, progress.callback()));
-  std::string text = PlanText(plan);
+  const VerbReport report = ReportOf(plan);
+  std::string text = report.text;
   if (!FLAGS_output.empty()) {
     const std::string program = InOutput("program.yaml"), page = InOutput("program.html");
     TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
     TRUETRIAD_RETURN_IF_ERROR(
-        WriteFiles({{program, PoseProgramToYaml(plan.program)}, {page, PlanHtml(plan)}}));
+        WriteFiles({{program, PoseProgramToYaml(plan.program)}, {page, report.html}}));
     text += "\nProgram:  " + program + "\nPictures: " + page + '\n';
   }
   return VerbResult{.exit_code = plan.IsMet() ? kExitGood : kExitNotEnough,
                     .text = std::move(text),
                     .result = PlanTree(plan),
-                    .grade = GradeOf(plan)};
+                    .grade = report.grade};
 }
 
 /// Programs that are told of a sensor's noise.

@@ -121,6 +121,54 @@ std::string RepeatText(const std::optional<fleet::StationCheck>& first) {
          "; that holds, until the golden unit is recorded again\n";
 }
 
+/// Today's calibration compared with the reference; the store keeps what came of it.
+Result<VerbResult> Judged(const Experiment& experiment,
+                          const Calibration& golden,
+                          const Calibration& today,
+                          const Repeatability& repeatability) {
+  VerbResult result;
+  result.findings = today.findings;
+  result.outcome = today.outcome;
+  result.result = {{"agrees", nullptr}};
+  if (!today.IsUsable()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, nullptr));
+    result.exit_code = kExitNotEnough;
+    result.text = RepeatText(first) + CalibrationText(today);
+    result.grade = Grade::kBad;
+    result.failure = "the station cannot be judged: today's recording was refused";
+    return result;
+  }
+  // Gravity is that of the station, whatever it is: no reason for the two to differ.
+  const double gravity_mps2 = golden.reference.gravity_mps2;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Comparison comparison,
+      Compare(AtGravity(gravity_mps2, WithRepeatability(repeatability, golden)),
+              AtGravity(gravity_mps2, WithRepeatability(repeatability, today))));
+  if (IsMadeFrom(golden, today.inputs) || IsTooAlike(comparison)) {
+    result.exit_code = kExitOutsideLimits;
+    result.text =
+        "NO TEST: these are the readings that the reference was made from; record the golden unit "
+        "again\n";
+    result.grade = Grade::kCaution;
+    return result;
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, &comparison));
+  const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
+  result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
+  result.grade = agrees ? Grade::kGood : Grade::kBad;
+  result.text = RepeatText(first) +
+                std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
+                " with the reference of its golden unit\n" +
+                ReportOf(comparison,
+                         {"a: the reference, " + OriginOf(FLAGS_golden, golden),
+                          "b: today, " + experiment.inputs.front()})
+                    .text;
+  result.result = {{"agrees", agrees}, {"comparison", ToTree(comparison)}};
+  if (first)
+    result.result["first_check"] = {{"created", first->created}, {"agrees", first->agrees}};
+  return result;
+}
+
 Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   std::vector<std::string> inputs = StatedInputs(words);
   if (inputs.empty()) {
@@ -143,47 +191,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
                              CalibrateExperiment(experiment, progress.callback()));
   TRUETRIAD_RETURN_IF_ERROR(
       CheckSameUnit(experiment.inputs.front() + ": the recording", today.serial, golden));
-  VerbResult result;
-  result.findings = today.findings;
-  result.outcome = today.outcome;
-  if (!today.IsUsable()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, nullptr));
-    result.exit_code = kExitNotEnough;
-    result.text = RepeatText(first) + CalibrationText(today);
-    result.grade = Grade::kBad;
-    result.failure = "the station cannot be judged: today's recording was refused";
-    result.result = {{"agrees", nullptr}};
-    return result;
-  }
-  // Gravity is that of the station, whatever it is: no reason for the two to differ.
-  const double gravity_mps2 = golden.reference.gravity_mps2;
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Comparison comparison,
-      Compare(AtGravity(gravity_mps2, WithRepeatability(repeatability, golden)),
-              AtGravity(gravity_mps2, WithRepeatability(repeatability, today))));
-  if (IsMadeFrom(golden, today.inputs) || IsTooAlike(comparison)) {
-    result.exit_code = kExitOutsideLimits;
-    result.text =
-        "NO TEST: these are the readings that the reference was made from; record the golden unit "
-        "again\n";
-    result.grade = Grade::kCaution;
-    result.result = {{"agrees", nullptr}};
-    return result;
-  }
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, &comparison));
-  const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
-  result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
-  result.grade = agrees ? Grade::kGood : Grade::kBad;
-  result.text = RepeatText(first) +
-                std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
-                " with the reference of its golden unit\n" +
-                ComparisonText(comparison,
-                               {"a: the reference, " + OriginOf(FLAGS_golden, golden),
-                                "b: today, " + experiment.inputs.front()});
-  result.result = {{"agrees", agrees}, {"comparison", ToTree(comparison)}};
-  if (first)
-    result.result["first_check"] = {{"created", first->created}, {"agrees", first->agrees}};
-  return result;
+  return Judged(experiment, golden, today, repeatability);
 }
 
 }  // namespace

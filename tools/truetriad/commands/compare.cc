@@ -111,13 +111,9 @@ Result<VerbResult> EvaluateOne(const std::string& file,
                                           "Recording: " + log};
   const bool has_failed =
       FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
-  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = EvaluationText(evaluation, calibration, about),
-                    .result = ToTree(evaluation),
-                    .grade = GradeOf(evaluation, calibration)};
-  TRUETRIAD_RETURN_IF_ERROR(
-      WriteStatedReport(EvaluationHtml(evaluation, calibration, about), &result));
-  return result;
+  return Said(ReportOf(evaluation, calibration, about),
+              ToTree(evaluation),
+              has_failed ? kExitOutsideLimits : kExitGood);
 }
 
 Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
@@ -138,13 +134,9 @@ Result<VerbResult> EvaluateTwo(const std::vector<std::string>& files,
   const Better better = BetterOf(both);
   const bool may_be_worse =
       better == Better::kB || better == Better::kMixed || both.errors.empty() || both.a.is_own;
-  VerbResult result{
-      .exit_code = FLAGS_fail_on == kWorse && may_be_worse ? kExitOutsideLimits : kExitGood,
-      .text = SideBySideText(both, about),
-      .result = ToTree(both),
-      .grade = GradeOf(both)};
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(SideBySideHtml(both, about), &result));
-  return result;
+  return Said(ReportOf(both, about),
+              ToTree(both),
+              FLAGS_fail_on == kWorse && may_be_worse ? kExitOutsideLimits : kExitGood);
 }
 
 Result<VerbResult> RunEvaluate(const std::vector<std::string>& words) {
@@ -175,12 +167,8 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
     Note("note: " + std::string(kSameReadings));
   }
   const bool has_failed = FLAGS_fail_on == kDiffer && AgreementOf(comparison) != Agreement::kAgree;
-  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = ComparisonText(comparison, about),
-                    .result = ToTree(comparison),
-                    .grade = GradeOf(comparison)};
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(ComparisonHtml(comparison, about), &result));
-  return result;
+  return Said(
+      ReportOf(comparison, about), ToTree(comparison), has_failed ? kExitOutsideLimits : kExitGood);
 }
 
 }  // namespace
@@ -215,7 +203,7 @@ Command CompareCommand() {
 build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml --output=out/b
 build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml)",
       .details =
-          R"(The body frames are aligned first, so the gauges may differ; where different sensors lead,
+          R"(The body frames are aligned first, so the frame conventions may differ; where different sensors lead,
 biases and C^T C are compared, which no frame changes. The two calibrations are
 assumed to be independent. With --fail-on=differ exit code 4 says that they do not agree, or that
 nothing could be compared.

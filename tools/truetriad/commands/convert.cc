@@ -23,6 +23,7 @@
 #include "io/mapping.h"
 #include "io/text_file.h"
 #include "io/whole_file.h"
+#include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/log_conversion.h"
@@ -92,27 +93,19 @@ bool IsInPath(std::string_view program) {
   return false;
 }
 
-/// A stream of a child process, read once that has ended.
-class Captured {
- public:
-  int descriptor() const { return fileno(file_.get()); }
-  bool usable() const { return file_ != nullptr; }
-  std::string Text() const {
-    std::string text;
-    std::rewind(file_.get());
-    std::array<char, 4096> part{};
-    for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), file_.get())) > 0;) {
-      text.append(part.data(), n);
-    }
-    return text;
-  }
+/// A stream of a child process: a file without a name, read once that has ended.
+using Captured = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
- private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, Close> file_{std::tmpfile()};
-};
+std::string TextOf(const Captured& stream) {
+  if (stream == nullptr) return "";
+  std::string text;
+  std::rewind(stream.get());
+  std::array<char, 4096> part{};
+  for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), stream.get())) > 0;) {
+    text.append(part.data(), n);
+  }
+  return text;
+}
 
 /// The converter of `format`. Error (usage): it is not there; says what to install.
 Result<std::string> FindConverter(const LogFormat& format) {
@@ -261,20 +254,16 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
 }
 
 std::string FormatList() {
-  std::string text = "Formats:\n";
-  const auto add = [&](std::string_view format, std::string_view description) {
-    std::string name(format);
-    name.resize(14, ' ');
-    text.append("  ").append(name).append(description).append("\n");
-  };
-  for (const LogFormat& format : kLogFormats) add(format.name, format.description);
+  Table table{.header = {}, .alignment = "ll", .rows = {}};
+  for (const LogFormat& format : kLogFormats) table.Add() << format.name << format.description;
   for (const ShippedMapping& mapping : ShippedMappings()) {
     const Result<MappingInfo> info =
         ReadMappingInfo(std::string(mapping.text), std::string(mapping.name));
-    if (info) add(mapping.name, info->about);
+    if (info) table.Add() << mapping.name << info->about;
   }
-  add("FILE.yaml", "your own mapping, like those in configs/mappings");
-  return text;
+  table.Add() << "FILE.yaml"
+              << "your own mapping, like those in configs/mappings";
+  return "Formats:\n" + TextOf(table);
 }
 
 }  // namespace
@@ -303,17 +292,14 @@ Result<ProgramRun> RunProgram(const std::string& program,
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   std::fflush(stdout);
-  std::optional<Captured> out, err;
-  if (captures) {
-    out.emplace();
-    err.emplace();
-    if (!out->usable() || !err->usable()) {
-      return Error(ErrorCode::kSystemFailure,
-                   std::string("no temporary file: ") + std::strerror(errno));
-    }
+  const Captured out(captures ? std::tmpfile() : nullptr, std::fclose),
+      err(captures ? std::tmpfile() : nullptr, std::fclose);
+  if (captures && (out == nullptr || err == nullptr)) {
+    return Error(ErrorCode::kSystemFailure,
+                 std::string("no temporary file: ") + std::strerror(errno));
   }
-  const int out_to = out ? out->descriptor() : STDOUT_FILENO;
-  const int err_to = err ? err->descriptor() : STDERR_FILENO;
+  const int out_to = captures ? fileno(out.get()) : STDOUT_FILENO;
+  const int err_to = captures ? fileno(err.get()) : STDERR_FILENO;
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) {
@@ -339,7 +325,7 @@ Result<ProgramRun> RunProgram(const std::string& program,
     return Error(ErrorCode::kSystemFailure, {program}, "cannot be started");
   }
   if (WIFEXITED(status)) {
-    return ProgramRun{WEXITSTATUS(status), out ? out->Text() : "", err ? err->Text() : ""};
+    return ProgramRun{WEXITSTATUS(status), TextOf(out), TextOf(err)};
   }
   return Error(ErrorCode::kDamagedFile,
                program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +

@@ -47,7 +47,7 @@ DEFINE_string(store,
               "merges; what calibrates has fleet.db in its output folder");
 DEFINE_string(assets,
               "inline",
-              "inline|shared: where the looks and the script of reports are: inline, in each page, "
+              "inline|shared: where the style and the script of reports are: inline, in each page, "
               "or shared, once for all");
 DEFINE_string(serial,
               "",
@@ -128,11 +128,12 @@ Status StateRetestPolicy(fleet::Store& store) {
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_note(
-        "from now on the " + std::string(RetestCountsName(policy.counts)) + " of a unit's " +
+        "retest rule changed: the " + std::string(RetestCountsName(policy.counts)) +
+        " of a unit's " +
         (!policy.most       ? "runs"
          : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
                             : "runs of its first recording") +
-        " counts, also of units that are in the store; until now the last of all did");
+        " counts, also of units that are in the store; before, the last of all did");
   }
   return {};
 }
@@ -163,20 +164,18 @@ Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
   return plan.shares_assets ? fleet::WriteSharedAssets(plan.folder) : Status();
 }
 
-/// Opens the store and states the retest policy there, where flags give one. Errors as OpenStore.
-Result<std::unique_ptr<fleet::Store>> OpenStatedStore() {
+/// Opens the store, states there the retest policy, where flags give one, and the shard, and notes
+/// in the plan which store it is: whichever name it is called by, and no other that is called the
+/// same. Errors as OpenStore.
+Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
+                                                      fleet::WorkPlan* plan) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
-  return store;
-}
-
-/// Notes in the plan which store it is: whichever name it is called by, and no other that is called
-/// the same.
-Status NameStore(fleet::Store& store, fleet::WorkPlan* plan) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string identity, store.Identity());
+  TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string identity, store->Identity());
   // A copy of a store's file has the same identity, and runs of its own.
   plan->store = identity + ' ' + fleet::NameOfStore(StatedStore());
-  return {};
+  return store;
 }
 
 /// How flags say that units are to be calibrated; makes the output folder, `fleet` unless stated,
@@ -236,9 +235,8 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
                                fleet::FolderClaim::TakeAlone(FLAGS_output, shard));
     own.emplace(std::move(alone));
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
-  TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
-  TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             OpenStatedStore(shard, &options.plan));
   const bool needs_station = std::any_of(
       units.begin(), units.end(), [](const auto& unit) { return unit.tags.station.empty(); });
   TRUETRIAD_ASSIGN_OR_RETURN(const GoldenHold hold,
@@ -291,9 +289,8 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(PrepareUnitsFolder(options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::FolderClaim own,
                              fleet::FolderClaim::TakeAlone(FLAGS_output));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
-  TRUETRIAD_RETURN_IF_ERROR(store->StateShard({}));
-  TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             OpenStatedStore({}, &options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(options.hold,
                              StatedGoldenHold(options.plan, *store, /*needs_station=*/true));
   TRUETRIAD_ASSIGN_OR_RETURN(

@@ -139,10 +139,7 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
     return Error(ErrorCode::kConflictingArguments, "--sql and --where ask two questions; give one");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
-                             fleet::OpenStoreToRead(FLAGS_store));
-  if (!FLAGS_sql.empty() || !FLAGS_where.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
-  }
+                             OpenStatedToRead(!FLAGS_sql.empty()));
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Table table, store->Query(Question()));
   if (table.rows.empty() && !FLAGS_csv) Note(FLAGS_sql.empty() ? "no units" : "no rows");
   return VerbResult{.text = FLAGS_csv ? ForStdout(CsvOf(table)) : TextOf(table),
@@ -183,9 +180,7 @@ Result<std::size_t> WriteRuns(fleet::Store& store, const fleet::RunSelection& wh
 
 Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("runs", FLAGS_runs, {kStandingRuns, kAllRuns}));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
-                             fleet::OpenStoreToRead(FLAGS_store));
-  if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedToRead());
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_output));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
                              WriteRuns(*store, {FLAGS_runs == kStandingRuns, FLAGS_where}));
@@ -340,7 +335,7 @@ build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 --store
 build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl --store=out/day/all.db)",
       .details =
           R"(Files of runs and stores, all of the same number of shards. Runs that are in the store stay as they are:
-collecting again adds what has come since. Nothing is added where a source is spoilt, or a shard's file not finished.
+collecting again adds what has come since. Nothing is added where a source is damaged, or a shard's file not finished.
 A file of runs does not know a unit's other runs: where one may not leave, exports of its other runs are
 withdrawn as they are collected (4: where their files are not here).
 )",

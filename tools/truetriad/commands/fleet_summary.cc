@@ -32,7 +32,7 @@ DEFINE_string(golden_due,
               "DURATION: age at which a station's check of its golden unit is overdue");
 DEFINE_int32(baseline,
              200,
-             "UNITS: units of each station that say what is normal; 0: all judge each other");
+             "UNITS: baseline of the control charts, so many units of each station; 0: all units");
 DEFINE_int32(points, 0, "COUNT: last points of each control chart that --json holds");
 
 namespace truetriad {
@@ -71,7 +71,7 @@ Result<fleet::SummaryOptions> Options() {
     return BadValue("baseline",
                     std::to_string(FLAGS_baseline),
                     ": expected " + std::to_string(line::kLeastBaselineUnits) +
-                        " units or more, or 0 for all that judge each other");
+                        " units or more, or 0 for all units");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(NamedNumbers references, References());
   if (!references.empty() && FLAGS_study.empty()) {
@@ -90,19 +90,14 @@ Result<fleet::SummaryOptions> Options() {
 Result<VerbResult> RunFleetSummary(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::SummaryOptions options, Options());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
-                             fleet::OpenStoreToRead(FLAGS_store));
-  if (!FLAGS_where.empty() || !FLAGS_study.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
-  }
+                             OpenStatedToRead(!FLAGS_study.empty()));
   TRUETRIAD_ASSIGN_OR_RETURN(Json summary, fleet::Summarise(*store, options));
   return VerbResult{.text = FLAGS_csv ? fleet::SummaryCsv(summary) : fleet::SummaryText(summary),
                     .result = std::move(summary)};
 }
 
 Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
-                             fleet::OpenStoreToRead(FLAGS_store));
-  if (!FLAGS_where.empty()) TRUETRIAD_RETURN_IF_ERROR(store->AllowTypedText());
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedToRead());
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FleetPageSummary page,
       fleet::WriteFleetPage(*store,

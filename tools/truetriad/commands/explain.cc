@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/spelling.h"
+#include "report/table.h"
+#include "tools/truetriad/command.h"
+#include "truetriad/base/error.h"
+#include "truetriad/model/finding.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kFindingsHead = R"(# Reasons
+
+`truetriad explain CODE` prints what a code means and what to do; without a code it prints this page.
+
+Findings are in `status.findings` of calibration.yaml and at the head of each report; [errors](#errors) leave no result. Codes are
+never renamed. A *warning* may make the result worse than it looks; a *refusal* makes it unusable, and the first one sets
+`status.outcome`. `treatment` is `corrected` or `widened` (σ allow for it).
+
+| code | severity | what it means | what to do |
+|---|---|---|---|
+)";
+
+constexpr std::string_view kErrorsHead = R"(
+## Errors
+
+On stderr, and with `--json` as `error`, with the message and, where it is known, `file`, `line` and `column`.
+
+| code | exit | what it means | what to do |
+|---|---|---|---|
+)";
+
+bool MayRefuse(const FindingKind& kind) { return kind.outcome != Outcome::kConverged; }
+
+/// "warning", or "warning or refusal" of one that refuses in some runs.
+std::string SeverityOf(const FindingKind& kind) {
+  const bool depends = kind.severity != Severity::kRefusal && MayRefuse(kind);
+  return depends ? "warning or refusal" : std::string(SeverityName(kind.severity));
+}
+
+std::string PageRow(std::string_view code,
+                    const std::string& grade,
+                    std::string_view meaning,
+                    std::string_view remedy) {
+  std::string row = "| `";
+  row.append(code).append("` | ").append(grade).append(" | ").append(meaning).append(" | ");
+  return row.append(remedy).append(" |\n");
+}
+
+/// docs/reasons.md.
+std::string Page() {
+  std::string page(kFindingsHead);
+  for (const FindingKind& kind : FindingKinds()) {
+    page += PageRow(kind.name, SeverityOf(kind), kind.meaning, kind.remedy);
+  }
+  page += kErrorsHead;
+  for (const ErrorInfo& info : AllErrorCodes()) {
+    page +=
+        PageRow(info.name, std::to_string(static_cast<int>(info.kind)), info.meaning, info.remedy);
+  }
+  return page;
+}
+
+std::string Paragraph(std::string_view name,
+                      const std::string& grade,
+                      std::string_view meaning,
+                      std::string_view remedy) {
+  std::string text = std::string(name) + ": " + grade + '\n' + Wrapped(std::string(meaning) + '.');
+  if (!remedy.empty()) text += Wrapped("What to do: " + std::string(remedy) + '.');
+  return text;
+}
+
+/// A code may be that of a finding and that of an error.
+VerbResult Explained(const std::vector<std::string>& codes) {
+  const auto is_asked = [&codes](std::string_view name) {
+    return codes.empty() || std::find(codes.begin(), codes.end(), name) != codes.end();
+  };
+  VerbResult result{.result = {{"findings", Json::array()}, {"errors", Json::array()}}};
+  for (const FindingKind& kind : FindingKinds()) {
+    if (!is_asked(kind.name)) continue;
+    result.text += Paragraph(kind.name, SeverityOf(kind), kind.meaning, kind.remedy);
+    if (MayRefuse(kind)) {
+      result.text += Wrapped("An operator: " + std::string(kind.operator_remedy) + '.');
+    }
+    result.result["findings"].push_back({{"code", kind.name},
+                                         {"severity", SeverityName(kind.severity)},
+                                         {"may_refuse", MayRefuse(kind)},
+                                         {"meaning", kind.meaning},
+                                         {"remedy", kind.remedy},
+                                         {"operator_remedy", kind.operator_remedy}});
+  }
+  for (const ErrorInfo& info : AllErrorCodes()) {
+    if (!is_asked(info.name)) continue;
+    const int exit_code = static_cast<int>(info.kind);
+    result.text += Paragraph(
+        info.name, "error, exit code " + std::to_string(exit_code), info.meaning, info.remedy);
+    result.result["errors"].push_back({{"code", info.name},
+                                       {"exit", exit_code},
+                                       {"meaning", info.meaning},
+                                       {"remedy", info.remedy}});
+  }
+  if (codes.empty()) result.text = Page();
+  return result;
+}
+
+std::vector<std::string> AllCodes() {
+  std::vector<std::string> codes;
+  for (const FindingKind& kind : FindingKinds()) codes.emplace_back(kind.name);
+  for (const ErrorInfo& info : AllErrorCodes()) codes.emplace_back(info.name);
+  return codes;
+}
+
+Result<VerbResult> RunExplain(const std::vector<std::string>& codes) {
+  const std::vector<std::string> known = AllCodes();
+  for (const std::string& code : codes) {
+    if (std::find(known.begin(), known.end(), code) != known.end()) continue;
+    return Error(ErrorCode::kUnknownName,
+                 "`" + code + "` is not a code" + DidYouMean(code, {known.begin(), known.end()}) +
+                     "; `truetriad explain` lists them");
+  }
+  return Explained(codes);
+}
+
+}  // namespace
+
+Command ExplainCommand() {
+  return {
+      .name = "explain",
+      .summary = "What does a finding or an error mean, and what do I do about it?",
+      .examples = R"(build/truetriad explain clock-offset unknown-key)",
+      .details =
+          R"(CODE is what stands behind a finding in reports, and `code` in calibration.yaml and JSON. Without one
+it lists all, as docs/reasons.md does.
+)",
+      .values = {{"code", AllCodes()}},
+      .more_words = "code",
+      .run = RunExplain};
+}
+
+}  // namespace truetriad
