@@ -139,7 +139,7 @@ Status StreamAnalysis::CheckCurves() const {
   if (curves_[0].longest_stretch() < kFewestSamples) {
     return Error(ErrorCode::kNotEnoughData,
                  {info_.file},
-                 "the longest stretch of the " + Name() + " without a gap has " +
+                 "the longest part of the " + Name() + " without a gap has " +
                      std::to_string(curves_[0].longest_stretch()) +
                      " samples; an Allan deviation needs " + std::to_string(kFewestSamples) +
                      ", and about an hour at rest to be useful");

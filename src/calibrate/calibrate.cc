@@ -266,6 +266,15 @@ int Settle(const CalibrateOptions& options,
   return rounds;
 }
 
+PoseGraph GraphAt(const CalibrateOptions& options,
+                  const StartValues& start,
+                  std::vector<PoseNode> nodes) {
+  PoseGraph graph;
+  graph.nodes = std::move(nodes);
+  LayOutParameters(options, start, &graph);
+  return graph;
+}
+
 std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,
                                        const NoiseState& noise,
                                        const PoseGraph& graph) {
@@ -274,7 +283,7 @@ std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,
   return FindRivalAlignment(options, noise.estimate, graph);
 }
 
-// Of rests, rows or known attitudes.
+// Calibrates from rests, rows or known attitudes.
 Result<CalibrationSummary> CalibratePoses(const PoseSet& poses,
                                           const CalibrateOptions& options,
                                           CalibrationSummary summary,
@@ -296,9 +305,7 @@ Result<CalibrationSummary> CalibratePoses(const PoseSet& poses,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseNode> nodes, BuildNodes(poses, options, noise.source));
   if (options.initialise.only) {
-    PoseGraph graph;
-    graph.nodes = std::move(nodes);
-    LayOutParameters(options, starts->front(), &graph);
+    const PoseGraph graph = GraphAt(options, starts->front(), std::move(nodes));
     StateStart(poses, options, noise, starts->front(), graph, &calibration);
     return summary;
   }

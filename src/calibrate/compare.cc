@@ -292,8 +292,8 @@ double VarianceOf(const ComparedValues& of_a,
   return of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
 }
 
-// An entry for each parameter that both have. Of these the ones that neither the gauge fixes nor a
-// model of both.
+// Adds an entry for each parameter that both have. Returns those that neither the gauge nor the
+// models of both hold fixed.
 std::vector<CommonParameter> AddEntries(const Calibration& a,
                                         const Calibration& b,
                                         const ComparedValues& of_a,
@@ -382,6 +382,7 @@ Agreement AgreementOf(const Comparison& comparison) {
 }
 
 bool IsTooAlike(const Comparison& comparison) {
+  // Two recordings agree so well, even with σ three times as large, once in a million.
   constexpr double kSigmaFactor = 3.0, kChance = 1e-6;
   if (comparison.dof <= 0) return false;
   const double most = kSigmaFactor * kSigmaFactor * comparison.chi2;

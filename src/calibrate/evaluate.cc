@@ -233,7 +233,9 @@ struct ErrorRatio {
 
   // Few errors are larger by chance, or the noise was found smaller.
   bool IsTooLarge() const {
+    // Good calibrations are called too large once in a thousand.
     constexpr double kByChance = 1e-3;
+    // A stated noise has as many degrees of freedom as make no difference.
     constexpr double kStated = 1e6;
     if (!(ratio > kExpectedErrorRatio)) return false;
     if (count < 1.0) return true;
@@ -283,7 +285,7 @@ std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
   return ratios;
 }
 
-// What one triad's sums come to.
+// States one triad's errors by its sums.
 void StateSums(const Calibration& calibration,
                Triad triad,
                ErrorSums* sum,
@@ -307,7 +309,7 @@ void StateSums(const Calibration& calibration,
   }
 }
 
-// Adds every reading of every pose. What turns are measured against, by pose.
+// Adds every reading of every pose. Returns, by pose, the reading that turns are measured against.
 Result<std::vector<std::optional<EvaluatedReading>>> AddPoses(const PosesLeftOut& left_out,
                                                               const Calibration& calibration,
                                                               const PoseSet& poses,

@@ -49,6 +49,7 @@ Errors LengthErrors(const EvaluationSummary& evaluation, Triad triad) {
 // Whether errors in pairs have different squares by more than chance: u = a + b and v = a - b are
 // correlated then, with t^2 = (n - 1) r^2 / (1 - r^2) ~ F(1, n - 1). Pitman 1939, Morgan 1939.
 bool DifferByMoreThanChance(const Errors& a, const Errors& b) {
+  // Equal calibrations are called different once in a thousand.
   constexpr double kByChance = 1e-3;
   double uu = 0.0, vv = 0.0, uv = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -257,6 +257,7 @@ std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
 // Whether a model without a term leaves so much more that it cannot do without it, however little
 // the larger one leaves to judge it by: F of what both leave over the noise of the rests.
 bool IsFarWorse(const Quality& smaller, const Quality& larger) {
+  // A term that is not there is kept by this once in a thousand.
   constexpr double kFarLevel = 1e-3;
   const double terms = smaller.dof - larger.dof;
   const double left = larger.reduced_chi2_before * larger.dof;

@@ -127,7 +127,7 @@ Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const 
         ErrorCode::kDoesNotMatch,
         {set.source},
         std::string("rates: the ") + (is_first ? "first" : "last") +
-            Format(" eighths of all stretches differ from their middles by %.2g %% of the rate, ",
+            Format(" eighths of all turns differ from their middles by %.2g %% of the rate, ",
                    100.0 * std::abs(share)) +
             "so the table is not at constant speed there, or the sensor has not settled; " +
             (is_first ? "begin them later" : "end them earlier"));

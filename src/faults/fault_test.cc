@@ -19,6 +19,7 @@ namespace {
 constexpr double kSeenShare = 1e-4;
 // A variance is known by more than two degrees of freedom, or F has no mean.
 constexpr double kFewestDof = 3.0;
+// One of fifty tests of nothing is worked out in full.
 constexpr double kWorthALook = 0.02;
 // A component that carries less of a test than this does not decide it.
 constexpr double kCarries = 0.1;

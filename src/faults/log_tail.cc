@@ -7,7 +7,9 @@ namespace truetriad {
 namespace {
 
 constexpr int kMostTerms = 2000;
+// Rounding of a double, and a decade.
 constexpr double kEnough = 1e-14;
+// Stands for zero in a fraction (Lentz 1976).
 constexpr double kTiny = 1e-300;
 // log p differs by about value^2 / (4 dof2): by 1 % at a χ² of 60.
 constexpr double kAsGoodAsKnown = 1e5;

@@ -13,6 +13,7 @@ constexpr int kCosines = 4;
 constexpr std::size_t kFewestToWander = 4 * kCosines;
 // A warm-up has e^-6 of itself left at the run's end.
 constexpr double kWarmUpPerTau = 3.0;
+// One pose by itself is a single pose, not a change.
 constexpr int kFewestPosesAside = 2;
 
 Eigen::VectorXd Centred(Eigen::VectorXd values, const FaultScene& scene) {

@@ -89,8 +89,9 @@ class FaultScene {
     Eigen::Matrix3d S;
     Eigen::Matrix3d turn;  // from the body at the node to what was seen
   };
-  // Of a moment that two turns meet at: rad/s, rad/s^2, in its body frame. No acceleration where
-  // the gyroscope's noise would make much of it.
+  // How the body turns at a moment that two turns meet at: rad/s, rad/s^2, in its frame. The
+  // acceleration is zero where the gyroscope's noise would make much of it; what is along the field
+  // needs the rate alone.
   struct Swing {
     Eigen::Vector3d rate, acceleration;
   };
@@ -103,7 +104,7 @@ class FaultScene {
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
-  // Of one turn; `of_variance`: its variance over that of a turn's mean rate.
+  // The bend over one turn, whose noise has `of_variance` times the variance of a span's mean rate.
   struct RateBend {
     Eigen::Vector3d value;
     double of_variance = 0.0;

@@ -396,7 +396,8 @@ Result<Json> LineJson(Store& store, const std::string& where) {
       const Table last,
       store.Query("SELECT max(created) FROM (SELECT created" + FromWhere("standing", where) +
                   " UNION ALL SELECT created FROM station_check) AS either"));
-  options.now = last.rows[0][0].value_or("");
+  // A station's clock may be ahead.
+  options.now = std::min(last.rows[0][0].value_or(""), TimestampUtc());
   TRUETRIAD_ASSIGN_OR_RETURN(Json summary, Summarise(store, options));
   // Six digits are a pixel of any screen.
   const auto rounded = [](const Json& value) {

@@ -2,7 +2,6 @@
 #include "fleet/line_summary.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <string>

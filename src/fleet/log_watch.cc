@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <map>
 #include <set>
-#include <string_view>
 #include <system_error>
 #include <unordered_map>
 #include <unordered_set>

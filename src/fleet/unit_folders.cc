@@ -286,7 +286,8 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
   const bool is_red = IsRed(unit->final_verdict), is_decided = !unit->disposed_by.empty();
-  if (folders.size() == 1 && !is_decided) return agreement;  // The only run speaks for itself.
+  // The only run speaks for itself. One that counts may have no files.
+  if (folders.size() == 1 && folders.front().run == unit->run && !is_decided) return agreement;
   if (is_red && is_decided) {
     agreement.why = unit->disposed_by + " refused the unit (" + unit->disposed_why + ")";
   } else if (is_red) {

@@ -2,7 +2,6 @@
 #include "fleet/unit_work.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <chrono>
 #include <cstdint>
@@ -255,9 +254,11 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
 }
 
 std::string SerialOfName(const std::string& log) {
-  const fs::path path = fs::absolute(log).lexically_normal();
-  return path.filename() == kManifestName ? path.parent_path().filename().string()
-                                          : path.stem().string();
+  fs::path path = fs::absolute(log).lexically_normal();
+  if (path.filename() == kManifestName) return path.parent_path().filename().string();
+  // A packed log is the log of the same unit.
+  if (EndsIn(path.filename().string(), ".gz")) path = path.stem();
+  return path.stem().string();
 }
 
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {

@@ -112,6 +112,7 @@ std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
   // R of the QR factors with the unconstrained columns (2x 2y 2z 1) first: its last six columns and
   // rows are the square root of the Schur complement, without squaring the condition.
   constexpr int kFree = 4;
+  // Entries of a symmetric matrix.
   constexpr int kQuadratic = 6;
   using Matrix6d = Eigen::Matrix<double, kQuadratic, kQuadratic>;
   MatrixXd ordered(design.rows(), kFree + kQuadratic);

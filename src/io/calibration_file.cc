@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <string_view>
 #include <system_error>

@@ -197,7 +197,7 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
   if (!calibration.IsUsable()) {
     return Error(ErrorCode::kCalibrationNotUsable,
                  "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
-                     "): mend what its findings say, and calibrate again");
+                     "): set right what its findings name, and calibrate again");
   }
   std::vector<Channel> channels;
   for (const Triad triad : kTriads) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/known_motion_file.h"
 
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string_view>
 #include <utility>

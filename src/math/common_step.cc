@@ -9,6 +9,7 @@ namespace {
 
 // Of the largest distance: what binary numbers leave of decimal ones; the finest step that is told.
 constexpr double kRounding = 1e-9;
+// 20 bits, the finest converters of these sensors.
 constexpr double kFinest = 1e-6;
 // Numbers drawn at random share a factor of two with a chance of 2^-kFewest.
 constexpr int kFewest = 6;

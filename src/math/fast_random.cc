@@ -12,6 +12,7 @@ constexpr double kLayerArea = 0.00492867323399;
 
 /// exp(x) for x in [-40, 0]: Taylor's series at x / 64, squared six times. Error below 1e-14.
 constexpr double Exp(double x) {
+  // 64 = 2^6.
   constexpr int kSquarings = 6;
   const double reduced = x / (1 << kSquarings);
   double sum = 1.0;
@@ -24,6 +25,7 @@ constexpr double Density(double x) { return Exp(-0.5 * x * x); }
 
 /// ln(x) for x in (0, 1], through atanh after x has been brought to [0.7, 1.5) by powers of two.
 constexpr double Log(double x) {
+  // ln 2.
   constexpr double kLn2 = 0.693147180559945309417;
   int halvings = 0;
   for (; x < 0.7; x *= 2.0) ++halvings;

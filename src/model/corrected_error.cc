@@ -12,6 +12,7 @@
 namespace truetriad {
 namespace {
 
+// Directions 6.4 deg apart: the worst is found to (3.2 deg)^2 / 2 = 0.16 %.
 constexpr int kDirections = 1000;
 
 using Matrix12d = Eigen::Matrix<double, 12, 12>;

@@ -31,6 +31,7 @@ constexpr double kDipSigmaDeg = 0.20;
 constexpr double kDeclinationSigmaDeg = 0.26;
 constexpr double kDeclinationSigmaDegUt = 5.417;  // Divided by the horizontal strength.
 
+// 1 nT = 1e-3 uT.
 constexpr double kUtPerNt = 1e-3;
 
 // The digits of `text` from `begin` to `end`; nullopt when something else is among them.

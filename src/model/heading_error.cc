@@ -23,6 +23,7 @@ double HeadingOf(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& f
 
 /// d heading / d (specific force, field) by central differences of a millionth.
 RowVector6d Slope(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& field) {
+  // Rounding 1e-16 / 1e-6 and curvature 1e-12 are both below a part in 1e9.
   constexpr double kStep = 1e-6;
   RowVector6d slope;
   for (int i = 0; i < 6; ++i) {

@@ -28,6 +28,7 @@ std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name) {
 }
 
 std::vector<Eigen::Matrix3d> AllAxisMaps() {
+  // 2^3 signs of three axes.
   constexpr int kSigns = 8;
   std::vector<Eigen::Matrix3d> maps;
   std::array<int, 3> columns = {0, 1, 2};

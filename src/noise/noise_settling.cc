@@ -27,11 +27,13 @@ constexpr int kMaxNoiseRounds = 15;
 constexpr int kMostNoisePasses = 3;
 // σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
+// From then on what is left out stays out, so that rounds end.
 constexpr int kReadmittingRounds = 5;
 // Of Gauss-Newton steps between rounds: χ² that one changes the parameters by, when nothing is left
 // of it afterwards; the share of the promised decrease that each must bring.
 constexpr double kSmallStepChi2 = 0.01;
 constexpr double kKeptPromise = 0.5;
+// Rounding of a sum of 1e6 squares.
 constexpr double kCostRounding = 1e-10;
 constexpr int kMostSteps = 4;
 // Change of an excess variance below which it has settled, as a share of the whole variance.

@@ -90,7 +90,7 @@ struct TestsOfOne {
   bool has_rejected = false;
 };
 
-// Those from `first` on. A turn stands by itself.
+// The tests that are of one pose with that at `first`. A turn stands by itself.
 TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, PoseGraph* graph) {
   const bool is_turn = tests[first].component == NoiseComponent::kTurn;
   TestsOfOne found{first, first, false};

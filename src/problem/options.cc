@@ -73,6 +73,7 @@ bool ThermalOptions::is_open() const {
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
 
 Eigen::Vector3d AllanNoise::MeanSigma(double duration_s) const {
+  // The flicker floor of an Allan variance, 2 ln 2 / π of the instability squared (IEEE 952).
   constexpr double kFloorVariance = 2.0 * std::numbers::ln2 / std::numbers::pi;
   return (white_density_raw.cwiseAbs2() / duration_s + kFloorVariance * instability_raw.cwiseAbs2())
       .cwiseSqrt();

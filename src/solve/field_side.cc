@@ -13,6 +13,7 @@
 namespace truetriad {
 
 double FarInChi2(double noise_dof) {
+  // 2 log 1000.
   constexpr double kFar = 13.8;
   return std::isfinite(noise_dof) ? noise_dof * std::expm1(kFar / noise_dof) : kFar;
 }

@@ -29,6 +29,7 @@ void AddTile(const RowTile& tile);
 // tiles, where a general product would spend most of its time on packing.
 template <typename Small, typename In, typename Out>
 void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
+  // Rows and columns of a tile: 9 sums stay in registers.
   constexpr Eigen::Index kTile = 3;
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12> factors = sign * a;
   RowTile tile;

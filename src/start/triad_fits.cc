@@ -52,6 +52,7 @@ std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readin
                                              MatrixModel model,
                                              double radius) {
   constexpr std::size_t kMost = 100;  // of which a fit each is cheap
+  // More wild readings than three are for the robust fit.
   constexpr int kMostSpoilers = 3;
   constexpr std::size_t kFewestDof = 4;
   // With four degrees of freedom one of 20 readings does so in 1 of 1e4 tables.

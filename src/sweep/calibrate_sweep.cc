@@ -26,6 +26,7 @@ namespace {
 
 // A range below this is no sweep.
 constexpr double kLeastRangeDegc = 2.0;
+// Chance makes as much once in two million sweeps.
 constexpr double kHeldGravitySigmas = 5.0;
 // Share of gravity that no ageing explains.
 constexpr double kOtherUnitShare = 0.01;
@@ -125,6 +126,7 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
 
 // Axes of which much more than noise is left.
 void SayUnexplained(const Quality& quality, Findings* findings) {
+  // What is left is five times the noise.
   constexpr double kMuch = 5.0;
   for (const SweepAxis& axis : quality.sweep.axes) {
     const double times = axis.rms_after / axis.noise_sigma;

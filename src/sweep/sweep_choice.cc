@@ -11,15 +11,20 @@
 namespace truetriad {
 namespace {
 
+// Share of a term that no other term explains: with less its σ is doubled.
 constexpr double kFewestOfItsOwn = 0.25;
+// Levels at which a term enters, leaves again, and at which a power beyond a line enters.
 constexpr double kEnterLevel = 0.01;
 constexpr double kLeaveLevel = 0.05;
 constexpr double kHigherLevel = 1e-4;
+// A lag has to lower the held-out error by a twentieth.
 constexpr double kFewerLags = 0.95;
+// Of the recording: longer ones are drift.
 constexpr double kLongestLagShare = 0.25;
 constexpr double kLagRatio = 1.35;
 // Lags of half of an element's temperature beside those of its rate.
 constexpr double kElementShare = 1.0 / 16.0;
+// A cubic is what sweeps are compared with.
 constexpr int kPlainOrder = 3;
 
 // Which of the two lags there are.
@@ -118,6 +123,7 @@ class Chooser {
         terms.knots_degc = knots;
         return WeightedSquareAt(problem_, axis_, terms, {});
       };
+      // Steps of 1.5 % of the range.
       constexpr int kPlaces = 60;
       constexpr double kInner = 0.92;  // of the range: a piece needs data
       double best = 0.0, least = std::numeric_limits<double>::infinity();
@@ -203,6 +209,7 @@ class Chooser {
   // Golden section over the logarithm of one lag, a step of the grid to both sides.
   void RefineOne(const ThermalOptions& terms, double SweepLags::*which, SweepLags* lags) const {
     if (!(lags->*which > 0.0)) return;
+    // (sqrt(5) - 1) / 2.
     constexpr double kGolden = 0.6180339887498949;
     constexpr int kSteps = 14;  // to a thousandth of the interval
     double low = std::log(lags->*which / kLagRatio), high = std::log(lags->*which * kLagRatio);

@@ -16,6 +16,7 @@ namespace {
 
 // Half-width of the kernel that time at a temperature is counted with, and the bins it runs over.
 constexpr double kKernelShare = 1.0 / 20.0;
+// 20 bins in a half-width of the kernel.
 constexpr int kBins = 400;
 // A temperature that was hardly passed weighs no more than if it had this share of its part of
 // time.

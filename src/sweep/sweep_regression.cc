@@ -29,6 +29,7 @@ constexpr double kShareOfItsOwn = 0.1;
 constexpr double kOtherReading = 0.05;
 // Far more than there are terms.
 constexpr int kMostSteps = 60;
+// Rounding of sums of 1e4 products.
 constexpr double kRounding = 1e-12;
 
 constexpr std::array<const char*, kRegressionFactors> kLetters = {"r", "tau", "T'", "A", "A'"};
@@ -123,6 +124,7 @@ class Regression {
                                         .coefficients.head(problem.attitude_count())
                                         .array() +
                                     problem.origin()[axis];
+      // Levels that change by less than a fifth weigh alike.
       constexpr double kMuch = 0.2;
       const Eigen::VectorXd before = levels_;
       if ((level - before).cwiseAbs().maxCoeff() > kMuch * before.cwiseAbs().maxCoeff()) break;

@@ -10,6 +10,7 @@ namespace truetriad {
 // Level at which any term enters that is not there, and above which one leaves again; both are
 // shared by the candidates of the regression (Bonferroni).
 constexpr double kEnterRegression = 0.05;
+// Twice the level of entry, so that no term enters and leaves for ever.
 constexpr double kLeaveRegression = 0.10;
 
 // The full second-order regression of one axis' windows in the factors that `wanted` names: with

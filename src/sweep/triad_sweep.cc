@@ -134,6 +134,7 @@ void SetTerm(const ParameterName& name, double value, TriadCalibration* sensor) 
 // Heating minus cooling of `residuals` in the middle half of the temperatures that both passed; NaN
 // where either is missing.
 double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
+  // Each is 2.5 % of the range.
   constexpr int kTemperatureBins = 40;
   constexpr double kMoving = 0.1;  // of the fastest
   std::array<Eigen::ArrayXd, 2> sum, count;

@@ -17,9 +17,11 @@ namespace {
 
 // Tilts beyond the stated ones are said below the first level, and taken from the second on.
 constexpr double kShownLevel = 1e-4;
+// As fixtures are trusted: one in twenty good ones is given a larger tilt.
 constexpr double kTakenLevel = 0.05;
 // Of the prior's variance, that readings take away at least where they tell of a tilt.
 constexpr double kToldShare = 0.01;
+// The larger tilt is too small once in ten runs.
 constexpr double kTooSmallByChance = 0.1;
 
 // Covariance of a face's tilts, by the free shared coordinates.

@@ -197,6 +197,7 @@ std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
     const Entries entries = sensor.At(tau);
     for (const auto& [component, number] : numbers) {
       if (limit.IsSlope()) {
+        // A cubic over 100 degC adds (0.01 / 100)^2 = 1e-8 of the slope.
         constexpr double kStepDegc = 0.01;
         const double slope =
             (number(sensor.At(tau + kStepDegc)) - number(sensor.At(tau - kStepDegc))) /

@@ -14,14 +14,17 @@ namespace {
 constexpr double kLeastSigmas = 0.2;
 // Variance of k^3 of a step without noise: not all of a step is turned at one rate.
 constexpr double kLeastVariance = 0.01;
+// Noise makes one of 3.5 million steps so large.
 constexpr double kSureSigmas = 5.0;
 // Steps on each side that tell what is usual; what they add to the variance of one.
 constexpr std::size_t kBeside = 4;
+// 1 + 1 / 4: the mean of so many steps beside it.
 constexpr double kWithBeside = 1.25;
 // Two rows that are lost on end.
 constexpr double kMostBeyond = 2.0;
 // What a step shows beyond its neighbours that is neither that nor noise of so many σ.
 constexpr double kFarNoise = 4.0;
+// Fewer do not tell a share.
 constexpr std::size_t kFewestSteps = 50;
 // Every so many steps at most one that stands out: rarer ones are hidden in the noise of most logs.
 constexpr std::size_t kLongestPeriod = 24;

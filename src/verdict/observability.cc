@@ -23,6 +23,7 @@
 namespace truetriad {
 namespace {
 
+// A message names four parameters, and six directions.
 constexpr int kMostNamed = 4;
 constexpr std::size_t kMostDirections = 6;
 // Eigenvalues of the scaled information below this share of the largest are rounding.

@@ -12,6 +12,7 @@
 namespace truetriad {
 namespace {
 
+// Rounding of a product of rotations.
 constexpr double kRounding = 1e-12;
 
 // Place of entry `entry`, counted by rows, of a matrix that is stored by columns.

@@ -30,6 +30,7 @@ constexpr double kRoundingSigmas = 0.5;
 
 // Turns that tell of it, and more than which are rows of a table or of a motion.
 constexpr double kFewestTurns = 8.0;
+// More are rows of a table or of a motion.
 constexpr std::size_t kMostTurns = 1000;
 
 // Stretches in which neither sensor lacks a reading that the other one has.

@@ -154,6 +154,23 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
   EXPECT_EQ(Shell(to_export).exit_code, 0);
 }
 
+// The later log holds nothing: its run has no files.
+TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitWhoseLogCannotBeRead) {
+  WriteUnits(1);
+  const std::string run =
+      kFleetProgram + std::string("run line --report=false --store=a.db --to=px4");
+  ASSERT_EQ(Shell(run).exit_code, 0);
+  const std::string folder = Ask("a.db", "SELECT folder FROM run").at(0);
+  ASSERT_TRUE(fs::exists(folder + "/px4.params"));
+  Shell("for log in line/*.csv; do : > $log; done");
+  EXPECT_THAT(Shell(run).err, HasSubstr("1 exported file is renamed to *.withdrawn"));
+  EXPECT_FALSE(fs::exists(folder + "/px4.params"));
+  const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + folder +
+                                 "/calibration.yaml' --to=px4 --output=u.params");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and is NO RESULT"));
+}
+
 TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   WriteUnits(1);
   const std::string fleet = "run line --report=false -o out --to=px4 --retest-counts=";

@@ -132,6 +132,21 @@ TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {
               HasSubstr("good  FAIL  set it aside (limit:accelerometer.bias."));
 }
 
+TEST_F(FleetWatch, TellsTheOperatorWhatAPersonDecided) {
+  Log("line/u1", 1);
+  const std::string watch =
+      "truetriad fleet watch line -o out --report=false --until-idle=0.1 --jobs=1 ";
+  ASSERT_EQ(Run(watch).exit_code, 0);
+  const std::string refuse = "truetriad fleet dispose u1 --store=out/fleet.db --verdict=FAIL ";
+  ASSERT_EQ(Run(refuse + "--who=QA --why='cracked case'").exit_code, 0);
+  Run("touch line/u1.csv");
+  EXPECT_THAT(Run(watch).err, HasSubstr("u1  FAIL by QA (cracked case): set it aside\n"));
+  // A packed log is of the same unit.
+  Run("gzip line/u1.csv");
+  ASSERT_EQ(Run(watch).exit_code, 0);
+  EXPECT_THAT(Ask("SELECT DISTINCT serial FROM run"), ElementsAre("u1"));
+}
+
 TEST_F(FleetWatch, SaysWhatIsWrongWithTheCall) {
   folder_.Write("one.yaml",
                 "experiment: 1\ndevice: { serial: A1 }\nsensors: { accelerometer: {} }\n");

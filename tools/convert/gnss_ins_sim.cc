@@ -2,11 +2,9 @@
 //
 // What gnss-ins-sim writes, a file a sensor and one of the times, to a recording.
 #include <array>
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>

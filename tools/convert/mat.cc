@@ -389,6 +389,12 @@ class Walk {
   std::vector<double> numbers_;
 };
 
+/// Of more numbers than 2 GB hold: no recording of a sensor.
+bool IsTooLarge(const Variable& variable) {
+  constexpr std::size_t kMostElements = std::size_t{1} << 28U;
+  return variable.columns > 0 && variable.rows > kMostElements / variable.columns;
+}
+
 /// The element that comes next in a file. False: it is not sound. `wanted`: as of Walk; empty:
 /// `take` is called with what it holds.
 bool ReadElement(ByteStream* bytes,
@@ -424,6 +430,7 @@ VariableFile Open5(const std::string& path, ByteStream* bytes, bool is_swapped) 
       again->Skip(position);
       Matrix matrix{.rows = variable.rows, .columns = variable.columns, .values = {}};
       int most = kMostCells;
+      if (IsTooLarge(variable)) return Damaged(path, variable.name);
       ReadElement(again.get(), is_swapped, &most, variable.name, [&](Walk* walk) {
         matrix.values = std::move(walk->numbers());
       });
@@ -495,13 +502,16 @@ Result<Matrix> Read73(const Handle& file,
   std::replace(place.begin(), place.end(), '.', '/');
   const Handle dataset(H5Dopen2(*file, place.c_str(), H5P_DEFAULT));
   // Each number has a byte at least, and zlib packs at most 1032 to 1.
-  constexpr std::size_t kDensest = 1032, kMostElements = std::size_t{1} << 28U;
-  if (!dataset.is_open() || variable.rows > kMostElements / variable.columns ||
-      variable.rows * variable.columns / kDensest > file_size) {
+  constexpr std::size_t kDensest = 1032;
+  const std::size_t count = variable.rows * variable.columns;
+  if (!dataset.is_open() || IsTooLarge(variable) || count / kDensest > file_size) {
     return Damaged(path, variable.name);
   }
+  // A name with a dot may be that of another dataset, in a group.
+  const auto held = H5Sget_simple_extent_npoints(*Handle(H5Dget_space(*dataset)));
+  if (held < 0 || static_cast<std::size_t>(held) != count) return Damaged(path, variable.name);
   Matrix matrix{.rows = variable.rows, .columns = variable.columns, .values = {}};
-  matrix.values.resize(matrix.rows * matrix.columns);
+  matrix.values.resize(count);
   if (H5Dread(*dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, matrix.values.data()) < 0)
     return Damaged(path, variable.name);
   return matrix;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/flags.h"
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>

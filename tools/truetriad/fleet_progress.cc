@@ -95,8 +95,20 @@ std::string_view OperatorRemedy(const fleet::UnitRun& run) {
   return is_cut_off ? "record again" : "call the engineer";
 }
 
-/// "B0003  NO RESULT  record again, hands off while it rests (no-rest)".
-std::string OperatorLine(const fleet::UnitRun& run) {
+/// What another run or a person says of the run's unit, where that is another verdict.
+std::optional<std::string> OverruledBy(const fleet::UnitRun& run,
+                                       const fleet::FleetProgress& progress) {
+  const auto by = progress.overruled.find(run.serial);
+  return by == progress.overruled.end() ? std::nullopt : std::optional(by->second);
+}
+
+/// "B0003  NO RESULT  record again, hands off while it rests (no-rest)", or where it is overruled
+/// "B0003  FAIL by QA (cracked case): set it aside".
+std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& progress) {
+  if (const std::optional<std::string> by = OverruledBy(run, progress)) {
+    // The unit is good where this run is not, and not where it is.
+    return run.serial + "  " + *by + (fleet::IsRed(run.verdict) ? "" : ": set it aside");
+  }
   std::string text = run.serial + "  " + std::string(VerdictWords(run.verdict));
   if (!fleet::IsRed(run.verdict)) return text;
   return text + "  " + std::string(OperatorRemedy(run)) + " (" + run.code + ")";
@@ -204,6 +216,7 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
                {"log", run.log},
                {"verdict", VerdictName(run.verdict)},
                {"code", run.code},
+               {"overruled", OrNull(OverruledBy(run, progress))},
                {"done", progress.done},
                {"units", OrNull(progress.units)},
                {"not_good", progress.red},
@@ -212,7 +225,7 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
     return;
   }
   if (names_all_) {
-    OnNote(OperatorLine(run));
+    OnNote(OperatorLine(run, progress));
   } else if (fleet::IsRed(run.verdict)) {
     OnNote(run.serial + ": " + RedText(run));
   }

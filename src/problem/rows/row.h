@@ -43,6 +43,7 @@ class Row : public ceres::CostFunction {
   std::vector<SharedBlock> shared_blocks_;
 };
 
+// A quaternion, and a unit vector.
 inline constexpr int kAttitudeSize = 4;
 inline constexpr int kDirectionSize = 3;
 

@@ -28,6 +28,7 @@ constexpr double kLostRad = 0.2;
 // noise spoils.
 constexpr double kDifferenceS = 0.04;
 constexpr int kMostRounds = 12;
+// Moves tell clocks to 0.1 ms.
 constexpr double kSettledS = 1e-5;
 // An offset longer than this is no clock's: moves last about a second.
 constexpr double kLongestS = 0.5;

@@ -134,7 +134,8 @@ std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
   }
   if (bends.empty()) return std::nullopt;
   return Finding(FindingCode::kLinearityAssumed,
-                 "σ hold for linear sensors: a bend just too small to show would shift some "
+                 "σ hold for linear sensors: a nonlinearity just too small to be detected would "
+                 "shift some "
                  "parameter by " +
                      Listed(bends))
       .With("shift", largest);

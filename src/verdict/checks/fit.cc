@@ -27,6 +27,7 @@ constexpr double kWorthless = 10.0;
 
 // The parameters whose variance came out negative, the first few; empty when none did.
 std::string WithoutVariance(const NamedCovariance& covariance) {
+  // A message names three.
   constexpr int kNamed = 3;
   std::string names;
   int count = 0;
@@ -164,7 +165,7 @@ Findings CheckStillDetermined(const PoseGraph& graph,
   Finding finding(FindingCode::kPoorlyKnown,
                   "with all that the other findings name, " + least.name +
                       Format(" is known to %.2g %% only", 100.0 * least.share),
-                  "mend what they name first");
+                  "set right what they name first");
   finding.With("share", least.share);
   if (least.share > kWorthless * limit) finding.As(Severity::kRefusal);
   return {finding};

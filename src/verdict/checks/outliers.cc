@@ -57,7 +57,9 @@ Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
 
 // Single outliers happen; more of them were made by something, which may be in other poses too.
 Findings CheckRejectedPoses(const SettledRun&, const SolvedRun& solved) {
+  // One in twenty poses.
   constexpr double kMuchShare = 0.05;
+  // A message names eight.
   constexpr std::size_t kNamed = 8;
   const auto poses = static_cast<double>(solved.stated.quality.poses);
   Findings findings;

@@ -18,6 +18,7 @@ constexpr double kSmoothShare = 0.35;
 // Rests one after the other are off by themselves. A correlation that is so high, and so many σ
 // from what chance makes of it (1 / sqrt(rows)), is that of hands, lever arms and turns.
 constexpr double kCorrelated = 0.3;
+// Chance makes as much once in two million tables.
 constexpr double kCorrelatedSigmas = 5.0;
 // What is further off than so many σ counts as so far.
 constexpr double kMostSigmas = 3.0;

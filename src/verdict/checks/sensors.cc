@@ -34,6 +34,7 @@ Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
 }
 
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
+  // The noise that is assumed at least stands for itself up to twice its size.
   constexpr double kHardlyMore = 2.0;
   Findings findings;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {

@@ -25,6 +25,7 @@ constexpr double kDriftLevel = 0.01;
 constexpr double kRoundingShare = 1e-6;
 // Width of a setting: a share of the range, and what a thermometer may scatter by.
 constexpr double kSameSetting = 0.05;
+// What a thermometer may scatter by.
 constexpr double kSameDegc = 1.0;
 
 double WidthOf(double range_degc) { return std::max(kSameSetting * range_degc, kSameDegc); }

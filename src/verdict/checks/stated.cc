@@ -15,6 +15,7 @@
 namespace truetriad {
 
 Findings CheckStatedNoise(const SettledRun&, const SolvedRun& solved) {
+  // A noise that is stated rightly is doubted once in ten thousand runs.
   constexpr double kByChance = 1e-4;
   // Of its size; less hardly matters, however many readings tell it.
   constexpr double kMuchMore = 1.2;

@@ -32,6 +32,7 @@ constexpr double kTurnedRad = 0.35;
 // Half of the turns are explained so well by a gyroscope before calibration: gains off by a tenth
 // in half a turn. A factor that explains them thrice as well as what is stated is the right one.
 constexpr double kExplainedRad = 0.3;
+// Of the angle that a factor leaves.
 constexpr double kBetterBy = 3.0;
 // Turns that scatter more tell nothing of a gyroscope: they wrap around.
 constexpr double kMostTurnScatterRad = 0.3;

@@ -25,6 +25,7 @@ constexpr double kMostGain = 1.3;
 constexpr double kOddGain = 5.0;
 // One axis against the other two: makers leave less, and soft iron seldom more than the second.
 constexpr double kOddAxis = 1.6;
+// Soft iron does not triple one axis.
 constexpr double kWrongAxis = 3.0;
 // Bias and hand leave this much of gravity's length.
 constexpr double kMostForce = 3.0;
@@ -33,6 +34,7 @@ constexpr double kUnitFactor = 1.25;
 // The Earth's field at its surface is 22 to 67 uT; in a building it may be half or double that.
 constexpr double kWeakestFieldUt = 20.0, kStrongestFieldUt = 70.0;
 constexpr double kIndoors = 2.0;
+// It names a unit, which a factor of two does not confuse.
 constexpr double kTypicalFieldUt = 50.0;
 // No hand turns a unit so slowly that fewer readings a second follow it, no gyroscope is read
 // oftener.
@@ -41,12 +43,14 @@ constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
 constexpr double kShortestRecordingS = 10.0;
 // Nobody holds a unit for ten minutes an attitude, but in a chamber.
 constexpr double kEndlessRestS = 600.0;
+// Fewer may be long by chance.
 constexpr std::size_t kManyRests = 6;
 // What electronics are used at.
 constexpr double kColdestDegc = -100.0, kHottestDegc = 200.0;
 // Lengths that noise, bias and gains scatter less than this are computed ones: a hundredth of what
 // the best sensors leave raw. Where readings are rounded, up to ten times as much.
 constexpr double kConstantLength = 1e-4;
+// Ten times as much.
 constexpr double kRoundedLength = 1e-3;
 // Readings of one length that turn have this share of it between the ends of each axis.
 constexpr double kTurnedShare = 0.5;
@@ -130,6 +134,7 @@ bool AreRestsEndless(const PoseSet& poses) {
 // " (ms as s?)": the nearest unit that makes it a rate that sensors are read at, and a recording of
 // rests and turns; "" without one.
 std::string TimeGuess(double rate_hz, double duration_s) {
+  // Rates that inertial sensors are logged at.
   constexpr double kLowHz = 5.0, kHighHz = 1e4;
   constexpr std::array<std::string_view, 3> kFinerThanS = {"ms", "us", "ns"};
   double factor = 1.0;
