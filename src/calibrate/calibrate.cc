@@ -120,6 +120,16 @@ Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const Calibrat
   return more;
 }
 
+// The graph of the nodes, laid out at the start values.
+PoseGraph GraphAt(const CalibrateOptions& options,
+                  const StartValues& start,
+                  std::vector<PoseNode> nodes) {
+  PoseGraph graph;
+  graph.nodes = std::move(nodes);
+  LayOutParameters(options, start, &graph);
+  return graph;
+}
+
 // Rival starts (a magnetometer's rotation may have several) are all refined; the best fit wins, by
 // a measure that three poses beside a magnet do not decide. Unset when none could be refined.
 std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
@@ -131,9 +141,7 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
   std::optional<PoseGraph> best;
   double best_misfit = std::numeric_limits<double>::infinity();
   for (const StartValues& start : starts) {
-    PoseGraph graph;
-    graph.nodes = &start == &starts.back() ? std::move(nodes) : nodes;
-    LayOutParameters(options, start, &graph);
+    PoseGraph graph = GraphAt(options, start, &start == &starts.back() ? std::move(nodes) : nodes);
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
@@ -264,15 +272,6 @@ int Settle(const CalibrateOptions& options,
     rounds += SettleNoise(options.robust, noise, graph, log, &known);
   }
   return rounds;
-}
-
-PoseGraph GraphAt(const CalibrateOptions& options,
-                  const StartValues& start,
-                  std::vector<PoseNode> nodes) {
-  PoseGraph graph;
-  graph.nodes = std::move(nodes);
-  LayOutParameters(options, start, &graph);
-  return graph;
 }
 
 std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,

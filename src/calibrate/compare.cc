@@ -14,7 +14,6 @@
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
-#include "truetriad/calibrate/compare.h"
 #include "verdict/presentation.h"
 #include "verdict/reference_temperature.h"
 

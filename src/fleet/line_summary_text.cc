@@ -190,7 +190,7 @@ std::vector<Section> LimitsSections(Trees limits) {
                           {"of calibration", 'r', "/calibration_sigma", Digits<2>},
                           {"upper", 'r', "/upper", Known<Digits<4>>},
                           {"unit", 'l', "/unit", Unit}})};
-  // Of one unit there is none.
+  // One unit has no Ppk.
   limits.erase(std::find_if(limits.begin(),
                             limits.end(),
                             [&](const Json& quantity) { return std::isnan(ppk_of(quantity)); }),

@@ -109,7 +109,7 @@ void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   });
 }
 
-// What is known of the attitude that `node` has.
+// Gives the node the attitude that is known of its pose, exactly or with a σ.
 Status TakeGivenAttitude(const PoseSet& poses, const StaticPose& pose, PoseNode* node) {
   if (!pose.attitude) {
     return Error(ErrorCode::kDoesNotMatch,
