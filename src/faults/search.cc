@@ -15,6 +15,7 @@
 #include "faults/taken_model.h"
 #include "math/dense/cholesky.h"
 #include "math/dense/products.h"
+#include "noise/deletion.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
@@ -89,11 +90,13 @@ class FaultSearch {
   FaultSearch(const std::vector<StatedFault>& stated, PoseGraph* graph, NoiseState* noise)
       : stated_(stated), graph_(graph), noise_(noise), model_(graph, noise) {}
 
-  FaultFindings Run();
+  // `takes_doubtful`: where none is clear, the clearest of those that are not to be ruled out.
+  FaultFindings Run(bool takes_doubtful = false);
   // To where another step changes nothing that anybody would see; false where steps lead nowhere.
   bool Settle();
-  // After Run: of all readings, those that were left out each with a variance of its own.
-  double log_likelihood() const { return log_likelihood_; }
+  // After Run: log of how likely all readings are, those that were left out each with a variance of
+  // its own, less log of how many faults, or readings, could have been the one.
+  double log_evidence() const { return log_evidence_; }
 
  private:
   bool IsOfTemperature(const FaultKind& kind, Triad triad) const;
@@ -108,6 +111,7 @@ class FaultSearch {
   void TestInFull(Candidate* candidate);
   double KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T) const;
   Candidate* Clearest();
+  Candidate* Doubtful();
   double Confirmed(const Candidate& candidate);
   void TakeIn(Candidate* candidate);
   void TryWith(Candidate* candidate);
@@ -130,7 +134,7 @@ class FaultSearch {
   void StateTaken();
   void StateCovariance();
   bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
-  double BesideWeights() const;
+  double LogPrior() const;
   void StateNotes();
   void StateWidening();
   void StateMisfit();
@@ -147,7 +151,7 @@ class FaultSearch {
   std::vector<Taken> taken_;
   std::vector<Taken> left_in_;  // shown, but no correction of them leads anywhere
   double lost_rows_level_ = 0.0;
-  double log_likelihood_ = 0.0;
+  double log_evidence_ = 0.0;
   FaultFindings findings_;
 };
 
@@ -343,6 +347,19 @@ Candidate* FaultSearch::Clearest() {
     if (!confirmed.insert(best).second) return best;
     best->test.log_p = std::max(best->test.log_p, Confirmed(*best));
   }
+}
+
+// Of those that chance makes in less than one of a hundred runs each, but for single poses and
+// turns; null where there is none.
+Candidate* FaultSearch::Doubtful() {
+  Candidate* best = nullptr;
+  for (Candidate& candidate : candidates_) {
+    if (!candidate.is_active || candidate.test.rank == 0) continue;
+    if (candidate.kind->shape == FaultShape::kOnce) continue;
+    if (candidate.test.log_p >= std::log(kNoteLevel)) continue;
+    if (best == nullptr || candidate.Score() < best->Score()) best = &candidate;
+  }
+  return best;
 }
 
 FaultPlace FaultSearch::PlaceOf(const Candidate& candidate) const {
@@ -698,32 +715,40 @@ void FaultSearch::TryWith(Candidate* candidate) {
   LookAtScene();
 }
 
-// What was left out keeps a weight of next to nothing, which the likelihood takes for a variance.
-// The likeliest one of its own, |r|^2 / 3 in its noise, takes its place. What was fitted so, as the
-// σ of a fault was, costs one each (Akaike 1974).
-double FaultSearch::BesideWeights() const {
-  auto beyond = -static_cast<double>(taken_.size());
+// Each fault was one of its positions and one of all faults, each reading that was left out one of
+// all readings, and what was fitted of both, a σ, costs one (Akaike 1974). What was left out keeps
+// a weight w of next to nothing, which the likelihood takes for a variance: 1/2 rank log w, where
+// `rank` directions of it are told by anything else. The likeliest variance of its own,
+// |r|^2 / rank in its noise, takes its place.
+double FaultSearch::LogPrior() const {
+  double sum = 0.0;
+  for (const Taken& taken : taken_) {
+    sum += candidates_[taken.candidate].log_level - std::log(kLevelOfRun) - 1.0;
+  }
   const FaultSystem& system = model_.system();
-  const auto replace = [&](double weight, Eigen::Index row) {
-    const double square = system.WhitenedSquare(row) / weight;
-    beyond += 0.5 * (-3.0 * std::log(weight) - 3.0 * std::log(std::max(square / 3.0, 1.0)) - 3.0);
-    beyond -= 1.0;
-  };
-  for (std::size_t k = 0; k < graph_->nodes.size(); ++k) {
-    Eigen::Index row = system.factors()[k].row;
-    for (const Observation& seen : graph_->nodes[k].observations) {
-      if (seen.rejected) replace(seen.weight, row);
-      row += 3;
-    }
+  const std::vector<DeletionTest> tests = DeletionTests(*graph_, system);
+  for (const DeletionTest& test : tests) {
+    const bool is_turn = test.component == NoiseComponent::kTurn;
+    const auto [weight, is_rejected] = [&]() -> std::pair<double, bool> {
+      if (is_turn) {
+        const IncrementEdge& edge = graph_->increments[test.observation];
+        return {edge.weight, edge.rejected};
+      }
+      const Observation& seen = graph_->nodes[test.node].observations[test.observation];
+      return {seen.weight, seen.rejected};
+    }();
+    if (!is_rejected || test.rank == 0) continue;
+    const Eigen::Index row =
+        is_turn ? system.factors()[graph_->nodes.size() + test.observation].row
+                : system.factors()[test.node].row + 3 * static_cast<Eigen::Index>(test.observation);
+    const double own = std::max(system.WhitenedSquare(row) / weight / test.rank, 1.0);
+    sum -= 0.5 * test.rank * (std::log(weight) + std::log(own) + 1.0);
+    sum -= std::log(static_cast<double>(tests.size())) + 1.0;
   }
-  for (std::size_t i = 0; i < graph_->increments.size(); ++i) {
-    const IncrementEdge& edge = graph_->increments[i];
-    if (edge.rejected) replace(edge.weight, system.factors()[graph_->nodes.size() + i].row);
-  }
-  return beyond;
+  return sum;
 }
 
-FaultFindings FaultSearch::Run() {
+FaultFindings FaultSearch::Run(bool takes_doubtful) {
   ListCandidates();
   if (!stated_.empty()) {
     StateWidening();
@@ -734,7 +759,8 @@ FaultFindings FaultSearch::Run() {
   ShareBudget();
   while (!candidates_.empty()) {
     TestAll();
-    Candidate* const clearest = taken_.size() < kMostFaults ? Clearest() : nullptr;
+    Candidate* clearest = taken_.size() < kMostFaults ? Clearest() : nullptr;
+    if (clearest == nullptr && takes_doubtful && taken_.empty()) clearest = Doubtful();
     if (!TakeLostRows(clearest != nullptr ? clearest->Score() : 0.0)) {
       if (clearest == nullptr) break;
       TryWith(clearest);
@@ -747,17 +773,23 @@ FaultFindings FaultSearch::Run() {
   StateTaken();
   StateCovariance();
   if (HasChanged()) model_.StateEstimate();
-  log_likelihood_ = model_.system().LogLikelihood() + BesideWeights();
+  log_evidence_ = model_.system().LogLikelihood() + LogPrior();
   StateMisfit();
   return std::move(findings_);
 }
 
-bool HasRejected(const PoseGraph& graph) {
-  const auto is_rejected = [](const auto& one) { return one.rejected; };
-  return std::any_of(graph.increments.begin(), graph.increments.end(), is_rejected) ||
-         std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const PoseNode& node) {
-           return std::any_of(node.observations.begin(), node.observations.end(), is_rejected);
-         });
+// Numbers of the poses with readings, or before turns, that were left out.
+std::vector<int> LeftOut(const PoseGraph& graph) {
+  std::set<int> poses;
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& seen : node.observations) {
+      if (seen.rejected) poses.insert(node.number);
+    }
+  }
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.rejected) poses.insert(graph.nodes[edge.from].number);
+  }
+  return {poses.begin(), poses.end()};
 }
 
 // What was left out counts again, and all counts whole.
@@ -803,7 +835,8 @@ std::vector<StatedFault> FaceCurvatures(const PoseGraph& graph, const Eigen::Mat
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
                          NoiseState* noise) {
-  if (!HasRejected(*graph)) return FaultSearch(stated, graph, noise).Run();
+  const std::vector<int> left_out = LeftOut(*graph);
+  if (left_out.empty()) return FaultSearch(stated, graph, noise).Run();
   PoseGraph all = *graph;
   NoiseState noise_of_all = *noise;
   FaultSearch search(stated, graph, noise);
@@ -811,16 +844,33 @@ FaultFindings FindFaults(const std::vector<StatedFault>& stated,
   Readmit(&all);
   FaultSearch of_all(stated, &all, &noise_of_all);
   if (!of_all.Settle()) return found;
-  FaultFindings found_in_all = of_all.Run();
+  FaultFindings found_in_all = of_all.Run(true);
   // Single poses that are off are what was left out already.
-  const bool is_more = std::any_of(
-      found_in_all.faults.begin(), found_in_all.faults.end(), [](const TakenFault& fault) {
-        return fault.place.kind->shape != FaultShape::kOnce;
-      });
-  if (!is_more || !(of_all.log_likelihood() > search.log_likelihood())) return found;
-  *graph = std::move(all);
-  *noise = std::move(noise_of_all);
-  return found_in_all;
+  const auto is_more = [](const TakenFault& fault) {
+    return fault.place.kind->shape != FaultShape::kOnce;
+  };
+  const double log_odds = of_all.log_evidence() - search.log_evidence();
+  if (std::none_of(found_in_all.faults.begin(), found_in_all.faults.end(), is_more) ||
+      !(log_odds > -kRivalLogOdds)) {
+    return found;
+  }
+  const Eigen::VectorXd apart = graph->layout.basis.transpose() * (all.shared - graph->shared);
+  if (log_odds > 0.0) {
+    *graph = std::move(all);
+    *noise = std::move(noise_of_all);
+    found = std::move(found_in_all);
+    if (log_odds > kRivalLogOdds) return found;
+    for (TakenFault& fault : found.faults) fault.left_out_instead = left_out;
+  } else {
+    for (TakenFault& fault : found_in_all.faults) {
+      if (!is_more(fault)) continue;
+      fault.is_corrected = false;
+      fault.left_out_instead = left_out;
+      found.faults.push_back(std::move(fault));
+    }
+  }
+  found.beyond += apart * apart.transpose();
+  return found;
 }
 
 }  // namespace truetriad

@@ -65,6 +65,12 @@ FaultWords WordsOf(const TakenFault& fault, const PerTriad<std::string>& raw_uni
   words.chance = ChanceOf(fault.log_p);
   words.shift = Format("left in, it would move a parameter by %.1f of its σ", fault.shift_sigmas);
   for (const FaultPlace& rival : fault.rivals) words.rivals.push_back(WordsOf(rival));
+  std::vector<std::string> poses;
+  for (const int pose : fault.left_out_instead) poses.push_back(std::to_string(pose));
+  if (!poses.empty()) {
+    words.rivals.push_back((poses.size() == 1 ? "pose " : "poses ") + Listed(poses) +
+                           " alone being off");
+  }
   words.remedy = kind.remedy;
   return words;
 }

@@ -33,7 +33,15 @@ struct TrialPlan {
   bool is_exact = false;
   bool states_covariances = true;
   bool has_faces = false;  // four rests on each face of a block, the accelerometer alone
+  bool is_accelerometer_alone = false;  // with a face, edge or corner of a cube up
 };
+
+// The accelerometer alone, in attitudes that are still to be stated.
+inline void MeasureNoField(FaultTrial* trial) {
+  trial->options.triads[Triad::kMagnetometer].enabled = false;
+  trial->unit.models[Triad::kMagnetometer].reset();
+  trial->attitudes.clear();
+}
 
 // Faces off by tilts of as much as is stated, rests by their seats.
 inline void SitOnFaces(FaultTrial* trial, Random* random) {
@@ -41,9 +49,7 @@ inline void SitOnFaces(FaultTrial* trial, Random* random) {
   AttitudeOptions& block = trial->options.attitudes;
   block.kind = AttitudeKind::kSixFace;
   trial->options.gauge = Gauge::kFixture;
-  trial->options.triads[Triad::kMagnetometer].enabled = false;
-  trial->unit.models[Triad::kMagnetometer].reset();
-  trial->attitudes.clear();
+  MeasureNoField(trial);
   const auto scatter = [random](double sigma_deg) {
     return Eigen::Vector2d(sigma_deg * kRadPerDeg * random->Normal3().head<2>());
   };
@@ -55,6 +61,15 @@ inline void SitOnFaces(FaultTrial* trial, Random* random) {
           FaceAxes(face) * Eigen::Vector3d(std::sqrt(1.0 - off.squaredNorm()), off[0], off[1]);
       trial->attitudes.push_back(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()));
     }
+  }
+}
+
+inline void StandOnACube(FaultTrial* trial) {
+  MeasureNoField(trial);
+  for (int i = 0; i < 27; ++i) {
+    const Eigen::Vector3d up(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
+    if (up.isZero()) continue;
+    trial->attitudes.push_back(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()));
   }
 }
 
@@ -78,6 +93,7 @@ inline FaultTrial MakeFaultTrial(const TrialPlan& plan, Random* random) {
     trial.noise.excess_sigma[triad] = plan.scatter * trial.noise.rest_sigma[triad];
   }
   if (plan.has_faces) SitOnFaces(&trial, random);
+  if (plan.is_accelerometer_alone) StandOnACube(&trial);
   SyntheticNoise drawn = trial.noise;
   if (plan.is_exact) drawn.rest_sigma = drawn.excess_sigma = {};
   trial.poses = SimulatePoses(trial.unit, trial.attitudes, drawn, random);
