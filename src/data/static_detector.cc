@@ -25,6 +25,8 @@ constexpr double kPersistentLevels = 4.0 / kLevelStep;
 // A number that holds over less than a factor of 4 in variance is an accident.
 constexpr double kFewestLevels = 2.0 / kLevelStep;
 
+// A mean that its noise explains has not moved.
+constexpr double kNoiseSigmas = 4.0;
 // The mean of a rest may move by 1 % of the range, that is 1.1 deg of 2 g: averaging over such a
 // turn shortens the mean of a unit vector by 2e-5 only.
 constexpr double kSteadyShare = 0.01;
@@ -56,6 +58,35 @@ Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
     samples += count;
   }
   return origin + sum / std::max(samples, 1.0);
+}
+
+// Variance of that mean by how readings scatter within windows: a spike counts, a slow turn does
+// not.
+Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
+                              std::size_t begin,
+                              std::size_t end) {
+  Eigen::Array3d scatter = Eigen::Array3d::Zero();
+  double samples = 0.0, dof = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    scatter += windows[i].scatter_raw.diagonal().array();
+    samples += static_cast<double>(windows[i].count);
+    dof += static_cast<double>(windows[i].count - 1);
+  }
+  return scatter / std::max(dof, 1.0) / std::max(samples, 1.0);
+}
+
+// How little of that is motion: 1 where means of neighbouring windows differ by what readings
+// within them make white noise to be, and less the more they differ by: a hand that trembles, or
+// turns.
+Eigen::Array3d WhiteShareOf(const std::vector<TriadWindow>& windows,
+                            std::size_t begin,
+                            std::size_t end) {
+  Eigen::Array3d differences = Eigen::Array3d::Zero(), noise = Eigen::Array3d::Zero();
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    differences += (windows[i].mean_raw - windows[i - 1].mean_raw).array().square();
+    noise += MeanVarianceOf(windows, i - 1, i) + MeanVarianceOf(windows, i, i + 1);
+  }
+  return (differences > noise).select(noise / differences, Eigen::Array3d::Ones()).square();
 }
 
 double SamplesIn(const std::vector<TriadWindow>& windows, const WindowRun& run) {
@@ -261,8 +292,13 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   const std::size_t middle = begin + (end - begin - kSpan) / 2;
   const Eigen::Vector3d core = MeanOf(windows, middle, middle + kSpan);
   const auto is_away = [&](std::size_t at) {
-    return (MeanOf(windows, at, at + kSpan) - core).cwiseAbs().maxCoeff() > 0.5 * limit_raw &&
-           Acts(Mechanism::kSteadyRests);
+    const Eigen::Array3d moved = (MeanOf(windows, at, at + kSpan) - core).array().square();
+    const double limit = 0.25 * limit_raw * limit_raw;
+    if (!(moved.maxCoeff() > limit) || !Acts(Mechanism::kSteadyRests)) return false;
+    const Eigen::Array3d noise =
+        MeanVarianceOf(windows, at, at + kSpan) + MeanVarianceOf(windows, middle, middle + kSpan);
+    const Eigen::Array3d share = WhiteShareOf(windows, begin, end);
+    return (moved - kNoiseSigmas * kNoiseSigmas * noise * share).maxCoeff() > limit;
   };
   WindowRun cut = *run;
   while (cut.first < middle && is_away(cut.first)) ++cut.first;
@@ -284,18 +320,14 @@ void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows, Window
   const auto deviation = [&](std::size_t at) -> Eigen::Array3d {
     return (MeanOf(windows, at, at + kSpan) - mean).cwiseAbs();
   };
-  Eigen::Array3d wander = Eigen::Array3d::Zero(), noise = Eigen::Array3d::Zero();
-  double spans = 0.0, samples = 0.0, dof = 0.0;
-  for (std::size_t at = core.first; at + kSpan <= core.second; at += kSpan, spans += 1.0) {
-    wander += deviation(at).square();
-    for (std::size_t i = at; i < at + kSpan; ++i) {
-      noise += windows[i].scatter_raw.diagonal().array();
-      samples += static_cast<double>(windows[i].count);
-      dof += static_cast<double>(windows[i].count - 1);
-    }
+  Eigen::Array3d wander = Eigen::Array3d::Zero();
+  double spans = 0.0;
+  std::size_t end = core.first;
+  for (; end + kSpan <= core.second; end += kSpan, spans += 1.0) {
+    wander += deviation(end).square();
   }
-  const Eigen::Array3d span_noise = noise / std::max(dof, 1.0) * (spans / samples);
-  const Eigen::Array3d limit = 4.0 * (wander / spans).max(span_noise).sqrt();
+  const Eigen::Array3d span_noise = spans * MeanVarianceOf(windows, core.first, end);
+  const Eigen::Array3d limit = kNoiseSigmas * (wander / spans).max(span_noise).sqrt();
   const auto is_away = [&](std::size_t at) {
     return (deviation(at) > limit).any() && Acts(Mechanism::kSettlingEnds);
   };

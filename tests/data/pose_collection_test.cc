@@ -277,6 +277,20 @@ TEST(StaticDetection, TakesSlowDriftForRestButNotSlowRotation) {
   }
 }
 
+// Means of spans move then by more than a rest may: by as much as their noise makes them.
+TEST(StaticDetection, TakesNoiseAndSpikesForNoMotion) {
+  for (const bool has_spikes : {false, true}) {
+    SyntheticRecording recording;
+    for (int i = 0; i < 12; ++i) recording.Rest(4.0, has_spikes ? 1.0 : 15.0), recording.Handle();
+    if (has_spikes) {
+      for (std::size_t i = 20; i < recording.accel.x.size(); i += 97) recording.accel.x[i] += 15.0;
+    }
+    const Result<PoseSet> set = Collect({recording.accel});
+    ASSERT_TRUE(set) << set.error().message;
+    EXPECT_EQ(set->poses.size(), 12u);
+  }
+}
+
 TEST(StaticDetection, SeesATurnAboutTheVerticalWithTheGyroscope) {
   SyntheticRecording recording;
   for (int i = 0; i < 5; ++i) recording.Rest(4.0), recording.Handle();
