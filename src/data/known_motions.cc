@@ -62,8 +62,9 @@ Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
 }
 
 // A rate that is held is as large at the ends of its stretch as in the middle. What differs by more
-// than this share of it, and by so many times what the middle wanders by, is a table that gathers
-// speed: an eighth of it would move the mean by an eighth of the share.
+// than this share of it, and by so many times what the middle wanders by or noise and spikes make
+// of an eighth, is a table that gathers speed: an eighth of it would move the mean by an eighth of
+// the share.
 constexpr double kRampShare = 0.001, kRampFactor = 8.0;
 
 std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
@@ -76,7 +77,7 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
   const double stated = rate.rate_radps.norm();
   if (eighths.size() != kEighths || stated == 0.0) return {};
   const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
-  double wander = 0.0;
+  double wander = NoiseOfEighth(moments).matrix().norm();
   for (std::size_t part = 2; part < 6; ++part) {
     wander = std::max(wander, (eighths[part] - middle).norm());
   }

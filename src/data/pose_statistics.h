@@ -61,6 +61,14 @@ struct TriadPoseMoments {
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();  ///< See TriadPose.
 };
 
+/// σ of the mean of an eighth of a pose by what white noise does to it, per axis; zero where no
+/// window holds two readings.
+inline Eigen::Array3d NoiseOfEighth(const TriadPoseMoments& moments) {
+  if (!(moments.window_dof > 0.0)) return Eigen::Array3d::Zero();
+  const double readings = static_cast<double>(moments.count) / kEighths;
+  return (moments.window_scatter_raw.diagonal().array() / moments.window_dof / readings).sqrt();
+}
+
 /// Reduces the windows of one triad in one pose, in one pass.
 class TriadPoseAccumulator {
  public:

@@ -54,11 +54,7 @@ Movement MovementOf(const TriadPoseMoments& moments) {
   for (const std::size_t part : {0, 1, 6, 7}) {
     movement.ends = movement.ends.max((eighths[part] - middle).array().abs());
   }
-  if (moments.window_dof > 0.0) {
-    movement.noise = (moments.window_scatter_raw.diagonal().array() / moments.window_dof *
-                      (kEighths / static_cast<double>(moments.count)))
-                         .sqrt();
-  }
+  movement.noise = NoiseOfEighth(moments);
   return movement;
 }
 
