@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <glog/logging.h>
 
@@ -82,9 +83,12 @@ Eigen::Array3d WhiteShareOf(const std::vector<TriadWindow>& windows,
                             std::size_t begin,
                             std::size_t end) {
   Eigen::Array3d differences = Eigen::Array3d::Zero(), noise = Eigen::Array3d::Zero();
+  Eigen::Array3d before = MeanVarianceOf(windows, begin, begin + 1);
   for (std::size_t i = begin + 1; i < end; ++i) {
     differences += (windows[i].mean_raw - windows[i - 1].mean_raw).array().square();
-    noise += MeanVarianceOf(windows, i - 1, i) + MeanVarianceOf(windows, i, i + 1);
+    const Eigen::Array3d here = MeanVarianceOf(windows, i, i + 1);
+    noise += before + here;
+    before = here;
   }
   return (differences > noise).select(noise / differences, Eigen::Array3d::Ones()).square();
 }
@@ -291,14 +295,18 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   const double limit_raw = (kSteadyShare + kThermalShareHz * duration_s) * range_raw_[leading];
   const std::size_t middle = begin + (end - begin - kSpan) / 2;
   const Eigen::Vector3d core = MeanOf(windows, middle, middle + kSpan);
+  // Asked for in few runs only.
+  std::optional<Eigen::Array3d> white, core_noise;
   const auto is_away = [&](std::size_t at) {
     const Eigen::Array3d moved = (MeanOf(windows, at, at + kSpan) - core).array().square();
     const double limit = 0.25 * limit_raw * limit_raw;
     if (!(moved.maxCoeff() > limit) || !Acts(Mechanism::kSteadyRests)) return false;
-    const Eigen::Array3d noise =
-        MeanVarianceOf(windows, at, at + kSpan) + MeanVarianceOf(windows, middle, middle + kSpan);
-    const Eigen::Array3d share = WhiteShareOf(windows, begin, end);
-    return (moved - kNoiseSigmas * kNoiseSigmas * noise * share).maxCoeff() > limit;
+    if (!white) {
+      white = kNoiseSigmas * kNoiseSigmas * WhiteShareOf(windows, begin, end);
+      core_noise = MeanVarianceOf(windows, middle, middle + kSpan);
+    }
+    const Eigen::Array3d noise = MeanVarianceOf(windows, at, at + kSpan) + *core_noise;
+    return (moved - *white * noise).maxCoeff() > limit;
   };
   WindowRun cut = *run;
   while (cut.first < middle && is_away(cut.first)) ++cut.first;
