@@ -193,6 +193,14 @@ void FieldFields(Visit& visit, ExperimentDraft& draft) {
     reference.is_hemisphere_stated |= visit.Has("hemisphere");
   }
   visit("site", draft.field_site, kFieldSites);
+  if (!Visit::kReads || !visit.Has("site")) return;
+  // That an earlier document did not know the field is answered by the site.
+  const auto forget = [&](const char* key, const Stated& stated) {
+    if (visit.Has(key) || stated.value) return;
+    draft.given.erase(std::string("reference.field.") + key);
+  };
+  forget("strength_ut", draft.strength_ut);
+  forget("dip_deg", draft.dip_deg);
 }
 
 template <typename Visit>
@@ -205,6 +213,8 @@ void ReferenceFields(Visit& visit, ExperimentDraft& draft) {
     SitePosition site = experiment.position.value_or(SitePosition());
     PositionFields(in, site, draft.given);
     experiment.position = site;
+    // An earlier document's gravity was that of no place, or of another.
+    if (Visit::kReads && !visit.Has("gravity_mps2")) draft.gravity_mps2 = {};
   };
   visit.Map("position", position, {.is_there = experiment.position.has_value()});
   visit.Map("field", [&](auto& field) { FieldFields(field, draft); });

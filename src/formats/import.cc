@@ -133,7 +133,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
     return Error(ErrorCode::kMissingArgument, "no file to import; give --input");
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(request));
   import.notes = carried.notes;
-  calibration.tags.device_ids = carried.device_ids;
+  calibration.tags = carried.device;
 
   std::optional<Triad> leading;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {

@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "calibrate/reading_units.h"
+#include "formats/board_rotation.h"
 #include "formats/text.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
@@ -158,7 +159,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
         if (sensor) Turn(rotation, &*sensor);
       }
     }
-    restated->rotation = rotation;
+    restated->rotation = {{rotation, rotation, rotation}};
     restated->notes.emplace_back("the body frame of all sensors is rotated by " +
                                  RoundedText(AngleDeg(rotation), 3) + " deg, to that of gauge " +
                                  std::string(GaugeName(gauge)));
@@ -166,6 +167,24 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   // Up to rounding they are.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
   if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
+}
+
+/// Turns readings and results of the magnetometer into the axes in which the firmware corrects it.
+void TurnIntoFirmwareAxes(Restated* restated) {
+  const std::optional<Eigen::Vector3d>& turn_deg = restated->held.tags.magnetometer_turn_deg;
+  if (!turn_deg || turn_deg->isZero(0.0)) return;
+  const Eigen::Matrix3d turn = TurnOf(*turn_deg);
+  for (Calibration* const calibration : {&restated->whole, &restated->held}) {
+    std::optional<TriadCalibration>& sensor = calibration->sensors[Triad::kMagnetometer];
+    if (!sensor) continue;
+    Turn(turn.transpose(), &*sensor);
+    sensor->model.sensitivity = turn * sensor->model.sensitivity;
+    sensor->model.bias = turn * sensor->model.bias;
+    if (!sensor->thermal) continue;
+    for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = turn * term;
+    for (Eigen::Vector3d& term : sensor->thermal->bias) term = turn * term;
+  }
+  restated->rotation[Triad::kMagnetometer] = turn.transpose();
 }
 
 /// The signed exchange of axes that is nearest to `correction`: row i says which reading makes
@@ -390,6 +409,9 @@ Result<Restated> Restate(const Calibration& calibration,
         "the calibration includes no sensor that " + std::string(format.info.name) + " supports");
   }
   if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
+  if (format.is_firmware && calibration.tags.firmware == format.info.name) {
+    TurnIntoFirmwareAxes(&restated);
+  }
   for (const Triad triad : kTriads) {
     std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];
     if (!sensor) continue;

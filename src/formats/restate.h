@@ -22,8 +22,9 @@ struct Restated {
   Calibration held;
   PerTriad<double> reading_per_raw;   // the format's reading units in one raw unit
   PerTriad<double> truth_per_result;  // true units in one unit of the consumer's result
-  // The body frame of `whole` in that of the calibration.
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  // The body frame of each sensor of `whole` in that of the calibration.
+  PerTriad<Eigen::Matrix3d> rotation = {
+      {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
   std::vector<std::string> notes;  // what was dropped or turned
   std::vector<std::string> warnings;
 };
