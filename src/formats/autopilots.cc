@@ -286,7 +286,7 @@ void WriteThermal(const Autopilot& autopilot,
       WriteTerms(false, names, thermal.value_or(none), out);
     } else if (recorded_degc) {
       out->Number(names.reference, none.reference_degc);
-    } else {
+    } else if (names.triad == Triad::kGyroscope || !calibration.sensors[Triad::kGyroscope]) {
       out->Integer(names.enable, 0);
     }
   }
@@ -509,21 +509,6 @@ std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list, bool is_px4,
   return TurnDegOf(TurnOf(*sensor).transpose() * TurnOf(level) * TurnOf(*board));
 }
 
-/// What corrects readings in turned axes, as what corrects those in the board's.
-void TurnBack(const Eigen::Matrix3d& turn, CorrectionParts* parts) {
-  const Eigen::Matrix3d back = turn.transpose();
-  parts->matrix = back * parts->matrix * turn;
-  parts->before = back * parts->before;
-  parts->thermal_constant = back * parts->thermal_constant;
-  if (parts->thermal) {
-    parts->thermal = [back, thermal = parts->thermal](double degc) -> Eigen::Vector3d {
-      return back * thermal(degc);
-    };
-  }
-  if (!parts->thermal_terms) return;
-  for (Eigen::Vector3d& term : parts->thermal_terms->bias) term = back * term;
-}
-
 Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& request) {
   TRUETRIAD_ASSIGN_OR_RETURN(const int instance, InstanceOf(autopilot, request.instance));
   // QGroundControl's lines begin with the numbers of vehicle and component.
@@ -533,12 +518,11 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
   for (const SensorNames& names : autopilot.sensors) {
     const SensorParameters sensor(list, names, instance);
     if (instance > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
-    CorrectionParts& parts = carried.parts[names.triad].emplace(sensor.Parts(autopilot));
+    carried.parts[names.triad] = sensor.Parts(autopilot);
     carried.device.device_ids[names.triad] = sensor.Id();
-    if (names.triad != Triad::kMagnetometer) continue;
-    const std::optional<Eigen::Vector3d> turn_deg = TurnDegIn(list, autopilot.is_px4, instance);
-    if (turn_deg) TurnBack(TurnOf(*turn_deg), &parts);
-    carried.device.magnetometer_turn_deg = turn_deg;
+    if (names.triad == Triad::kMagnetometer) {
+      carried.device.magnetometer_turn_deg = TurnDegIn(list, autopilot.is_px4, instance);
+    }
   }
   if (carried.device != Tags()) carried.device.firmware = autopilot.name;
   return carried;

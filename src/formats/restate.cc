@@ -169,24 +169,6 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
 }
 
-/// Turns readings and results of the magnetometer into the axes in which the firmware corrects it.
-void TurnIntoFirmwareAxes(Restated* restated) {
-  const std::optional<Eigen::Vector3d>& turn_deg = restated->held.tags.magnetometer_turn_deg;
-  if (!turn_deg || turn_deg->isZero(0.0)) return;
-  const Eigen::Matrix3d turn = TurnOf(*turn_deg);
-  for (Calibration* const calibration : {&restated->whole, &restated->held}) {
-    std::optional<TriadCalibration>& sensor = calibration->sensors[Triad::kMagnetometer];
-    if (!sensor) continue;
-    Turn(turn.transpose(), &*sensor);
-    sensor->model.sensitivity = turn * sensor->model.sensitivity;
-    sensor->model.bias = turn * sensor->model.bias;
-    if (!sensor->thermal) continue;
-    for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = turn * term;
-    for (Eigen::Vector3d& term : sensor->thermal->bias) term = turn * term;
-  }
-  restated->rotation[Triad::kMagnetometer] = turn.transpose();
-}
-
 /// The signed exchange of axes that is nearest to `correction`: row i says which reading makes
 /// axis i.
 Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
@@ -347,6 +329,15 @@ Status HoldUnits(Triad triad,
 
 }  // namespace
 
+void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor) {
+  Turn(turn.transpose(), sensor);
+  sensor->model.sensitivity = turn * sensor->model.sensitivity;
+  sensor->model.bias = turn * sensor->model.bias;
+  if (!sensor->thermal) return;
+  for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = turn * term;
+  for (Eigen::Vector3d& term : sensor->thermal->bias) term = turn * term;
+}
+
 std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double low,
                                  double high,
@@ -409,8 +400,14 @@ Result<Restated> Restate(const Calibration& calibration,
         "the calibration includes no sensor that " + std::string(format.info.name) + " supports");
   }
   if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
-  if (format.is_firmware && calibration.tags.firmware == format.info.name) {
-    TurnIntoFirmwareAxes(&restated);
+  const std::optional<Eigen::Vector3d>& turn_deg = calibration.tags.magnetometer_turn_deg;
+  if (calibration.tags.firmware == format.info.name && turn_deg && !turn_deg->isZero(0.0)) {
+    const Eigen::Matrix3d turn = TurnOf(*turn_deg);
+    for (Calibration* const turned : {&restated.whole, &restated.held}) {
+      auto& magnetometer = turned->sensors[Triad::kMagnetometer];
+      if (magnetometer) TurnReadingsToo(turn, &*magnetometer);
+    }
+    restated.rotation[Triad::kMagnetometer] = turn.transpose();
   }
   for (const Triad triad : kTriads) {
     std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];

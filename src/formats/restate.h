@@ -42,6 +42,9 @@ Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options);
 
+// The sensor with its readings and its results in other axes: turn * both.
+void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor);
+
 // The polynomial in x of degree `degree` through `function` at the Chebyshev points of [low, high],
 // coefficients ascending. Range: low < high.
 std::vector<double> ChebyshevFit(const std::function<double(double)>& function,

@@ -123,8 +123,9 @@ Eigen::Vector3f ArduPilotPolynomial(const Parameters& p, const std::string& sens
 }
 
 Eigen::Vector3f ArduPilotThermal(const Parameters& p, const std::string& sensor, double t) {
-  if (!p.contains("INS_TCAL1_ENABLE")) return Eigen::Vector3f::Zero();
-  EXPECT_EQ(p.at("INS_TCAL1_ENABLE"), 1.0F);
+  const auto enabled = p.find("INS_TCAL1_ENABLE");
+  if (enabled == p.end() || enabled->second == 0.0F) return Eigen::Vector3f::Zero();
+  EXPECT_EQ(enabled->second, 1.0F);
   return ArduPilotPolynomial(p, sensor, static_cast<float>(t)) -
          ArduPilotPolynomial(p, sensor, p.at("INS_" + sensor + "1_CALTEMP"));
 }

@@ -602,7 +602,8 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   for (FolderGivesWay& replaced : *converted) replaced.Keep(is_beside);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  if (result.exit_code == kExitNotEnough && !logs.empty()) {
+  const bool is_too_little = std::all_of(all.begin(), all.end(), is_read);
+  if (result.exit_code == kExitNotEnough && is_too_little && !logs.empty()) {
     const LogFormat* const format = LogFormatOf(logs.front());
     if (format != nullptr && !format->how_to_log.empty()) Note(std::string(format->how_to_log));
   }
