@@ -49,7 +49,7 @@ Result<Documents> Documents::Of(const YamlReader& file, const std::vector<std::s
 
 void Documents::CollectErrors(std::vector<Error>* errors) const {
   for (const YamlReader& document : documents_) {
-    const bool is_override = document.file().starts_with(kOverride);
+    const bool is_override = IsOverride(document.file());
     for (const Error& error : document.errors()) {
       const auto concerns = [&error](const std::string& name) {
         return error.key == name || error.key.starts_with(name + ".");
@@ -73,12 +73,13 @@ void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places)
   if (!reader.IsMap()) return;
   for (const std::string& key : reader.Keys()) {
     YamlReader child = reader.Child(key);
-    (*places)[prefix + child.name()] = child.file().starts_with(kOverride)
-                                           ? child.file()
-                                           : child.file() + ":" + std::to_string(child.line());
+    (*places)[prefix + child.name()] =
+        IsOverride(child.file()) ? child.file() : child.file() + ":" + std::to_string(child.line());
     CollectPlaces(child, prefix, places);
   }
 }
+
+bool IsOverride(std::string_view place) { return place.starts_with(kOverride); }
 
 bool IsOverrideOf(const YamlReader& document, std::string_view key) {
   return document.file().starts_with(std::string(kOverride).append(key) + "=");

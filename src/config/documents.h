@@ -36,6 +36,9 @@ class Documents {
   std::vector<std::string> overridden_;  ///< Full names of the keys that the overrides replace.
 };
 
+/// The place, or the file, is an override.
+bool IsOverride(std::string_view place);
+
 /// The document is an override of this key itself, not of one below it.
 bool IsOverrideOf(const YamlReader& document, std::string_view key);
 

@@ -182,6 +182,11 @@ void PositionFields(Visit& visit, SitePosition& site, const Places& given) {
   visit("date", site.date, Date());
 }
 
+/// Whether an override states a key of the reference, which then holds whatever else is said.
+bool IsOverridden(const std::string& key, const ExperimentDraft& draft) {
+  return IsOverride(PlaceOf("reference." + key, draft.given));
+}
+
 template <typename Visit>
 void FieldFields(Visit& visit, ExperimentDraft& draft) {
   ReferenceOptions& reference = draft.experiment.options.reference;
@@ -193,6 +198,14 @@ void FieldFields(Visit& visit, ExperimentDraft& draft) {
     reference.is_hemisphere_stated |= visit.Has("hemisphere");
   }
   visit("site", draft.field_site, kFieldSites);
+  if (!Visit::kReads || !visit.Has("site")) return;
+  // That a file did not know the field is answered by the site that an override states.
+  const auto forget = [&](const std::string& key, const Stated& stated) {
+    if (visit.Has(key) || stated.value || IsOverridden("field." + key, draft)) return;
+    draft.given.erase("reference.field." + key);
+  };
+  forget("strength_ut", draft.strength_ut);
+  forget("dip_deg", draft.dip_deg);
 }
 
 template <typename Visit>
@@ -205,6 +218,10 @@ void ReferenceFields(Visit& visit, ExperimentDraft& draft) {
     SitePosition site = experiment.position.value_or(SitePosition());
     PositionFields(in, site, draft.given);
     experiment.position = site;
+    // A file's gravity was that of no place, or of another than an override's.
+    if (Visit::kReads && !visit.Has("gravity_mps2") && !IsOverridden("gravity_mps2", draft)) {
+      draft.gravity_mps2 = {};
+    }
   };
   visit.Map("position", position, {.is_there = experiment.position.has_value()});
   visit.Map("field", [&](auto& field) { FieldFields(field, draft); });

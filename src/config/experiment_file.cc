@@ -231,9 +231,16 @@ Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorde
   for (const Triad triad : kTriads) {
     if (!recorded[triad]) LeaveOut(triad, &changed.options);
   }
+  const bool is_turned = recorded[Triad::kAccelerometer] || recorded[Triad::kMagnetometer];
+  if (changed.options.motion && !(recorded[Triad::kGyroscope] && is_turned)) {
+    // Without them no motion is followed: there may be rests.
+    changed.options.motion.reset();
+    changed.poses.kind = PoseSelectionKind::kDetect;
+  }
   if (experiment.draft == nullptr) return changed;
   ExperimentDraft draft = *experiment.draft;
   draft.experiment.options = changed.options;
+  draft.experiment.poses = changed.poses;
   changed.resolved_yaml = ResolvedYaml(draft, changed.options);
   changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
   return changed;

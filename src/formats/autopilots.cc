@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 
+#include "formats/board_rotation.h"
 #include "formats/format.h"
 #include "formats/parameter_pattern.h"
 #include "formats/text.h"
@@ -203,14 +204,15 @@ void WarnOf(const Autopilot& autopilot,
           "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales outside "
           "0.8 to 1.2");
     }
-  } else {
+  } else if (names.triad == Triad::kGyroscope) {
     warnings->emplace_back(
-        names.triad == Triad::kGyroscope
-            ? "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to "
-              "0 to keep them"
-            : "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's "
-              "axes, so these values are valid only for a compass without rotation (orientation "
-              "None)");
+        "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to 0 to "
+        "keep them");
+  } else if (const Tags& tags = request.calibration.tags;
+             tags.firmware != autopilot.name || !tags.magnetometer_turn_deg) {
+    warnings->emplace_back(
+        "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, so "
+        "these values are valid only for a compass without rotation (orientation None)");
   }
 }
 
@@ -260,6 +262,36 @@ void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, Par
   out->Number(names.thermal + "TMAX", range_degc[1]);
 }
 
+/// What firmware has of its own must not correct a sensor twice: terms of a PX4 sensor without any
+/// are nobody's; those of an ArduPilot IMU are zero at CALTEMP, or all of them are off.
+void WriteThermal(const Autopilot& autopilot,
+                  const SensorNames& names,
+                  const WriteRequest& request,
+                  bool imu_has_terms,
+                  ParameterText* out) {
+  const Calibration& calibration = request.calibration;
+  const std::optional<ThermalTerms>& thermal = calibration.sensors[names.triad]->thermal;
+  if (autopilot.is_px4) {
+    const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
+    if (id || !thermal) out->Integer(names.thermal + "ID", thermal ? *id : 0);
+    if (!thermal) return;
+    WriteRange(names, thermal->range_degc, out);
+    WriteTerms(true, names, *thermal, out);
+    out->Integer(names.enable, 1);
+  } else if (!names.thermal.empty()) {
+    const auto& recorded_degc = calibration.reference.recorded_degc;
+    ThermalTerms none;
+    none.reference_degc = recorded_degc ? (*recorded_degc)[1] : kCentreDegc;
+    if (imu_has_terms) {
+      WriteTerms(false, names, thermal.value_or(none), out);
+    } else if (recorded_degc) {
+      out->Number(names.reference, none.reference_degc);
+    } else if (names.triad == Triad::kGyroscope || !calibration.sensors[Triad::kGyroscope]) {
+      out->Integer(names.enable, 0);
+    }
+  }
+}
+
 Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
                                                   const WriteRequest& request,
                                                   std::vector<std::string>* warnings) {
@@ -285,12 +317,7 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
         out.Vector(field.name, ValueOf(field.quantity, *sensor));
       if (!names.scale.empty()) out.Number(names.scale, 1.0);
       WarnOf(autopilot, names, instance, request, warnings);
-      if (sensor->thermal && autopilot.is_px4) {
-        if (id) out.Integer(names.thermal + "ID", *id);
-        WriteRange(names, sensor->thermal->range_degc, &out);
-      }
-      if (sensor->thermal) WriteTerms(autopilot.is_px4, names, *sensor->thermal, &out);
-      if (sensor->thermal && autopilot.is_px4) out.Integer(names.enable, 1);
+      WriteThermal(autopilot, names, request, common_range.has_value(), &out);
     }
     if (names.triad == Triad::kGyroscope && common_range) {
       WriteRange(names, *common_range, &out);
@@ -388,7 +415,20 @@ class SensorParameters {
     return found == list_.ids.end() ? std::nullopt : std::optional(found->second);
   }
 
-  CorrectionParts Parts(bool is_px4) const {
+  /// The slot with its temperature terms: of PX4 that with its number, whatever else is known.
+  std::optional<int> ThermalSlot(const Autopilot& autopilot) const {
+    if (!autopilot.is_px4 || names_.thermal.empty()) return instance_;
+    const std::string name = names_.thermal + "ID";
+    const std::optional<std::int64_t> id = Id();
+    for (int slot = 0; id && slot <= autopilot.last_instance[names_.triad]; ++slot) {
+      const auto found = list_.ids.find(Expanded(name, slot));
+      if (found != list_.ids.end() && found->second == *id) return slot;
+    }
+    const bool is_said = list_.values.contains(Expanded(name, instance_));
+    return is_said && (id || Number(name, 0.0F) == 0.0F) ? std::nullopt : std::optional(instance_);
+  }
+
+  CorrectionParts Parts(const Autopilot& autopilot) const {
     Stated stated;
     for (const auto& [name, quantity, is_optional] : names_.fields) {
       const float otherwise = quantity == Quantity::kDiagonal ? 1.0F : 0.0F;
@@ -403,7 +443,10 @@ class SensorParameters {
                                             Number(names_.scale, 0.0F))
                          .cast<double>();
     }
-    if (!names_.thermal.empty() && Number(names_.enable, 0.0F) == 1.0F) AddThermal(is_px4, &parts);
+    const std::optional<int> slot = ThermalSlot(autopilot);
+    if (!names_.thermal.empty() && slot && Number(names_.enable, 0.0F) == 1.0F) {
+      SensorParameters(list_, names_, *slot).AddThermal(autopilot.is_px4, &parts);
+    }
     return parts;
   }
 
@@ -447,6 +490,25 @@ class SensorParameters {
   int instance_;
 };
 
+/// Roll, pitch and yaw from the board's axes into those in which a magnetometer is corrected;
+/// unset: the list does not say.
+std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list, bool is_px4, int instance) {
+  const auto number = [&list](const std::string& name) { return list.Get(name, -2.0F); };
+  if (!is_px4) return BoardTurnDeg(number("AHRS_ORIENTATION"), kBoardRotations.size());
+  const float own = number(Expanded("CAL_MAG@_ROT", instance));
+  if (own == -1.0F) return Eigen::Vector3d(Eigen::Vector3d::Zero());  // It is on the board.
+  const auto sensor = BoardTurnDeg(own, kPx4BoardRotations);
+  const auto board = BoardTurnDeg(list.Get("SENS_BOARD_ROT", 0.0F), kPx4BoardRotations);
+  if (!sensor || !board) return std::nullopt;
+  Eigen::Vector3d level;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    level[static_cast<Eigen::Index>(axis)] =
+        list.Get(Expanded("SENS_BOARD_*_OFF", instance, axis), 0.0F);
+  }
+  // Both are into the body's axes.
+  return TurnDegOf(TurnOf(*sensor).transpose() * TurnOf(level) * TurnOf(*board));
+}
+
 Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& request) {
   TRUETRIAD_ASSIGN_OR_RETURN(const int instance, InstanceOf(autopilot, request.instance));
   // QGroundControl's lines begin with the numbers of vehicle and component.
@@ -456,9 +518,13 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
   for (const SensorNames& names : autopilot.sensors) {
     const SensorParameters sensor(list, names, instance);
     if (instance > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
-    carried.parts[names.triad] = sensor.Parts(autopilot.is_px4);
-    carried.device_ids[names.triad] = sensor.Id();
+    carried.parts[names.triad] = sensor.Parts(autopilot);
+    carried.device.device_ids[names.triad] = sensor.Id();
+    if (names.triad == Triad::kMagnetometer) {
+      carried.device.magnetometer_turn_deg = TurnDegIn(list, autopilot.is_px4, instance);
+    }
   }
+  if (carried.device != Tags()) carried.device.firmware = autopilot.name;
   return carried;
 }
 
@@ -482,6 +548,7 @@ std::vector<Format> AutopilotFormats() {
                 Arithmetic::kFloat32,
                 true,
                 0},
+       .is_firmware = true,
        .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "G", kOrder)}},
        .write =
            [](const WriteRequest& request, std::vector<std::string>* warnings) {
@@ -494,6 +561,7 @@ std::vector<Format> AutopilotFormats() {
                 Arithmetic::kFloat32,
                 true,
                 1},
+       .is_firmware = true,
        .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "mG", 0)}},
        .write =
            [](const WriteRequest& request, std::vector<std::string>* warnings) {

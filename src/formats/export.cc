@@ -117,17 +117,25 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
                                     const ExportOptions& stated,
                                     const std::string& why_held_back) {
   ExportOptions options = stated;
-  for (const Triad triad : kTriads) {
-    std::optional<std::int64_t>& id = options.device_ids[triad];
-    if (!id) id = calibration.tags.device_ids[triad];
-  }
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
+  // Each firmware numbers sensors in its own way.
+  const std::string& firmware = calibration.tags.firmware;
+  const bool is_another = format.is_firmware && !firmware.empty() && firmware != format.info.name;
+  for (const Triad triad : kTriads) {
+    std::optional<std::int64_t>& id = options.device_ids[triad];
+    if (!id && !is_another) id = calibration.tags.device_ids[triad];
+  }
   TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, format.info, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;
   result.warnings = restated.warnings;
+  if (is_another && calibration.tags.device_ids != PerTriad<std::optional<std::int64_t>>()) {
+    result.warnings.push_back("the log is of " + firmware + ", and " +
+                              std::string(format.info.name) +
+                              " numbers sensors in another way; state its numbers with --id");
+  }
   std::vector<std::string> comment = Comment(format, restated, options, why_held_back);
 
   // Written, read back and compared; then written again with what was found.

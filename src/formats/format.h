@@ -57,7 +57,7 @@ struct WriteRequest {
 struct Carried {
   PerTriad<std::optional<CorrectionParts>> parts;
   PerTriad<Equation> equations;
-  PerTriad<std::optional<std::int64_t>> device_ids;
+  Tags device;                     // what the file says of it
   std::optional<double> field_ut;  // strength of the field that it was made with
   std::vector<std::string> notes;
 };
@@ -70,6 +70,9 @@ struct ReadRequest {
 struct Format {
   FormatInfo info;
   std::optional<Gauge> gauge = {};  // the body frame that the format needs
+  // Its consumer is a vehicle's firmware, which corrects each sensor in axes of its own
+  // (model/tags.h).
+  bool is_firmware = false;
   PerTriad<TriadCapacity> capacity = {};
   Result<std::vector<ExportedFile>> (*write)(const WriteRequest&,
                                              std::vector<std::string>* warnings) = nullptr;

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "calibrate/reading_units.h"
+#include "formats/board_rotation.h"
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "formats/text.h"
@@ -22,15 +23,20 @@ namespace {
 
 /// What a file carries, in the units that the calibration is to have.
 Result<TriadCalibration> InWantedUnits(Triad triad,
-                                       const CorrectionParts& parts,
+                                       const Carried& file,
                                        const Format& format,
                                        const std::optional<std::string>& wanted) {
   const std::string name(TriadName(triad));
   const TriadCapacity& capacity = format.capacity[triad];
-  const TriadCalibration carried =
-      TriadOf(parts,
+  TriadCalibration carried =
+      TriadOf(*file.parts[triad],
               capacity.reading_unit,
               capacity.result_in_reading_unit ? capacity.reading_unit : TruthUnitName(triad));
+  // What firmware corrects in axes of its own is read in the board's.
+  const auto& turn_deg = file.device.magnetometer_turn_deg;
+  if (triad == Triad::kMagnetometer && turn_deg) {
+    TurnReadingsToo(TurnOf(*turn_deg).transpose(), &carried);
+  }
   TriadCalibration sensor = carried;
   if (carried.input_unit.empty()) {
     if (!wanted) {
@@ -133,14 +139,13 @@ Result<Import> ImportCalibration(std::string_view format_name,
     return Error(ErrorCode::kMissingArgument, "no file to import; give --input");
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(request));
   import.notes = carried.notes;
-  calibration.tags.device_ids = carried.device_ids;
+  calibration.tags = carried.device;
 
   std::optional<Triad> leading;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
     if (!carried.parts[triad]) continue;
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        TriadCalibration sensor,
-        InWantedUnits(triad, *carried.parts[triad], format, options.units[triad]));
+    TRUETRIAD_ASSIGN_OR_RETURN(TriadCalibration sensor,
+                               InWantedUnits(triad, carried, format, options.units[triad]));
     if (!sensor.model.sensitivity.allFinite() || !sensor.model.bias.allFinite()) {
       return Error(ErrorCode::kSingularMatrix,
                    {paths[0]},

@@ -163,6 +163,7 @@ ExportLoss LossOf(Triad triad,
                   const Calibration& calibration) {
   const TriadCalibration& whole = *restated.whole.sensors[triad];
   const TriadCalibration& stated = *calibration.sensors[triad];
+  const Eigen::Matrix3d& rotation = restated.rotation[triad];
   const PredictionSigma sigma_of(triad, calibration);
   ExportLoss loss;
   loss.signal = Signal(triad, calibration.reference);
@@ -190,8 +191,7 @@ ExportLoss LossOf(Triad triad,
       loss.largest = std::max(loss.largest, error);
       squares += error * error;
       ++points;
-      const double sigma =
-          sigma_of(stated_model, restated.rotation * truth, restated.rotation * force, tau);
+      const double sigma = sigma_of(stated_model, rotation * truth, rotation * force, tau);
       if (sigma > 0.0) loss.in_sigmas = std::max(loss.in_sigmas.value_or(0.0), error / sigma);
     }
   }

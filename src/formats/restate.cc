@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "calibrate/reading_units.h"
+#include "formats/board_rotation.h"
 #include "formats/text.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
@@ -158,7 +159,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
         if (sensor) Turn(rotation, &*sensor);
       }
     }
-    restated->rotation = rotation;
+    restated->rotation = {{rotation, rotation, rotation}};
     restated->notes.emplace_back("the body frame of all sensors is rotated by " +
                                  RoundedText(AngleDeg(rotation), 3) + " deg, to that of gauge " +
                                  std::string(GaugeName(gauge)));
@@ -328,6 +329,15 @@ Status HoldUnits(Triad triad,
 
 }  // namespace
 
+void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor) {
+  Turn(turn.transpose(), sensor);
+  sensor->model.sensitivity = turn * sensor->model.sensitivity;
+  sensor->model.bias = turn * sensor->model.bias;
+  if (!sensor->thermal) return;
+  for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = turn * term;
+  for (Eigen::Vector3d& term : sensor->thermal->bias) term = turn * term;
+}
+
 std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double low,
                                  double high,
@@ -390,6 +400,15 @@ Result<Restated> Restate(const Calibration& calibration,
         "the calibration includes no sensor that " + std::string(format.info.name) + " supports");
   }
   if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
+  const std::optional<Eigen::Vector3d>& turn_deg = calibration.tags.magnetometer_turn_deg;
+  if (calibration.tags.firmware == format.info.name && turn_deg && !turn_deg->isZero(0.0)) {
+    const Eigen::Matrix3d turn = TurnOf(*turn_deg);
+    for (Calibration* const turned : {&restated.whole, &restated.held}) {
+      auto& magnetometer = turned->sensors[Triad::kMagnetometer];
+      if (magnetometer) TurnReadingsToo(turn, &*magnetometer);
+    }
+    restated.rotation[Triad::kMagnetometer] = turn.transpose();
+  }
   for (const Triad triad : kTriads) {
     std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];
     if (!sensor) continue;

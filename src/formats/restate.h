@@ -22,8 +22,9 @@ struct Restated {
   Calibration held;
   PerTriad<double> reading_per_raw;   // the format's reading units in one raw unit
   PerTriad<double> truth_per_result;  // true units in one unit of the consumer's result
-  // The body frame of `whole` in that of the calibration.
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  // The body frame of each sensor of `whole` in that of the calibration.
+  PerTriad<Eigen::Matrix3d> rotation = {
+      {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
   std::vector<std::string> notes;  // what was dropped or turned
   std::vector<std::string> warnings;
 };
@@ -40,6 +41,9 @@ struct Restated {
 Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options);
+
+// The sensor with its readings and its results in other axes: turn * both.
+void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor);
 
 // The polynomial in x of degree `degree` through `function` at the Chebyshev points of [low, high],
 // coefficients ascending. Range: low < high.

@@ -88,7 +88,7 @@ void OriginFields(V& visit, Like<Calibration> auto& calibration) {
     device("serial", calibration.serial);
     device("model", calibration.model);
     TagFields(device, kDeviceTags, calibration.tags);
-    DeviceIdFields(device, calibration.tags);
+    FirmwareFields(device, calibration.tags);
   });
   visit.If(HasRunTags(calibration.tags), "run", RunTags{calibration.tags}, Style::kFlow);
   visit.Group("software", Style::kFlow, [&calibration](V& software) {

@@ -14,7 +14,7 @@ constexpr std::size_t kLongestNote = 2000;
 void ReadDeviceTags(YamlReader* device, Tags* tags) {
   for (const TagKey& tag : kDeviceTags) device->Child(tag.key).ReadName(&(tags->*tag.value));
   YamlFieldReader fields(*device);
-  DeviceIdFields(fields, *tags);
+  FirmwareFields(fields, *tags);
 }
 
 void ReadRunTags(YamlReader run, Tags* tags) {
@@ -30,7 +30,7 @@ void ReadRunTags(YamlReader run, Tags* tags) {
 std::string DeviceTagsText(const Tags& tags) {
   YamlFieldWriter visit(0, 0, YamlFieldWriter::Place::kFlowMap);
   TagFields(visit, kDeviceTags, tags);
-  DeviceIdFields(visit, tags);
+  FirmwareFields(visit, tags);
   return visit.text();
 }
 

@@ -54,11 +54,13 @@ void Fields(V& visit, const DeviceIds<Ids>& of) {
   }
 }
 
-/// `ids:` of `device:`.
+/// What `device:` says of its firmware.
 template <class V>
-void DeviceIdFields(V& visit, Like<Tags> auto& tags) {
+void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   const PerTriad<std::optional<std::int64_t>> none;
+  visit.If(!tags.firmware.empty(), "firmware", tags.firmware);
   visit.If(tags.device_ids != none, "ids", DeviceIds{tags.device_ids}, Style::kFlow);
+  visit("magnetometer_turn_deg", tags.magnetometer_turn_deg);
 }
 inline bool HasRunTags(const Tags& tags) {
   return std::any_of(kRunTags.begin(), kRunTags.end(), [&tags](const TagKey& tag) {

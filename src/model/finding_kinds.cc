@@ -49,7 +49,7 @@ constexpr FindingKind Refusal(Outcome outcome,
 // `truetriad explain` writes docs/reasons.md from this table.
 constexpr auto kKinds = std::to_array<FindingKind>({
     Note(kMessage, "message", "A message from before findings had codes"),
-    Warning(kNoReadings, "no-readings", "A stream has no reading", "check the column and its role"),
+    Warning(kNoReadings, "no-readings", "A stream has no usable reading", "check the column and its role"),
     Note(kColumnsIgnored,
          "columns-ignored",
          "A table has columns that nothing is read from",
@@ -84,7 +84,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "give each axis its own column"),
     Warning(kStuckReadings,
             "stuck-readings",
-            "A sensor or bus repeated one reading; that interval is left out",
+            "A sensor or bus repeats one reading; such an interval is left out",
             "check the bus"),
     Warning(kImpossibleRows,
             "impossible-rows",

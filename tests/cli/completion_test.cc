@@ -92,6 +92,8 @@ TEST(Completion, OffersTheFormatsAndFiles) {
   EXPECT_THAT(Completed({"export", "--to", "=", ""}), testing::UnorderedElementsAreArray(formats));
   EXPECT_THAT(Completed({"export", "--to", "="}), testing::UnorderedElementsAreArray(formats));
   EXPECT_THAT(Completed({"export", "--to", "px"}), ElementsAre("px4"));
+  EXPECT_THAT(Completed({"calibrate", "--to", "=", ""}),
+              testing::UnorderedElementsAreArray(formats));
   EXPECT_THAT(Completed({"calibrate", "--report", "=", "f"}), ElementsAre("false"));
   EXPECT_THAT(Completed({"inspect", "--input", "=", "README"}), ElementsAre("README.md"));
   EXPECT_THAT(Completed({"calibrate", "--output", "=", "doc"}), ElementsAre("docs"));

@@ -131,6 +131,24 @@ TEST_F(EarthFieldInExperiment, PositionMayBeStatedKeyByKey) {
   EXPECT_THAT(half.error().message, HasSubstr("reference.position.height_m"));
 }
 
+TEST_F(EarthFieldInExperiment, AnOverridesPlaceTakesThatOfWhatAFileStates) {
+  const std::string path = (folder_ / "experiment.yaml").string();
+  EXPECT_TRUE(WriteFileAtomically(
+      path,
+      "experiment: 1\nsensors: { accelerometer: {}, magnetometer: {} }\n"
+      "reference: { gravity_mps2: 9.80665, field: { strength_ut: unknown, dip_deg: unknown } }\n"));
+  const std::string place = std::string("reference.position={ ") + kPlace + " }";
+  const auto reference = [&](const std::vector<std::string>& overrides) {
+    const Result<Experiment> experiment = ReadExperiment(path, overrides);
+    EXPECT_TRUE(experiment) << experiment.error().message;
+    return experiment->options.reference;
+  };
+  EXPECT_EQ(reference({place}).gravity_mps2.value, NormalGravityMps2(47.0, 400.0));
+  EXPECT_FALSE(reference({place}).field_ut.known());
+  EXPECT_EQ(reference({"reference.gravity_mps2=9.81", place}).gravity_mps2.value, 9.81);
+  EXPECT_NEAR(*reference({place, "reference.field.site=clean"}).field_ut.value, 48.2104, 1e-4);
+}
+
 TEST_F(EarthFieldInExperiment, EarthRateTakesLatitudeAndDeclination) {
   const auto rate = LoadWell(kPlace, ", earth_rate: position").options.reference.earth_rate;
   ASSERT_TRUE(rate);

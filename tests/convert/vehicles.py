@@ -55,6 +55,10 @@ def in_body(attitude, vector):
     return [sum(attitude[i][j] * vector[i] for i in range(3)) for j in range(3)]
 
 
+def product(matrix, vector):
+    return [sum(m * v for m, v in zip(row, vector)) for row in matrix]
+
+
 def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ):
     """(time in us, force in m/s^2, rate in rad/s, field in gauss), all in the body."""
     draw = random.Random(20260131)
@@ -76,7 +80,8 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ):
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, **how):
+def ulog(path, parameters=None, mounted=None, broken=None, gyroscopes=3, **how):
+    """mounted: the body's axes of the compasses; broken: what the topics of some instances say."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -92,16 +97,21 @@ def ulog(path, **how):
         for name, fields in (("sensor_accel", inertial), ("sensor_gyro", inertial), ("sensor_mag", magnetic)):
             file.write(message(b"F", f"{name}:{fields}".encode()))
         file.write(keyed(b"I", f"char[{len(SERIAL)}] sys_uuid", SERIAL.encode()))
-        file.write(keyed(b"P", "int32_t CAL_ACC0_ID", struct.pack("<i", 0)))
+        for name, value in {"CAL_ACC0_ID": 0, **(parameters or {})}.items():
+            kind, layout = ("int32_t", "<i") if isinstance(value, int) else ("float", "<f")
+            file.write(keyed(b"P", f"{kind} {name}", struct.pack(layout, value)))
         sensors = []
-        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS, 1), ("sensor_gyro", GYROSCOPES, 2),
+        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS, 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
                                      ("sensor_mag", MAGNETOMETERS, 3)):
             for instance, triad in enumerate(triads):
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))
-                sensors.append((triad, truth))
+                sensors.append((triad, truth, (broken or {}).get((topic, instance))))
         for row in motion(**how):
-            for number, (triad, truth) in enumerate(sensors):
-                body = struct.pack("<HQQI4f", number, row[0] + 300, row[0], triad.number, *triad.raw(row[truth], draw), 31.5)
+            if mounted:
+                row = (*row[:3], in_body(mounted, row[3]))
+            for number, (triad, truth, said) in enumerate(sensors):
+                reading = said or triad.raw(row[truth], draw)
+                body = struct.pack("<HQQI4f", number, row[0] + 300, row[0], triad.number, *reading, 31.5)
                 file.write(message(b"D", body + (bytes(8) if truth < 3 else b"")))
 
 
@@ -109,7 +119,9 @@ def ulog(path, **how):
 APPLIED_OFFSETS, APPLIED_SCALES = (0.05, -0.07, 0.02), (1.002, 0.999, 1.001)
 
 
-def dataflash(path, **how):
+def dataflash(path, parameters=None, board=None, **how):
+    """board: the vehicle's axes of the inertial sensors."""
+    more, board = parameters or {}, board or diagonal(1.0, 1.0, 1.0)
     draw = random.Random(1)
     with open(path, "wb") as file:
         def message(kind, layout, *values):
@@ -134,13 +146,16 @@ def dataflash(path, **how):
             for letter in "XYZ":
                 parameters |= {f"COMPASS_OFS{number}_{letter}": 0.0, f"COMPASS_DIA{number}_{letter}": 1.0,
                                f"COMPASS_ODI{number}_{letter}": 0.0}
-        for name, value in parameters.items():
+        for name, value in (parameters | more).items():
             message(129, "Q16sff", 0, name.encode(), value, 0.0)
         for k, (us, force, rate, field) in enumerate(motion(**how)):
             for i in range(3):
-                raw = ACCELEROMETERS[i].raw(force, draw)
+                raw = ACCELEROMETERS[i].raw(in_body(board, force), draw)
+                if f"INS_TCAL{i + 1}_ACC1_X" in more:  # P(40 degC) - P(CALTEMP)
+                    raw[0] -= 1e-6 * more[f"INS_TCAL{i + 1}_ACC1_X"] * (40.0 - more[f"INS_ACC{i + 1}_CALTEMP"])
                 corrected = [(y - o) * s for y, o, s in zip(raw, APPLIED_OFFSETS, APPLIED_SCALES)]
-                message(130, "QBfffffff", us, i, *GYROSCOPES[i].raw(rate, draw), *corrected, 40.0)
+                turned = product(board, GYROSCOPES[i].raw(in_body(board, rate), draw))
+                message(130, "QBfffffff", us, i, *turned, *product(board, corrected), 40.0)
             if k % 10 == 0:  # A filtered copy of the first gyroscope, as INS_RAW_LOG_OPT adds them.
                 message(132, "QBQfff", us, 3, us, *GYROSCOPES[0].raw(rate, draw))
             for i in range(2 if k % 5 == 0 else 0):

@@ -5,6 +5,7 @@
 Environment: PROGRAMS (folder of the converters), TRUETRIAD.
 """
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -102,11 +103,15 @@ class Vehicles(unittest.TestCase):
         self.assertIn("input: \"recording/recording.yaml\"", (self.out / "experiment.yaml").read_text())
         calibration = self.out / "instance-1" / "calibration.yaml"
         for flags, number in (((), vehicles.ACCELEROMETERS[1].number), (("--id=accelerometer:17",), 17)):
-            done = truetriad("export", calibration, "--to=ardupilot", "--instance=2", *flags, "--output", self.out / "one.param")
+            done = truetriad("export", calibration, "--to=px4", "--instance=2", *flags, "--output", self.out / "one.params")
             self.assertEqual(done.returncode, 0, done.stderr)
-            found = self.parameters("one.param", ",", 0)
-            self.assertEqual(found["INS_ACC2_ID"], number)
-            self.assertEqual(found["INS_GYR2_ID"], vehicles.GYROSCOPES[1].number)
+            found = self.parameters("one.params", "\t", 2)
+            self.assertEqual(found["CAL_ACC2_ID"], number)
+            self.assertEqual(found["CAL_GYRO2_ID"], vehicles.GYROSCOPES[1].number)
+        # Another firmware has other numbers for them.
+        done = truetriad("export", calibration, "--to=ardupilot", "--output", self.out / "one.param")
+        self.assertIn("numbers sensors in another way", done.stderr)
+        self.assertNotIn("INS_ACC_ID", self.parameters("one.param", ",", 0))
         # Recordings of different sensors are no sessions of one.
         done = truetriad("calibrate", self.out / "recording/recording.yaml", self.out / "recording/recording-1.yaml",
                          "-o", self.folder / "mixed")
@@ -204,6 +209,71 @@ class Vehicles(unittest.TestCase):
         self.assertIn("too slow for a calibration; SDLOG_MODE 2 logs unarmed", done.stderr)
         self.assertIn("PX4 logs unarmed with SDLOG_MODE=2", done.stderr)
 
+    def test_all_sensors_too_slow_are_named_where_some_have_no_gyroscope(self):
+        log = self.log(vehicles.ulog, "slow.ulg", rests=24, rest_s=5.0, turn_s=2.0, rate_hz=1, gyroscopes=1)
+        done = self.calibrate(log, "--json", code=3)
+        codes = [(one["code"], one["values"]["instance"]["value"]) for one in json.loads(done.stdout)["findings"]
+                 if one["severity"] == "refusal"]
+        self.assertEqual(codes, [("too-slow", 0), ("too-slow", 1), ("too-slow", 2)])
+
+    def test_a_compass_is_calibrated_in_its_own_axes_and_read_in_the_boards(self):
+        # Yaw by 45 and 90 degrees, and roll by 180 degrees, as CAL_MAGn_ROT numbers them.
+        half = math.sqrt(0.5)
+        for rotation, mounted in ((1, [[half, -half, 0], [half, half, 0], [0, 0, 1]]),
+                                  (2, [[0, -1, 0], [1, 0, 0], [0, 0, 1]]), (8, [[1, 0, 0], [0, -1, 0], [0, 0, -1]])):
+            log = self.log(vehicles.ulog, f"{rotation}.ulg", rests=14, mounted=mounted,
+                           parameters={f"CAL_MAG{i}_ROT": rotation for i in range(2)})
+            done = self.calibrate(log, "--to=px4", "--overwrite")
+            self.assertNotIn("mounting", done.stdout)
+            self.assertNotIn("swapped", done.stderr)
+            found = self.parameters("px4.params", "\t", 2)
+            triad = vehicles.MAGNETOMETERS[0]
+            self.check_vector(found, "CAL_MAG0_", "OFF", triad.bias, 1e-3)
+            self.check_matrix([found[f"CAL_MAG0_{axis}SCALE"] for axis in "XYZ"],
+                              [found[f"CAL_MAG0_{axis}ODIAG"] for axis in "XYZ"], triad)
+            # The vehicle's own parameters, its rotation among them, are of the same compass.
+            full = self.folder / "full.params"
+            full.write_text((self.out / "px4.params").read_text() + f"1\t1\tCAL_MAG0_ROT\t{rotation}\t6\n")
+            done = truetriad("import", full, "--from=px4", "--units=m/s^2,rad/s,G", "-o", self.folder / "carried.yaml")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            done = truetriad("evaluate", self.out / "calibration.yaml", self.folder / "carried.yaml",
+                             self.out / "recording/recording.yaml")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_parameters_leave_no_correction_by_temperature_of_the_vehicles_own(self):
+        own = {"TC_A_ENABLE": 1, "TC_A0_ID": vehicles.ACCELEROMETERS[0].number, "TC_A0_X0_0": 0.3, "TC_A0_TREF": 25.0}
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
+        done = self.calibrate(log, "--to=px4")
+        self.assertIn("vehicle's temperature calibration (TC_A_ENABLE)", done.stderr)
+        found = self.parameters("px4.params", "\t", 2)
+        self.assertEqual(found["TC_A0_ID"], 0)
+        self.check_vector(found, "CAL_ACC0_", "OFF", vehicles.ACCELEROMETERS[0].bias, 0.01)
+
+    def test_a_broken_sensor_is_named_and_the_others_are_exported(self):
+        broken = {(topic, 2): (math.nan,) * 3 for topic in ("sensor_accel", "sensor_gyro")}
+        broken |= {("sensor_accel", 0): (0.1, 0.2, -9.8), ("sensor_mag", 1): (math.nan,) * 3}
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, broken=broken)
+        done = self.calibrate(log, "--to=px4", "--json", code=3)
+        refusals = [one for one in json.loads(done.stdout)["findings"] if one["severity"] == "refusal"]
+        self.assertEqual([one["values"]["instance"]["value"] for one in refusals], [0, 2], refusals)
+        warnings = [one["text"] for one in json.loads(done.stdout)["findings"] if one["code"] == "no-readings"]
+        self.assertIn("instance 1: magnetometer: ", warnings[0])
+        self.assertIn("instance 0: ", refusals[0]["text"])
+        self.assertIn("the sensor is stuck", refusals[0]["text"])
+        found = self.parameters("px4.params", "\t", 2)
+        self.assertEqual(found["CAL_ACC1_ID"], vehicles.ACCELEROMETERS[1].number)
+        self.assertNotIn("CAL_ACC0_ID", found)
+        self.assertNotIn("CAL_ACC2_ID", found)
+        # Alone it is no recording, and what an error names is said to be gone.
+        done = self.calibrate(log, "--instance=0", "--overwrite", code=2)
+        self.assertIn("that recording is not kept", done.stderr)
+
+    def test_a_position_has_its_gravity(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14)
+        self.calibrate(log, "--set=reference.position={ latitude_deg: 60, longitude_deg: 25, height_m: 0, date: 2026-01-31 }")
+        reference = json.loads((self.out / "calibration.json").read_text())["reference"]
+        self.assertAlmostEqual(reference["gravity_mps2"], 9.8191, delta=1e-3)
+
     def test_what_is_said_of_conversion_is_refused_where_nothing_is_converted(self):
         (self.folder / "log.csv").write_text("time[s],accel_x[g],accel_y[g],accel_z[g]\n0,0,0,1\n")
         done = self.calibrate(self.folder / "log.csv", "--units=g", code=1)
@@ -231,10 +301,33 @@ class Vehicles(unittest.TestCase):
         for folder in (self.out, self.out / "instance-1", self.out / "instance-2"):
             self.assertTrue((folder / "calibration.h").exists())
         self.assertFalse((self.out / "instance-3").exists())
+        # Of other temperatures than this one nothing is known: the firmware's own terms are zero here.
+        self.assertEqual(found["INS_ACC2_CALTEMP"], 40)
         # What was written can be read back, one instance at a time.
         done = truetriad("import", "--from=ardupilot", self.out / "ardupilot.param", "--instance=3",
                          "--output", self.folder / "carried.yaml")
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_each_sensor_is_corrected_where_the_firmware_does_it(self):
+        turned = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+        own = {"AHRS_ORIENTATION": 2, "INS_TCAL1_ENABLE": 1, "INS_TCAL1_TMIN": 0, "INS_TCAL1_TMAX": 70,
+               "INS_ACC1_CALTEMP": 25, "INS_GYR1_CALTEMP": 25}
+        own |= {f"INS_TCAL1_{sensor}{power}_{axis}": 0 for sensor in ("ACC", "GYR") for power in "123" for axis in "XYZ"}
+        own["INS_TCAL1_ACC1_X"] = 5000
+        log = self.log(vehicles.dataflash, "flight.bin", board=turned, parameters=own)
+        done = self.calibrate(log, "--to=ardupilot")
+        self.assertNotIn("mounting", done.stdout)
+        self.assertNotIn("swapped", done.stderr)
+        self.assertNotIn("compass without rotation", done.stderr)
+        found = self.parameters("ardupilot.param", ",", 0)
+        self.check_inertial(found, vehicles.ACCELEROMETERS[0], "INS_ACCOFFS_", "INS_ACCSCAL_", ("", ""))
+        # With its own terms on, they are zero at the temperature of the calibration.
+        self.assertEqual(found["INS_ACC1_CALTEMP"], 40)
+        self.assertEqual(found["INS_GYR1_CALTEMP"], 40)
+        triad = vehicles.MAGNETOMETERS[0]
+        self.check_vector(found, "COMPASS_OFS_", "", [-1e3 * b for b in triad.bias], 1.0)
+        self.check_matrix([found[f"COMPASS_DIA_{axis}"] for axis in "XYZ"],
+                          [found[f"COMPASS_ODI_{axis}"] for axis in "XYZ"], triad)
 
 
 if __name__ == "__main__":

@@ -123,8 +123,9 @@ Eigen::Vector3f ArduPilotPolynomial(const Parameters& p, const std::string& sens
 }
 
 Eigen::Vector3f ArduPilotThermal(const Parameters& p, const std::string& sensor, double t) {
-  if (!p.contains("INS_TCAL1_ENABLE")) return Eigen::Vector3f::Zero();
-  EXPECT_EQ(p.at("INS_TCAL1_ENABLE"), 1.0F);
+  const auto enabled = p.find("INS_TCAL1_ENABLE");
+  if (enabled == p.end() || enabled->second == 0.0F) return Eigen::Vector3f::Zero();
+  EXPECT_EQ(enabled->second, 1.0F);
   return ArduPilotPolynomial(p, sensor, static_cast<float>(t)) -
          ArduPilotPolynomial(p, sensor, p.at("INS_" + sensor + "1_CALTEMP"));
 }
@@ -364,6 +365,43 @@ TEST(Px4, TakesTheIdOfTheCalibrationUnlessAnotherIsTold) {
               HasSubstr("1\t1\tCAL_GYRO0_ID\t17\t6\n"));
 }
 
+TEST(Px4, LeavesNoTemperatureTermsOfTheVehicleToASensorWithoutAny) {
+  const Calibration unit = RandomUnitCalibration({}, 11);
+  ExportOptions options;
+  options.device_ids[Triad::kAccelerometer] = 1310988;
+  const std::string text = ExportCalibration(unit, "px4", options)->files[0].text;
+  for (const char* const sensor : {"A", "G", "M"}) {
+    EXPECT_THAT(text, HasSubstr("\n1\t1\tTC_" + std::string(sensor) + "0_ID\t0\t6\n"));
+  }
+  EXPECT_THAT(text, Not(HasSubstr("_ENABLE")));
+}
+
+TEST(FirmwareAxes, CorrectACompassInTheAxesOfTheirFirmware) {
+  // A quarter turn about z: x of the firmware is -y of the recording.
+  Calibration unit = RandomUnitCalibration({.symmetric_mag = true}, 17);
+  const TriadModel<double> model = unit.sensors[Triad::kMagnetometer]->model;
+  unit.tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
+  const auto written = [&](const char* format) {
+    unit.tags.firmware = format;
+    return *ExportCalibration(unit, format);
+  };
+  const Export px4 = written("px4"), ardupilot = written("ardupilot");
+  const Parameters found = Px4File(px4.files[0].text),
+                   other = ArduPilotFile(ardupilot.files[0].text);
+  // From microtesla to gauss, and to milligauss.
+  EXPECT_NEAR(found.at("CAL_MAG0_XOFF"), -0.01 * model.bias.y(), 1e-6);
+  EXPECT_NEAR(found.at("CAL_MAG0_YOFF"), 0.01 * model.bias.x(), 1e-6);
+  EXPECT_NEAR(other.at("COMPASS_OFS_X"), 10.0 * model.bias.y(), 1e-3);
+  const Eigen::Matrix3d correction = model.Correction();
+  EXPECT_NEAR(found.at("CAL_MAG0_XSCALE"), correction(1, 1), 1e-5);
+  EXPECT_NEAR(found.at("CAL_MAG0_XODIAG"), -correction(0, 1), 1e-5);
+  EXPECT_LT(px4.loss[Triad::kMagnetometer]->share(), kFloat32);
+  EXPECT_THAT(ardupilot.warnings, Not(Contains(HasSubstr("compass without rotation"))));
+  // Of another firmware's log nothing is known.
+  const Result<Export> foreign = ExportCalibration(unit, "px4");
+  EXPECT_NEAR(Px4File(foreign->files[0].text).at("CAL_MAG0_XOFF"), 0.01 * model.bias.x(), 1e-6);
+}
+
 TEST(Px4, HoldsAllInstancesInOneFile) {
   const Calibration first = RandomUnitCalibration({.bias_order = 1}, 1);
   const Calibration third = RandomUnitCalibration({.bias_order = 1}, 3);
@@ -445,6 +483,17 @@ TEST(ArduPilot, NamesTheParametersOfEveryImu) {
                     HasSubstr("\nINS4_GYR_CALTEMP,25\n"),
                     HasSubstr("\nINS4_TCAL_GYR3_Z,"),
                     HasSubstr("\nINS4_TCAL_ENABLE,1\n")));
+}
+
+TEST(ArduPilot, SaysWhereTheVehiclesOwnTemperatureTermsAreZero) {
+  Calibration unit = RandomUnitCalibration({}, 14);
+  EXPECT_THAT(ExportCalibration(unit, "ardupilot")->files[0].text,
+              HasSubstr("\nINS_TCAL1_ENABLE,0\n"));
+  unit.reference.recorded_degc = Eigen::Vector3d(30.0, 31.5, 33.0);
+  EXPECT_THAT(ExportCalibration(unit, "ardupilot")->files[0].text,
+              AllOf(HasSubstr("\nINS_ACC1_CALTEMP,31.5\n"),
+                    HasSubstr("\nINS_GYR1_CALTEMP,31.5\n"),
+                    Not(HasSubstr("INS_TCAL1_"))));
 }
 
 TEST(ArduPilot, RefusesAReferenceTemperatureOutsideOfTheCalibratedOnes) {

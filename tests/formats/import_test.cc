@@ -176,6 +176,34 @@ TEST(Import, KeepsTheTemperatureTermsOfAutopilots) {
   }
 }
 
+TEST(Import, TurnsACompassIntoTheAxesOfTheBoard) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("vehicle.param", "AHRS_ORIENTATION,2\nCOMPASS_OFS_X,-10\nCOMPASS_DIA_X,0.5\n");
+  const Result<Import> result = ImportCalibration("ardupilot", {path});
+  ASSERT_TRUE(result) << result.error().message;
+  const Calibration& unit = result->calibration;
+  EXPECT_EQ(unit.tags.firmware, "ardupilot");
+  EXPECT_EQ(unit.tags.magnetometer_turn_deg, Eigen::Vector3d(0.0, 0.0, 90.0));
+  // x of the vehicle is -y of the board.
+  const TriadModel<double>& mag = unit.sensors[Triad::kMagnetometer]->model;
+  EXPECT_NEAR(mag.bias.y(), -1.0, 1e-6);
+  EXPECT_NEAR(mag.sensitivity(1, 1), 2.0, 1e-6);
+}
+
+TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {
+  const TemporaryFolder folder;
+  std::string text = "1\t1\tCAL_ACC0_ID\t7\t6\n1\t1\tCAL_ACC0_XOFF\t0.1\t9\n";
+  text += "1\t1\tTC_A_ENABLE\t1\t6\n1\t1\tTC_A1_X1_0\t0.5\t9\n1\t1\tTC_A0_ID\t9\t6\n";
+  const auto has_terms = [&](const char* number) {
+    const std::string path =
+        folder.Write("vehicle.params", text + "1\t1\tTC_A1_ID\t" + number + "\t6\n");
+    return ImportCalibration("px4", {path})->calibration.sensors[Triad::kAccelerometer]->thermal;
+  };
+  EXPECT_TRUE(has_terms("7"));
+  EXPECT_FALSE(has_terms("8"));
+}
+
 TEST(Import, ReadsAPx4FileOfTheVehicle) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("vehicle.params",

@@ -242,11 +242,15 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(original.within_limits, reread->within_limits);
 }
 
-TEST(CalibrationFile, HoldsTheNumbersOfSensors) {
+TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   Calibration calibration = Awkward();
+  calibration.tags.firmware = "px4";
+  calibration.tags.magnetometer_turn_deg = Eigen::Vector3d(180.0, 0.0, 22.5);
   calibration.tags.device_ids[Triad::kGyroscope] = 1310988;
   const std::string text = CalibrationToYaml(calibration);
-  EXPECT_THAT(text, HasSubstr(", ids: { gyroscope: 1310988 } }\n"));
+  EXPECT_THAT(text,
+              HasSubstr(", firmware: \"px4\", ids: { gyroscope: 1310988 }, "
+                        "magnetometer_turn_deg: [180, 0, 22.5] }\n"));
   const Result<Calibration> reread = Reread(text);
   ASSERT_TRUE(reread) << reread.error().message;
   EXPECT_EQ(reread->tags, calibration.tags);

@@ -111,7 +111,7 @@ def dataflash(path, count, truth, raw_rate=False):
             message(134, "QBQfff", us + 120, 0, us, *logged[:3])
             message(133, "QBQfff", us + 130, 0, us, *logged[3:])
         if i % 10 == 0:
-            sum_ = [1.05 * (10.0 * f + o) for f, o in zip(field, COMPASS_OFFSET)]
+            sum_ = [1.05 * (10.0 * s * f + o) for s, f, o in zip(sign, field, COMPASS_OFFSET)]
             corrected = [round(sum(m * s for m, s in zip(row, sum_))) for row in ellipse]
             message(132, "QBhhhhhhhhhBI", time_ns // 1000, 0, *corrected,
                     *(int(o) for o in COMPASS_OFFSET), 0, 0, 0, 1, 0)
@@ -147,7 +147,8 @@ def dataflash_2014(path, count, truth):
         if i % 10 == 0:
             motor = (i % 7, -3, 2)
             message(132, "Ihhhhhhhhh", time_ns // 10**6,
-                    *(round(10.0 * f + o) + m for f, o, m in zip(field, COMPASS_OFFSET, motor)),
+                    *(round(10.0 * s * f + o) + m
+                      for s, f, o, m in zip(sign, field, COMPASS_OFFSET, motor)),
                     *(int(o) for o in COMPASS_OFFSET), *motor)
         if truth:
             truth.write(",".join(map(repr, [time_ns, *acceleration, *rate, *field])) + "\n")

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <Eigen/Core>
+
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
@@ -16,8 +18,13 @@ namespace truetriad {
 struct Tags {
   std::string part, revision;                                                  ///< `device:`
   std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
+  /// `device.firmware`: whose log the recording is of ("px4"); what follows holds for it alone.
+  std::string firmware;
   /// `device.ids`: the number by which firmware knows each sensor.
   PerTriad<std::optional<std::int64_t>> device_ids;
+  /// `device.magnetometer_turn_deg`: roll, pitch and yaw that turn the recording's axes into those
+  /// in which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
+  std::optional<Eigen::Vector3d> magnetometer_turn_deg;
 
   bool operator==(const Tags&) const = default;
 };
@@ -45,9 +52,11 @@ inline Tags OrElse(Tags own, const Tags& other) {
   };
   for (const TagKey& tag : kDeviceTags) take(tag);
   for (const TagKey& tag : kRunTags) take(tag);
+  if (own.firmware.empty()) own.firmware = other.firmware;
   for (const Triad triad : kTriads) {
     if (!own.device_ids[triad]) own.device_ids[triad] = other.device_ids[triad];
   }
+  if (!own.magnetometer_turn_deg) own.magnetometer_turn_deg = other.magnetometer_turn_deg;
   return own;
 }
 

@@ -101,7 +101,6 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun&) {
                    reference);
   }
   return {Finding(FindingCode::kNoTemperatureTerms, std::move(text))
-              .As(is_far ? Severity::kWarning : Severity::kNote)
               .With("lowest", (*recorded)[0], "degC")
               .With("mean", (*recorded)[1], "degC")
               .With("highest", (*recorded)[2], "degC")};

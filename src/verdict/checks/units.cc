@@ -163,8 +163,12 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
     if (!options.triads[triad].enabled || stream == nullptr) continue;
     const double rate_hz = stream->rate_hz;
     const bool is_slow = rate_hz < kSlowestHz;
-    const bool matters = is_slow ? is_endless || (follows && triad == Triad::kGyroscope)
-                                 : rate_hz > kFastestHz && follows;
+    // Rests are seen by the accelerometer where there is no gyroscope.
+    const bool lacks_rests =
+        poses.poses.empty() && !options.motion.has_value() && triad == Triad::kAccelerometer;
+    const bool matters = is_slow
+                             ? is_endless || lacks_rests || (follows && triad == Triad::kGyroscope)
+                             : rate_hz > kFastestHz && follows;
     if (!(rate_hz > 0.0) || !matters) continue;
     const std::string guess = TimeGuess(rate_hz, poses.duration_s);
     const std::string seen = "the " + std::string(TriadName(triad)) +
@@ -175,8 +179,10 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
         is_slow && guess.empty()
             ? Finding(FindingCode::kTooSlow,
                       seen,
-                      "log raw readings at 10 Hz or more (PX4: sensor comparison in SDLOG_PROFILE; "
-                      "ArduPilot: IMU in LOG_BITMASK); `units: trust` takes them as they are")
+                      "log raw readings at 10 Hz or more (PX4: sensor_accel, sensor_gyro and "
+                      "sensor_mag "
+                      "by sensor comparison in SDLOG_PROFILE; ArduPilot: IMU in LOG_BITMASK); "
+                      "`units: trust` takes them as they are")
             : Finding(
                   FindingCode::kWrongUnit,
                   seen + ": times look " + (is_slow ? "finer" : "coarser") + " than stated" + guess,

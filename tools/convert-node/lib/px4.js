@@ -159,6 +159,23 @@ function boardRotation(parameters, rotations) {
   return product(offset, rotation);
 }
 
+/**
+ * The turn from the axes of the board into those of the magnetometer `device`, whose number in the log
+ * is `instance`; undefined: the log does not say.
+ */
+function magnetometerTurn({ parameters, changed }, device, instance, rotations) {
+  const slot = [0, 1, 2, 3].find((n) => device > 0 && parameters.get(`CAL_MAG${n}_ID`) === device) ?? instance;
+  const id = parameters.get(`CAL_MAG${slot}_ID`);
+  const number = parameters.get(`CAL_MAG${slot}_ROT`);
+  const isOther = id !== undefined && id !== device;
+  if (isOther || [...changed].some((key) => key === `CAL_MAG${slot}_ROT` || key.startsWith('SENS_BOARD'))) return undefined;
+  if (number === -1) return rotations[0]; // It is on the board.
+  const board = boardRotation(parameters, rotations);
+  const sensor = rotations[number];
+  // Both are into the body's axes.
+  return sensor && board ? product([0, 1, 2].map((i) => sensor.map((row) => row[i])), board) : undefined;
+}
+
 const kSensors = {
   accelerometer: { name: 'ACC', thermal: 'TC_A_ENABLE' },
   gyroscope: { name: 'GYRO', thermal: 'TC_G_ENABLE' },
@@ -208,13 +225,16 @@ function openStreams(log, topics, rotations) {
       const decode = decoder(subscription, stream);
       if (!decode) continue;
       const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
-      const map = !stream.corrected ? undefined : stream.corrected === 'filtered' ? 'unknown'
-        : applied(log, stream.triad, rotations);
+      const turn = topic.name !== 'sensor_mag' ? undefined
+        : magnetometerTurn(log, decode.device ? decode.device(subscription.first) : 0, topic.instance, rotations);
+      const isTurned = turn && turn.some((row, i) => row[i] !== 1);
+      const map = !stream.corrected ? (isTurned ? { matrix: turn } : undefined)
+        : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad, rotations);
       const table = new Table(
         { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
       const entry = { topic, decode, table, devices: new Set(), scales: new Set(),
-        relativeNs: null, lastNs: null, repeated: 0, applied: map };
+        relativeNs: null, lastNs: null, repeated: 0, applied: map, turn };
       opened.set(topic.id, [...(opened.get(topic.id) ?? []), entry]);
     }
   }
@@ -291,15 +311,18 @@ function sendManifest(log, instance, entries) {
   }
   if (log.damage()) source.damage = log.damage();
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
+  const turn = entries.map((entry) => entry.turn).find((matrix) => matrix);
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
-    recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), ids: deviceIds(log, entries), source,
-    frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
+    recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
+    firmware: 'px4', ids: deviceIds(log, entries), magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
 }
 
 async function run(options) {
   const log = new Ulog(options.input);
-  log.read();
+  log.read((subscription, message) => {
+    subscription.first ??= Buffer.from(message);
+  });
   if (log.damage()) note(`${options.input}: ${log.damage()}`);
   if (options.list) {
     list(log);
@@ -325,11 +348,16 @@ async function run(options) {
   for (const instance of new Set(entries.map(({ topic }) => topic.instance))) {
     sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance));
   }
-  for (const { table, topic, repeated, applied: map, devices } of entries) {
+  for (const { table, topic, repeated, applied: map, devices, turn } of entries) {
     const parts = [];
+    const { thermal } = kSensors[table.triad];
+    if (log.parameters.get(thermal) === 1 && kRawTopics.includes(topic.name)) {
+      parts.push(`not corrected by the vehicle's temperature calibration (${thermal}), which exported parameters replace`);
+    }
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
     if (devices.size > 1) parts.push(`of ${devices.size} devices in turn`);
-    if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
+    if (map && turn) parts.push('turned into the axes of the board by CAL_MAGn_ROT');
+    else if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
     if (parts.length > 0) note(`${topic.name}#${topic.instance}, ${table.triad}: ${parts.join('; ')}`);
   }
   const slow = tooSlow(again, entries);

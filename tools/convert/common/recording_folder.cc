@@ -100,7 +100,12 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
     if (is_present && !whole) ++triads_[index].without_numbers;
     any = any || whole;
   }
-  if (!any) return;
+  if (!any) {
+    if (rows_ == 0 && waiting_.empty()) {
+      first_time_ns_ = std::clamp(time_ns, -kLastTimeNs, kLastTimeNs);
+    }
+    return;
+  }
   if (columns_.has_temperature) {
     // From absolute zero to where no electronics live; NaN is neither.
     const bool is_one = temperature_degc_ >= kAbsoluteZeroDegc && temperature_degc_ <= 1000.0;
@@ -168,11 +173,24 @@ void Table::LeaveOutLastAfterAJump() {
   }
 }
 
+bool Table::IsSeen() const {
+  return std::any_of(
+      triads_.begin(), triads_.end(), [](const TriadColumns& triad) { return triad.IsSeen(); });
+}
+
 Status Table::Commit() {
   if (columns_.is_unchecked) LeaveOutLastAfterAJump();
   while (!waiting_.empty()) WriteFirst();
   output_.Write({text_.data(), filled_});
   filled_ = 0;
+  if (rows_ == 0 && IsSeen()) {
+    // Without a reading it is a stream all the same, and whoever opens it says so.
+    Row row;
+    row.time_ns = first_time_ns_;
+    row.values.fill(std::numeric_limits<double>::quiet_NaN());
+    const char* const end = WriteRow(row, text_.data());
+    output_.Write({text_.data(), static_cast<std::size_t>(end - text_.data())});
+  }
   return output_.Commit();
 }
 
@@ -240,14 +258,18 @@ void RecordingFolder::SetSource(const std::string& key, const std::string& value
 }
 
 std::string RecordingFolder::Manifest(const Recording& recording) const {
+  const Tags& device = recording.device;
   Tags held;
+  held.firmware = device.firmware;
   YamlText applied;
   YamlText streams;
   for (const Triad triad : kTriads) {
     for (const Table* const table : recording.tables) {
       for (const TriadColumns& columns : table->triads()) {
-        if (columns.triad != triad || columns.rows == 0) continue;
-        held.device_ids[triad] = recording.device_ids[triad];
+        if (columns.triad != triad || !columns.IsSeen()) continue;
+        held.device_ids[triad] = device.device_ids[triad];
+        if (triad == Triad::kMagnetometer)
+          held.magnetometer_turn_deg = device.magnetometer_turn_deg;
         if (!columns.applied.empty()) {
           applied << "  " << TriadName(triad) << ":" << columns.applied;
         }
@@ -267,8 +289,8 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
   YamlText yaml;
   yaml << "recording: 1\n";
   if (!recording.serial.empty()) yaml << "serial: " << Quoted{Printable(recording.serial)} << "\n";
-  if (const std::string ids = DeviceTagsText(held); !ids.empty()) {
-    yaml << "device: {" << ids << " }\n";
+  if (const std::string tags = DeviceTagsText(held); !tags.empty()) {
+    yaml << "device: {" << tags << " }\n";
   }
   yaml << "source:\n";
   for (const auto& [key, value] : recording.source) {
@@ -297,7 +319,7 @@ Status RecordingFolder::MoveIntoPlace() {
   }
   std::vector<std::string> files;
   for (const auto& table : tables_) {
-    if (table->rows() > 0) files.push_back(table->file());
+    if (table->IsSeen()) files.push_back(table->file());
   }
   if (!poses_.empty()) files.emplace_back(kPoses);
   for (const Recording& recording : recordings_) files.push_back(recording.manifest);
@@ -315,17 +337,19 @@ Status RecordingFolder::MoveIntoPlace() {
 }
 
 Status RecordingFolder::Commit() {
+  bool has_rows = false;
   for (const auto& table : tables_) {
     TRUETRIAD_RETURN_IF_ERROR(table->Commit());
     std::error_code ignored;
-    if (table->rows() == 0) fs::remove(fs::path(temporary_) / table->file(), ignored);
+    if (!table->IsSeen()) fs::remove(fs::path(temporary_) / table->file(), ignored);
+    has_rows = has_rows || table->rows() > 0;
   }
   std::erase_if(recordings_, [](const Recording& recording) {
-    return std::all_of(recording.tables.begin(), recording.tables.end(), [](const Table* table) {
-      return table->rows() == 0;
+    return std::none_of(recording.tables.begin(), recording.tables.end(), [](const Table* table) {
+      return table->IsSeen();
     });
   });
-  if (recordings_.empty())
+  if (!has_rows)
     return Error(ErrorCode::kNoReadings,
                  "the log contains no complete reading; nothing was written");
   recordings_.front().manifest = kManifest;

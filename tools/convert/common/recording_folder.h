@@ -16,6 +16,7 @@
 #include "io/whole_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad::convert {
 
@@ -27,6 +28,9 @@ struct TriadColumns {
   std::uint64_t rows = 0;
   std::uint64_t without_numbers = 0;        ///< Rows with NaN, or what no sensor says.
   std::optional<double> si_per_count = {};  ///< The size of a count, where the log states it.
+
+  /// One that gave no valid number is in the recording all the same: it is there, and broken.
+  bool IsSeen() const { return rows > 0 || without_numbers > 0; }
 };
 
 /// What the rows of a table hold beside readings.
@@ -70,6 +74,7 @@ class Table {
   }
   bool has_time() const { return columns_.has_time; }
   std::uint64_t rows() const { return rows_; }
+  bool IsSeen() const;
   std::uint64_t too_late() const { return too_late_; }
   std::int64_t first_time_ns() const { return first_time_ns_; }
   std::int64_t last_time_ns() const { return last_time_ns_; }
@@ -118,15 +123,13 @@ class RecordingFolder {
   void BeginRecording(int instance);
 
   /// What the manifest says about the origin: `source: {key: value, …}`, `frame:`, and
-  /// `device: {ids: …}` of the sensors that have rows.
+  /// what firmware says of the sensors that have rows as `device:`.
   /// The first of them: what the log is called, its files where they are told, and the converter.
   void SetOrigin(const std::string& format, const std::vector<std::string>& paths = {});
   void SetSource(const std::string& key, const std::string& value);
   void SetFrame(const std::string& frame) { recordings_[current_].frame = frame; }
   void SetSerial(const std::string& serial) { recordings_[current_].serial = serial; }
-  void SetDeviceIds(const PerTriad<std::optional<std::int64_t>>& ids) {
-    recordings_[current_].device_ids = ids;
-  }
+  void SetDevice(const Tags& device) { recordings_[current_].device = device; }
   /// The text of poses.yaml, when the log says where its rests are.
   void SetPoses(const std::string& poses) { poses_ = poses; }
 
@@ -140,7 +143,7 @@ class RecordingFolder {
     std::vector<std::pair<std::string, std::string>> source = {};
     std::string frame = {};
     std::string serial = {};
-    PerTriad<std::optional<std::int64_t>> device_ids = {};
+    Tags device = {};
     std::vector<Table*> tables = {};
   };
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "formats/board_rotation.h"
 #include "formats/parameter_pattern.h"
 #include "io/yaml_text.h"
-#include "tools/convert/common/board_rotation.h"
 
 namespace truetriad::convert {
 namespace {
@@ -37,14 +37,13 @@ Result<Eigen::Vector3d> Vector(const Parameters& parameters, const std::string& 
   return values;
 }
 
-/// The rotation from the sensor to the vehicle, which comes after the correction.
+/// The rotation from the board to the vehicle: after the correction of what is on the board, before
+/// that of a compass.
 Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
   TRUETRIAD_ASSIGN_OR_RETURN(const double number, Value(parameters, "AHRS_ORIENTATION"));
-  if (!(number >= 0.0 && number < static_cast<double>(kBoardRotations.size())) ||
-      number != std::floor(number)) {
-    return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
-  }
-  return BoardRotation(static_cast<std::size_t>(number));
+  const auto turn_deg = BoardTurnDeg(number, kBoardRotations.size());
+  if (turn_deg) return TurnOf(*turn_deg);
+  return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
 }
 
 /// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
@@ -111,10 +110,13 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
 Result<std::string> CompassCorrection(const Parameters& parameters, int instance) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d added, CompassOffsets(parameters, instance));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d matrix, CompassMatrix(parameters, instance));
-  // A recording's offset is subtracted; ArduPilot's is added.
-  const Eigen::Vector3d offset = Eigen::Vector3d::Zero() - added;
+  // D·(R·y + o) = D·R·(y + Rᵀ·o), y in the board's axes; a recording's offset is subtracted.
+  const Result<Eigen::Matrix3d> known = RotationOf(parameters);
+  const Eigen::Matrix3d rotation = known ? *known : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  const Eigen::Vector3d offset = Eigen::Vector3d::Zero() - rotation.transpose() * added;
+  const Eigen::Matrix3d product = matrix * rotation;
   YamlText text;
-  text << "\n    offset: " << offset << "\n    matrix: " << matrix << "\n";
+  text << "\n    offset: " << offset << "\n    matrix: " << product << "\n";
   return text.str();
 }
 
@@ -131,6 +133,11 @@ PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, in
     if (id && *id > 0.0 && *id < 0x1p24) ids[triad] = static_cast<std::int64_t>(*id);
   }
   return ids;
+}
+
+std::optional<Eigen::Vector3d> VehicleTurnDeg(const Parameters& parameters) {
+  const Result<double> number = Value(parameters, "AHRS_ORIENTATION");
+  return number ? BoardTurnDeg(*number, kBoardRotations.size()) : std::nullopt;
 }
 
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance) {
@@ -153,6 +160,7 @@ bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
     for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#"}) {
       prefixes.push_back(CompassName(what, instance));
     }
+    prefixes.emplace_back("AHRS_ORIENTATION");
   } else {
     const std::string sensor = triad == Triad::kAccelerometer ? "ACC" : "GYR";
     prefixes = {InertialName(sensor, "#OFFS", instance),

@@ -40,6 +40,10 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters,
 /// The numbers of sensors `instance`, those that the log states.
 PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance);
 
+/// Roll, pitch and yaw that turn the board's axes, in which recordings are, into the vehicle's, in
+/// which compasses are corrected; unset: the log does not say.
+std::optional<Eigen::Vector3d> VehicleTurnDeg(const Parameters& parameters);
+
 /// Compass offset, added: x, y, z in mG. Error: missing.
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance);
 /// D·s, which multiplies the sum of reading and offset.

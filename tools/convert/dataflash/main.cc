@@ -438,8 +438,12 @@ void Describe(const Contents& contents,
   if (contents.skipped_bytes > 0) {
     folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
   }
-  folder->SetFrame("vehicle, after AHRS_ORIENTATION; sensor frame once `applied` is undone");
-  folder->SetDeviceIds(DeviceIds(contents.parameters, instance));
+  folder->SetFrame("vehicle, after AHRS_ORIENTATION; board once `applied` is undone");
+  Tags device;
+  device.firmware = "ardupilot";
+  device.device_ids = DeviceIds(contents.parameters, instance);
+  device.magnetometer_turn_deg = VehicleTurnDeg(contents.parameters);
+  folder->SetDevice(device);
 }
 
 Status Run(const Arguments& arguments) {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/convert/common/board_rotation.h"
+#include "formats/board_rotation.h"
 #include "tools/convert/common/byte_stream.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
@@ -62,17 +62,25 @@ class ScriptedRecording {
     table->Add(time_ns, readings.data());
   }
 
-  /// {"recording": 0, "source": {…}, "frame": …, "serial": …, "ids": {"accelerometer": 1310988},
-  /// "siPerCount": {"0": 0.25}}: the last by the numbers of tables.
+  /// {"recording": 0, "source": {…}, "frame": …, "serial": …, "firmware": "px4", "ids":
+  /// {"accelerometer": 1310988}, "magnetometerTurn": [nine], "siPerCount": {"0": 0.25}}: the last
+  /// by the numbers of tables.
   Status Describe(const Json& said) {
     folder_->BeginRecording(said.at("recording"));
     folder_->SetOrigin(said.at("format"), {arguments_.input});
     for (const auto& [key, value] : said.at("source").items()) folder_->SetSource(key, value);
     folder_->SetFrame(said.value("frame", ""));
     folder_->SetSerial(said.value("serial", ""));
-    PerTriad<std::optional<std::int64_t>> ids;
-    for (const auto& [triad, id] : said.at("ids").items()) ids[*TriadFromName(triad)] = id;
-    folder_->SetDeviceIds(ids);
+    Tags device;
+    device.firmware = said.value("firmware", "");
+    for (const auto& [triad, id] : said.at("ids").items())
+      device.device_ids[*TriadFromName(triad)] = id;
+    if (said.contains("magnetometerTurn")) {
+      const std::array<double, 9> rows = said.at("magnetometerTurn");
+      device.magnetometer_turn_deg =
+          TurnDegOf(Eigen::Map<const Eigen::Matrix3d>(rows.data()).transpose());
+    }
+    folder_->SetDevice(device);
     for (const auto& [table, size] : said.at("siPerCount").items())
       tables_.at(std::stoul(table))->triads()[0].si_per_count = size;
     return {};
@@ -91,7 +99,7 @@ Status Run(const Arguments& arguments) {
                   {"others", arguments.others}};
   if (arguments.instance) request["instance"] = *arguments.instance;
   for (std::size_t i = 0; i < kPx4BoardRotations; ++i)
-    request["rotations"].push_back(RowsJson(BoardRotation(i)));
+    request["rotations"].push_back(RowsJson(TurnOf(Eigen::Vector3d(kBoardRotations[i].data()))));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<NodeLog> log, NodeLog::Start(request));
   ScriptedRecording recording(arguments);
   for (;;) {

@@ -62,7 +62,9 @@ struct Task {
   std::string initial_yaml;  // the experiment, where none was given
   std::optional<LoadedPoses> first;
   bool has_report = true;
-  int instance = 0;  // of the sensors
+  int instance = 0;              // of the sensors
+  bool has_others = false;       // of the same log, which it must not keep from a result
+  std::optional<Error> refusal;  // why its recording cannot be read
 };
 
 /// The calibration that a folder has.
@@ -143,6 +145,23 @@ Status CheckIsOfUnit(const fs::path& directory, const std::string& serial) {
                    "`; choose another --output, or replace it with --overwrite");
 }
 
+/// Of sensors whose recording cannot be read, beside others of the device: no result, and why.
+Calibration Unread(const Experiment& experiment, const Error& error) {
+  const auto code = error.code == ErrorCode::kStuckSensor
+                        ? FindingCode::kStuckReadings
+                        : FindingCodeFromName(InfoOf(error.code).name);
+  Calibration calibration;
+  calibration.serial = experiment.serial;
+  calibration.software_version = Version();
+  calibration.created = TimestampUtc();
+  Finding refusal = RefusalOf(error, code.value_or(FindingCode::kNoReadings));
+  if (!error.finding) refusal.remedy.clear();  // The error's own message has one.
+  calibration.findings = {std::move(refusal)};
+  calibration.outcome = OutcomeOf(calibration.findings);
+  calibration.config_yaml = experiment.resolved_yaml;
+  return calibration;
+}
+
 Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) {
@@ -151,10 +170,18 @@ Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
   PoseSet poses;
   ProgressLine progress("reading " + task.experiment.inputs.front());
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      Calibration calibration,
-      CalibrateExperiment(
-          task.experiment, progress.callback(), std::exchange(task.first, std::nullopt), &poses));
+  Result<Calibration> made = task.refusal
+                                 ? Result<Calibration>(*task.refusal)
+                                 : CalibrateExperiment(task.experiment,
+                                                       progress.callback(),
+                                                       std::exchange(task.first, std::nullopt),
+                                                       &poses);
+  if (!made && task.has_others && made.error().kind() == ErrorKind::kBadInput) {
+    task.refusal = made.error();
+    task.has_report = false;
+    made = Unread(task.experiment, *task.refusal);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, std::move(made));
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
   std::optional<Calibration> there = ThatIn(task.folder);
   if (there && !FLAGS_overwrite) {
@@ -382,6 +409,10 @@ class FolderGivesWay {
     return {};
   }
 
+  bool Holds(const std::string& file) const {
+    return !folder_.empty() && file.starts_with(folder_.string() + "/");
+  }
+
   /// The new one stays; the one that was there goes, or is NAME.previous from now on.
   void Keep(bool is_previous) {
     // No longer aside before it goes: what is aside comes back.
@@ -433,23 +464,26 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
 }
 
 /// The experiment for further sensors of the same unit, as far as they were recorded.
-Result<Experiment> ForFurther(const Experiment& experiment, const std::string& recording) {
+Result<Task> ForFurther(const Experiment& experiment, const std::string& recording) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(recording));
   PerTriad<bool> recorded = {{false, false, false}};
   for (const StreamInfo& stream : source->info().streams) recorded[stream.triad] = true;
-  return OfSensors(experiment, recorded);
+  Task task;
+  task.experiment = OfSensors(experiment, recorded);
+  return task;
 }
 
 /// One for each instance of the sensors in the logs, the first in the folder itself. `converted`:
 /// what gives way to converted logs.
 Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
                                    std::deque<FolderGivesWay>* converted) {
-  std::vector<Task> tasks(1);
+  std::vector<Task> tasks;
+  std::optional<Experiment> experiment;  // Of all, once there is one.
   if (!FLAGS_config.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
-    TRUETRIAD_ASSIGN_OR_RETURN(tasks[0].experiment, ReadExperiment(FLAGS_config, overrides));
+    TRUETRIAD_ASSIGN_OR_RETURN(experiment, ReadExperiment(FLAGS_config, overrides));
     if (logs.empty()) {
-      for (const std::string& input : tasks[0].experiment.inputs) logs.push_back(ShortPath(input));
+      for (const std::string& input : experiment->inputs) logs.push_back(ShortPath(input));
     }
   }
   if (logs.empty()) {
@@ -462,23 +496,41 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder, converted));
   for (const auto& [instance, inputs] : recordings) {
-    if (instance == recordings.begin()->first) {
-      if (FLAGS_config.empty()) {
-        TRUETRIAD_ASSIGN_OR_RETURN(tasks[0], InitialTask(inputs, folder));
-      }
-      tasks[0].folder = folder;
+    const bool is_first = tasks.empty();
+    Result<Task> made = Task();
+    if (!experiment) {
+      made = InitialTask(inputs, folder);
+    } else if (is_first) {
+      made->experiment = *experiment;
     } else {
-      TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment,
-                                 ForFurther(tasks[0].experiment, inputs.front()));
-      const std::string name = "instance-" + std::to_string(instance);
-      Task& task = tasks.emplace_back();
-      task.experiment = std::move(experiment);
-      task.folder = (fs::path(folder) / name).string();
+      made = ForFurther(*experiment, inputs.front());
     }
-    tasks.back().experiment.inputs = inputs;
-    tasks.back().instance = instance;
+    const bool is_refused = !made && made.error().kind() == ErrorKind::kBadInput;
+    if (!made && (!is_refused || recordings.size() == 1)) return made.error();
+    Task& task = tasks.emplace_back(is_refused ? Task() : *std::move(made));
+    if (is_refused) task.refusal = made.error();
+    if (!experiment && !is_refused) experiment = task.experiment;
+    task.folder =
+        is_first ? folder : (fs::path(folder) / ("instance-" + std::to_string(instance))).string();
+    task.experiment.inputs = inputs;
+    task.instance = instance;
+    task.has_others = recordings.size() > 1;
   }
   return tasks;
+}
+
+/// All that is to be said of `worst`, and what is more than a note of the others.
+Findings FindingsOf(const std::vector<Done>& all, const Done& worst) {
+  if (all.size() == 1) return worst.calibration.findings;
+  Findings findings;
+  for (const Done& done : all) {
+    for (Finding finding : done.calibration.findings) {
+      if (&done != &worst && finding.severity == Severity::kNote) continue;
+      finding.text = "instance " + std::to_string(done.task.instance) + ": " + finding.text;
+      findings.push_back(finding.With("instance", done.task.instance));
+    }
+  }
+  return findings;
 }
 
 /// What is said is of the worst; of several, which is the worst, and where the others are.
@@ -487,10 +539,12 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
     return a.badness() < b.badness();
   });
   const bool is_held_back = worst.calibration.verdict() == Verdict::kFail;
+  Calibration shown = worst.calibration;
+  shown.findings = FindingsOf(all, worst);
   VerbResult result{.exit_code = is_held_back ? kExitOutsideLimits : worst.exit_code(),
-                    .text = CalibrationText(worst.calibration),
+                    .text = CalibrationText(shown),
                     .result = worst.json};
-  result.findings = worst.calibration.findings;
+  result.findings = shown.findings;
   result.outcome = worst.calibration.outcome;
   result.verdict = worst.calibration.verdict();
   result.grade = GradeOf(worst.calibration);
@@ -523,16 +577,10 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   return result;
 }
 
-Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
-  TRUETRIAD_RETURN_IF_ERROR(
-      CheckOneOf("solver", FLAGS_solver, {"eliminated", "ceres"}, " is not known"));
+Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
+                                 std::deque<FolderGivesWay>* converted) {
   TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport(" (--output names the folder)"));
-  for (const std::string& format : CommaSeparated(FLAGS_to)) {
-    TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
-  }
-  const std::vector<std::string> logs = StatedInputs(words);
-  std::deque<FolderGivesWay> converted;
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs, &converted));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Task> tasks, TasksFor(logs, converted));
   std::vector<Done> all;
   for (Task& task : tasks) {
     if (FLAGS_solver == "ceres") task.experiment.options.solver = Solver::kCeres;
@@ -540,19 +588,51 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
     TRUETRIAD_ASSIGN_OR_RETURN(Done done, Calibrated(std::move(task)));
     all.push_back(std::move(done));
   }
-  for (Done& done : all) TakeOverDecisions(&done);
+  const auto is_read = [](const Done& done) { return !done.task.refusal; };
+  const auto read = std::find_if(all.begin(), all.end(), is_read);
+  if (read == all.end()) return *all.front().task.refusal;
+  for (Done& done : all) {
+    if (done.calibration.serial.empty()) done.calibration.serial = read->calibration.serial;
+    TakeOverDecisions(&done);
+  }
   HoldBackTogether(&all);
   const bool is_beside = all.front().StaysBeside();
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
   // The recording stays with the calibration that was made from it.
-  for (FolderGivesWay& replaced : converted) replaced.Keep(is_beside);
+  for (FolderGivesWay& replaced : *converted) replaced.Keep(is_beside);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  if (result.exit_code == kExitNotEnough && !logs.empty()) {
+  const bool is_too_little = std::all_of(all.begin(), all.end(), is_read);
+  if (result.exit_code == kExitNotEnough && is_too_little && !logs.empty()) {
     const LogFormat* const format = LogFormatOf(logs.front());
     if (format != nullptr && !format->how_to_log.empty()) Note(std::string(format->how_to_log));
   }
   return result;
+}
+
+Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckOneOf("solver", FLAGS_solver, {"eliminated", "ceres"}, " is not known"));
+  for (const std::string& format : CommaSeparated(FLAGS_to)) {
+    TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
+  }
+  std::deque<FolderGivesWay> converted;
+  Result<VerbResult> result = CalibrateLogs(StatedInputs(words), &converted);
+  if (result) return result;
+  // The file that an error names must be there for who looks.
+  Error error = result.error();
+  for (const FolderGivesWay& folder : converted) {
+    if (folder.Holds(error.place.file)) {
+      error.message += "; that recording is not kept, `truetriad convert` writes it from the log";
+    }
+  }
+  return error;
+}
+
+std::vector<std::string> ExportNames() {
+  std::vector<std::string> names;
+  for (const FormatInfo& format : Formats()) names.emplace_back(format.name);
+  return names;
 }
 
 }  // namespace
@@ -574,6 +654,7 @@ SDLOG_MODE=2 (PX4) or LOG_DISARMED=1 (ArduPilot): docs/converting.md.
       .flags =
           "config input=LOG,... output to outside-limits set* tag* report=true|false interactive "
           "overwrite topic instance columns units solver",
+      .values = {{"to", ExportNames()}},
       .more_words = "input",
       .run = RunCalibrate};
 }
