@@ -7,12 +7,14 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -44,7 +46,10 @@ struct Survey {
     std::size_t serial = 0, log = 0;  ///< Hashes.
   };
   std::unordered_map<std::size_t, Reader> readers;
+  std::unordered_map<std::size_t, std::size_t> contents;  ///< Hashes, by those of runs' names.
   std::map<std::string, std::string> decided;  ///< What decisions and checks say, by their names.
+  std::map<std::string, std::vector<Disposition>> dispositions;  ///< Of the sources, by their runs.
+  std::vector<StationCheck> checks;
 };
 
 /// All of a run but its findings and its message, of which PostgreSQL may keep less (what is no
@@ -77,7 +82,7 @@ Status Placed(const Status& status, const std::string& source) {
 /// Notes whose readings a run is of, and where those are another unit's, too. A log whose unit was
 /// corrected is no copy of itself.
 void TakeReadings(const UnitRun& run, Survey* survey) {
-  const std::string readings = RecordingOf(run.inputs);
+  const std::string readings = RecordingOf(run.readings);
   if (readings.empty() || run.verdict == Verdict::kNoResult) return;
   const std::hash<std::string> hash;
   const Survey::Reader own{run.id, hash(run.serial), hash(run.log)};
@@ -207,21 +212,64 @@ Result<Source> ReadSource(const std::string& url, const std::function<Status(Uni
   return source;
 }
 
-/// Adds all of a source to the store.
-Status Add(const std::string& name, bool takes_unfinished, Store& store, Survey* survey) {
+/// ReadSource, many runs at a time. Errors name the source.
+Result<Source> ReadInParts(const std::string& name,
+                           const std::function<Status(const std::vector<UnitRun>&)>& take) {
+  constexpr std::size_t kRunsAtOnce = 500;  // Some 10 MB, and half a second to add.
+  std::vector<UnitRun> runs;
+  Result<Source> source = ReadSource(name, [&](UnitRun run) -> Status {
+    runs.push_back(std::move(run));
+    if (runs.size() < kRunsAtOnce) return {};
+    const Status taken = take(runs);
+    runs.clear();
+    return taken;
+  });
+  if (!source) return Placed(source.error(), name).error();
+  TRUETRIAD_RETURN_IF_ERROR(take(runs));
+  return source;
+}
+
+/// How many of a source's runs the store does not have. Error: it has one with another content.
+Result<std::size_t> NewRuns(const std::string& name,
+                            const std::vector<UnitRun>& runs,
+                            Store& store) {
+  std::vector<std::string> names;
+  for (const UnitRun& run : runs) names.push_back(run.id);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> there, store.ReadRuns(names));
+  std::map<std::string, std::string> contents;
+  for (const UnitRun& run : there) contents[run.id] = ContentOf(run);
+  std::set<std::string> fresh;
+  for (const UnitRun& run : runs) {
+    const auto known = contents.find(run.id);
+    if (known == contents.end()) {
+      fresh.insert(run.id);
+    } else if (known->second != ContentOf(run)) {
+      return OtherContent(name, "run " + run.id);
+    }
+  }
+  return fresh.size();
+}
+
+/// Notes all of a source. Error: it cannot be added.
+Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey* survey) {
   Collected& collected = survey->collected;
   const std::size_t before = collected.runs;
-  const Result<Source> source = ReadSource(name, [&](const UnitRun& run) -> Status {
-    survey->present.insert(ShardFromText(run.shard)->index);
-    ++collected.runs;
-    TakeReadings(run, survey);
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> there, store.ReadRun(run.id));
-    if (there && ContentOf(*there) != ContentOf(run)) return OtherContent(name, "run " + run.id);
-    collected.added += there ? 0 : 1;
-    return there ? Status() : store.Add(run);
-  });
-  if (!source) return Placed(source.error(), name);
-  const StatedShards& shards = source->shards;
+  const std::hash<std::string> hash;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Source source, ReadInParts(name, [&](const std::vector<UnitRun>& runs) -> Status {
+        for (const UnitRun& run : runs) {
+          survey->present.insert(ShardFromText(run.shard)->index);
+          TakeReadings(run, survey);
+          const std::size_t content = hash(ContentOf(run));
+          if (survey->contents.try_emplace(hash(run.id), content).first->second != content) {
+            return OtherContent(name, "run " + run.id);
+          }
+        }
+        collected.runs += runs.size();
+        TRUETRIAD_RETURN_IF_ERROR(NewRuns(name, runs, store));
+        return {};
+      }));
+  const StatedShards& shards = source.shards;
   if (shards.count > 0) {
     if (survey->shards > 0 && survey->shards != shards.count) {
       return Error(ErrorCode::kConflictingArguments,
@@ -234,11 +282,38 @@ Status Add(const std::string& name, bool takes_unfinished, Store& store, Survey*
     survey->said_by = ShownStore(name);
   }
   if (shards.only) survey->present.insert(*shards.only);
-  if (source->unfinished && !takes_unfinished) return *source->unfinished;
-  if (source->unfinished) collected.unfinished.push_back(ShownStore(name));
-  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(name, source->decisions, survey));
-  TRUETRIAD_RETURN_IF_ERROR(store.AddDecisions(source->decisions));
-  return TakePolicy(source->policy, name, collected.runs > before, survey);
+  if (source.unfinished && !takes_unfinished) return *source.unfinished;
+  if (source.unfinished) collected.unfinished.push_back(ShownStore(name));
+  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(name, source.decisions, survey));
+  for (Disposition& one : source.decisions.dispositions) {
+    survey->dispositions[one.run].push_back(std::move(one));
+  }
+  std::ranges::move(source.decisions.checks, std::back_inserter(survey->checks));
+  return TakePolicy(source.policy, name, collected.runs > before, survey);
+}
+
+/// Adds the runs of a source, each with what was decided about it, in short transactions: a line
+/// that writes to the store waits for a moment.
+Status AddRuns(const std::string& name, Store& store, Survey* survey) {
+  const auto add = [&](const std::vector<UnitRun>& runs) {
+    std::size_t added = 0;
+    const Status status = store.Together([&]() -> Status {
+      TRUETRIAD_ASSIGN_OR_RETURN(added, NewRuns(name, runs, store));
+      TRUETRIAD_RETURN_IF_ERROR(store.AddAll(runs));  // Those that are there stay as they are.
+      Decisions decisions;
+      for (const UnitRun& run : runs) {
+        std::ranges::copy(survey->dispositions[run.id], std::back_inserter(decisions.dispositions));
+      }
+      return store.AddDecisions(decisions);
+    });
+    survey->collected.added += status ? added : 0;
+    return status;
+  };
+  const Result<Source> source = ReadInParts(name, add);
+  if (source) return {};
+  return Error(
+      source.error().code,
+      source.error().message + "; what was added stays, and to collect again adds what is missing");
 }
 
 /// Of `count`, those that are not in `present`, nor the store has runs of.
@@ -267,7 +342,8 @@ Status AgreeAll(const std::string& target, Collected* collected) {
   return {};
 }
 
-/// Adds all sources to the store at `url`, which is called `target`, or nothing.
+/// Adds all sources to the store at `url`, which is called `target`, once each of them was looked
+/// at: nothing, where one cannot be added.
 Result<Collected> AddAll(const std::vector<std::string>& sources,
                          const std::string& target,
                          const std::string& url,
@@ -275,25 +351,27 @@ Result<Collected> AddAll(const std::vector<std::string>& sources,
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(url));
   Survey survey;
   Collected& collected = survey.collected;
-  const Status added = store->Together([&]() -> Status {
-    survey = Survey();
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table runs, store->Query("SELECT 1 FROM run LIMIT 1"));
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> policy,
-                               store->StatedRetestPolicy());
-    TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
-    TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, decisions, &survey));
-    for (const std::string& source : sources) {
-      TRUETRIAD_RETURN_IF_ERROR(Add(source, takes_unfinished, *store, &survey));
-    }
-    TRUETRIAD_RETURN_IF_ERROR(TakePolicy(policy, target, !runs.rows.empty(), &survey));
-    if (survey.shards > 0) TRUETRIAD_RETURN_IF_ERROR(store->StateShard({0, survey.shards}));
-    if (survey.states_policy) TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(*survey.policy));
-    collected.shards = std::max(survey.shards, 1);
-    TRUETRIAD_ASSIGN_OR_RETURN(collected.missing,
-                               MissingShards(*store, collected.shards, survey.present));
-    return {};
-  });
-  TRUETRIAD_RETURN_IF_ERROR(added);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table runs, store->Query("SELECT 1 FROM run LIMIT 1"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> policy, store->StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
+  TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, decisions, &survey));
+  for (const std::string& source : sources) {
+    TRUETRIAD_RETURN_IF_ERROR(Look(source, takes_unfinished, *store, &survey));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(policy, target, !runs.rows.empty(), &survey));
+  if (survey.shards > 0) TRUETRIAD_RETURN_IF_ERROR(store->StateShard({0, survey.shards}));
+  if (survey.states_policy) TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(*survey.policy));
+  for (const std::string& source : sources) {
+    TRUETRIAD_RETURN_IF_ERROR(AddRuns(source, *store, &survey));
+  }
+  Decisions all{{}, std::move(survey.checks)};
+  for (const auto& [run, of_run] : survey.dispositions) {
+    std::ranges::copy(of_run, std::back_inserter(all.dispositions));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(store->AddDecisions(all));
+  collected.shards = std::max(survey.shards, 1);
+  TRUETRIAD_ASSIGN_OR_RETURN(collected.missing,
+                             MissingShards(*store, collected.shards, survey.present));
   return std::move(collected);
 }
 

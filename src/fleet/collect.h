@@ -25,8 +25,8 @@ struct Collected {
 /// Adds all that is in `sources`, stores of any kind, to the store `target`: runs, decisions,
 /// checks of stations, and which run of a unit counts. What is there, by its name, is left as it
 /// is, so that it may be done again. Files of units beside `target` then agree with it
-/// (AgreeFolders). All or nothing is added: where a source is spoilt, the store stays as it was,
-/// and meanwhile who writes to it waits. Errors (bad input): a source that cannot be read, or has
+/// (AgreeFolders). Where a source is spoilt, nothing of any is added. Who writes to the store
+/// meanwhile waits for moments. Errors (bad input): a source that cannot be read, or has
 /// what no run can be, with file and line where it has such; one that is not finished
 /// (Store::CheckEnd), unless `takes_unfinished`; a run of one name with another content. (Usage):
 /// sources or store are of different numbers of shards, or count runs by different policies; a

@@ -22,13 +22,13 @@ namespace truetriad::fleet {
 
 /// The version of all that, of the tables and of lines of JSON. A store that has another one is
 /// refused.
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
 /// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
 /// none.
 Status CheckSchemaVersion(const std::string& name, const std::string& found);
 
-/// Of the table `run`; tags, inputs, parameters, findings and judgements have their own.
+/// Of the table `run`; tags, inputs, readings, parameters, findings and judgements have their own.
 void Fields(auto&& visit, Like<UnitRun> auto& run) {
   visit("run", run.id);
   visit("serial", run.serial);
@@ -57,6 +57,11 @@ void Fields(auto&& visit, Like<InputFile> auto& input) {
   visit("file", input.file);
   visit("sha256", input.sha256);
   visit("samples", input.samples);
+}
+
+void Fields(auto&& visit, Like<SensorReadings> auto& readings) {
+  visit("sensor", readings.sensor);
+  visit("digest", readings.digest);
 }
 
 void Fields(auto&& visit, Like<Parameter> auto& parameter) {

@@ -3,16 +3,19 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <unordered_map>
 #include <utility>
 
@@ -70,9 +73,19 @@ namespace {
 
 /// Why a unit is good, or not, whatever its run of now says.
 std::string ReasonOf(const Standing& unit) {
-  const std::string verdict(VerdictName(unit.final_verdict));
+  const std::string verdict(VerdictWords(unit.final_verdict));
   if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
   return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
+}
+
+/// The log of a run has the readings of another unit's.
+Error IsCopy(const UnitRun& run, const auto& other) {
+  return Error(ErrorCode::kOtherDevice,
+               {run.log},
+               "has the readings of " + other.log + ", which is unit `" + other.serial +
+                   "`, and not of `" + run.serial +
+                   "`: a copy of it, or one serial number is wrong; measure this unit, or take the "
+                   "wrong log away");
 }
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on
@@ -271,13 +284,7 @@ class FleetEngine {
     run->judgements.clear();
     run->effective_dof = 0.0;
     run->mode.clear();
-    Fill(Error(ErrorCode::kOtherDevice,
-               {run->log},
-               "has the readings of " + other->log + ", which is unit `" + other->serial +
-                   "` (run " + other->run + "), and not of `" + run->serial +
-                   "`: a copy of it, or one serial number is wrong; measure this unit, or take the "
-                   "wrong log away"),
-         run);
+    Fill(IsCopy(*run, *other), run);
     return {};
   }
 
@@ -287,18 +294,24 @@ class FleetEngine {
     if (!standing || !*standing) return;  // It cannot say.
     const Standing& unit = **standing;
     const bool is_new_recording = unit.attempts > (before ? before->attempts : 0);
+    if (!before) WarnOfLetters(run.serial);
+    if (!unit.tied_with.empty() && (run.id == unit.run || run.id == unit.tied_with)) {
+      Warn(run.serial + ": run " + unit.run + ", of " + unit.log + ", which counts, and run " +
+           unit.tied_with + ", of another log, were both measured at " + unit.recorded +
+           ", so the one that was run first is taken for the first");
+    }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
-      Tell(run.serial + ": recording " + std::to_string(unit.attempts) +
+      Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
            " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
     }
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
-      Tell(run.serial + ": run " + run.id + ", of another recording, lifts the decision of " +
+      Warn(run.serial + ": run " + run.id + ", of another recording, lifts the decision of " +
            before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
            before->disposed_why + ")");
     }
     if (before && before->disposed_by.empty() && before->final_verdict == Verdict::kFail &&
         unit.final_verdict == Verdict::kNoLimits) {
-      Tell(run.serial + ": was FAIL, and is NO LIMITS SET now, since run " + run.id +
+      Warn(run.serial + ": was FAIL, and is NO LIMITS SET now, since run " + run.id +
            " counts, which had no limits; run it again with those of before");
     }
     if (before && !is_new_recording) {
@@ -335,7 +348,7 @@ class FleetEngine {
       if (!agreed) continue;  // The store is silent: the next start asks again.
       // What is not there is on another machine, or was put away.
       std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
-      for (const std::string& note : agreed->Notes(serial)) Tell(note);
+      for (const std::string& note : agreed->Notes(serial)) Warn(note);
     }
     return {};
   }
@@ -345,10 +358,10 @@ class FleetEngine {
     if (options_.plan.folder.empty()) return;
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
     if (!agreed) {
-      Tell(serial + ": " + agreed.error().message + "; its other runs are told at the next start");
+      Warn(serial + ": " + agreed.error().message + "; its other runs are told at the next start");
       return;
     }
-    for (const std::string& note : agreed->Notes(serial)) Tell(note);
+    for (const std::string& note : agreed->Notes(serial)) Warn(note);
     progress_.unsafe.erase(serial);
     if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
   }
@@ -364,8 +377,20 @@ class FleetEngine {
     return {};
   }
 
+  /// Names a unit of the store that a new one may have been meant to be.
+  void WarnOfLetters(const std::string& serial) const {
+    const Result<std::string> other = store_->UnitOfOtherLetters(serial);
+    if (!other || other->empty()) return;
+    Warn(serial + ": is another unit than `" + *other +
+         "`, which the store has and which differs in capital letters alone; where they are one, "
+         "write its serial number in one way");
+  }
+
   void Tell(const std::string& note) const {
     if (listener_.on_note) listener_.on_note(note);
+  }
+  void Warn(const std::string& warning) const {
+    if (listener_.on_warning) listener_.on_warning(warning);
   }
 
   const FleetOptions& options_;
@@ -384,18 +409,74 @@ class FleetEngine {
 /// Units that are known beforehand, in their order.
 class ListedUnits : public OrderSource {
  public:
-  explicit ListedUnits(std::vector<UnitOrder> units) : units_(std::move(units)) {}
+  explicit ListedUnits(std::vector<Arrival> units) : units_(std::move(units)) {}
 
   std::optional<Arrival> Next() override {
     if (next_ == units_.size()) return std::nullopt;
-    return Arrival{std::move(units_[next_++])};
+    return std::move(units_[next_++]);
   }
   bool HasEnded() const override { return next_ == units_.size(); }
 
  private:
-  std::vector<UnitOrder> units_;
+  std::vector<Arrival> units_;
   std::size_t next_ = 0;
 };
+
+/// Groups of `units`, by their places, whose logs have the same readings; of each sensor the first
+/// `most` or all.
+std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>& units,
+                                                     const std::vector<std::size_t>& places,
+                                                     std::optional<std::int64_t> most,
+                                                     int jobs) {
+  std::vector<std::string> recordings(places.size());
+  std::atomic<std::size_t> next = 0;
+  const auto read = [&] {
+    for (std::size_t i = next++; i < places.size(); i = next++) {
+      try {
+        const auto readings = ReadingsOf(units[places[i]].order.log, most);
+        if (readings) recordings[i] = RecordingOf(*readings);
+      } catch (const std::exception&) {  // What cannot be read a worker will refuse.
+      }
+    }
+  };
+  std::vector<std::jthread> readers;
+  for (int job = 0; job < jobs; ++job) readers.emplace_back(read);
+  readers.clear();  // Once all is read.
+  std::map<std::string, std::vector<std::size_t>> by_recording;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!recordings[i].empty()) by_recording[recordings[i]].push_back(places[i]);
+  }
+  std::vector<std::vector<std::size_t>> groups;
+  for (const auto& [recording, group] : by_recording) {
+    if (group.size() > 1) groups.push_back(group);
+  }
+  return groups;
+}
+
+/// The units, of which those are refused, all of them, that have the readings of another one.
+std::vector<Arrival> WithoutCopies(const FleetOptions& options, std::vector<UnitOrder> orders) {
+  // So many are read in a millisecond, and of two recordings hardly the same.
+  constexpr std::int64_t kFirstReadings = 64;
+  std::vector<Arrival> units;
+  std::vector<std::size_t> all;
+  for (UnitOrder& order : orders) {
+    all.push_back(units.size());
+    units.push_back({std::move(order)});
+  }
+  if (units.size() < 2) return units;
+  for (const auto& likely : OfSameReadings(units, all, kFirstReadings, options.jobs)) {
+    for (const auto& same : OfSameReadings(units, likely, std::nullopt, options.jobs)) {
+      for (const std::size_t place : same) {
+        const UnitRun own = RunOf(options.plan, units[place].order);
+        for (const std::size_t another : same) {
+          const UnitRun other = RunOf(options.plan, units[another].order);
+          if (other.serial != own.serial) units[place].refusal = IsCopy(own, other);
+        }
+      }
+    }
+  }
+  return units;
+}
 
 }  // namespace
 
@@ -406,16 +487,25 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const std::function<bool()>& is_stopped) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string config_sha256, ConfigSha256(options.plan));
   FleetProgress progress;
+  std::set<std::string> skipped;
   if (options.resumes) {
     TRUETRIAD_ASSIGN_OR_RETURN(const DoneLogs done, DoneLogs::In(store, config_sha256));
-    progress.skipped = std::erase_if(units, [&](const UnitOrder& unit) { return done.Has(unit); });
+    std::erase_if(units, [&](const UnitOrder& unit) {
+      return done.Has(unit) && skipped.insert(unit.log).second;
+    });
   }
+  progress.skipped = skipped.size();
   progress.units = units.size();
-  ListedUnits source(std::move(units));
+  ListedUnits source(WithoutCopies(options, std::move(units)));
   TRUETRIAD_ASSIGN_OR_RETURN(progress,
                              FleetEngine(options, config_sha256, &source, &store, listener)
                                  .Run(std::move(progress), is_stopped));
   if (!progress.is_stopped) TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
+  if (skipped.empty()) return progress;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> not_good, store.LogsOfUnitsNotGood());
+  for (const KnownRun& run : not_good) {
+    if (skipped.contains(run.log)) progress.skipped_red.insert(run.serial);
+  }
   return progress;
 }
 

@@ -49,8 +49,9 @@ struct Yield {
 
 /// What has become of it so far.
 struct FleetProgress {
-  std::optional<std::size_t> units;  ///< To be calibrated, without those left out; unset: unknown.
-  std::size_t skipped = 0;           ///< Left out: their run is there.
+  std::optional<std::size_t> units;   ///< To be calibrated, without those left out; unset: unknown.
+  std::size_t skipped = 0;            ///< Left out: their run is there.
+  std::set<std::string> skipped_red;  ///< Units of those, that were not run now and are not good.
   std::size_t done = 0, red = 0;
   std::map<Verdict, std::size_t> verdicts;
   std::map<std::string, std::size_t> codes;  ///< Of red ones.
@@ -65,8 +66,8 @@ struct FleetProgress {
   double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
   bool is_stopped = false;            ///< Before all were done.
 
-  /// Whether all runs are good, and all their units in the end.
-  bool IsGood() const { return red == 0 && yield.final_good == yield.units; }
+  /// Whether all runs are good, and all units in the end, those left out, too.
+  bool IsGood() const { return red == 0 && yield.final_good == yield.units && skipped_red.empty(); }
   /// Units a second; 0 before the first.
   double Rate() const { return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0; }
   /// Until all are done at this rate, s; unset where that is not known.
@@ -76,7 +77,8 @@ struct FleetProgress {
 /// Who is told of it; each may be empty.
 struct FleetListener {
   std::function<void(const UnitRun&, const FleetProgress&)> on_run;  ///< Once it is in the store.
-  std::function<void(const std::string&)> on_note;  ///< What people should know, one line.
+  std::function<void(const std::string&)> on_note;     ///< How the work goes, one line.
+  std::function<void(const std::string&)> on_warning;  ///< What became of a unit, likewise.
 };
 
 /// A unit to be calibrated, or why it cannot be.
@@ -115,8 +117,9 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
                                               double age_s);
 
 /// Calibrates `units`, each in one of `jobs` processes, and adds every run to `store` once its
-/// files are on the disk. Where `is_stopped` says so no further unit is begun. Error (bad input):
-/// the store or the workers fail; what is done is in the store.
+/// files are on the disk. Units of which one log has the readings of another's are refused, all of
+/// them: who of them was measured is not known. Where `is_stopped` says so no further unit is
+/// begun. Error (bad input): the store or the workers fail; what is done is in the store.
 Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const FleetOptions& options,
                                Store& store,
@@ -124,7 +127,8 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const std::function<bool()>& is_stopped);
 
 /// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
-/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as OpenLogWatch.
+/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as
+/// OpenLogWatch.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,
                                  Store& store,

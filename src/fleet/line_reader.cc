@@ -27,11 +27,6 @@ Status CheckIsTag(std::string_view flag, const std::string& tag) {
                "--" + std::string(flag) + "=" + tag + " is no tag; there are " + tags);
 }
 
-std::string OrderOfTime(const std::string& of) {
-  return of + ".recorded, CASE WHEN " + of + ".recorded <> '' THEN " + of + ".log END, " + of +
-         ".run";
-}
-
 std::string SqlText(std::string_view text) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
@@ -72,7 +67,6 @@ class LineReader {
                            .verdict = std::string(VerdictName(run.verdict)),
                            .code = code},
                   .course = std::move(course),
-                  .log = run.log,
                   .number = static_cast<std::uint32_t>(records_.size()),
                   .counts = counts,
                   .is_measured = is_measured};
@@ -103,11 +97,11 @@ class LineReader {
 
   LineReading Finish() {
     std::ranges::sort(records_, [](const Record& one, const Record& other) {
-      // This is OrderOfTime; units of one second come in the order of their serial numbers.
+      // Units of one second come in the order of their serial numbers.
       const bool is_same = one.unit.recorded == other.unit.recorded;
       if (is_same && one.unit.recorded.empty()) return one.unit.run < other.unit.run;
-      return std::tie(one.unit.recorded, one.unit.serial, one.log, one.unit.run) <
-             std::tie(other.unit.recorded, other.unit.serial, other.log, other.unit.run);
+      return std::tie(one.unit.recorded, one.unit.serial, one.unit.run) <
+             std::tie(other.unit.recorded, other.unit.serial, other.unit.run);
     });
     std::vector<std::uint32_t> unit_of(records_.size());
     for (Record& record : records_) {
@@ -130,7 +124,6 @@ class LineReader {
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
-    std::string log;
     std::uint32_t number;  ///< In the order in which they came.
     bool counts, is_measured;
   };
@@ -155,8 +148,8 @@ class LineReader {
 /// The first run of each of what `partition` tells apart, of those that `condition` is true of.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
-         " ORDER BY " + OrderOfTime("run") +
-         ") AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND tag.name = 'station' WHERE " +
+         " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
+         "tag.name = 'station' WHERE " +
          condition + ") AS placed WHERE nth = 1";
 }
 

@@ -22,9 +22,6 @@ Status CheckIsTag(std::string_view flag, const std::string& tag);
 inline constexpr std::string_view kReason =
     "CASE WHEN final_verdict <> verdict THEN 'decided by ' || disposed_by ELSE code END";
 
-/// The order in which runs were measured, for ORDER BY; `of` is a name of the table in the
-/// question.
-std::string OrderOfTime(const std::string& of);
 /// A text in SQL, whatever is in it.
 std::string SqlText(std::string_view text);
 /// " FROM … WHERE …": what the condition `where` is true of in the table or view `source`, with a

@@ -155,37 +155,22 @@ Error SameRecording(const std::string& one, const std::string& other, const std:
                    of + "); measure each unit anew, or leave one out with --study");
 }
 
-/// What was measured again differs somewhere, if only in the last bit: runs that do not are of the
-/// same samples, whatever their files are (compressed, in parts).
-Status CheckValuesAreDifferent(const LineReading& runs) {
-  std::map<std::vector<std::pair<Eigen::Index, double>>, const line::UnitRecord*> known;
-  for (const line::UnitRecord& run : runs.data.units) {
-    std::vector<std::pair<Eigen::Index, double>> estimated;
-    for (Eigen::Index i = 0; i < run.values.size(); ++i) {
-      if (run.sigma[i] > 0.0) estimated.emplace_back(i, run.values[i]);
-    }
-    if (estimated.empty()) continue;
-    const auto [first, is_new] = known.try_emplace(std::move(estimated), &run);
-    if (!is_new) return SameRecording(first->second->run, run.run, "of " + run.serial);
-  }
-  return {};
-}
-
 /// A recording that is calibrated twice has no repeatability to show.
-Status CheckAreDifferent(Store& store, const std::string& study, const LineReading& runs) {
-  std::unordered_map<std::string, std::string> run_of;  // by what was read
+Status CheckAreDifferent(Store& store, const std::string& study) {
+  std::unordered_map<std::string, std::string> run_of;  // by what was read of a sensor
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
-      store.Query("SELECT sha256, input.run, serial, log FROM input JOIN (SELECT run, serial, log" +
+      store.Query("SELECT digest, reading.run, serial, log FROM reading JOIN (SELECT run, serial, "
+                  "log" +
                   FromWhere("run", study) +
-                  ") AS its ON its.run = input.run WHERE samples > 0 ORDER BY input.run"));
+                  ") AS its ON its.run = reading.run ORDER BY reading.run"));
   for (const auto& row : table.rows) {
     const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
     if (is_new || first->second == *row[1]) continue;
     return SameRecording(
         first->second, *row[1], row[3].value_or("") + " of " + row[2].value_or(""));
   }
-  return CheckValuesAreDifferent(runs);
+  return {};
 }
 
 }  // namespace
@@ -196,7 +181,7 @@ Result<Json> StudyOf(Store& store, const SummaryOptions& options) {
   if (runs.data.units.empty()) {
     return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, options.study, runs));
+  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, options.study));
   const Json quantities = StudyOfRuns(runs, options).All();
   TRUETRIAD_RETURN_IF_ERROR(CheckReferences(quantities, options.references));
   const bool is_any = std::any_of(quantities.begin(), quantities.end(), [](const Json& study) {

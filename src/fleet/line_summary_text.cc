@@ -52,8 +52,7 @@ truetriad::Table TableOf(const Trees& list, const std::vector<TextColumn>& colum
   for (const Json& item : list) {
     std::vector<std::string>& row = table.rows.emplace_back();
     for (const TextColumn& column : columns) {
-      const Json::json_pointer place(column.place);
-      row.push_back(item.contains(place) ? column.text(item.at(place)) : "");
+      row.push_back(column.text(item.at(Json::json_pointer(column.place))));  // Throws its name.
     }
   }
   return table;

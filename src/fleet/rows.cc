@@ -18,12 +18,12 @@ namespace {
 /// significant byte first.
 ///
 /// `measured` has of each run the first of the unit that is of the same recording: of the same log,
-/// untouched, or of all the files that its samples are from. An attempt is a recording, however
-/// often it is calibrated.
+/// untouched, or of all the readings that it was made from, sensor by sensor. An attempt is a
+/// recording, however often it is calibrated.
 ///
 /// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
-/// "file". Runs are in the order of that, those of one second in that of their logs' names; those
-/// without it come first, in the order of their names.
+/// "file". Runs are in the order of that; those of one second, and those without it, which come
+/// first, in the order of their names, which is that of running.
 ///
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
 /// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
@@ -31,12 +31,13 @@ namespace {
 /// window at all. A unit with one run costs some ten microseconds, one with 200 some ten
 /// milliseconds. A decision holds unless the run that counts is a later one and of another
 /// recording: none of the unit's runs before the decision, whether they counted or not, was of the
-/// same log, untouched, or of all the files that its samples are from. (What was exported of the
+/// same log, untouched, or of all its readings. (What was exported of the
 /// runs that count alone may name a run that is later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
-CREATE INDEX input_of_content ON input (sha256, run);
+CREATE INDEX reading_of_content ON reading (digest, run);
+CREATE INDEX unit_of_letters ON unit (lower(serial));
 CREATE INDEX disposition_of_run ON disposition (run, disposition);
 CREATE INDEX check_of_station ON station_check (station, station_check);
 CREATE VIEW measured AS
@@ -56,18 +57,17 @@ CREATE VIEW measured AS
         ) AS run
         UNION ALL
         SELECT (
-          SELECT shared.run FROM input AS shared CROSS JOIN run AS same
-          WHERE shared.sha256 = (
-              SELECT made_from.sha256 FROM input AS made_from
-              WHERE made_from.run = one.run AND made_from.samples > 0
-              ORDER BY made_from.place LIMIT 1
+          SELECT shared.run FROM reading AS shared CROSS JOIN run AS same
+          WHERE shared.digest = (
+              SELECT made_from.digest FROM reading AS made_from
+              WHERE made_from.run = one.run ORDER BY made_from.place LIMIT 1
             )
             AND shared.run <= one.run AND same.run = shared.run AND same.serial = one.serial
             AND NOT EXISTS (
-              SELECT 1 FROM input AS made_from
-              WHERE made_from.run = one.run AND made_from.samples > 0 AND NOT EXISTS (
-                SELECT 1 FROM input AS known
-                WHERE known.run = shared.run AND known.sha256 = made_from.sha256
+              SELECT 1 FROM reading AS made_from
+              WHERE made_from.run = one.run AND NOT EXISTS (
+                SELECT 1 FROM reading AS known
+                WHERE known.run = shared.run AND known.digest = made_from.digest
               )
             )
           ORDER BY shared.run LIMIT 1
@@ -82,7 +82,7 @@ CREATE VIEW standing AS
   SELECT
     run.*,
     (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial
-      ORDER BY one.recorded, CASE WHEN one.recorded <> '' THEN one.log END, one.run LIMIT 1)
+      ORDER BY one.recorded, one.run LIMIT 1)
       AS first_verdict,
     (SELECT count(*) FROM measured AS one
       WHERE one.serial = unit.serial AND one.first_run = one.run) AS attempts,
@@ -105,16 +105,14 @@ CREATE VIEW standing AS
           AND seen.log_modified_ns = run.log_modified_ns
       )
       OR (
-        EXISTS (
-          SELECT 1 FROM input AS made_from WHERE made_from.run = run.run AND made_from.samples > 0
-        )
+        EXISTS (SELECT 1 FROM reading AS made_from WHERE made_from.run = run.run)
         AND NOT EXISTS (
-          SELECT 1 FROM input AS made_from
-          WHERE made_from.run = run.run AND made_from.samples > 0 AND NOT EXISTS (
-            SELECT 1 FROM run AS seen CROSS JOIN input AS known
+          SELECT 1 FROM reading AS made_from
+          WHERE made_from.run = run.run AND NOT EXISTS (
+            SELECT 1 FROM run AS seen CROSS JOIN reading AS known
             WHERE seen.serial = unit.serial
               AND (seen.run <= decision.disposition OR seen.run <= decision.run)
-              AND known.run = seen.run AND known.sha256 = made_from.sha256
+              AND known.run = seen.run AND known.digest = made_from.digest
           )
         )
       )
@@ -122,10 +120,10 @@ CREATE VIEW standing AS
   WHERE run.serial = unit.serial AND run.run = (
     SELECT counted.run
     FROM (
-      SELECT one.run, one.verdict, one.recorded, one.log FROM run AS one
+      SELECT one.run, one.verdict, one.recorded FROM run AS one
       WHERE one.serial = unit.serial AND NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
       UNION ALL
-      SELECT placed.run, placed.verdict, its.recorded, its.log
+      SELECT placed.run, placed.verdict, its.recorded
       FROM (
         SELECT
           one.run,
@@ -133,7 +131,6 @@ CREATE VIEW standing AS
           count(*) FILTER (WHERE one.first_run = one.run) OVER (
             ORDER BY
               (SELECT its.recorded FROM run AS its WHERE its.run = one.first_run),
-              (SELECT its.log FROM run AS its WHERE its.run = one.first_run AND its.recorded <> ''),
               one.first_run
             GROUPS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING
           ) AS before
@@ -154,15 +151,10 @@ CREATE VIEW standing AS
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
         counted.recorded
       END,
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' AND counted.recorded <> ''
-      THEN
-        counted.log
-      END,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
         counted.run
       END,
       counted.recorded DESC,
-      CASE WHEN counted.recorded <> '' THEN counted.log END DESC,
       counted.run DESC
     LIMIT 1
   );
@@ -267,6 +259,7 @@ std::vector<TableRows> RowsOf(const UnitRun& run) {
           {kRunTable, {ValuesOf(run)}},
           RowsOfTags(run),
           RowsOfItems("input", run, run.inputs),
+          RowsOfItems("reading", run, run.readings),
           RowsOfItems("parameter", run, run.parameters),
           RowsOfFindings(run),
           RowsOfItems("judgement", run, run.judgements)};
@@ -298,6 +291,7 @@ std::string TablesSql(const TypeNames& types) {
                "  run {text} NOT NULL,\n  name {text} NOT NULL,\n  value {text} NOT NULL,\n",
                std::string(kOfRun) + "PRIMARY KEY (run, name)") +
       PartSql("input", DefinitionsOf<InputFile>()) +
+      PartSql("reading", DefinitionsOf<SensorReadings>()) +
       PartSql("parameter", DefinitionsOf<Parameter>()) + PartSql("finding", kFindingDefinitions) +
       PartSql("judgement", DefinitionsOf<LimitCheck>()) +
       TableSql("disposition",

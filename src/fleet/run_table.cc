@@ -76,12 +76,15 @@ class RunTable {
 
   /// Each text, a number, or null.
   std::vector<Json> RowOf(const UnitRun& run) const {
-    Json fixed = TreeOf(run);
-    if (run.standing) fixed.update(TreeOf(*run.standing));
+    Json fixed = TreeOf(run.standing.value_or(Standing()));
+    for (Json& cell : fixed) {
+      if (!run.standing) cell = nullptr;
+    }
+    fixed.update(TreeOf(run));
     std::vector<Json> row;
     row.reserve(columns_.size());
     for (const Column& column : FixedColumns()) {
-      Json cell = fixed.value(column.name, Json());
+      Json cell = fixed.at(column.name);
       row.push_back(column.type == kTime && cell == "" ? Json() : std::move(cell));
     }
     TagFields([&row](std::string_view, const std::string& value) { row.emplace_back(value); },

@@ -2,6 +2,7 @@
 #include "fleet/store.h"
 
 #include <algorithm>
+#include <exception>
 #include <map>
 #include <span>
 #include <unordered_map>
@@ -32,12 +33,12 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// Runs not of the unit $1 nor of the log $2 that were made from all `files` with samples: $3, ….
-std::string SameReadings(std::size_t files) {
+/// Runs not of the unit $1 nor of the log $2 that have all readings of `sensors`: $3, ….
+std::string SameReadings(std::size_t sensors) {
   std::string runs;
-  for (std::size_t i = 0; i < files; ++i) {
+  for (std::size_t i = 0; i < sensors; ++i) {
     runs += (i > 0 ? " INTERSECT " : "") +
-            ("SELECT run FROM input WHERE samples > 0 AND sha256 = $" + std::to_string(i + 3));
+            ("SELECT run FROM reading WHERE digest = $" + std::to_string(i + 3));
   }
   return "SELECT " + ColumnsOf<KnownRun>() +
          " FROM run WHERE serial <> $1 AND log <> $2 AND "
@@ -126,6 +127,7 @@ const std::vector<Part>& Parts() {
                                 SetTag(row[0].value_or(""), row[1].value_or(""), &run->tags);
                               }},
                              PartOf<InputFile, &UnitRun::inputs>("input", true),
+                             PartOf<SensorReadings, &UnitRun::readings>("reading", true),
                              PartOf<Parameter, &UnitRun::parameters>("parameter"),
                              {std::string(kFindingSelected), "finding", "place", TakeFinding, true},
                              PartOf<LimitCheck, &UnitRun::judgements>("judgement")};
@@ -365,8 +367,8 @@ Result<std::string> Store::LatestRun(const UnitRun& run) {
 
 Result<std::vector<KnownRun>> Store::RunsOfSameReadings(const UnitRun& run) {
   std::vector<Value> values = {std::string_view(run.serial), std::string_view(run.log)};
-  for (const InputFile& input : run.inputs) {
-    if (input.samples > 0) values.emplace_back(std::string_view(input.sha256));
+  for (const SensorReadings& one : run.readings) {
+    values.emplace_back(std::string_view(one.digest));
   }
   if (values.size() == 2) return std::vector<KnownRun>();
   return Things<KnownRun>(SameReadings(values.size() - 2), values);
@@ -377,14 +379,20 @@ Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
   const std::string standing_of =
       "SELECT " + ColumnsOf<Standing>() +
       ", (SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) "
-      "FROM disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1) FROM standing "
+      "FROM disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1), (SELECT "
+      "max(one.run) FROM run AS one WHERE one.serial = $1 AND one.recorded_by <> 'file' AND "
+      "one.recorded <> '' AND one.recorded = standing.recorded AND one.log <> standing.log), log, "
+      "recorded FROM standing "
       "WHERE serial = $1";
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(standing_of, {serial}));
   if (table.rows.empty()) return std::optional<Standing>();
   std::optional<Standing> standing = FromRow<Standing>(table.rows[0]);
-  const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(2);
+  const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(5);
   if (more[0]) standing->most = NumberOf<std::int64_t>(more[0], 0);
   standing->disposed_at = more[1].value_or("");
+  standing->tied_with = more[2].value_or("");
+  standing->log = more[3].value_or("");
+  standing->recorded = more[4].value_or("");
   return standing;
 }
 
@@ -411,6 +419,21 @@ Result<std::vector<std::string>> Store::UnitsHeldBack() {
   std::vector<std::string> units;
   for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
   return units;
+}
+
+Result<std::vector<KnownRun>> Store::LogsOfUnitsNotGood() {
+  return Things<KnownRun>(
+      "SELECT " + ColumnsOf<KnownRun>("run") +
+      " FROM standing JOIN run ON run.serial = standing.serial WHERE final_verdict IN ('FAIL', "
+      "'NO_RESULT') AND run.run = (SELECT max(one.run) FROM run AS one WHERE one.log = run.log)");
+}
+
+Result<std::string> Store::UnitOfOtherLetters(const std::string& serial) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      Asked("SELECT min(serial) FROM unit WHERE lower(serial) = lower($1) AND serial <> $1",
+            {serial}));
+  return FieldIn(table).value_or("");
 }
 
 Result<std::vector<KnownRun>> Store::FoldersOfUnit(const std::string& serial) {
@@ -533,23 +556,25 @@ Status Store::Transact(Access access, const std::function<Status()>& work) {
 
 Status Store::Together(const std::function<Status()>& work) {
   is_together_ = true;
-  const Status status = database_->Transact(Access::kWrite, work);
+  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+    try {
+      return work();
+    } catch (const std::exception& failure) {
+      return Error(ErrorCode::kSystemFailure, failure.what());
+    }
+  });
   is_together_ = false;
   return status;
 }
 
 Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
-                                               const std::string& condition,
-                                               const std::string& run) {
-  const auto ask = [&](const std::string& sql) {
-    return run.empty() ? Query(sql) : Asked(sql, {std::string_view(run)});
-  };
+                                               const std::string& condition) {
   std::string columns = ColumnsOf<UnitRun>();
   constexpr std::string_view kCovariance = "covariance";
   if (!which.is_whole) columns.replace(columns.find(kCovariance), kCovariance.size(), "NULL");
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
-      ask("SELECT " + columns + SourceOf(which) + " AND " + condition + " ORDER BY serial, run"));
+      Query("SELECT " + columns + SourceOf(which) + " AND " + condition + " ORDER BY serial, run"));
   std::vector<UnitRun> runs;
   std::map<std::string_view, UnitRun*> by_name;
   runs.reserve(table.rows.size());
@@ -563,9 +588,9 @@ Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
     if (part.is_of_whole && !which.is_whole) continue;
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table rows,
-        ask("SELECT run, " + part.columns + " FROM " + std::string(part.table) +
-            " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
-            std::string(part.order)));
+        Query("SELECT run, " + part.columns + " FROM " + std::string(part.table) +
+              " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
+              std::string(part.order)));
     for (const auto& row : rows.rows) {
       // Runs that are not wanted have none.
       const auto found = by_name.find(*row[0]);
@@ -593,9 +618,11 @@ Status Store::ForEachRun(const RunSelection& which, const std::function<Status(U
   }
 }
 
-Result<std::optional<UnitRun>> Store::ReadRun(const std::string& run) {
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, RunsOfPage({}, "run = $1", run));
-  return runs.empty() ? std::optional<UnitRun>() : std::optional(std::move(runs.front()));
+Result<std::vector<UnitRun>> Store::ReadRuns(const std::vector<std::string>& runs) {
+  std::string names;
+  for (const std::string& run : runs) names += (names.empty() ? "" : ", ") + SqlText(run);
+  if (names.empty()) return std::vector<UnitRun>();
+  return RunsOfPage({}, "run IN (" + names + ")");
 }
 
 Status Store::MarkEnd() { return lines_ ? lines_->End() : Status(); }

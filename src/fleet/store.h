@@ -128,7 +128,7 @@ struct StationCheck {
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::string parameter;  ///< That with the largest difference.
   std::string log;
-  std::string recording = {};      ///< RecordingOf its files; empty: not known.
+  std::string recording = {};      ///< RecordingOf its readings; empty: not known.
   std::string repeatability = {};  ///< That the golden unit was granted, as it was stated.
 };
 
@@ -138,9 +138,9 @@ struct Decisions {
   std::vector<StationCheck> checks;       ///< Likewise.
 };
 
-/// By what a recording is known, wherever its files are and whichever of them is named: the SHA-256
-/// of those with samples, sorted.
-std::string RecordingOf(const std::vector<InputFile>& inputs);
+/// By what a recording is known, wherever its files are and however they are written: the digests
+/// of its sensors' readings, sorted.
+std::string RecordingOf(const std::vector<SensorReadings>& readings);
 
 /// Which of a unit's runs counts.
 enum class RetestCounts { kLast, kFirst, kBest };
@@ -185,8 +185,8 @@ class Store {
   /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
   /// empty: there is none.
   Result<std::string> LatestRun(const UnitRun& run);
-  /// Runs of other units, of other logs, that were made from the same files with samples (by their
-  /// SHA-256), and not refused for it: some of them.
+  /// Runs of other units, of other logs, that have all readings of this one, and were not refused
+  /// for it: some of them.
   Result<std::vector<KnownRun>> RunsOfSameReadings(const UnitRun& run);
   /// Of each log the last run.
   Result<std::vector<KnownRun>> LastRuns();
@@ -207,6 +207,10 @@ class Store {
   /// Units whose files may have to be told something (AgreeFolders): somebody decided about them,
   /// or they are not good and have a result of another run.
   Result<std::vector<std::string>> UnitsHeldBack();
+  /// Of units that are not good, by the run that counts, the last run of each log.
+  Result<std::vector<KnownRun>> LogsOfUnitsNotGood();
+  /// A unit whose serial number differs in capital letters alone; empty: there is none.
+  Result<std::string> UnitOfOtherLetters(const std::string& serial);
   /// Those of the unit's runs that have files, in the order of their names.
   Result<std::vector<KnownRun>> FoldersOfUnit(const std::string& serial);
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
@@ -235,10 +239,10 @@ class Store {
   /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
   /// that is none.
   Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
-  /// The run of this name, whole; unset: it is not there.
-  Result<std::optional<UnitRun>> ReadRun(const std::string& run);
-  /// Does all of `work`, which uses this store, or nothing of it. It may be called several times: a
-  /// connection that is lost is opened anew. Not to be nested.
+  /// Those of these runs that are there, whole.
+  Result<std::vector<UnitRun>> ReadRuns(const std::vector<std::string>& runs);
+  /// Does all of `work`, which uses this store, or nothing of it, also where it throws. It may be
+  /// called several times: a connection that is lost is opened anew. Not to be nested.
   Status Together(const std::function<Status()>& work);
 
  private:
@@ -262,11 +266,8 @@ class Store {
   Result<std::vector<Thing>> Things(const std::string& sql, const std::vector<Value>& values = {});
   /// `work` in a transaction: in that of Together, or one of its own.
   Status Transact(Access access, const std::function<Status()>& work);
-  /// The runs that `condition`, on columns of `run` alone, is true of; of none but `run` where that
-  /// is named.
-  Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which,
-                                          const std::string& condition,
-                                          const std::string& run = "");
+  /// The runs that `condition`, on columns of `run` alone, is true of.
+  Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which, const std::string& condition);
   /// What units amount to, for those of their runs that count.
   Status TakeStandings(const std::string& condition, std::vector<UnitRun>* runs);
 

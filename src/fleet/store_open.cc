@@ -111,14 +111,12 @@ std::string PolicyText(const RetestPolicy& policy) {
          (policy.most ? ", " + std::to_string(*policy.most) + " more" : "");
 }
 
-std::string RecordingOf(const std::vector<InputFile>& inputs) {
-  std::vector<std::string> hashes;
-  for (const InputFile& input : inputs) {
-    if (input.samples > 0) hashes.push_back(input.sha256);
-  }
-  std::sort(hashes.begin(), hashes.end());
+std::string RecordingOf(const std::vector<SensorReadings>& readings) {
+  std::vector<std::string> digests;
+  for (const SensorReadings& one : readings) digests.push_back(one.digest);
+  std::sort(digests.begin(), digests.end());
   std::string recording;
-  for (const std::string& hash : hashes) recording += (recording.empty() ? "" : " ") + hash;
+  for (const std::string& digest : digests) recording += (recording.empty() ? "" : " ") + digest;
   return recording;
 }
 

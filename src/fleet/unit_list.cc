@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -115,6 +116,33 @@ std::string PlaceOfLog(const fs::path& log) {
   return (whole.parent_path().filename() / whole.filename()).generic_string();
 }
 
+/// Without blanks in front and behind, which nobody sees.
+std::string Trimmed(const std::string& text) {
+  constexpr std::string_view kBlanks = " \t";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
+}
+
+/// When a unit was measured, by a line of a list: not in a time to come, since no later run would
+/// count then.
+Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) {
+  constexpr double kDayS = 86400.0;  // Clocks may be of another time zone.
+  const double seconds = line::SecondsOf(text);
+  if (std::isnan(seconds)) {
+    return Error(ErrorCode::kInvalidValue,
+                 place,
+                 "recorded is `" + text +
+                     "`, expected when the unit was measured, as in 2026-11-24T06:00:00Z or "
+                     "2026-11-24T07:00+01:00");
+  }
+  if (seconds > static_cast<double>(std::time(nullptr)) + kDayS) {
+    return Error(ErrorCode::kValueOutOfRange,
+                 place,
+                 "recorded is `" + text + "`, which is to come; correct it, or this clock");
+  }
+  return line::MomentOf(static_cast<std::int64_t>(seconds));
+}
+
 /// The unit of a line of a list.
 Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
                              const std::vector<std::string>& fields,
@@ -127,25 +155,18 @@ Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
   }
   UnitOrder unit;
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    if (header[i] == "log" && !fields[i].empty()) {
+    const std::string text = Trimmed(fields[i]);
+    if (header[i] == "log" && !text.empty()) {
       const fs::path folder = fs::path(place.file).parent_path();
       unit.log = (folder / fields[i]).lexically_normal().string();
       unit.place = PlaceIn(folder, unit.log);
-    } else if (header[i] == "serial" && !fields[i].empty()) {
-      unit.serial = fields[i];
+    } else if (header[i] == "serial" && !text.empty()) {
+      unit.serial = text;
       unit.serial_from = place.Text();
-    } else if (header[i] == "recorded" && !fields[i].empty()) {
-      const double seconds = line::SecondsOf(fields[i]);
-      if (std::isnan(seconds)) {
-        return Error(ErrorCode::kInvalidValue,
-                     place,
-                     "recorded is `" + fields[i] +
-                         "`, expected when the unit was measured, as in 2026-11-24T06:00:00Z or "
-                         "2026-11-24T07:00+01:00");
-      }
-      unit.recorded = line::MomentOf(static_cast<std::int64_t>(seconds));
+    } else if (header[i] == "recorded" && !text.empty()) {
+      TRUETRIAD_ASSIGN_OR_RETURN(unit.recorded, RecordedIn(text, place));
     } else {
-      SetTag(header[i], fields[i], &unit.tags);
+      SetTag(header[i], text, &unit.tags);
     }
   }
   if (!unit.log.empty()) return unit;
@@ -324,10 +345,17 @@ Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
     return Error(ErrorCode::kInvalidValue,
                  "a log's name is no UTF-8, and cannot be kept in a store; rename it");
   }
-  if (pattern.empty() || !unit->serial.empty()) return {};
+  if (pattern.empty()) return {};
   fs::path path = unit->log;
   if (path.filename() == kManifestName) path = path.parent_path();
   const std::optional<std::string> serial = SerialIn(path.filename().string(), pattern);
+  if (!unit->serial.empty()) {
+    if (!serial || *serial == unit->serial) return {};
+    return Error(ErrorCode::kOtherDevice,
+                 {unit->serial_from},
+                 "states serial number `" + unit->serial + "`, but by --serial=" + pattern + " " +
+                     unit->log + " is of unit `" + *serial + "`; correct the one that is wrong");
+  }
   if (!serial) {
     return Error(ErrorCode::kDoesNotMatch, {unit->log}, "is not named like --serial=" + pattern);
   }

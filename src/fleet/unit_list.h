@@ -31,7 +31,7 @@ Status CheckSerials(const WorkPlan& plan, const std::vector<UnitOrder>& units);
 Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_pattern);
 
 /// Takes a unit's serial number from its log's name, unless it is known or `pattern` is empty.
-/// Errors (bad input): the name does not match, or is no UTF-8.
+/// Errors (bad input): the name does not match, is of another unit than is known, or is no UTF-8.
 Status TakeSerial(const std::string& pattern, UnitOrder* unit);
 
 /// The part of `units` that shard `index` of `count` does: by a hash of their places, so that each

@@ -93,11 +93,20 @@ std::string RunIdAt(std::int64_t us) {
 
 }  // namespace
 
+const RunCode* RunCodeOf(std::string_view code) {
+  // What stands behind a colon may be any name.
+  const auto kind_of = [](std::string_view name) { return name.substr(0, name.find(':')); };
+  const auto found = std::ranges::find_if(
+      kRunCodes, [&](const RunCode& one) { return kind_of(one.name) == kind_of(code); });
+  return found == kRunCodes.end() ? nullptr : &*found;
+}
+
 UnitRun UnitRunFrom(const Json& json) {
   UnitRun run;
   TakeTree(json, &run);
   run.tags = TagsFrom(json.at("tags"));
   TakeTrees(json.at("inputs"), &run.inputs);
+  TakeTrees(json.at("readings"), &run.readings);
   for (const Json& item : json.at("parameters")) {
     run.parameters.push_back({item.at(0), item.at(1), item.at(2)});
   }
@@ -205,7 +214,7 @@ void Fill(const Calibration& calibration, UnitRun* run) {
   TakeParameters(calibration, run);
   if (run->verdict != Verdict::kFail) return;
   const LimitCheck& worst = WorstLimit(calibration.quality.limits);
-  run->code = "limit:" + worst.FullName();
+  run->code = kLimit + worst.FullName();
   run->message = MissedText(worst);
 }
 
@@ -221,6 +230,7 @@ std::string LineOf(const UnitRun& run) {
   Json json = TreeOf(run);
   json["tags"] = JsonOf(run.tags);
   json["inputs"] = TreesOf(run.inputs);
+  json["readings"] = TreesOf(run.readings);
   json["parameters"] = Json::array();
   for (const Parameter& parameter : run.parameters) {
     json["parameters"].push_back({parameter.name, parameter.value, parameter.sigma});

@@ -17,6 +17,7 @@
 #include "truetriad/model/outcome.h"
 #include "truetriad/model/quality.h"
 #include "truetriad/model/tags.h"
+#include "truetriad/session/session.h"
 
 namespace truetriad::fleet {
 
@@ -24,10 +25,22 @@ namespace truetriad::fleet {
 inline bool IsRed(Verdict verdict) {
   return verdict == Verdict::kFail || verdict == Verdict::kNoResult;
 }
-/// Codes of runs that ended without a result and without an error: of the worker's death, and of
-/// what it may take.
+
+/// A code of runs that is of no finding and no error.
+struct RunCode {
+  std::string_view name;  ///< Of "limit:NAME" all that begin so.
+  std::string_view meaning, remedy, operator_remedy;
+};
+/// The worker's death, and what it may take; the limit that is missed.
 inline constexpr char kCrashed[] = "crashed", kTimeLimit[] = "time-limit",
-                      kMemoryLimit[] = "memory-limit";
+                      kMemoryLimit[] = "memory-limit", kLimit[] = "limit:";
+inline constexpr std::array<RunCode, 4> kRunCodes = {
+    {{"limit:NAME", "The unit exceeds this limit", "see its report", "set it aside"},
+     {kCrashed, "Its process ended", "report log and version", "call the engineer"},
+     {kTimeLimit, "It took too long", "raise --time-limit", "call the engineer"},
+     {kMemoryLimit, "It needed too much memory", "raise --memory-limit", "call the engineer"}}};
+/// Null: it is none of them.
+const RunCode* RunCodeOf(std::string_view code);
 
 /// One number of a calibration.
 struct Parameter {
@@ -45,6 +58,9 @@ struct Standing {
   std::optional<std::int64_t> most = {};       ///< RetestPolicy::most.
   /// Who decided the final verdict, why and when; empty: nobody.
   std::string disposed_by = {}, disposed_why = {}, disposed_at = {};
+  /// Another run, of another log, that by what is stated was measured in the same second as the one
+  /// that counts; empty: none. With the log of that one and the time.
+  std::string tied_with = {}, log = {}, recorded = {};
 };
 
 /// What says when a unit was measured, the first of them that does: the list, the recording's own
@@ -74,6 +90,7 @@ struct UnitRun {
   /// Of the recording, in the mean; NaN: it has none.
   double temperature_degc = std::numeric_limits<double>::quiet_NaN();
   std::vector<InputFile> inputs;
+  std::vector<SensorReadings> readings;
   std::vector<Parameter> parameters;
   std::vector<double> covariance;  ///< Of the parameters: lower triangle, row by row.
   Findings findings;

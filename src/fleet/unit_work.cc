@@ -159,8 +159,8 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   TRUETRIAD_RETURN_IF_ERROR(AgreeOnStation(*run));
   TRUETRIAD_ASSIGN_OR_RETURN(UnitTask task, TaskFor(plan, order));
   PoseSet poses;
-  Result<Calibration> calibrated =
-      CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded), &poses);
+  Result<Calibration> calibrated = CalibrateExperiment(
+      std::move(task.experiment), {}, std::move(task.loaded), &poses, {}, &run->readings);
   if (!calibrated) {
     const Error& error = calibrated.error();
     const bool is_other = error.code == ErrorCode::kOtherDevice && !order.serial_from.empty();
@@ -213,17 +213,20 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan) {
   if (!plan.config_text.empty()) {
     return ReadExperimentText(plan.config_text, plan.config_path, plan.overrides);
   }
-  std::vector<std::string> overrides;
-  for (const std::string& item : plan.overrides) {
-    if (IsOfTag(item) || KeyOf(item) == "device.serial") overrides.push_back(item);
+  // Each log has its own sensors: what is wrong with any of them is wrong before one is read.
+  std::optional<Error> error;
+  for (const char* const sensors : {"accelerometer: {}, gyroscope: {}, magnetometer: {}",
+                                    "accelerometer: {}, gyroscope: {}",
+                                    "accelerometer: {}, magnetometer: {}",
+                                    "gyroscope: {}, magnetometer: {}",
+                                    "accelerometer: {}",
+                                    "magnetometer: {}"}) {
+    Result<Experiment> typed = ReadExperimentText(
+        std::string("experiment: 1\nsensors: { ") + sensors + " }\n", "", plan.overrides);
+    if (typed) return typed;
+    if (!error) error = typed.error();
   }
-  // Each log has its own sensors; that there is no such key is known before any is read.
-  const Result<Experiment> typed = ReadExperimentText(
-      "experiment: 1\nsensors: { accelerometer: {}, gyroscope: {}, magnetometer: {} }\n",
-      "",
-      plan.overrides);
-  if (!typed && typed.error().code == ErrorCode::kUnknownKey) return typed.error();
-  return ReadExperimentText("experiment: 1\nsensors: { accelerometer: {} }\n", "", overrides);
+  return *std::move(error);
 }
 
 Status WriteSharedAssets(const std::string& folder) {
@@ -263,7 +266,7 @@ std::string SerialOfName(const std::string& log) {
 
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   UnitRun run;
-  run.id = NewRunId();
+  run.id = order.run.empty() ? NewRunId() : order.run;
   run.log = order.log;
   run.serial = order.serial;
   run.tags = OrElse(order.tags, plan.tags);
@@ -353,6 +356,7 @@ void Fields(auto&& visit, Like<UnitOrder> auto& order) {
   visit("serial_from", order.serial_from);
   visit("tags", order.tags);
   visit("recorded", order.recorded);
+  visit("run", order.run);
   visit("shares_name", order.shares_name);
 }
 

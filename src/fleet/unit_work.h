@@ -43,6 +43,7 @@ struct UnitOrder {
   std::string serial_from = {};  ///< "day.csv:3", "--serial=…": what states it.
   Tags tags = {};                ///< Stated for this unit alone.
   std::string recorded = {};  ///< When it was measured, as UnitRun; empty: the list does not say.
+  std::string run = {};       ///< UnitRun::id, so that runs are named in the order of the list.
   bool shares_name = false;   ///< Another log's file has the same name: that is no serial number.
   /// By which shards tell units apart: where the log is in the folder or list that was named, so
   /// however that is spelled and wherever it is mounted. Not for workers.
@@ -57,8 +58,9 @@ Result<WorkPlan> PlanWork(const std::string& config,
                           std::vector<std::string> overrides,
                           std::vector<std::string> formats);
 
-/// What a plan says of every unit. Without an experiment its overrides of serial number and tags
-/// alone, in one that anything can be said of. Error (bad input, usage): as ReadExperiment.
+/// What a plan says of every unit. Without an experiment, its overrides: of serial number and tags
+/// whatever sensors there are. Error (bad input, usage): as ReadExperiment; without an experiment,
+/// what is wrong with any sensors.
 Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 
 /// Of what a plan asks for but its tags, however it is written: two equal ones give the same

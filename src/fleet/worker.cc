@@ -213,7 +213,8 @@ void WorkerPool::End(Worker* worker) {
   *worker = Worker();
 }
 
-Status WorkerPool::Give(const UnitOrder& order) {
+Status WorkerPool::Give(UnitOrder order) {
+  order.run = last_run_ = NewRunIdAfter(last_run_);
   for (const auto& worker : workers_) {
     if (worker->order) continue;
     // One that has ended in the meantime is replaced once.
@@ -223,8 +224,8 @@ Status WorkerPool::Give(const UnitOrder& order) {
       End(worker.get());
     }
     if (worker->process == 0) return Error(ErrorCode::kSystemFailure, "workers end at once");
-    worker->order = order;
-    worker->stamp = StampOf(order.log);
+    worker->order = std::move(order);
+    worker->stamp = StampOf(worker->order->log);
     worker->since = Clock::now();
     return {};
   }

@@ -41,7 +41,7 @@ class WorkerPool {
   bool HasFree() const;
   bool IsBusy() const;
   /// Gives a unit to a free worker. Error (bad input): no process can be started.
-  Status Give(const UnitOrder& order);
+  Status Give(UnitOrder order);
   /// Runs that have ended, after at most `seconds` of waiting for one; a signal ends the wait.
   /// Error (bad input): a worker that was given nothing cannot live.
   Result<std::vector<UnitRun>> Wait(double seconds);
@@ -59,6 +59,7 @@ class WorkerPool {
   std::vector<std::string> command_;
   WorkPlan plan_;
   UnitLimits limits_;
+  std::string last_run_;  ///< The name of the run that was begun last.
   std::vector<std::unique_ptr<Worker>> workers_;
 };
 

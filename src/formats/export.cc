@@ -36,10 +36,8 @@ std::string WhyHeldBack(const Calibration& calibration) {
   return limits.empty() ? "FAIL" : "FAIL, " + MissedText(WorstLimit(limits));
 }
 
-Status CheckMayLeave(const std::string& why,
-                     const FormatInfo& format,
-                     const ExportOptions& options) {
-  if (why.empty() || options.allows_outside_limits || format.states_verdict) return {};
+Status CheckMayLeave(const std::string& why, const ExportOptions& options) {
+  if (why.empty() || options.allows_outside_limits) return {};
   return Error(ErrorCode::kOutsideLimits,
                "this unit may not leave (" + why +
                    "), so nothing is exported; measure it again, or state "
@@ -126,7 +124,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
     std::optional<std::int64_t>& id = options.device_ids[triad];
     if (!id && !is_another) id = calibration.tags.device_ids[triad];
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, format.info, options));
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;
@@ -192,7 +190,7 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
   }
   for (const std::string& format : formats) {
     TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
-    const Status may_leave = CheckMayLeave(why_of_device, info, options);
+    const Status may_leave = CheckMayLeave(why_of_device, options);
     if (!may_leave) {
       beside.warnings.push_back(std::string(info.file_name) +
                                 " is not written: " + may_leave.error().message);

@@ -442,9 +442,7 @@ Format RecordFormat() {
                    "calibration record with uncertainties, .html page or JSON",
                    "record.html",
                    Arithmetic::kFloat64,
-                   /*can_import=*/false,
-                   /*first_instance=*/std::nullopt,
-                   /*states_verdict=*/true},
+                   /*can_import=*/false},
           .capacity = {{kHoldsAll, kHoldsAll, kHoldsAll}},
           .write = WriteRecord,
           .read = ReadRecord};

@@ -165,7 +165,8 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
                                         const ProgressCallback& progress,
                                         std::optional<LoadedPoses> first,
                                         PoseSet* poses,
-                                        const RecordingOpener& opener) {
+                                        const RecordingOpener& opener,
+                                        std::vector<SensorReadings>* readings) {
   TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt,
                              CalibrateWithClocks(stated, std::move(first), progress, opener));
   auto& [experiment, loaded, calibration] = attempt;
@@ -187,6 +188,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
     }
   }
   if (poses != nullptr) *poses = std::move(loaded.poses);
+  if (readings != nullptr) *readings = std::move(loaded.readings);
   return calibration;
 }
 

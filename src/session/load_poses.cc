@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "data/rows_in_time.h"
 #include "io/known_motion_file.h"
+#include "io/text_file.h"
 #include "problem/session_block.h"
 #include "session/steps.h"
 #include "truetriad/base/units.h"
@@ -141,6 +144,101 @@ Status SelectExcluded(const std::string& input,
   return {};
 }
 
+/// Of one sensor's readings in their order, however many come at once.
+class ReadingsDigest {
+ public:
+  void Add(std::span<const std::int64_t> time_ns,
+           std::span<const double> x,
+           std::span<const double> y,
+           std::span<const double> z) {
+    // The factors are primes, so that no reading is lost in a product with zero. Sums of products
+    // do not wait for each other as a chain of products does: 1 ns a reading.
+    constexpr std::uint64_t kPlace = 0x9E3779B97F4A7C15, kX = 0xA0761D6478BD642F,
+                            kY = 0xE7037ED1A0B428DB, kZ = 0x8EBC6AF09C88C6E3;
+    for (std::size_t i = 0; i < time_ns.size(); ++i) {
+      place_ += kPlace;
+      sum_ += Folded(static_cast<std::uint64_t>(time_ns[i]) ^ place_, BitsOf(x[i]) ^ kX) +
+              Folded(BitsOf(y[i]) ^ place_ ^ kY, BitsOf(z[i]) ^ kZ);
+    }
+    count_ += static_cast<std::int64_t>(time_ns.size());
+  }
+  std::int64_t count() const { return count_; }
+  std::string Text() const {
+    return Sha256Hex(std::to_string(sum_) + "," + std::to_string(count_)).substr(0, 16);
+  }
+
+ private:
+  static std::uint64_t BitsOf(double value) {
+    return std::bit_cast<std::uint64_t>(value + 0.0);  // -0 is 0.
+  }
+  static std::uint64_t Folded(std::uint64_t one, std::uint64_t other) {
+    __extension__ using Wide = unsigned __int128;
+    const Wide product = Wide{one} * other;
+    return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64U);
+  }
+
+  std::uint64_t place_ = 0, sum_ = 0;
+  std::int64_t count_ = 0;
+};
+
+std::vector<SensorReadings> TextsOf(const PerTriad<ReadingsDigest>& digests) {
+  std::vector<SensorReadings> readings;
+  for (const Triad triad : kTriads) {
+    if (digests[triad].count() == 0) continue;
+    readings.push_back({std::string(TriadName(triad)), digests[triad].Text()});
+  }
+  return readings;
+}
+
+/// Another source, with a digest of what has been read of it, of each sensor `most` at most.
+class DigestedSource : public SampleSource {
+ public:
+  explicit DigestedSource(std::unique_ptr<SampleSource> source,
+                          std::int64_t most = std::numeric_limits<std::int64_t>::max())
+      : source_(std::move(source)), most_(most) {}
+
+  const RecordingInfo& info() const override { return source_->info(); }
+  Result<bool> Next(std::vector<SampleBlock>* blocks) override {
+    Result<bool> more = source_->Next(blocks);
+    for (const SampleBlock& block : *blocks) {
+      ReadingsDigest& digest = digests_[block.triad];
+      const std::size_t count = std::min<std::uint64_t>(
+          block.x.size(), static_cast<std::uint64_t>(most_ - digest.count()));
+      digest.Add(block.time_ns.first(count), block.x, block.y, block.z);
+    }
+    return more;
+  }
+  double progress() const override { return source_->progress(); }
+  StreamCounts counts(Triad triad) const override { return source_->counts(triad); }
+  std::vector<RecordingJoint> joints() const override { return source_->joints(); }
+  std::vector<InputFile> inputs() const override { return source_->inputs(); }
+
+  /// Whether a sensor may still have readings that are wanted.
+  bool WantsMore() const {
+    return std::ranges::any_of(info().streams, [this](const StreamInfo& stream) {
+      return digests_[stream.triad].count() < most_;
+    });
+  }
+  std::vector<SensorReadings> readings() const { return TextsOf(digests_); }
+
+ private:
+  std::unique_ptr<SampleSource> source_;
+  std::int64_t most_;
+  PerTriad<ReadingsDigest> digests_{};
+};
+
+std::vector<SensorReadings> ReadingsOfTable(const PoseSet& table) {
+  PerTriad<ReadingsDigest> digests{};
+  for (const StaticPose& pose : table.poses) {
+    for (const Triad triad : kTriads) {
+      if (!pose.triads[triad]) continue;
+      const Eigen::Vector3d& mean = pose.triads[triad]->mean_raw;
+      digests[triad].Add({&pose.start_ns, 1}, {&mean.x(), 1}, {&mean.y(), 1}, {&mean.z(), 1});
+    }
+  }
+  return TextsOf(digests);
+}
+
 Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
                                   const ProgressCallback& progress,
@@ -149,7 +247,8 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   const Opener open = [&] {
     return opener ? opener(input, options) : OpenRecording(input, options);
   };
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<SampleSource> opened, open());
+  const auto source = std::make_unique<DigestedSource>(std::move(opened));
   TRUETRIAD_ASSIGN_OR_RETURN(
       PoseSelection selection,
       config.given ? SelectionOf(config) : StatedSelection(opener ? "" : input, source->info()));
@@ -176,6 +275,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
     loaded.poses.findings.push_back(*std::move(finding));
   }
   loaded.inputs = source->inputs();
+  loaded.readings = source->readings();
   for (const StreamInfo& stream : source->info().streams) {
     loaded.si_per_count[stream.triad] = stream.si_per_count;
   }
@@ -191,6 +291,7 @@ Result<LoadedPoses> LoadTable(const std::string& input, const PosesConfig& confi
                    input + " is a pose table; use `exclude_poses:`");
   }
   LoadedPoses loaded;
+  loaded.readings = ReadingsOfTable(table.poses);
   loaded.poses = std::move(table.poses);
   loaded.poses.rows_may_be_a_log = !config.given;
   loaded.inputs = std::move(table.inputs);
@@ -379,10 +480,28 @@ Result<LoadedPoses> LoadSessions(const Experiment& experiment,
     for (const StreamSummary& stream : more.poses.streams) {
       all.si_per_count[stream.triad] = more.si_per_count[stream.triad];
     }
-    std::move(more.inputs.begin(), more.inputs.end(), std::back_inserter(all.inputs));
+    std::ranges::move(more.inputs, std::back_inserter(all.inputs));
+    std::ranges::move(more.readings, std::back_inserter(all.readings));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(all.poses, JoinSessions(std::move(sessions)));
   return all;
+}
+
+std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
+                                                      std::optional<std::int64_t> most) {
+  OpenRecordingOptions options;
+  options.may_be_joined = true;
+  Result<std::unique_ptr<SampleSource>> opened = OpenRecording(log, options);
+  if (!opened) return std::nullopt;
+  DigestedSource source(*std::move(opened),
+                        most.value_or(std::numeric_limits<std::int64_t>::max()));
+  std::vector<SampleBlock> blocks;
+  while (source.WantsMore()) {
+    const Result<bool> more = source.Next(&blocks);
+    if (!more) return std::nullopt;
+    if (!*more) break;
+  }
+  return source.readings();
 }
 
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs) {

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "cli/command_line_run.h"
+#include "fleet/unit_run.h"
 #include "tree/json.h"
+#include "truetriad/base/error.h"
 
 namespace truetriad {
 namespace explain_test {
@@ -36,6 +41,17 @@ TEST(Explain, SaysBothOfACodeThatFindingsAndErrorsHave) {
   EXPECT_THAT(RunTruetriad({"explain", "no-readings"}).out,
               AllOf(StartsWith("no-readings: warning\n"),
                     HasSubstr("\nno-readings: error, exit code 2\n")));
+}
+
+// What `fleet summary` and the page print, too.
+TEST(Explain, KnowsEveryCodeThatIsPrinted) {
+  std::vector<std::string> words = {"explain", "limit:accelerometer.bias.x"};
+  for (const FindingKind& kind : FindingKinds()) words.emplace_back(kind.name);
+  for (const ErrorInfo& info : AllErrorCodes()) words.emplace_back(info.name);
+  for (const fleet::RunCode& code : fleet::kRunCodes) words.emplace_back(code.name);
+  const Finished run = RunTruetriad(words);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("\nlimit:NAME: a unit"), HasSubstr("\ncrashed: a unit")));
 }
 
 TEST(Explain, NamesTheNearestOfAnUnknownCode) {

@@ -308,6 +308,45 @@ TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
   EXPECT_THAT(unreached.err, HasSubstr("`export` does not know of this decision there"));
 }
 
+// Neither a comment nor gzip makes another recording.
+TEST_F(FleetStore, HoldsADecisionOverTheSameReadings) {
+  WriteUnits(1);
+  ASSERT_EQ(Shell(Fleet("-o out")).exit_code, 0);
+  ASSERT_EQ(Shell(kFleetProgram + std::string("dispose u100 --store=out/fleet.db --who=me "
+                                              "--verdict=FAIL --why=bent"))
+                .exit_code,
+            0);
+  ASSERT_EQ(Shell("echo '# Seen.' >> line/u100.csv").exit_code, 0);
+  EXPECT_EQ(Shell(Fleet("-o out --fail-on=unit")).exit_code, 4);
+  ASSERT_EQ(Shell("gzip line/u100.csv").exit_code, 0);
+  const Finished packed = Shell(Fleet("-o out --fail-on=unit '--serial={serial}.csv*'"));
+  EXPECT_EQ(packed.exit_code, 4);
+  EXPECT_EQ(packed.err, "");
+  EXPECT_THAT(Ask("out/fleet.db", "SELECT final_verdict, attempts FROM standing"),
+              ElementsAre("FAIL,1"));
+  // Left out, the unit is not good either.
+  const Finished resumed = Shell(Fleet("-o out --fail-on=unit --resume '--serial={serial}.csv*'"));
+  EXPECT_EQ(resumed.exit_code, 4);
+  EXPECT_THAT(resumed.out, StartsWith("1 OF 1 LEFT OUT NOT GOOD"));
+  // What lifts a decision is said in any case.
+  fs::remove(folder_.Path("line/u100.csv.gz"));
+  MeasureAgain(9);
+  EXPECT_THAT(Shell(Fleet("-o out")).err,
+              AllOf(StartsWith("warning: u100: run "), HasSubstr("lifts the decision of me")));
+}
+
+// A wrong option says nothing about units.
+TEST_F(FleetStore, BeginsNoUnitWithAWrongOption) {
+  WriteUnits(1);
+  const Finished judged = Shell(Fleet("-o judged --set=limits.accelerometer.bias=9"));
+  EXPECT_THAT(judged.out, StartsWith("ALL GOOD"));
+  EXPECT_THAT(Shell(Fleet("-o out")).out, StartsWith("ALL USABLE, NO LIMITS SET"));
+  const Finished run = Shell(Fleet("-o out --set=limits.accelerometer.bias=-1"));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("`-1` is out of range"));
+  EXPECT_THAT(Ask("out/fleet.db", "SELECT verdict FROM run"), ElementsAre("NO_LIMITS"));
+}
+
 TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   WriteUnits(2);
   ASSERT_EQ(Shell(Fleet("--store=a.db --tag=lot=L17")).exit_code, 0);

@@ -92,7 +92,7 @@ TEST_F(FleetWatch, CalibratesWhatIsThereWhatArrivesAndWhatArrivesAgain) {
 TEST_F(FleetWatch, GoesOnWhereItEnded) {
   Log("line/u0", 1);
   const std::string watch = "truetriad fleet watch line -o out --report=false --until-idle=0.1";
-  EXPECT_THAT(Run(watch).out, StartsWith("ALL GOOD"));
+  EXPECT_THAT(Run(watch).out, StartsWith("ALL USABLE, NO LIMITS SET"));
   EXPECT_THAT(Run(watch).out, StartsWith("NOTHING TO DO"));
   Log("line/deep", 2);
   EXPECT_THAT(Run(watch + " --poll=0.1").out, HasSubstr("  1 unit in"));
@@ -220,7 +220,7 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
           "await '[ -e out/units/u0 ]'; "
           "kill -TERM $watch; wait $watch; }");
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
-  EXPECT_THAT(watched.out, StartsWith("ALL GOOD"));
+  EXPECT_THAT(watched.out, StartsWith("ALL USABLE, NO LIMITS SET"));
   EXPECT_EQ(Run(run).exit_code, 0);
   // A list that says another station of a unit.
   EXPECT_THAT(

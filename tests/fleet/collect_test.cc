@@ -92,7 +92,7 @@ TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
     run.shard = ShardText({shard, 3});
     run.verdict = Verdict::kPass;
     run.log = log;
-    run.inputs = {{"recording.csv", std::string(64, 'a'), 1000}};
+    run.readings = {{"accelerometer", "aa"}};
     ASSERT_TRUE((*store)->Add(run));
     ASSERT_TRUE((*store)->MarkEnd());
   };

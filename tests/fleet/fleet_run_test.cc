@@ -97,6 +97,7 @@ class Engine : public ::testing::Test {
   Result<FleetProgress> Run() {
     FleetListener listener;
     listener.on_note = [this](const std::string& note) { notes_.push_back(note); };
+    listener.on_warning = [this](const std::string& warning) { warnings_.push_back(warning); };
     return RunFleet(units_, options_, *store_, listener, [] { return false; });
   }
   /// What the store has been given, unit by unit.
@@ -115,7 +116,7 @@ class Engine : public ::testing::Test {
   const std::string url_ = folder_.Path("fleet.db");
   std::unique_ptr<Store> store_;
   FailingDatabase* database_ = nullptr;  ///< Of the store.
-  std::vector<std::string> notes_;
+  std::vector<std::string> notes_, warnings_;
 };
 
 TEST_F(Engine, EndsWithTheErrorOfItsStore) {
@@ -239,6 +240,60 @@ TEST(ConfigSha256, IsOfWhatIsCalculatedAndNotOfTags) {
   EXPECT_NE(sha("", {}), sha("", {"robust.loss=none"}));
 }
 
+// Whichever is done first.
+TEST_F(Engine, RefusesAllUnitsOfOneRecording) {
+  options_.jobs = 2;
+  const std::string text = "# Copied.\n" + TemporaryFolder::Read(units_[0].log);
+  units_.push_back({.log = folder_.Write("v0.csv", text)});
+  const Result<FleetProgress> progress = Run();
+  ASSERT_TRUE(progress) << progress.error().message;
+  EXPECT_EQ(progress->codes, (std::map<std::string, std::size_t>{{"other-device", 2}}));
+  EXPECT_EQ(progress->verdicts.at(Verdict::kNoLimits), 2u);
+  const std::vector<UnitRun> runs = Runs();
+  ASSERT_THAT(runs, SizeIs(4));
+  EXPECT_THAT(runs[0].message, HasSubstr("u0.csv: has the readings of " + units_[3].log));
+  EXPECT_THAT(runs[3].message, HasSubstr("v0.csv: has the readings of " + units_[0].log));
+}
+
+TEST_F(Engine, NamesUnitsThatDifferInCapitalLettersAlone) {
+  units_[0].serial = "b7", units_[1].serial = "B7";
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(HasSubstr("`b7`"), HasSubstr("B7"))));
+}
+
+TEST_F(Engine, SaysThatTwoRecordingsWereMeasuredAtOnce) {
+  for (UnitOrder& unit : units_) unit.serial = "B7", unit.recorded = "2026-11-24T06:00:00Z";
+  units_.pop_back();
+  options_.jobs = 2;
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("were both measured at 2026-11-24T06:00:00Z")));
+  // In the order of the list, whichever is done first.
+  EXPECT_EQ(store_->StandingOf("B7").value()->log, units_[1].log);
+}
+
+TEST_F(Engine, SaysInWordsWhatOverrulesARun) {
+  ASSERT_TRUE(store_->StateRetestPolicy({RetestCounts::kFirst, std::nullopt}));
+  UnitRun first;
+  first.id = "20200101T000000.000000Z-00000001";
+  first.serial = "u0", first.log = "gone.csv";
+  ASSERT_TRUE(store_->Add(first));
+  const Result<FleetProgress> progress = Run();
+  ASSERT_TRUE(progress) << progress.error().message;
+  EXPECT_EQ(progress->overruled.at("u0"), "NO RESULT by run " + first.id + ", which counts");
+}
+
+TEST_F(Engine, CountsUnitsThatAreLeftOutByTheRunThatCounts) {
+  ASSERT_TRUE(Run());
+  ASSERT_TRUE(store_->Dispose(
+      {NewRunId(), "u1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
+  options_.resumes = true;
+  const Result<FleetProgress> progress = Run();
+  ASSERT_TRUE(progress) << progress.error().message;
+  EXPECT_EQ(progress->skipped, 3u);
+  EXPECT_THAT(progress->skipped_red, ElementsAre("u1"));
+  EXPECT_FALSE(progress->IsGood());
+}
+
 TEST_F(Engine, DoesNotBlameAUnitForADiskThatCannotBeWritten) {
   options_.plan.folder = "/proc/none";
   const Result<FleetProgress> progress = Run();
@@ -302,14 +357,14 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
                                .why = "bent",
                                .verdict = Verdict::kFail}));
   ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_, IsEmpty());
+  EXPECT_THAT(warnings_, IsEmpty());
   fs::create_directories(folder_.Path("again"));
   units_[0] = {.log = folder_.Write("again/u0.csv",
                                     LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
   // Measured later than the first, not in the same second.
   fs::last_write_time(units_[0].log, fs::file_time_type::clock::now() + std::chrono::seconds(2));
   ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
 }
 
 TEST_F(Engine, SaysAtWhichRateAndForHowLong) {
@@ -436,6 +491,16 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   EXPECT_THAT(why(), HasSubstr("did not agree"));
   check(-7200.0, true);
   EXPECT_THAT(why(), HasSubstr("which is 2.0 h from now"));
+}
+
+TEST(PlanWork, RefusesWhatIsWrongWhateverSensorsALogHas) {
+  for (const char* item : {"limits.accelerometer.bias=-1",
+                           "robust.loss=never",
+                           "limits.nothing=1",
+                           "limits.magnetometer.bias=5" /* of an unknown field */}) {
+    EXPECT_FALSE(PlanWork("", {item}, {})) << item;
+  }
+  EXPECT_TRUE(PlanWork("", {"limits.gyroscope.bias=1"}, {}));
 }
 
 TEST(PlanWork, KnowsTheStationOfTheTagsOrTheExperiment) {

@@ -171,6 +171,18 @@ TEST_F(LineOfUnits, SaysWhyMostFrequentFirst) {
   EXPECT_EQ(summary["reasons"][1]["cumulative"], 0.75);
 }
 
+TEST_F(LineOfUnits, LeavesNoColumnEmptyForWantOfAKey) {
+  Refuse("a");
+  Json summary = Summary();
+  summary["reasons"][0].erase("share");
+  try {
+    SummaryText(summary);
+    FAIL();
+  } catch (const Json::exception& error) {
+    EXPECT_THAT(error.what(), HasSubstr("'share'"));
+  }
+}
+
 TEST_F(LineOfUnits, ReadsNumbersOfEveryUnitInTheOrderOfTime) {
   Add(RunOf("b", 0.125));
   Refuse("a");
@@ -427,28 +439,14 @@ TEST_F(StudyOfUnits, IsOfRecordingsEachOfWhichIsThereOnce) {
   for (int i = 0; i < 4; ++i) {
     UnitRun run = RunOf("part" + std::to_string(i % 2), 0.05 * i);
     run.tags.note = "study";
-    run.inputs = {{"manifest.yaml", "same", 0}, {"log.csv", i < 3 ? std::to_string(i) : "1", 900}};
+    run.inputs = {{"log.csv", "same", 900}};
+    run.readings = {{"accelerometer", i < 3 ? std::to_string(i) : "1"}};
     Add(run);
   }
   const Result<Json> summary = Summarise(*store_, options_);
   ASSERT_FALSE(summary);
   EXPECT_THAT(summary.error().message, HasSubstr("the same recording twice"));
   EXPECT_THAT(summary.error().message, HasSubstr("(part1.csv of part1)"));
-}
-
-// Compressed, its file is another.
-TEST_F(StudyOfUnits, IsOfValuesThatDifferSomewhere) {
-  for (int i = 0; i < 4; ++i) {
-    UnitRun run = RunOf("part" + std::to_string(i % 2), i < 3 ? 0.05 * i : 0.05);
-    run.tags.note = "study";
-    run.inputs = {{"log.csv", std::to_string(i), 900}};
-    Add(run);
-  }
-  const Result<Json> summary = Summarise(*store_, options_);
-  ASSERT_FALSE(summary);
-  EXPECT_EQ(summary.error().code, ErrorCode::kConflictingArguments);
-  EXPECT_THAT(summary.error().message, HasSubstr("the same recording twice"));
-  EXPECT_THAT(summary.error().message, HasSubstr("(of part1)"));
 }
 
 }  // namespace line_summary_test

@@ -36,6 +36,7 @@ inline UnitRun SampleRun(const std::string& id, const std::string& serial) {
   run.wall_s = 0.1;
   run.cpu_s = 1.0 / 3.0;
   run.inputs = {{serial + ".csv", "0a1f", 4200}};
+  run.readings = {{"accelerometer", "1a"}, {"gyroscope", "2b"}};
   run.findings.push_back(Finding(FindingCode::kClockOffset, "the clock is late", "set time: auto")
                              .About(Triad::kMagnetometer, 2)
                              .AtPose(7)

@@ -23,7 +23,7 @@ class Exporting : public ::testing::Test {
   Exporting() {
     UnitRun first = SampleRun("1", "A\n\"1\""), second = SampleRun("2", "A\n\"1\"");
     second.log_bytes += 1;  // Of another recording.
-    second.inputs[0].sha256 = "0b2f";
+    second.readings[0].digest = "0b2f";
     second.parameters[0].value = 1.0 / 3.0;
     UnitRun refused = SampleRun("3", "-B2");
     refused.verdict = Verdict::kNoResult;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -182,7 +183,7 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
       UnitRun run = RunOf(name_of(id), verdict);
       if (is_timed) run.recorded = "2026-11-0" + id + "T06:00:00Z", run.recorded_by = "list";
       run.log = id + ".csv";
-      run.inputs = {{run.log, id, 100}};
+      run.readings = {{"accelerometer", id}};
       ASSERT_TRUE((*store)->Add(run));
     };
     add("5", Verdict::kPass);
@@ -204,7 +205,8 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
     UnitRun one = RunOf(serial);
     one.id = id;
     one.verdict = verdict;
-    one.inputs = {{"recording.yaml", id, 0}, {"a.csv", "aa", 9}, {"b.csv", "bb", 9}};
+    one.inputs = {{"a.csv", id, 9}};  // However the files are written.
+    one.readings = {{"accelerometer", "aa"}, {"gyroscope", "bb"}};
     return one;
   };
   const auto found = [&](const UnitRun& one) {
@@ -222,9 +224,9 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   other.log = "A1.csv";  // Under a serial number that was corrected.
   EXPECT_EQ(found(other), "");
   other = run("3", "A3", Verdict::kPass);
-  other.inputs[2].sha256 = "cc";
+  other.readings[1].digest = "cc";
   EXPECT_EQ(found(other), "");
-  other.inputs.clear();
+  other.readings.clear();
   EXPECT_EQ(found(other), "");
 }
 
@@ -234,12 +236,11 @@ TEST_P(StoreTest, TakesARecordingForOneAttempt) {
     const Result<std::unique_ptr<Store>> store = OpenStore(NewUrl());
     ASSERT_TRUE(store);
     ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kLast, most}));
-    const auto add = [&](const std::string& id, const std::string& log, const std::string& sha) {
+    const auto add = [&](const std::string& id, const std::string& log, const std::string& digest) {
       UnitRun one = RunOf(id, id == "1" ? Verdict::kNoResult : Verdict::kPass);
       one.log = log;
       one.log_bytes = static_cast<std::int64_t>(log.size());
-      one.inputs.clear();
-      if (!sha.empty()) one.inputs = {{"recording.yaml", id, 0}, {log, sha, 100}};
+      if (!digest.empty()) one.readings = {{"accelerometer", digest}};
       ASSERT_TRUE((*store)->Add(one));
     };
     add("1", "a.csv", "");    // Took too long.
@@ -297,12 +298,11 @@ TEST_P(StoreTest, KeepsWhatPeopleDecide) {
 TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
-  const auto add = [&](const std::string& id, const std::string& log, const std::string& sha256) {
+  const auto add = [&](const std::string& id, const std::string& log, const std::string& digest) {
     UnitRun run = RunOf(id, Verdict::kPass);
     run.log = log;
     run.log_bytes = static_cast<std::int64_t>(log.size());
-    run.inputs.clear();
-    if (!sha256.empty()) run.inputs = {{log, sha256, 100}};
+    if (!digest.empty()) run.readings = {{"accelerometer", digest}};
     ASSERT_TRUE((*store)->Add(run));
   };
   const auto final_verdict = [&] {
@@ -337,26 +337,26 @@ TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, std::nullopt}));
-  const auto add = [&](const std::string& id, Verdict verdict, std::vector<InputFile> inputs) {
-    UnitRun run = RunOf(id, verdict);
-    run.log = inputs[0].file;
-    run.log_bytes = std::stoi(id);
-    run.inputs = std::move(inputs);
-    ASSERT_TRUE((*store)->Add(run));
-  };
+  const auto add =
+      [&](const std::string& id, Verdict verdict, std::vector<SensorReadings> readings) {
+        UnitRun run = RunOf(id, verdict);
+        run.log = id + ".csv";
+        run.readings = std::move(readings);
+        ASSERT_TRUE((*store)->Add(run));
+      };
   const auto final_verdict = [&] {
     return *Ask(**store, "SELECT final_verdict FROM standing").at(0).at(0);
   };
-  add("1", Verdict::kFail, {{"recording.yaml", "aa", 0}, {"a.csv", "bb", 100}});
+  add("1", Verdict::kFail, {{"accelerometer", "bb"}, {"gyroscope", "b2"}});
   // That it was there, does not count and is later than the first is no matter.
-  add("2", Verdict::kNoResult, {{"recording.yaml", "cc", 0}, {"b.csv", "dd", 100}});
+  add("2", Verdict::kNoResult, {{"accelerometer", "dd"}});
   ASSERT_TRUE(
       (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
-  add("3", Verdict::kFail, {{"a.csv", "bb", 100}});
+  add("3", Verdict::kFail, {{"accelerometer", "bb"}});  // Without one sensor.
   EXPECT_EQ(final_verdict(), "FAIL");
-  add("4", Verdict::kNoLimits, {{"edited.yaml", "ee", 0}, {"b.csv", "dd", 100}});
+  add("4", Verdict::kNoLimits, {{"accelerometer", "dd"}});
   EXPECT_EQ(final_verdict(), "FAIL");
-  add("5", Verdict::kPass, {{"recording.yaml", "cc", 0}, {"c.csv", "ff", 100}});
+  add("5", Verdict::kPass, {{"accelerometer", "ff"}});
   EXPECT_EQ(final_verdict(), "PASS");
 }
 
@@ -374,10 +374,21 @@ TEST_P(StoreTest, NamesADecisionAfterAllRunsOfItsUnit) {
   EXPECT_EQ(*(*store)->LatestRun(RunOf("A1")), added->id);
 }
 
-TEST(RecordingOf, IsOfTheFilesWithSamples) {
-  EXPECT_EQ(RecordingOf({{"recording.yaml", "aa", 0}, {"b.csv", "cc", 9}, {"a.csv", "bb", 9}}),
-            "bb cc");
-  EXPECT_EQ(RecordingOf({{"a.csv", "bb", 9}, {"b.csv", "cc", 9}}), "bb cc");
+TEST_P(StoreTest, DoesNothingOfWorkThatThrows) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const Status status = (*store)->Together([&]() -> Status {
+    EXPECT_TRUE((*store)->Add(RunOf("1", Verdict::kPass)));
+    throw std::runtime_error("no memory");
+  });
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().message, "no memory");
+  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
+  EXPECT_THAT(Ask(**store, "SELECT run FROM run"), ElementsAre(ElementsAre("2")));
+}
+
+TEST(RecordingOf, IsOfTheReadingsInAnyOrder) {
+  EXPECT_EQ(RecordingOf({{"gyroscope", "cc"}, {"accelerometer", "bb"}}), "bb cc");
 }
 
 TEST_P(StoreTest, CountsALaterDecisionThoughTheClockHasGoneBack) {

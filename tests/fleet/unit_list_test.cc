@@ -119,10 +119,10 @@ TEST_F(UnitList, OpensFilesAlone) {
 }
 
 TEST_F(UnitList, TakesListsWithSerialsAndTags) {
-  const std::string list =
-      folder_.Write("day.csv",
-                    "\xEF\xBB\xBFlog,serial,lot,part,recorded\r\n"
-                    "a/u2.csv,\"7,\"\"b\",L1,P,2026-11-24 07:00+01:00\r\n# no\na/u1.csv,8,,,\n");
+  const std::string list = folder_.Write(
+      "day.csv",
+      "\xEF\xBB\xBFlog,serial,lot,part,recorded\r\n"
+      "a/u2.csv,\" 7,\"\"b\t\",L1 ,P,2026-11-24 07:00+01:00\r\n# no\na/u1.csv,8 ,,,\n");
   const Result<std::vector<UnitOrder>> units = ListUnits({list}, "");
   ASSERT_TRUE(units) << units.error().message;
   ASSERT_EQ(units->size(), 2u);
@@ -152,6 +152,7 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
                             {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
                             {"log,serial\n,7\n", "names no log", 2},
                             {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
+                            {"log,recorded\na/u1.csv,2199-01-01\n", "which is to come", 2},
                             {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is no UTF-8", 2},
                             {"log,serial\n", "without a line for a log", 0}}) {
     const Error error = ErrorOf({folder_.Write("wrong.csv", mistake.text)});
@@ -185,6 +186,15 @@ TEST_F(UnitList, IsRefusedWhereTheExperimentGivesSeveralLogsOneSerial) {
   WorkPlan plain;
   plain.overrides = {"robust.loss=none", "device.serial=A1"};
   EXPECT_FALSE(CheckSerialsToCome(plain, ""));
+}
+
+TEST_F(UnitList, IsRefusedWhereItsSerialIsNotThatOfTheName) {
+  const std::string list = folder_.Write("list.csv", "log,serial\na/u1.csv,u1\na/u2.csv,u3\n");
+  const Result<std::vector<UnitOrder>> units = ListUnits({list}, "{serial}.csv");
+  ASSERT_FALSE(units);
+  EXPECT_THAT(units.error().message,
+              HasSubstr("list.csv:3: states serial number `u3`, but by --serial={serial}.csv"));
+  EXPECT_TRUE(ListUnits({list}, "{serial}.log"));
 }
 
 TEST_F(UnitList, IsOneThoughItsHeaderIsMisspelt) {

@@ -90,7 +90,8 @@ TEST(CalibrationRecord, PageHoldsTheValuesForPeopleAndForPrograms) {
 TEST(CalibrationRecord, HasOneCoverageFactorAndWhatWasDecided) {
   Calibration unit = Unit();
   unit.decisions = {{Verdict::kFail, "R. Roe", "bent", "2026-11-25T10:00:00Z"}};
-  const Result<Export> result = ExportCalibration(unit, "record", {.file_name = "unit.html"});
+  const ExportOptions options{.file_name = "unit.html", .allows_outside_limits = true};
+  const Result<Export> result = ExportCalibration(unit, "record", options);
   ASSERT_TRUE(result) << result.error().message;
   // σ of the limit's value is 0.0005.
   EXPECT_THAT(result->files[0].text,

@@ -38,5 +38,30 @@ TEST(InitialExperimentOfALog, IsCalibratedFromWhatWasRead) {
   EXPECT_FALSE(CalibrateExperiment(experiment({"poses=every_row"}), {}, look->loaded));
 }
 
+// By which a fleet knows a recording again.
+TEST(ReadingsOf, AreTheSameHoweverALogIsWritten) {
+  const TemporaryFolder folder;
+  const std::string demo = TRUETRIAD_SOURCE_DIR "/datasets/demo/recording.csv";
+  std::string text = TemporaryFolder::Read(demo);
+  const auto of = [&](const std::string& log, std::optional<std::int64_t> most = std::nullopt) {
+    std::string digests;
+    for (const SensorReadings& one :
+         ReadingsOf(log, most).value_or(std::vector<SensorReadings>())) {
+      digests += one.sensor + one.digest;
+    }
+    return digests;
+  };
+  const std::string readings = of(demo), first = of(demo, 64);
+  EXPECT_NE(readings, "");
+  EXPECT_NE(readings, first);
+  const std::string commented = folder.Write("commented.csv", "# Another word.\n" + text);
+  EXPECT_EQ(of(commented), readings);
+  EXPECT_EQ(of(commented, 64), first);
+  text.insert(text.find(',', text.rfind('\n', text.size() - 2)), "1");  // The last time.
+  const std::string other = folder.Write("other.csv", text);
+  EXPECT_NE(of(other), readings);
+  EXPECT_EQ(of(other, 64), first);
+}
+
 }  // namespace calibrate_experiment_test
 }  // namespace truetriad

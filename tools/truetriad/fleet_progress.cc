@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -60,18 +61,25 @@ std::string OverruledText(const std::map<std::string, std::string>& overruled) {
   return text;
 }
 
+/// "B0001, B0002, B0003, …" of `count`.
+std::string NamesText(const std::set<std::string>& serials, std::size_t count) {
+  constexpr std::size_t kMostNamed = 3;
+  std::string names;
+  std::size_t named = 0;
+  for (const std::string& serial : serials) {
+    if (++named > kMostNamed) break;
+    names += (names.empty() ? "" : ", ") + PrintableLine(serial);
+  }
+  return names + (count > std::min(serials.size(), kMostNamed) ? ", …" : "");
+}
+
 /// "  2 of these recordings were calibrated before, and count once each: B0001, B0002".
 std::string KnownText(const fleet::FleetProgress& progress) {
   const std::size_t count = progress.known_recordings;
   if (count == 0) return "";
-  std::string names;
-  for (const std::string& serial : progress.known_units) {
-    names += (names.empty() ? "" : ", ") + PrintableLine(serial);
-  }
-  if (count > progress.known_units.size()) names += ", …";
   return "  " + std::to_string(count) + " of these recordings " + (count == 1 ? "was" : "were") +
-         " calibrated before, and " + (count == 1 ? "counts once: " : "count once each: ") + names +
-         '\n';
+         " calibrated before, and " + (count == 1 ? "counts once: " : "count once each: ") +
+         NamesText(progress.known_units, count) + '\n';
 }
 
 /// "FAIL (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²": what the message says itself is not
@@ -86,7 +94,7 @@ std::string RedText(const fleet::UnitRun& run) {
 
 /// What an operator does about a unit that is not good.
 std::string_view OperatorRemedy(const fleet::UnitRun& run) {
-  if (run.verdict == Verdict::kFail) return "set it aside";
+  if (const fleet::RunCode* const code = fleet::RunCodeOf(run.code)) return code->operator_remedy;
   if (const std::optional<FindingCode> code = FindingCodeFromName(run.code)) {
     return FindingKindOf(*code).operator_remedy;
   }
@@ -114,24 +122,45 @@ std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& 
   return text + "  " + std::string(OperatorRemedy(run)) + " (" + run.code + ")";
 }
 
+/// The first that is true of: a run is not good, a unit that was run, one that was left out;
+/// nothing was done; nothing was judged.
+std::string FirstLineOf(const fleet::FleetProgress& progress) {
+  const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
+    return std::to_string(count) + " OF " + std::to_string(all) + what;
+  };
+  const std::size_t units = progress.yield.units;
+  if (progress.red > 0) return of(progress.red, progress.done, " NOT GOOD");
+  if (progress.yield.final_good < units) {
+    return of(
+        units - progress.yield.final_good,
+        units,
+        std::string(units == 1 ? " UNIT" : " UNITS") + " NOT GOOD, although all of these runs are");
+  }
+  if (const std::size_t red = progress.skipped_red.size(); red > 0) {
+    return of(red, progress.skipped, " LEFT OUT NOT GOOD");
+  }
+  if (progress.done == 0) return "NOTHING TO DO";
+  const auto unjudged = progress.verdicts.find(Verdict::kNoLimits);
+  if (unjudged == progress.verdicts.end()) return "ALL GOOD";
+  return unjudged->second == progress.done
+             ? "ALL USABLE, NO LIMITS SET"
+             : "NONE FAILED, " + of(unjudged->second, progress.done, " WITHOUT LIMITS");
+}
+
 std::string SummaryText(const fleet::FleetProgress& progress) {
   const double runs = static_cast<double>(progress.done);
-  std::string text =
-      std::to_string(progress.red) + " OF " + std::to_string(progress.done) + " NOT GOOD\n";
-  if (progress.red == 0) text = progress.done == 0 ? "NOTHING TO DO\n" : "ALL GOOD\n";
-  if (progress.red == 0 && !progress.IsGood()) {
-    const std::size_t units = progress.yield.units;
-    text = std::to_string(units - progress.yield.final_good) + " OF " + std::to_string(units) +
-           (units == 1 ? " UNIT" : " UNITS") + " NOT GOOD, although all of these runs are\n";
-  }
-  text += "  " + RunsText(progress) +
-          Formatted(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
-                    progress.seconds,
-                    progress.Rate(),
-                    1e3 * progress.cpu_s / std::max(runs, 1.0)) +
-          CountsText(progress) + '\n';
+  std::string text = FirstLineOf(progress) + "\n  " + RunsText(progress) +
+                     Formatted(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
+                               progress.seconds,
+                               progress.Rate(),
+                               1e3 * progress.cpu_s / std::max(runs, 1.0)) +
+                     CountsText(progress) + '\n';
   if (progress.skipped > 0) {
-    text += "  " + std::to_string(progress.skipped) + " left out: their runs are there\n";
+    text += "  " + std::to_string(progress.skipped) + " left out: their runs are there";
+    if (const std::set<std::string>& red = progress.skipped_red; !red.empty()) {
+      text += "; not good: " + NamesText(red, red.size());
+    }
+    text += '\n';
   }
   if (const fleet::Yield& yield = progress.yield; yield.units > 0) {
     text += Formatted("  First-pass yield %.1f %%, final %.1f %% of ",
@@ -153,6 +182,7 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
   Json json = {{"units", OrNull(progress.units)},
                {"done", progress.done},
                {"skipped", progress.skipped},
+               {"skipped_not_good", progress.skipped_red},
                {"not_good", progress.red},
                {"verdicts", Json::object()},
                {"codes", Json::object()},
@@ -206,7 +236,8 @@ FleetTalk::FleetTalk(bool names_all)
 
 fleet::FleetListener FleetTalk::Listener() {
   return {.on_run = [this](const auto& run, const auto& progress) { OnRun(run, progress); },
-          .on_note = [this](const std::string& note) { OnNote(note); }};
+          .on_note = [this](const std::string& note) { OnNote(note, Note); },
+          .on_warning = [this](const std::string& warning) { OnNote(warning, Warn); }};
 }
 
 void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& progress) {
@@ -225,20 +256,20 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
     return;
   }
   if (names_all_) {
-    OnNote(OperatorLine(run, progress));
+    OnNote(OperatorLine(run, progress), Note);
   } else if (fleet::IsRed(run.verdict)) {
-    OnNote(run.serial + ": " + RedText(run));
+    OnNote(run.serial + ": " + RedText(run), Note);
   }
   line_.ShowText(ProgressText(progress));
 }
 
-void FleetTalk::OnNote(const std::string& note) {
+void FleetTalk::OnNote(const std::string& note, void (*print)(const std::string&)) {
   if (is_lines_) {
     PrintLine({{"note", note}});
     return;
   }
   line_.Wipe();
-  Note(PrintableLine(note));
+  print(PrintableLine(note));
 }
 
 VerbResult FleetResult(const fleet::FleetProgress& progress) {
@@ -247,7 +278,7 @@ VerbResult FleetResult(const fleet::FleetProgress& progress) {
   return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
           .text = SummaryText(progress),
           .result = SummaryJson(progress),
-          .grade = progress.IsGood() ? Grade::kGood : Grade::kCaution};
+          .grade = FirstLineOf(progress) == "ALL GOOD" ? Grade::kGood : Grade::kCaution};
 }
 
 }  // namespace truetriad

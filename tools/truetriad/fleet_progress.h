@@ -45,7 +45,8 @@ class FleetTalk {
 
  private:
   void OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& progress);
-  void OnNote(const std::string& note);
+  /// `print`: Note or Warn.
+  void OnNote(const std::string& note, void (*print)(const std::string&));
 
   bool is_lines_;  ///< Of JSON.
   bool names_all_;

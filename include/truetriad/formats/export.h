@@ -30,7 +30,6 @@ struct FormatInfo {
   bool can_import = false;
   /// What the first of several equal sensors is called, where one file holds them all.
   std::optional<int> first_instance = {};
-  bool states_verdict = false;  ///< For people, who read the verdict first.
 };
 
 /// All formats, in the order of the documentation.

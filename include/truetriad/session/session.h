@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -24,12 +25,20 @@ namespace truetriad {
 using RecordingOpener = std::function<Result<std::unique_ptr<SampleSource>>(
     const std::string& input, const OpenRecordingOptions& options)>;
 
+/// What was read of one sensor, whatever file it is in and how that is written or packed: two that
+/// have the same digest have the same stamps and values.
+struct SensorReadings {
+  std::string sensor;  ///< "accelerometer".
+  std::string digest;  ///< 16 hexadecimal digits.
+};
+
 /// The poses of one recording or pose table, and where they came from.
 struct LoadedPoses {
   std::string input;   ///< As it was named.
   PosesConfig config;  ///< How they were looked for.
   PoseSet poses;
   std::vector<InputFile> inputs;
+  std::vector<SensorReadings> readings;  ///< Of each sensor; of sessions one after the other.
   PerTriad<std::optional<double>> si_per_count;
   /// Static detection looked for them: neither the recording nor the caller says where they are.
   bool are_detected = false;
@@ -46,6 +55,10 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const ProgressCallback& progress = {},
                               const RecordingOpener& opener = {});
 
+/// Of a recording the first `most` readings of each sensor, or all. Unset: it cannot be read.
+std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
+                                                      std::optional<std::int64_t> most);
+
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
 
@@ -55,14 +68,15 @@ Result<PosesConfig> ParsePoses(const std::string& text);
 
 /// Calibrates what `experiment` asks for from experiment.inputs; everything of calibration.yaml is
 /// filled. Too little data is an outcome. `first` is what was read of the first of them before:
-/// unless the experiment asks for other things of it, it is not read again. `poses`, unless null,
-/// are set to those that were calibrated from. Error (bad input, usage): files that contradict the
-/// experiment or each other.
+/// unless the experiment asks for other things of it, it is not read again. `poses` and `readings`,
+/// unless null, are set to those that were calibrated from. Error (bad input, usage): files that
+/// contradict the experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {},
                                         std::optional<LoadedPoses> first = std::nullopt,
                                         PoseSet* poses = nullptr,
-                                        const RecordingOpener& opener = {});
+                                        const RecordingOpener& opener = {},
+                                        std::vector<SensorReadings>* readings = nullptr);
 
 /// What there is to know of recordings of one unit from the first of them.
 struct FirstLook {

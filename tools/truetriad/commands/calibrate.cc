@@ -27,6 +27,7 @@
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/base/version.h"
+#include "truetriad/calibrate/compare.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
@@ -305,8 +306,16 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::stri
 /// What people decided about a recording holds however often it is calibrated.
 void TakeOverDecisions(Done* done) {
   const auto is_same = [&](const std::optional<Calibration>& earlier) {
-    return earlier &&
-           fleet::RecordingOf(earlier->inputs) == fleet::RecordingOf(done->calibration.inputs);
+    if (!earlier) return false;
+    const std::vector<InputFile>& inputs = done->calibration.inputs;
+    if (std::ranges::all_of(inputs, [&](const InputFile& input) {
+          return input.samples == 0 || IsMadeFrom(*earlier, {input});
+        })) {
+      return true;
+    }
+    // The same readings may be in other files: packed, or with another comment.
+    const Result<Comparison> compared = Compare(*earlier, done->calibration);
+    return compared && IsTooAlike(*compared);
   };
   std::optional<Calibration> earlier = done->there;
   if (!is_same(earlier)) earlier = ThatIn(done->task.folder, "calibration.previous.yaml");

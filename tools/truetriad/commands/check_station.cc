@@ -90,7 +90,7 @@ Status CheckStore() {
 /// where this is not it.
 Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
                                                      const Calibration& golden,
-                                                     const Calibration& today,
+                                                     const std::string& recording,
                                                      const Comparison* comparison) {
   if (FLAGS_store.empty()) return std::optional<fleet::StationCheck>();
   fleet::StationCheck check;
@@ -99,7 +99,7 @@ Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experimen
   check.serial = golden.serial;
   check.created = TimestampUtc();
   check.log = experiment.inputs.front();
-  check.recording = fleet::RecordingOf(today.inputs);
+  check.recording = recording;
   check.repeatability = FLAGS_repeatability;
   if (comparison != nullptr) {
     check.agrees = AgreementOf(*comparison) == Agreement::kAgree;
@@ -125,13 +125,14 @@ std::string RepeatText(const std::optional<fleet::StationCheck>& first) {
 Result<VerbResult> Judged(const Experiment& experiment,
                           const Calibration& golden,
                           const Calibration& today,
+                          const std::string& recording,
                           const Repeatability& repeatability) {
   VerbResult result;
   result.findings = today.findings;
   result.outcome = today.outcome;
   result.result = {{"agrees", nullptr}};
   if (!today.IsUsable()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, nullptr));
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, recording, nullptr));
     result.exit_code = kExitNotEnough;
     result.text = RepeatText(first) + CalibrationText(today);
     result.grade = Grade::kBad;
@@ -152,7 +153,8 @@ Result<VerbResult> Judged(const Experiment& experiment,
     result.grade = Grade::kCaution;
     return result;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, today, &comparison));
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto first,
+                             KeepCheck(experiment, golden, recording, &comparison));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
@@ -187,11 +189,13 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOf(golden, std::move(inputs)));
   ProgressLine progress("reading " + experiment.inputs.front());
-  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration today,
-                             CalibrateExperiment(experiment, progress.callback()));
+  std::vector<SensorReadings> readings;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Calibration today,
+      CalibrateExperiment(experiment, progress.callback(), {}, nullptr, {}, &readings));
   TRUETRIAD_RETURN_IF_ERROR(
       CheckSameUnit(experiment.inputs.front() + ": the recording", today.serial, golden));
-  return Judged(experiment, golden, today, repeatability);
+  return Judged(experiment, golden, today, fleet::RecordingOf(readings), repeatability);
 }
 
 }  // namespace

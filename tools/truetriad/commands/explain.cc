@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/spelling.h"
+#include "fleet/unit_run.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "truetriad/base/error.h"
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::string_view kFindingsHead = R"(# Reasons
 
-`truetriad explain CODE` prints what a code means and what to do; without a code it prints this page.
+Printed by `truetriad explain`, of one code by `truetriad explain CODE`.
 
 Findings are in `status.findings` of calibration.yaml and at the head of each report; [errors](#errors) leave no result. Codes are
 never renamed. A *warning* may make the result worse than it looks; a *refusal* makes it unusable, and the first one sets
@@ -31,6 +32,13 @@ constexpr std::string_view kErrorsHead = R"(
 On stderr, and with `--json` as `error`, with the message and, where it is known, `file`, `line` and `column`.
 
 | code | exit | what it means | what to do |
+|---|---|---|---|
+)";
+
+constexpr std::string_view kRunsHead = R"(
+## Units of a fleet
+
+| code | operator | what it means | what to do |
 |---|---|---|---|
 )";
 
@@ -62,6 +70,10 @@ std::string Page() {
     page +=
         PageRow(info.name, std::to_string(static_cast<int>(info.kind)), info.meaning, info.remedy);
   }
+  page += kRunsHead;
+  for (const fleet::RunCode& code : fleet::kRunCodes) {
+    page += PageRow(code.name, std::string(code.operator_remedy), code.meaning, code.remedy);
+  }
   return page;
 }
 
@@ -79,7 +91,8 @@ VerbResult Explained(const std::vector<std::string>& codes) {
   const auto is_asked = [&codes](std::string_view name) {
     return codes.empty() || std::find(codes.begin(), codes.end(), name) != codes.end();
   };
-  VerbResult result{.result = {{"findings", Json::array()}, {"errors", Json::array()}}};
+  VerbResult result{
+      .result = {{"findings", Json::array()}, {"errors", Json::array()}, {"runs", Json::array()}}};
   for (const FindingKind& kind : FindingKinds()) {
     if (!is_asked(kind.name)) continue;
     result.text += Paragraph(kind.name, SeverityOf(kind), kind.meaning, kind.remedy);
@@ -103,6 +116,19 @@ VerbResult Explained(const std::vector<std::string>& codes) {
                                        {"meaning", info.meaning},
                                        {"remedy", info.remedy}});
   }
+  for (const fleet::RunCode& code : fleet::kRunCodes) {
+    if (!codes.empty() && std::ranges::none_of(codes, [&](const std::string& asked) {
+          return fleet::RunCodeOf(asked) == &code;
+        })) {
+      continue;
+    }
+    result.text += Paragraph(code.name, "a unit of a fleet", code.meaning, code.remedy) +
+                   Wrapped("An operator: " + std::string(code.operator_remedy) + '.');
+    result.result["runs"].push_back({{"code", code.name},
+                                     {"meaning", code.meaning},
+                                     {"remedy", code.remedy},
+                                     {"operator_remedy", code.operator_remedy}});
+  }
   if (codes.empty()) result.text = Page();
   return result;
 }
@@ -111,13 +137,15 @@ std::vector<std::string> AllCodes() {
   std::vector<std::string> codes;
   for (const FindingKind& kind : FindingKinds()) codes.emplace_back(kind.name);
   for (const ErrorInfo& info : AllErrorCodes()) codes.emplace_back(info.name);
+  for (const fleet::RunCode& code : fleet::kRunCodes) codes.emplace_back(code.name);
   return codes;
 }
 
 Result<VerbResult> RunExplain(const std::vector<std::string>& codes) {
   const std::vector<std::string> known = AllCodes();
   for (const std::string& code : codes) {
-    if (std::find(known.begin(), known.end(), code) != known.end()) continue;
+    if (fleet::RunCodeOf(code) != nullptr || std::ranges::find(known, code) != known.end())
+      continue;
     return Error(ErrorCode::kUnknownName,
                  "`" + code + "` is not a code" + DidYouMean(code, {known.begin(), known.end()}) +
                      "; `truetriad explain` lists them");

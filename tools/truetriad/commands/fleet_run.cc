@@ -127,7 +127,7 @@ Status StateRetestPolicy(fleet::Store& store) {
   // JSON lines take none once they have begun.
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
-    FleetTalk().Listener().on_note(
+    FleetTalk().Listener().on_warning(
         "retest rule changed: the " + std::string(RetestCountsName(policy.counts)) +
         " of a unit's " +
         (!policy.most       ? "runs"
