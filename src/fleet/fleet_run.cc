@@ -277,7 +277,7 @@ class FleetEngine {
       return std::filesystem::exists(one.log, ignored);
     });
     if (other == others.end()) return {};
-    if (!run->folder.empty()) std::filesystem::remove_all(run->folder, ignored);
+    if (!run->folder.empty()) RemoveFolder(run->folder);
     run->folder.clear();
     run->parameters.clear();
     run->covariance.clear();

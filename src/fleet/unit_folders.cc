@@ -81,8 +81,8 @@ bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::str
       FinishFolder(folder.string());
       continue;
     }
+    RemoveFolder(folder.string());
     std::error_code ignored;
-    fs::remove_all(folder, ignored);
     // A worker that had not ended yet may have written there meanwhile: the next removes that.
     if (fs::exists(folder, ignored)) static_cast<void>(BeginFolder(folder.string(), name));
     fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
@@ -106,6 +106,17 @@ Status BeginFolder(const std::string& folder, const std::string& store) {
   const Error error = CannotWrite(mark);
   close(file);
   return is_written ? Status() : Status(error);
+}
+
+void RemoveFolder(const std::string& folder) {
+  std::error_code ignored;
+  const bool is_marked = fs::exists(fs::path(folder) / kUnfinished, ignored);
+  for (fs::directory_iterator file(folder, ignored), end; is_marked && file != end;) {
+    const fs::path path = file->path();
+    file.increment(ignored);
+    if (path.filename() != kUnfinished) fs::remove_all(path, ignored);
+  }
+  fs::remove_all(folder, ignored);
 }
 
 void FinishFolder(const std::string& folder) {

@@ -15,6 +15,9 @@ namespace truetriad::fleet {
 /// Makes the folder of a run's files, which counts as unfinished from now on, and as one of a run
 /// that goes into `store` (WorkPlan::store). Error (bad input): it cannot be made.
 Status BeginFolder(const std::string& folder, const std::string& store);
+/// Removes it with all that it has, the mark of an unfinished one last: who is killed meanwhile
+/// leaves a folder that still counts as unfinished.
+void RemoveFolder(const std::string& folder);
 /// The run of these files is in the store. Nothing, where there are none.
 void FinishFolder(const std::string& folder);
 /// Writes what a run found into its folder, all or nothing: the report, where it has one,

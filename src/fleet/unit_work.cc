@@ -181,8 +181,7 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   const std::string folder = (fs::path(plan.folder) / FolderNameOf(run->serial) / run->id).string();
   const Status written = WriteFiles(plan, calibration, poses, folder);
   if (!written) {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
+    RemoveFolder(folder);
     return written;
   }
   run->folder = folder;
