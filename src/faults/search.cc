@@ -90,8 +90,7 @@ class FaultSearch {
   FaultSearch(const std::vector<StatedFault>& stated, PoseGraph* graph, NoiseState* noise)
       : stated_(stated), graph_(graph), noise_(noise), model_(graph, noise) {}
 
-  // `takes_doubtful`: where none is clear, the clearest of those that are not to be ruled out.
-  FaultFindings Run(bool takes_doubtful = false);
+  FaultFindings Run();
   // To where another step changes nothing that anybody would see; false where steps lead nowhere.
   bool Settle();
   // After Run: log of how likely all readings are, those that were left out each with a variance of
@@ -111,7 +110,6 @@ class FaultSearch {
   void TestInFull(Candidate* candidate);
   double KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T) const;
   Candidate* Clearest();
-  Candidate* Doubtful();
   double Confirmed(const Candidate& candidate);
   void TakeIn(Candidate* candidate);
   void TryWith(Candidate* candidate);
@@ -347,19 +345,6 @@ Candidate* FaultSearch::Clearest() {
     if (!confirmed.insert(best).second) return best;
     best->test.log_p = std::max(best->test.log_p, Confirmed(*best));
   }
-}
-
-// Of those that chance makes in less than one of a hundred runs each, but for single poses and
-// turns; null where there is none.
-Candidate* FaultSearch::Doubtful() {
-  Candidate* best = nullptr;
-  for (Candidate& candidate : candidates_) {
-    if (!candidate.is_active || candidate.test.rank == 0) continue;
-    if (candidate.kind->shape == FaultShape::kOnce) continue;
-    if (candidate.test.log_p >= std::log(kNoteLevel)) continue;
-    if (best == nullptr || candidate.Score() < best->Score()) best = &candidate;
-  }
-  return best;
 }
 
 FaultPlace FaultSearch::PlaceOf(const Candidate& candidate) const {
@@ -748,7 +733,7 @@ double FaultSearch::LogPrior() const {
   return sum;
 }
 
-FaultFindings FaultSearch::Run(bool takes_doubtful) {
+FaultFindings FaultSearch::Run() {
   ListCandidates();
   if (!stated_.empty()) {
     StateWidening();
@@ -759,8 +744,7 @@ FaultFindings FaultSearch::Run(bool takes_doubtful) {
   ShareBudget();
   while (!candidates_.empty()) {
     TestAll();
-    Candidate* clearest = taken_.size() < kMostFaults ? Clearest() : nullptr;
-    if (clearest == nullptr && takes_doubtful && taken_.empty()) clearest = Doubtful();
+    Candidate* const clearest = taken_.size() < kMostFaults ? Clearest() : nullptr;
     if (!TakeLostRows(clearest != nullptr ? clearest->Score() : 0.0)) {
       if (clearest == nullptr) break;
       TryWith(clearest);
@@ -844,7 +828,7 @@ FaultFindings FindFaults(const std::vector<StatedFault>& stated,
   Readmit(&all);
   FaultSearch of_all(stated, &all, &noise_of_all);
   if (!of_all.Settle()) return found;
-  FaultFindings found_in_all = of_all.Run(true);
+  FaultFindings found_in_all = of_all.Run();
   // Single poses that are off are what was left out already.
   const auto is_more = [](const TakenFault& fault) {
     return fault.place.kind->shape != FaultShape::kOnce;
@@ -854,22 +838,19 @@ FaultFindings FindFaults(const std::vector<StatedFault>& stated,
       !(log_odds > -kRivalLogOdds)) {
     return found;
   }
-  const Eigen::VectorXd apart = graph->layout.basis.transpose() * (all.shared - graph->shared);
-  if (log_odds > 0.0) {
+  if (log_odds > kRivalLogOdds) {
     *graph = std::move(all);
     *noise = std::move(noise_of_all);
-    found = std::move(found_in_all);
-    if (log_odds > kRivalLogOdds) return found;
-    for (TakenFault& fault : found.faults) fault.left_out_instead = left_out;
-  } else {
-    for (TakenFault& fault : found_in_all.faults) {
-      if (!is_more(fault)) continue;
-      fault.is_corrected = false;
-      fault.left_out_instead = left_out;
-      found.faults.push_back(std::move(fault));
-    }
+    return found_in_all;
   }
+  const Eigen::VectorXd apart = graph->layout.basis.transpose() * (all.shared - graph->shared);
   found.beyond += apart * apart.transpose();
+  for (TakenFault& fault : found_in_all.faults) {
+    if (!is_more(fault)) continue;
+    fault.is_corrected = false;
+    fault.left_out_instead = left_out;
+    found.faults.push_back(std::move(fault));
+  }
   return found;
 }
 

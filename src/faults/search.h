@@ -51,7 +51,7 @@ struct TakenFault {
   double kappa = 0.0;         // the same for h of one of its own σ
   // Others that explain the same nearly as well: 1000 to 1 is no proof.
   std::vector<FaultPlace> rivals;
-  // Poses that are off explain it nearly as well: they were left out before, or still are.
+  // Poses that are off explain it nearly as well: they stay left out, and it is not corrected.
   std::vector<int> left_out_instead;
 };
 
@@ -100,8 +100,8 @@ struct FaultFindings {
 // graph at its solution with them: its readings are less what the faults added to them, and
 // `noise` is what it is then. One budget of 1 % a run is shared by all faults, and a
 // fault's share by its positions. Without faults the graph stays as it is. Where readings were left
-// out as outliers, they count again if faults explain all of them more likely than that; up to odds
-// of 1000 to 1 either way σ allow for the other.
+// out as outliers, they count again if faults are by 1000 to 1 the likelier explanation of all;
+// from 1 to 1000 on σ allow for these.
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
                          NoiseState* noise);

@@ -53,7 +53,9 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const std::optional<double>& most = run.options.strict_shift_sigmas;
   const bool is_beyond = most && fault.shift_sigmas > *most;
   if (is_beyond) finding.remedy = "record anew; `strict` refuses what was corrected by as much";
-  if (is_beyond || IsTied(fault, run.graph.layout)) {
+  // Not where left-out readings explain it as well.
+  const bool is_alone = fault.left_out_instead.empty();
+  if (is_beyond || (is_alone && IsTied(fault, run.graph.layout))) {
     finding.As(Severity::kRefusal).treatment = Treatment::kNone;
   }
   return finding;
