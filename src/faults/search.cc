@@ -132,6 +132,9 @@ class FaultSearch {
   void StateTaken();
   void StateCovariance();
   bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
+  double LogPriorOf(const Taken& taken) const {
+    return candidates_[taken.candidate].log_level - std::log(kLevelOfRun) - 1.0;
+  }
   double LogPrior() const;
   void StateNotes();
   void StateWidening();
@@ -147,7 +150,7 @@ class FaultSearch {
   std::vector<SensorForm> forms_;
   std::vector<Candidate> candidates_;
   std::vector<Taken> taken_;
-  std::vector<Taken> left_in_;  // shown, but no correction of them leads anywhere
+  std::vector<Taken> left_in_;  // shown, but not to be corrected
   double lost_rows_level_ = 0.0;
   double log_evidence_ = 0.0;
   FaultFindings findings_;
@@ -559,7 +562,10 @@ void FaultSearch::StateCovariance() {
     if (taken.by_rival.size() > 0) add(taken.by_rival);
     at += taken.fault.h.size();
   }
-  for (const Taken& taken : left_in_) add(taken.per_unknown * taken.fault.h);
+  for (const Taken& taken : left_in_) {
+    add(taken.per_unknown * taken.fault.h);
+    if (taken.by_rival.size() > 0) add(taken.by_rival);
+  }
   if (findings_.lost_rows) {
     const double share = findings_.lost_rows->share;
     Eigen::VectorXd d = Eigen::VectorXd::Zero(graph_->layout.size);
@@ -674,7 +680,9 @@ bool FaultSearch::Settle() {
 }
 
 // A correction that makes the recording less likely is taken back, where it is far from straight:
-// σ are widened by it instead.
+// σ are widened by it instead. So is one whose form decides what it does to the parameters, unless
+// it is by 1000 to 1 likelier than none: chance makes one in a hundred clean recordings, and that
+// would move a parameter by ten of its σ.
 void FaultSearch::TryWith(Candidate* candidate) {
   const PoseGraph graph = *graph_;
   const NoiseState noise = *noise_;
@@ -683,12 +691,22 @@ void FaultSearch::TryWith(Candidate* candidate) {
   TakeIn(candidate);
   StateColumns();
   model_.SettleExcess(kSettlingSteps);
-  const bool is_settled = Settle();
-  if (is_settled && model_.is_settled() && model_.system().LogLikelihood() > before) return;
-  for (Candidate& other : candidates_) {
-    if (other.kind == candidate->kind && other.triad == candidate->triad) other.is_active = false;
-  }
+  const bool is_settled = Settle() && model_.is_settled();
   Taken& taken = taken_.back();
+  const double gain = model_.system().LogLikelihood() - before;
+  const bool is_told = taken.fault.kappa <= TakenFault::kTrusted
+                           ? gain > 0.0
+                           : gain + LogPriorOf(taken) > kRivalLogOdds;
+  if (is_settled && is_told) return;
+  const auto is_of = [&](const FaultPlace& place, const Candidate& other) {
+    return other.kind == place.kind && other.triad == place.triad;
+  };
+  const std::vector<FaultPlace>& rivals = taken.fault.rivals;
+  for (Candidate& other : candidates_) {
+    const bool is_rival = std::any_of(
+        rivals.begin(), rivals.end(), [&](const FaultPlace& rival) { return is_of(rival, other); });
+    if (is_rival || is_of(taken.fault.place, other)) other.is_active = false;
+  }
   taken.fault.is_corrected = false;
   taken.fault.h = candidate->test.h;
   taken.fault.sigma = candidate->test.T.rowwise().norm();
@@ -707,9 +725,7 @@ void FaultSearch::TryWith(Candidate* candidate) {
 // |r|^2 / rank in its noise, takes its place.
 double FaultSearch::LogPrior() const {
   double sum = 0.0;
-  for (const Taken& taken : taken_) {
-    sum += candidates_[taken.candidate].log_level - std::log(kLevelOfRun) - 1.0;
-  }
+  for (const Taken& taken : taken_) sum += LogPriorOf(taken);
   const FaultSystem& system = model_.system();
   const std::vector<DeletionTest> tests = DeletionTests(*graph_, system);
   for (const DeletionTest& test : tests) {
