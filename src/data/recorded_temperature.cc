@@ -15,7 +15,9 @@ std::optional<Eigen::Vector3d> RecordedDegc(const PoseSet& poses) {
     high = std::max(high, *pose.temperature_degc);
     sum += *pose.temperature_degc;
   }
-  return Eigen::Vector3d(low, sum / static_cast<double>(poses.poses.size()), high);
+  // A sum of equal values is rounded.
+  const double mean = sum / static_cast<double>(poses.poses.size());
+  return Eigen::Vector3d(low, std::clamp(mean, low, high), high);
 }
 
 }  // namespace truetriad

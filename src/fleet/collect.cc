@@ -43,7 +43,7 @@ struct Survey {
   /// Of readings, by a hash of theirs: the first run of them that has a result.
   struct Reader {
     std::string run;
-    std::size_t serial = 0, log = 0;  ///< Hashes.
+    std::size_t serial = 0;  ///< A hash.
   };
   std::unordered_map<std::size_t, Reader> readers;
   std::unordered_map<std::size_t, std::size_t> contents;  ///< Hashes, by those of runs' names.
@@ -79,15 +79,14 @@ Status Placed(const Status& status, const std::string& source) {
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
 }
 
-/// Notes whose readings a run is of, and where those are another unit's, too. A log whose unit was
-/// corrected is no copy of itself.
+/// Notes whose readings a run is of, and where those are another unit's, too.
 void TakeReadings(const UnitRun& run, Survey* survey) {
   const std::string readings = RecordingOf(run.readings);
   if (readings.empty() || run.verdict == Verdict::kNoResult) return;
   const std::hash<std::string> hash;
-  const Survey::Reader own{run.id, hash(run.serial), hash(run.log)};
+  const Survey::Reader own{run.id, hash(run.serial)};
   const auto [first, is_new] = survey->readers.emplace(hash(readings), own);
-  if (is_new || first->second.serial == own.serial || first->second.log == own.log) return;
+  if (is_new || first->second.serial == own.serial) return;
   survey->collected.copies.push_back("unit `" + run.serial + "` (run " + run.id + ", " + run.log +
                                      ") has the readings of run " + first->second.run +
                                      ", which is another unit's");
@@ -329,8 +328,24 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
   return missing;
 }
 
+/// A station may have decided of a recording that another one measured again.
+constexpr std::string_view kDecisionsLifted =
+    "SELECT standing.serial, made.verdict, made.who, made.why, standing.run FROM disposition AS "
+    "made "
+    "JOIN run ON run.run = made.run JOIN standing ON standing.serial = run.serial WHERE "
+    "standing.disposed_by IS NULL AND made.disposition = (SELECT max(one.disposition) FROM "
+    "disposition AS one JOIN run AS its ON its.run = one.run WHERE its.serial = standing.serial) "
+    "ORDER BY standing.serial";
+
 Status AgreeAll(const std::string& target, Collected* collected) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
+  for (const auto& row : lifted.rows) {
+    const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
+    collected->notes.push_back(text(0) + ": the decision of " + text(2) + " (" + text(1) + ": " +
+                               text(3) + ") does not hold for run " + text(4) +
+                               ", of another recording, which counts");
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,
                              store->UnitsHeldBack());
   for (const std::string& serial : units_held_back) {

@@ -80,12 +80,14 @@ std::string ReasonOf(const Standing& unit) {
 
 /// The log of a run has the readings of another unit's.
 Error IsCopy(const UnitRun& run, const auto& other) {
-  return Error(ErrorCode::kOtherDevice,
-               {run.log},
-               "has the readings of " + other.log + ", which is unit `" + other.serial +
-                   "`, and not of `" + run.serial +
-                   "`: a copy of it, or one serial number is wrong; measure this unit, or take the "
-                   "wrong log away");
+  return Error(
+      ErrorCode::kOtherDevice,
+      {run.log},
+      "has the readings of " + other.log + ", which is unit `" + other.serial + "`, and not of `" +
+          run.serial +
+          "`: a copy of it, or one serial number is wrong; measure this unit, or, where that "
+          "one's number was wrong, refuse it by `fleet dispose " +
+          other.serial + " --verdict=FAIL` and run this log again");
 }
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on
@@ -271,12 +273,7 @@ class FleetEngine {
     if (run->verdict == Verdict::kNoResult) return {};
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> others,
                                store_->RunsOfSameReadings(*run));
-    std::error_code ignored;
-    // A log that was renamed since was given the right serial number by that.
-    const auto other = std::find_if(others.begin(), others.end(), [&](const KnownRun& one) {
-      return std::filesystem::exists(one.log, ignored);
-    });
-    if (other == others.end()) return {};
+    if (others.empty()) return {};
     if (!run->folder.empty()) RemoveFolder(run->folder);
     run->folder.clear();
     run->parameters.clear();
@@ -284,7 +281,7 @@ class FleetEngine {
     run->judgements.clear();
     run->effective_dof = 0.0;
     run->mode.clear();
-    Fill(IsCopy(*run, *other), run);
+    Fill(IsCopy(*run, others.front()), run);
     return {};
   }
 

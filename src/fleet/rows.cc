@@ -99,8 +99,12 @@ CREATE VIEW standing AS
     AND (
       EXISTS (
         SELECT 1 FROM run AS seen
-        WHERE seen.serial = unit.serial
-          AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+        WHERE seen.serial = unit.serial AND (
+            seen.run = decision.run OR (
+              decision.verdict = 'FAIL'
+              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+            )
+          )
           AND seen.log = run.log AND seen.log_bytes = run.log_bytes
           AND seen.log_modified_ns = run.log_modified_ns
       )
@@ -110,8 +114,12 @@ CREATE VIEW standing AS
           SELECT 1 FROM reading AS made_from
           WHERE made_from.run = run.run AND NOT EXISTS (
             SELECT 1 FROM run AS seen CROSS JOIN reading AS known
-            WHERE seen.serial = unit.serial
-              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+            WHERE seen.serial = unit.serial AND (
+                seen.run = decision.run OR (
+                  decision.verdict = 'FAIL'
+                  AND (seen.run <= decision.disposition OR seen.run <= decision.run)
+                )
+              )
               AND known.run = seen.run AND known.digest = made_from.digest
           )
         )

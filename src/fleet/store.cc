@@ -33,17 +33,22 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// Runs not of the unit $1 nor of the log $2 that have all readings of `sensors`: $3, ….
-std::string SameReadings(std::size_t sensors) {
+/// Runs of other units than $1 that have all readings of `sensors`: $2, …. Not of those that a
+/// person refused, as one does whose serial number was wrong; `has_standing`: where decisions are
+/// known.
+std::string SameReadings(std::size_t sensors, bool has_standing) {
   std::string runs;
   for (std::size_t i = 0; i < sensors; ++i) {
     runs += (i > 0 ? " INTERSECT " : "") +
-            ("SELECT run FROM reading WHERE digest = $" + std::to_string(i + 3));
+            ("SELECT run FROM reading WHERE digest = $" + std::to_string(i + 2));
   }
+  const std::string refused =
+      has_standing ? " AND serial NOT IN (SELECT serial FROM standing WHERE disposed_by <> '' AND "
+                     "final_verdict = 'FAIL')"
+                   : "";
   return "SELECT " + ColumnsOf<KnownRun>() +
-         " FROM run WHERE serial <> $1 AND log <> $2 AND "
-         "verdict <> 'NO_RESULT' AND run IN (" +
-         runs + ") ORDER BY run LIMIT 100";
+         " FROM run WHERE serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs + ")" +
+         refused + " ORDER BY run LIMIT 1";
 }
 
 /// A recording that was checked again at a station does not count.
@@ -366,12 +371,12 @@ Result<std::string> Store::LatestRun(const UnitRun& run) {
 }
 
 Result<std::vector<KnownRun>> Store::RunsOfSameReadings(const UnitRun& run) {
-  std::vector<Value> values = {std::string_view(run.serial), std::string_view(run.log)};
+  std::vector<Value> values = {std::string_view(run.serial)};
   for (const SensorReadings& one : run.readings) {
     values.emplace_back(std::string_view(one.digest));
   }
-  if (values.size() == 2) return std::vector<KnownRun>();
-  return Things<KnownRun>(SameReadings(values.size() - 2), values);
+  if (values.size() == 1) return std::vector<KnownRun>();
+  return Things<KnownRun>(SameReadings(values.size() - 1, lines_ == nullptr), values);
 }
 
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {

@@ -313,7 +313,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
         kNotConverged,
         kFault,
         "fault",
-        "The recording shows an error that the model does not have; the result is corrected for it",
+        "The recording shows an error that the model does not have; the result is corrected, or σ allow, for it",
         "see the finding",
         kRecordAgain),
     Warning(kMisfit,

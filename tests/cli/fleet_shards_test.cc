@@ -100,11 +100,16 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
                     "folder = '' FROM run WHERE serial LIKE '%1'\"")
                   .out,
               HasSubstr("\nu1,NO_LIMITS,,0\nv1,NO_RESULT,other-device,1\n"));
-  // As the refusal advises.
-  fs::remove(folder_.Path("line/u1.csv"));
-  EXPECT_EQ(Fleet("run line -o out --resume").exit_code, 0);
+  // Wherever the other log is now, until a person says that its number was wrong, as advised.
+  fs::rename(folder_.Path("line/u1.csv"), folder_.Path("u1.csv"));
+  fs::rename(folder_.Path("line/v1.csv"), folder_.Path("line/w1.csv"));
+  EXPECT_THAT(Fleet("run line/w1.csv -o out").err, HasSubstr("fleet dispose u1 --verdict=FAIL"));
+  EXPECT_EQ(
+      Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=mislabelled").exit_code,
+      0);
+  EXPECT_EQ(Fleet("run line/w1.csv -o out").exit_code, 0);
   EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT verdict FROM latest WHERE serial = "
-                    "'v1'\"")
+                    "'w1'\"")
                   .out,
               HasSubstr("NO_LIMITS"));
 }

@@ -9,6 +9,7 @@
 
 #include "data/detected_poses.h"
 #include "data/memory_source.h"
+#include "data/recorded_temperature.h"
 #include "data/synthetic_recording.h"
 #include "data/window_statistics.h"
 
@@ -98,6 +99,18 @@ TEST(PoseStatistics, DoNotAverageAwayTheStepOfACoarseSensor) {
   for (const StaticPose& pose : set->poses) {
     const Eigen::Vector3d sigma = pose.triads[kAccel]->mean_covariance_raw.diagonal().cwiseSqrt();
     EXPECT_GT(sigma.minCoeff(), 0.5 * 0.05 / std::sqrt(12.0)) << "pose " << pose.number;
+  }
+}
+
+// A calibration whose mean is above its highest temperature is refused when it is read.
+TEST(RecordedTemperature, HasItsMeanBetweenItsEnds) {
+  PoseSet poses;
+  for (int i = 0; i < 24; ++i) {
+    poses.poses.emplace_back().temperature_degc = 38.400001500000009;
+    const auto recorded = RecordedDegc(poses);
+    ASSERT_TRUE(recorded);
+    EXPECT_LE((*recorded)[0], (*recorded)[1]);
+    EXPECT_LE((*recorded)[1], (*recorded)[2]);
   }
 }
 

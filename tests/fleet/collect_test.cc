@@ -17,6 +17,7 @@
 namespace truetriad::fleet {
 namespace collect_test {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -98,12 +99,32 @@ TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
   };
   write(0, "A1", "a/recording.yaml");
   write(1, "B1", "b/recording.yaml");
-  write(2, "A2", "a/recording.yaml");  // Its serial number was corrected.
+  write(2, "A2", "a/recording.yaml");  // At another station, or with another serial number.
   const Result<Collected> collected = Collect(sources, target_);
   ASSERT_TRUE(collected) << collected.error().message;
   EXPECT_EQ(collected->added, 3u);
-  ASSERT_EQ(collected->copies.size(), 1u);
-  EXPECT_THAT(collected->copies.front(), HasSubstr("unit `B1`"));
+  EXPECT_THAT(collected->copies, ElementsAre(HasSubstr("unit `B1`"), HasSubstr("unit `A2`")));
+}
+
+TEST_F(Collecting, SaysWhichDecisionAnotherStationsRecordingLifts) {
+  const std::string source = Written("a.db", {}, {"1"}), later = folder_.Path("b.db");
+  ASSERT_TRUE((*OpenStore(source))
+                  ->Dispose({SampleId("d1"),
+                             "unit '1",
+                             "2026-11-25T12:00:00Z",
+                             "me",
+                             "scratched",
+                             Verdict::kFail}));
+  UnitRun run = SampleRun("e2", "unit '1");  // Begun after the decision.
+  run.recorded = "2026-11-25T13:00:00Z";
+  run.log = "later.csv";
+  run.readings = {{"accelerometer", "bb"}};
+  run.verdict = Verdict::kPass;
+  ASSERT_TRUE((*OpenStore(later))->Add(run));
+  const Result<Collected> collected = Collect({source, later}, target_);
+  ASSERT_TRUE(collected) << collected.error().message;
+  EXPECT_THAT(collected->notes,
+              Contains(HasSubstr("unit '1: the decision of me (FAIL: scratched) does not hold")));
 }
 
 TEST_F(Collecting, NamesTheShardsThatAreMissing) {

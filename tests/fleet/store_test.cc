@@ -221,8 +221,13 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   EXPECT_EQ(found(run("3", "A3", Verdict::kPass)), "1");
   EXPECT_EQ(found(run("3", "A1", Verdict::kPass)), "");  // The unit itself.
   UnitRun other = run("3", "A3", Verdict::kPass);
-  other.log = "A1.csv";  // Under a serial number that was corrected.
+  other.log = "A1.csv";  // Its serial number may have been corrected: people say so.
+  EXPECT_EQ(found(other), "1");
+  ASSERT_TRUE((*store)->Dispose(
+      {"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "mislabelled", Verdict::kFail}));
   EXPECT_EQ(found(other), "");
+  ASSERT_TRUE(
+      (*store)->Dispose({"2e", "A1", "2026-11-25T00:00:01Z", "R. Roe", "not so", Verdict::kPass}));
   other = run("3", "A3", Verdict::kPass);
   other.readings[1].digest = "cc";
   EXPECT_EQ(found(other), "");
@@ -330,6 +335,28 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   EXPECT_EQ(final_verdict(), "FAIL");
   add("9", "unreadable.csv", "");
   EXPECT_EQ(final_verdict(), "PASS");
+}
+
+// Whoever collects the stores of two stations: a decision was made of what was seen at one of them.
+TEST_P(StoreTest, HoldsAConcessionForItsOwnRecordingAlone) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto add = [&](const std::string& id, const std::string& digest) {
+    UnitRun run = RunOf(id, Verdict::kFail);
+    run.log = id + ".csv";
+    run.recorded = "2026-11-25T0" + id + ":00:00Z";
+    run.readings = {{"accelerometer", digest}};
+    ASSERT_TRUE((*store)->Add(run));
+  };
+  const auto final_verdict = [&] {
+    return *Ask(**store, "SELECT final_verdict FROM standing").at(0).at(0);
+  };
+  add("1", "aa");
+  ASSERT_TRUE((*store)->Dispose(
+      {"3d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "tolerable", Verdict::kPass}));
+  EXPECT_EQ(final_verdict(), "PASS");
+  add("2", "bb");  // Measured, and run, before somebody decided of the other.
+  EXPECT_EQ(final_verdict(), "FAIL");
 }
 
 // Neither the log that is named nor what is written about it is what was measured.
