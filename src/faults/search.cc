@@ -727,23 +727,15 @@ double FaultSearch::LogPrior() const {
   double sum = 0.0;
   for (const Taken& taken : taken_) sum += LogPriorOf(taken);
   const FaultSystem& system = model_.system();
+  const std::vector<VariancePart> parts = PartsOf(*graph_);
   const std::vector<DeletionTest> tests = DeletionTests(*graph_, system);
-  for (const DeletionTest& test : tests) {
-    const bool is_turn = test.component == NoiseComponent::kTurn;
-    const auto [weight, is_rejected] = [&]() -> std::pair<double, bool> {
-      if (is_turn) {
-        const IncrementEdge& edge = graph_->increments[test.observation];
-        return {edge.weight, edge.rejected};
-      }
-      const Observation& seen = graph_->nodes[test.node].observations[test.observation];
-      return {seen.weight, seen.rejected};
-    }();
-    if (!is_rejected || test.rank == 0) continue;
-    const Eigen::Index row =
-        is_turn ? system.factors()[graph_->nodes.size() + test.observation].row
-                : system.factors()[test.node].row + 3 * static_cast<Eigen::Index>(test.observation);
-    const double own = std::max(system.WhitenedSquare(row) / weight / test.rank, 1.0);
-    sum -= 0.5 * test.rank * (std::log(weight) + std::log(own) + 1.0);
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    const VariancePart& part = parts[i];
+    const int rank = tests[i].rank;
+    if (!part.rejected || rank == 0) continue;
+    const Eigen::Index row = system.factors()[part.factor].row + part.row;
+    const double own = std::max(system.WhitenedSquare(row) / part.weight / rank, 1.0);
+    sum -= 0.5 * rank * (std::log(part.weight) + std::log(own) + 1.0);
     sum -= std::log(static_cast<double>(tests.size())) + 1.0;
   }
   return sum;

@@ -330,13 +330,14 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
 
 /// A station may have decided of a recording that another one measured again.
 constexpr std::string_view kDecisionsLifted =
-    "SELECT standing.serial, made.verdict, made.who, made.why, standing.run FROM disposition AS "
-    "made "
-    "JOIN run ON run.run = made.run JOIN standing ON standing.serial = run.serial WHERE "
-    "standing.disposed_by IS NULL AND made.disposition = (SELECT max(one.disposition) FROM "
-    "disposition AS one JOIN run AS its ON its.run = one.run WHERE its.serial = standing.serial) "
-    "ORDER BY standing.serial";
+    "SELECT standing.serial, made.verdict, made.who, made.why, standing.run "
+    "FROM disposition AS made JOIN run ON run.run = made.run "
+    "JOIN standing ON standing.serial = run.serial "
+    "WHERE standing.disposed_by IS NULL AND made.disposition = (SELECT max(one.disposition) "
+    "FROM disposition AS one JOIN run AS its ON its.run = one.run "
+    "WHERE its.serial = standing.serial) ORDER BY standing.serial";
 
+/// The files beside the store agree with it; notes what people should know of that.
 Status AgreeAll(const std::string& target, Collected* collected) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));

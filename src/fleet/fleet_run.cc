@@ -271,9 +271,9 @@ class FleetEngine {
   /// Makes a run of a log that is another unit's over again one that is refused, without files.
   Status RefuseCopy(UnitRun* run) const {
     if (run->verdict == Verdict::kNoResult) return {};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> others,
-                               store_->RunsOfSameReadings(*run));
-    if (others.empty()) return {};
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<KnownRun> other,
+                               store_->RunOfSameReadings(*run));
+    if (!other) return {};
     if (!run->folder.empty()) RemoveFolder(run->folder);
     run->folder.clear();
     run->parameters.clear();
@@ -281,7 +281,7 @@ class FleetEngine {
     run->judgements.clear();
     run->effective_dof = 0.0;
     run->mode.clear();
-    Fill(IsCopy(*run, others.front()), run);
+    Fill(IsCopy(*run, *other), run);
     return {};
   }
 

@@ -29,9 +29,9 @@ namespace {
 /// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
 /// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the
 /// window at all. A unit with one run costs some ten microseconds, one with 200 some ten
-/// milliseconds. A decision holds unless the run that counts is a later one and of another
-/// recording: none of the unit's runs before the decision, whether they counted or not, was of the
-/// same log, untouched, or of all its readings. (What was exported of the
+/// milliseconds. A concession holds for the recording of the run that it was made about, a refusal
+/// for those of all runs that the unit had then, whether they counted or not: for the same log,
+/// untouched, or the same readings. (What was exported of the
 /// runs that count alone may name a run that is later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);

@@ -33,7 +33,7 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// Runs of other units than $1 that have all readings of `sensors`: $2, …. Not of those that a
+/// A run of another unit than $1 that has all readings of `sensors`: $2, …. Not of one that a
 /// person refused, as one does whose serial number was wrong; `has_standing`: where decisions are
 /// known.
 std::string SameReadings(std::size_t sensors, bool has_standing) {
@@ -370,13 +370,16 @@ Result<std::string> Store::LatestRun(const UnitRun& run) {
   return FieldIn(latest).value_or("");
 }
 
-Result<std::vector<KnownRun>> Store::RunsOfSameReadings(const UnitRun& run) {
+Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
   std::vector<Value> values = {std::string_view(run.serial)};
   for (const SensorReadings& one : run.readings) {
     values.emplace_back(std::string_view(one.digest));
   }
-  if (values.size() == 1) return std::vector<KnownRun>();
-  return Things<KnownRun>(SameReadings(values.size() - 1, lines_ == nullptr), values);
+  if (values.size() == 1) return std::optional<KnownRun>();
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      std::vector<KnownRun> others,
+      Things<KnownRun>(SameReadings(values.size() - 1, lines_ == nullptr), values));
+  return others.empty() ? std::optional<KnownRun>() : std::optional(std::move(others.front()));
 }
 
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {

@@ -185,9 +185,9 @@ class Store {
   /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
   /// empty: there is none.
   Result<std::string> LatestRun(const UnitRun& run);
-  /// Runs of other units, of other logs, that have all readings of this one, and were not refused
-  /// for it: some of them.
-  Result<std::vector<KnownRun>> RunsOfSameReadings(const UnitRun& run);
+  /// A run of another unit that has all readings of this one and was not refused for it, but of
+  /// none that a person refused; unset: there is none.
+  Result<std::optional<KnownRun>> RunOfSameReadings(const UnitRun& run);
   /// Of each log the last run.
   Result<std::vector<KnownRun>> LastRuns();
   /// Of which shard further runs are; the first who says how many there are, states it. Error

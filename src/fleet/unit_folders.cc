@@ -110,8 +110,7 @@ Status BeginFolder(const std::string& folder, const std::string& store) {
 
 void RemoveFolder(const std::string& folder) {
   std::error_code ignored;
-  const bool is_marked = fs::exists(fs::path(folder) / kUnfinished, ignored);
-  for (fs::directory_iterator file(folder, ignored), end; is_marked && file != end;) {
+  for (fs::directory_iterator file(folder, ignored), end; file != end;) {
     const fs::path path = file->path();
     file.increment(ignored);
     if (path.filename() != kUnfinished) fs::remove_all(path, ignored);

@@ -49,7 +49,10 @@ constexpr FindingKind Refusal(Outcome outcome,
 // `truetriad explain` writes docs/reasons.md from this table.
 constexpr auto kKinds = std::to_array<FindingKind>({
     Note(kMessage, "message", "A message from before findings had codes"),
-    Warning(kNoReadings, "no-readings", "A stream has no usable reading", "check the column and its role"),
+    Warning(kNoReadings,
+            "no-readings",
+            "A stream has no usable reading",
+            "check the column and its role"),
     Note(kColumnsIgnored,
          "columns-ignored",
          "A table has columns that nothing is read from",
@@ -309,13 +312,13 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "Poses or turns of a sensor disagree with all others and are left out; a single one is "
             "a note",
             "look what was different there"),
-    WarningOr(
-        kNotConverged,
-        kFault,
-        "fault",
-        "The recording shows an error that the model does not have; the result is corrected, or σ allow, for it",
-        "see the finding",
-        kRecordAgain),
+    WarningOr(kNotConverged,
+              kFault,
+              "fault",
+              "The recording shows an error that the model does not have; the result is corrected, "
+              "or σ allow, for it",
+              "see the finding",
+              kRecordAgain),
     Warning(kMisfit,
             "misfit",
             "Readings scatter more than at rest, and no fault that is looked for explains it",

@@ -210,11 +210,9 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
     return one;
   };
   const auto found = [&](const UnitRun& one) {
-    std::string runs;
-    const Result<std::vector<KnownRun>> others = (*store)->RunsOfSameReadings(one);
-    EXPECT_TRUE(others) << others.error().message;
-    for (const KnownRun& other : *others) runs += other.run;
-    return runs;
+    const Result<std::optional<KnownRun>> other = (*store)->RunOfSameReadings(one);
+    EXPECT_TRUE(other) << other.error().message;
+    return *other ? (*other)->run : "";
   };
   ASSERT_TRUE((*store)->Add(run("1", "A1", Verdict::kNoLimits)));
   ASSERT_TRUE((*store)->Add(run("2", "A2", Verdict::kNoResult)));

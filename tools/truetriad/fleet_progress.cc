@@ -122,34 +122,39 @@ std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& 
   return text + "  " + std::string(OperatorRemedy(run)) + " (" + run.code + ")";
 }
 
+/// What a result begins with, and its colour.
+struct FirstLine {
+  std::string text;
+  Grade grade = Grade::kCaution;
+};
+
 /// The first that is true of: a run is not good, a unit that was run, one that was left out;
 /// nothing was done; nothing was judged.
-std::string FirstLineOf(const fleet::FleetProgress& progress) {
+FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
     return std::to_string(count) + " OF " + std::to_string(all) + what;
   };
   const std::size_t units = progress.yield.units;
-  if (progress.red > 0) return of(progress.red, progress.done, " NOT GOOD");
+  if (progress.red > 0) return {of(progress.red, progress.done, " NOT GOOD")};
   if (progress.yield.final_good < units) {
-    return of(
-        units - progress.yield.final_good,
-        units,
-        std::string(units == 1 ? " UNIT" : " UNITS") + " NOT GOOD, although all of these runs are");
+    return {of(units - progress.yield.final_good,
+               units,
+               std::string(units == 1 ? " UNIT" : " UNITS") +
+                   " NOT GOOD, although all of these runs are")};
   }
   if (const std::size_t red = progress.skipped_red.size(); red > 0) {
-    return of(red, progress.skipped, " LEFT OUT NOT GOOD");
+    return {of(red, progress.skipped, " LEFT OUT NOT GOOD")};
   }
-  if (progress.done == 0) return "NOTHING TO DO";
+  if (progress.done == 0) return {"NOTHING TO DO"};
   const auto unjudged = progress.verdicts.find(Verdict::kNoLimits);
-  if (unjudged == progress.verdicts.end()) return "ALL GOOD";
-  return unjudged->second == progress.done
-             ? "ALL USABLE, NO LIMITS SET"
-             : "NONE FAILED, " + of(unjudged->second, progress.done, " WITHOUT LIMITS");
+  if (unjudged == progress.verdicts.end()) return {"ALL GOOD", Grade::kGood};
+  if (unjudged->second == progress.done) return {"ALL USABLE, NO LIMITS SET"};
+  return {"NONE FAILED, " + of(unjudged->second, progress.done, " WITHOUT LIMITS")};
 }
 
 std::string SummaryText(const fleet::FleetProgress& progress) {
   const double runs = static_cast<double>(progress.done);
-  std::string text = FirstLineOf(progress) + "\n  " + RunsText(progress) +
+  std::string text = FirstLineOf(progress).text + "\n  " + RunsText(progress) +
                      Formatted(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
                                progress.seconds,
                                progress.Rate(),
@@ -278,7 +283,7 @@ VerbResult FleetResult(const fleet::FleetProgress& progress) {
   return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
           .text = SummaryText(progress),
           .result = SummaryJson(progress),
-          .grade = FirstLineOf(progress) == "ALL GOOD" ? Grade::kGood : Grade::kCaution};
+          .grade = FirstLineOf(progress).grade};
 }
 
 }  // namespace truetriad
