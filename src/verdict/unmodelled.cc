@@ -2,6 +2,7 @@
 #include "verdict/unmodelled.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -80,9 +81,8 @@ FaultFindings TakeFaultsIn(const CalibrateOptions& options,
     stated.push_back(std::move(bends));
     stated_bends->push_back(triad);
   }
-  for (StatedFault& curvature : FaceCurvatures(*graph, covariance)) {
-    if (Acts(Mechanism::kTiltCurvature)) stated.push_back(std::move(curvature));
-  }
+  std::optional<StatedFault> curvatures = FaceCurvatures(*graph, covariance);
+  if (curvatures && Acts(Mechanism::kTiltCurvature)) stated.push_back(std::move(*curvatures));
   return FindFaults(stated, graph, noise);
 }
 

@@ -63,10 +63,11 @@ Outcome RunClean(const TrialPlan& plan, int runs) {
     Random random(20000 + static_cast<std::uint64_t>(seed));
     const auto trial = trials::MakeFaultTrial(plan, &random);
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found =
-        FindFaults(FaceCurvatures(settled.graph, ReducedSystem(settled.graph).covariance()),
-                   &settled.graph,
-                   &settled.noise);
+    std::vector<StatedFault> stated;
+    if (auto of_faces = FaceCurvatures(settled.graph, ReducedSystem(settled.graph).covariance())) {
+      stated.push_back(std::move(*of_faces));
+    }
+    const FaultFindings found = FindFaults(stated, &settled.graph, &settled.noise);
     EXPECT_FALSE(found.misfit.is_unexplained) << seed;
     if (!found.faults.empty() || found.lost_rows) ++outcome.with_findings;
     int dimension = 0;

@@ -36,6 +36,9 @@ void MagnetometerAlone(Trial* trial, Random* /*random*/) {
 // its seat, both as the experiment says.
 void SixFaces(Trial* trial, Random* random) {
   Drop(kMag, trial);
+  // The unit's axes stand in the block as they were built in.
+  trial->unit.models[kAccel]->sensitivity *=
+      SmallTurn(2.0 * kRadPerDeg, random).toRotationMatrix();
   trial->options.attitudes.kind = AttitudeKind::kSixFace;
   trial->options.gauge = Gauge::kFixture;
   const AttitudeOptions& block = trial->options.attitudes;
