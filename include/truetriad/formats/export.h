@@ -55,6 +55,9 @@ struct ExportOptions {
   /// The consumer's identification of the sensor, for formats that have one; unset: that of the
   /// calibration.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
+  /// Where a consumer with several sets of parameters holds those of the sensor with this number,
+  /// and its temperature terms (Tags); unset: those of the calibration, else the instance's.
+  PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
   /// A unit that may not leave is exported, and the files say so.
