@@ -50,7 +50,7 @@ struct SensorNames {
 };
 
 struct Autopilot {
-  std::string_view name, instances;  ///< `instances`: for messages.
+  std::string_view name;
   bool is_px4;
   int first_instance;
   PerTriad<int> last_instance;
@@ -68,7 +68,6 @@ const Autopilot& Px4() {
   using enum Quantity;
   static const auto& autopilot = *new Autopilot{
       "px4",
-      "sensors 0 to 3",
       true,
       0,
       {{3, 3, 3}},
@@ -97,7 +96,6 @@ const Autopilot& ArduPilot() {
   using enum Quantity;
   static const auto& autopilot = *new Autopilot{
       "ardupilot",
-      "IMUs 1 to 5 and compasses 1 to 3",
       false,
       1,
       {{5, 5, 3}},
@@ -115,13 +113,24 @@ const Autopilot& ArduPilot() {
   return autopilot;
 }
 
-Result<int> InstanceOf(const Autopilot& autopilot, const std::optional<int>& wanted) {
-  const int instance = wanted.value_or(autopilot.first_instance);
-  const int last = autopilot.last_instance[Triad::kAccelerometer];
-  if (instance >= autopilot.first_instance && instance <= last) return instance;
+/// `slot` of the parameters of a sensor, with the number `id`. Errors: none is free (bad input),
+/// there is no such one (usage).
+Result<int> SlotOf(const Autopilot& autopilot,
+                   Triad triad,
+                   std::string_view id,
+                   std::int64_t slot) {
+  const int first = autopilot.first_instance, last = autopilot.last_instance[triad];
+  if (first <= slot && slot <= last) return static_cast<int>(slot);
+  if (slot == Tags::kNoSlot) {
+    return Error(ErrorCode::kNotRepresentable,
+                 "the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
+                     " are all of other sensors than the " + std::string(TriadName(triad)) +
+                     "; set that of a sensor that is gone to 0 and record again");
+  }
   return Error(ErrorCode::kInvalidArgument,
-               "--instance=" + std::to_string(instance) + ": " + std::string(autopilot.name) +
-                   " has " + std::string(autopilot.instances));
+               "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +
+                   (triad == Triad::kMagnetometer ? "compasses " : "sensors ") +
+                   std::to_string(first) + " to " + std::to_string(last));
 }
 
 /// Coefficients about `to` of a polynomial given about `from`: sum_k c_k (T - from)^k.
@@ -136,7 +145,7 @@ std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double 
 
 class ParameterText {
  public:
-  ParameterText(bool is_px4, int instance) : is_px4_(is_px4), instance_(instance) {}
+  explicit ParameterText(bool is_px4) : is_px4_(is_px4) {}
 
   void Float(const std::string& name, double value) {
     // Tools that load ArduPilot's files do not all read exponents.
@@ -144,16 +153,15 @@ class ParameterText {
     Line(name, is_px4_ ? NumberText(number) : PlainNumberText(number), "9");
   }
   void Integer(std::string_view pattern, std::int64_t value) {
-    Line(Expanded(pattern, instance_), std::to_string(value), "6");
+    Line(Expanded(pattern, slot), std::to_string(value), "6");
   }
-  void Number(std::string_view pattern, double value) {
-    Float(Expanded(pattern, instance_), value);
-  }
+  void Number(std::string_view pattern, double value) { Float(Expanded(pattern, slot), value); }
   void Vector(std::string_view pattern, const Eigen::VectorXd& values, std::size_t power = 0) {
     for (std::size_t axis = 0; axis < 3; ++axis)
-      Float(Expanded(pattern, instance_, axis, power), values[static_cast<Eigen::Index>(axis)]);
+      Float(Expanded(pattern, slot, axis, power), values[static_cast<Eigen::Index>(axis)]);
   }
   std::string text;
+  int slot = 0;  ///< Of the sensor whose parameters are written.
 
  private:
   void Line(const std::string& name, const std::string& value, std::string_view type) {
@@ -163,24 +171,24 @@ class ParameterText {
   }
 
   bool is_px4_;
-  int instance_;
 };
 
 void WarnOf(const Autopilot& autopilot,
             const SensorNames& names,
-            int instance,
+            int slot,
             const WriteRequest& request,
             std::vector<std::string>* warnings) {
   const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
   const std::string name(TriadName(names.triad));
   const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
   const bool has_scale = names.fields.size() > 1;
+  const Tags& tags = request.calibration.tags;
   if (autopilot.is_px4) {
     // Limits of the sources named above.
     constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
     if (!request.options.device_ids[names.triad]) {
       warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
-                             Expanded(names.id, instance) + " already matches the sensor");
+                             Expanded(names.id, slot) + " already matches the sensor");
     }
     if (sensor.model.bias.norm() < kIgnoredOffset) {
       warnings->emplace_back(name +
@@ -195,6 +203,11 @@ void WarnOf(const Autopilot& autopilot,
           ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
           "offset holds at the reference temperature alone");
     }
+    if (names.triad == Triad::kMagnetometer && request.options.slots[names.triad] &&
+        !tags.magnetometer_turn_deg) {
+      warnings->emplace_back("magnetometer: its mounting is not known from the log; check " +
+                             Expanded("CAL_MAG@_ROT", slot));
+    }
   } else if (names.triad == Triad::kAccelerometer) {
     // Limits of the firmware's arming checks.
     constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
@@ -208,8 +221,7 @@ void WarnOf(const Autopilot& autopilot,
     warnings->emplace_back(
         "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to 0 to "
         "keep them");
-  } else if (const Tags& tags = request.calibration.tags;
-             tags.firmware != autopilot.name || !tags.magnetometer_turn_deg) {
+  } else if (tags.firmware != autopilot.name || !tags.magnetometer_turn_deg) {
     warnings->emplace_back(
         "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, so "
         "these values are valid only for a compass without rotation (orientation None)");
@@ -264,17 +276,21 @@ void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, Par
 
 /// What firmware has of its own must not correct a sensor twice: terms of a PX4 sensor without any
 /// are nobody's; those of an ArduPilot IMU are zero at CALTEMP, or all of them are off.
-void WriteThermal(const Autopilot& autopilot,
-                  const SensorNames& names,
-                  const WriteRequest& request,
-                  bool imu_has_terms,
-                  ParameterText* out) {
+Status WriteThermal(const Autopilot& autopilot,
+                    const SensorNames& names,
+                    const WriteRequest& request,
+                    bool imu_has_terms,
+                    ParameterText* out) {
   const Calibration& calibration = request.calibration;
   const std::optional<ThermalTerms>& thermal = calibration.sensors[names.triad]->thermal;
   if (autopilot.is_px4) {
     const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
-    if (id || !thermal) out->Integer(names.thermal + "ID", thermal ? *id : 0);
-    if (!thermal) return;
+    const std::int64_t slot = request.options.thermal_slots[names.triad].value_or(out->slot);
+    if (!thermal && slot == Tags::kNoSlot) return {};  // The vehicle has none of this sensor.
+    const std::string number = names.thermal + "ID";
+    TRUETRIAD_ASSIGN_OR_RETURN(out->slot, SlotOf(autopilot, names.triad, number, slot));
+    if (id || !thermal) out->Integer(number, thermal ? *id : 0);
+    if (!thermal) return {};
     WriteRange(names, thermal->range_degc, out);
     WriteTerms(true, names, *thermal, out);
     out->Integer(names.enable, 1);
@@ -290,34 +306,35 @@ void WriteThermal(const Autopilot& autopilot,
       out->Integer(names.enable, 0);
     }
   }
+  return {};
 }
 
 Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
                                                   const WriteRequest& request,
                                                   std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, InstanceOf(autopilot, request.options.instance));
+  const int instance = request.options.instance.value_or(autopilot.first_instance);
   std::optional<Eigen::Vector2d> common_range;
   if (!autopilot.is_px4) {
     TRUETRIAD_ASSIGN_OR_RETURN(common_range, CommonRange(request.calibration));
   }
-  ParameterText out(autopilot.is_px4, instance);
+  ParameterText out(autopilot.is_px4);
   out.text = CommentText("# ", request.comment);
   for (const SensorNames& names : autopilot.sensors) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[names.triad];
-    if (sensor && instance > autopilot.last_instance[names.triad]) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--instance=" + std::to_string(instance) + ": " + std::string(autopilot.name) +
-                       " has compasses 1 to " +
-                       std::to_string(autopilot.last_instance[names.triad]));
-    }
     if (sensor) {
+      TRUETRIAD_ASSIGN_OR_RETURN(out.slot,
+                                 SlotOf(autopilot,
+                                        names.triad,
+                                        names.id,
+                                        request.options.slots[names.triad].value_or(instance)));
       const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
       if (id) out.Integer(names.id, *id);
       for (const Field& field : names.fields)
         out.Vector(field.name, ValueOf(field.quantity, *sensor));
       if (!names.scale.empty()) out.Number(names.scale, 1.0);
-      WarnOf(autopilot, names, instance, request, warnings);
-      WriteThermal(autopilot, names, request, common_range.has_value(), &out);
+      WarnOf(autopilot, names, out.slot, request, warnings);
+      TRUETRIAD_RETURN_IF_ERROR(
+          WriteThermal(autopilot, names, request, common_range.has_value(), &out));
     }
     if (names.triad == Triad::kGyroscope && common_range) {
       WriteRange(names, *common_range, &out);
@@ -339,6 +356,20 @@ struct ParameterList {
   float Get(const std::string& name, float otherwise) const {
     const auto found = values.find(name);
     return found == values.end() ? otherwise : found->second;
+  }
+  std::optional<std::int64_t> Id(const std::string& name) const {
+    const auto found = ids.find(name);
+    return found == ids.end() ? std::nullopt : std::optional(found->second);
+  }
+  /// The first set of parameters with this number, or that has none.
+  std::optional<int> SlotWith(const std::optional<std::int64_t>& id,
+                              const std::string& pattern,
+                              const Autopilot& autopilot,
+                              Triad triad) const {
+    for (int slot = autopilot.first_instance; slot <= autopilot.last_instance[triad]; ++slot) {
+      if (Id(Expanded(pattern, slot)) == id) return slot;
+    }
+    return std::nullopt;
   }
 };
 
@@ -410,22 +441,26 @@ class SensorParameters {
     return vector;
   }
 
-  std::optional<std::int64_t> Id() const {
-    const auto found = list_.ids.find(Expanded(names_.id, instance_));
-    return found == list_.ids.end() ? std::nullopt : std::optional(found->second);
-  }
+  std::optional<std::int64_t> Id() const { return list_.Id(Expanded(names_.id, instance_)); }
 
   /// The slot with its temperature terms: of PX4 that with its number, whatever else is known.
   std::optional<int> ThermalSlot(const Autopilot& autopilot) const {
     if (!autopilot.is_px4 || names_.thermal.empty()) return instance_;
     const std::string name = names_.thermal + "ID";
     const std::optional<std::int64_t> id = Id();
-    for (int slot = 0; id && slot <= autopilot.last_instance[names_.triad]; ++slot) {
-      const auto found = list_.ids.find(Expanded(name, slot));
-      if (found != list_.ids.end() && found->second == *id) return slot;
-    }
+    const auto slot = list_.SlotWith(id, name, autopilot, names_.triad);
+    if (id && slot) return slot;
     const bool is_said = list_.values.contains(Expanded(name, instance_));
     return is_said && (id || Number(name, 0.0F) == 0.0F) ? std::nullopt : std::optional(instance_);
+  }
+
+  /// The same of PX4 for terms to come: one that is nobody's, where none has the sensor's number.
+  std::int64_t ThermalPlace(const Autopilot& autopilot) const {
+    for (const std::optional<std::int64_t>& id : {Id(), {}}) {
+      const auto slot = list_.SlotWith(id, names_.thermal + "ID", autopilot, names_.triad);
+      if (slot) return *slot;
+    }
+    return Tags::kNoSlot;
   }
 
   CorrectionParts Parts(const Autopilot& autopilot) const {
@@ -510,18 +545,37 @@ std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list, bool is_px4,
 }
 
 Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& request) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, InstanceOf(autopilot, request.instance));
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance,
+                             SlotOf(autopilot,
+                                    Triad::kAccelerometer,
+                                    autopilot.sensors[0].id,
+                                    request.instance.value_or(autopilot.first_instance)));
   // QGroundControl's lines begin with the numbers of vehicle and component.
   TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
                              ParseList(request.files[0], autopilot.is_px4 ? 2 : 0));
   Carried carried;
   for (const SensorNames& names : autopilot.sensors) {
-    const SensorParameters sensor(list, names, instance);
-    if (instance > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
+    std::optional<std::int64_t> slot = request.slots[names.triad];
+    if (const auto& id = request.device_ids[names.triad]) {
+      slot = list.SlotWith(id, std::string(names.id), autopilot, names.triad);
+      if (!slot) {
+        carried.notes.push_back("no " + std::string(TriadName(names.triad)) +
+                                " of the file has the number " + std::to_string(*id));
+        continue;
+      }
+    }
+    const int of = static_cast<int>(slot.value_or(instance));
+    const SensorParameters sensor(list, names, of);
+    if (of > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
     carried.parts[names.triad] = sensor.Parts(autopilot);
-    carried.device.device_ids[names.triad] = sensor.Id();
+    Tags& device = carried.device;
+    if (const auto id = sensor.Id()) {
+      device.device_ids[names.triad] = id;
+      device.device_slots[names.triad] = of;
+      if (autopilot.is_px4) device.thermal_slots[names.triad] = sensor.ThermalPlace(autopilot);
+    }
     if (names.triad == Triad::kMagnetometer) {
-      carried.device.magnetometer_turn_deg = TurnDegIn(list, autopilot.is_px4, instance);
+      device.magnetometer_turn_deg = TurnDegIn(list, autopilot.is_px4, of);
     }
   }
   if (carried.device != Tags()) carried.device.firmware = autopilot.name;

@@ -106,24 +106,36 @@ ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& 
   ReadRequest request;
   request.files = files;
   request.instance = options.instance;
+  request.slots = options.slots;
   return request;
 }
 
-/// ExportCalibration; `why_held_back`: why the unit or its device may not leave, empty: it may.
+/// Adds what the log of a calibration says of its sensors; it holds for those with its numbers.
+void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options) {
+  for (const Triad triad : kTriads) {
+    std::optional<std::int64_t>& id = options->device_ids[triad];
+    if (!id) id = tags.device_ids[triad];
+    if (id != tags.device_ids[triad]) continue;
+    if (!is_slot_stated) options->slots[triad] = tags.device_slots[triad];
+    options->thermal_slots[triad] = tags.thermal_slots[triad];
+  }
+}
+
+/// ExportCalibration; `why_held_back`: why the unit or its device may not leave, empty: it may;
+/// `instance`: which of several equal sensors of a log, where nobody states one.
 Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
                                     std::string_view format_name,
                                     const ExportOptions& stated,
-                                    const std::string& why_held_back) {
+                                    const std::string& why_held_back,
+                                    const std::optional<int>& instance = {}) {
   ExportOptions options = stated;
+  if (!stated.instance) options.instance = instance;
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
   // Each firmware numbers sensors in its own way.
   const std::string& firmware = calibration.tags.firmware;
   const bool is_another = format.is_firmware && !firmware.empty() && firmware != format.info.name;
-  for (const Triad triad : kTriads) {
-    std::optional<std::int64_t>& id = options.device_ids[triad];
-    if (!id && !is_another) id = calibration.tags.device_ids[triad];
-  }
+  if (!is_another) AddNumbersOf(calibration.tags, stated.instance.has_value(), &options);
   TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
@@ -199,10 +211,11 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
     for (const ResultOfInstance& result : results) {
       const std::string& folder = info.first_instance ? results.front().folder : result.folder;
       options.file_name = (std::filesystem::path(folder) / info.file_name).string();
-      if (info.first_instance) options.instance = *info.first_instance + result.instance;
+      std::optional<int> instance = info.first_instance;
+      if (instance) *instance += result.instance;
       const std::string why = WhyHeldBack(*result.calibration);
       const Result<Export> exported = ExportUnlessHeldBack(
-          *result.calibration, format, options, why.empty() ? why_of_device : why);
+          *result.calibration, format, options, why.empty() ? why_of_device : why, instance);
       const std::string which =
           options.file_name + ": " +
           (results.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
@@ -220,7 +233,6 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
         beside.warnings.push_back(which + warning);
       }
     }
-    options.instance.reset();
   }
   return beside;
 }

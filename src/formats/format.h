@@ -65,6 +65,8 @@ struct Carried {
 struct ReadRequest {
   std::vector<ExportedFile> files;  // `suffix` is the name for messages
   std::optional<int> instance;
+  // Which of them, before `instance`: where its parameters are, or the number that they state.
+  PerTriad<std::optional<std::int64_t>> slots = {}, device_ids = {};
 };
 
 struct Format {

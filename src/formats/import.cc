@@ -126,6 +126,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
   Calibration& calibration = import.calibration;
   ReadRequest request;
   request.instance = options.instance;
+  request.device_ids = options.device_ids;
   for (const std::string& path : paths) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::string text, ReadSmallFile(path));
     calibration.inputs.push_back({path, Sha256Hex(text), 0});
@@ -155,10 +156,13 @@ Result<Import> ImportCalibration(std::string_view format_name,
     if (!leading) leading = triad;
   }
   if (!leading) {
+    const bool is_by_id = options.device_ids != ImportOptions().device_ids;
     return Error(ErrorCode::kWrongFormat,
                  {paths[0]},
                  "contains no sensor calibration in the format " + std::string(format.info.name) +
-                     (options.instance ? " with that --instance" : ""));
+                     (options.instance ? " with that --instance"
+                      : is_by_id       ? " with that --id"
+                                       : ""));
   }
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];

@@ -37,20 +37,22 @@ void TagFields(V& visit, std::span<const TagKey> keys, Like<Tags> auto& tags) {
   }
 }
 
-template <typename Ids>
-struct DeviceIds {
-  Ids& ids;
+/// A number of each sensor, `least` or more.
+template <typename Numbers>
+struct NumbersFrom {
+  Numbers& numbers;
+  std::int64_t least;
+  std::string_view wrong;
 };
-template <typename Ids>
-DeviceIds(Ids&) -> DeviceIds<Ids>;
-template <class V, typename Ids>
-void Fields(V& visit, const DeviceIds<Ids>& of) {
+template <typename Numbers>
+NumbersFrom(Numbers&, std::int64_t, std::string_view) -> NumbersFrom<Numbers>;
+template <class V, typename Numbers>
+void Fields(V& visit, const NumbersFrom<Numbers>& of) {
   for (const Triad triad : kTriads) {
-    auto& id = of.ids[triad];
-    if (!visit(TriadName(triad), id)) continue;
-    visit.Check(TriadName(triad), [&id] {
-      return *id > 0 ? "" : "must be above zero, which firmware takes for no sensor";
-    });
+    auto& number = of.numbers[triad];
+    if (!visit(TriadName(triad), number)) continue;
+    visit.Check(TriadName(triad),
+                [&] { return *number >= of.least ? std::string_view() : of.wrong; });
   }
 }
 
@@ -59,7 +61,13 @@ template <class V>
 void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   const PerTriad<std::optional<std::int64_t>> none;
   visit.If(!tags.firmware.empty(), "firmware", tags.firmware);
-  visit.If(tags.device_ids != none, "ids", DeviceIds{tags.device_ids}, Style::kFlow);
+  const auto numbers = [&](std::string_view key, auto& of, std::int64_t least, auto wrong) {
+    visit.If(of != none, key, NumbersFrom{of, least, wrong}, Style::kFlow);
+  };
+  numbers("ids", tags.device_ids, 1, "must be above zero, which firmware takes for no sensor");
+  const char* const no_slot = "must be 0 or more, or -1 where no slot is free";
+  numbers("slots", tags.device_slots, Tags::kNoSlot, no_slot);
+  numbers("thermal_slots", tags.thermal_slots, Tags::kNoSlot, no_slot);
   visit("magnetometer_turn_deg", tags.magnetometer_turn_deg);
 }
 inline bool HasRunTags(const Tags& tags) {

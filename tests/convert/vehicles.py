@@ -146,7 +146,10 @@ def dataflash(path, parameters=None, board=None, **how):
             for letter in "XYZ":
                 parameters |= {f"COMPASS_OFS{number}_{letter}": 0.0, f"COMPASS_DIA{number}_{letter}": 1.0,
                                f"COMPASS_ODI{number}_{letter}": 0.0}
-        for name, value in (parameters | more).items():
+        parameters |= more
+        # Along x, by the number of a compass, wherever it stands.
+        offsets = {parameters[f"COMPASS_DEV_ID{n}"]: parameters[f"COMPASS_OFS{n}_X"] for n in ("", "2")}
+        for name, value in parameters.items():
             message(129, "Q16sff", 0, name.encode(), value, 0.0)
         for k, (us, force, rate, field) in enumerate(motion(**how)):
             for i in range(3):
@@ -159,4 +162,6 @@ def dataflash(path, parameters=None, board=None, **how):
             if k % 10 == 0:  # A filtered copy of the first gyroscope, as INS_RAW_LOG_OPT adds them.
                 message(132, "QBQfff", us, 3, us, *GYROSCOPES[0].raw(rate, draw))
             for i in range(2 if k % 5 == 0 else 0):
-                message(131, "QBhhhhhh", us, i, *(round(1e3 * y) for y in MAGNETOMETERS[i].raw(field, draw)), 0, 0, 0)
+                reading = [round(1e3 * y) for y in MAGNETOMETERS[i].raw(field, draw)]
+                added = int(offsets.get(MAGNETOMETERS[i].number, 0))
+                message(131, "QBhhhhhh", us, i, reading[0] + added, *reading[1:], added, 0, 0)

@@ -118,6 +118,54 @@ class Vehicles(unittest.TestCase):
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn(f"is of the accelerometer {vehicles.ACCELEROMETERS[1].number}", done.stderr)
 
+    def test_parameters_go_where_the_vehicle_has_the_number_of_a_sensor(self):
+        acc, mag = vehicles.ACCELEROMETERS, vehicles.MAGNETOMETERS
+        own = {"CAL_ACC0_ID": 555, "CAL_ACC1_ID": acc[0].number, "CAL_ACC2_ID": 0, "CAL_ACC3_ID": acc[1].number,
+               "CAL_MAG0_ID": mag[1].number, "CAL_MAG0_ROT": 8, "CAL_MAG1_ID": 0, "CAL_MAG1_ROT": 2,
+               "TC_A_ENABLE": 1, "TC_A0_ID": acc[1].number, "TC_A1_ID": 0, "TC_A2_ID": acc[0].number, "TC_A2_X0_0": 0.3}
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
+        done = self.calibrate(log, "--to=px4")
+        found = self.parameters("px4.params", "\t", 2)
+        for slot, i in ((1, 0), (3, 1), (2, 2)):  # The third sensor takes what is nobody's.
+            self.assertEqual(found[f"CAL_ACC{slot}_ID"], acc[i].number)
+            self.check_inertial(found, acc[i], f"CAL_ACC{slot}_", f"CAL_ACC{slot}_", ("OFF", "SCALE"))
+        self.assertNotIn("CAL_ACC0_XOFF", found)
+        self.assertEqual(found["CAL_MAG1_ID"], mag[0].number)
+        self.check_vector(found, "CAL_MAG1_", "OFF", mag[0].bias, 1e-3)
+        self.assertIn("its mounting is not known from the log; check CAL_MAG1_ROT", done.stderr)
+        self.assertEqual(found["CAL_MAG0_ID"], mag[1].number)
+        self.assertNotIn("CAL_MAG0_ROT", found)
+        # The vehicle's terms of two of the sensors end; the third has none.
+        self.assertIn("(TC_A_ENABLE), which exported parameters replace (TC_A2_ID)", done.stderr)
+        self.assertEqual([found.get(f"TC_A{slot}_ID") for slot in range(4)], [0, 0, 0, None])
+        self.assertNotIn("TC_A2_X0_0", found)
+        # A result knows where it belongs, and what it was made for.
+        one = self.out / "one.params"
+        done = truetriad("export", self.out / "instance-1" / "calibration.yaml", "--to=px4", "-o", one, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(json.loads(done.stdout)["findings"])
+        alone = self.parameters("one.params", "\t", 2)
+        self.assertEqual({name: found[name] for name in alone}, alone)
+        done = truetriad("apply", self.out / "calibration.yaml", self.out / "recording/recording-1.yaml", "-o", self.out / "x.csv")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn(f"has device id {acc[1].number}, but that of the calibration has {acc[0].number}", done.stderr)
+        self.assertFalse((self.out / "x.csv").exists())
+        # The vehicle's own calibration of the sensors is found by their numbers.
+        vehicle = self.folder / "vehicle.params"
+        vehicle.write_text("".join(f"1\t1\tCAL_ACC{slot}_{name}\t{value}\t{kind}\n" for slot, number, bias in
+                                   ((0, 555, 1.0), (1, acc[0].number, 0.3)) for name, value, kind in
+                                   (("ID", number, 6), ("XOFF", bias, 9))))
+        done = truetriad("import", vehicle, "--from=px4", f"--id=accelerometer:{acc[0].number}", "-o", self.folder / "own.yaml")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = truetriad("evaluate", self.out / "calibration.yaml", self.folder / "own.yaml", self.out / "recording/recording.yaml")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_a_vehicle_with_no_place_for_a_sensor_says_so(self):
+        own = {f"CAL_GYRO{n}_ID": 500 + n for n in range(4)}
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
+        done = self.calibrate(log, "--to=px4", code=2)
+        self.assertIn("CAL_GYRO0_ID to CAL_GYRO3_ID are all of other sensors than the gyroscope", done.stderr)
+
     def test_the_worst_instance_decides_and_one_alone_can_be_chosen(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)
         # The biases are 0.31, 0.25 and 0.33 m/s^2; the third has no magnetometer, and its limits fall away.
@@ -307,6 +355,23 @@ class Vehicles(unittest.TestCase):
         done = truetriad("import", "--from=ardupilot", self.out / "ardupilot.param", "--instance=3",
                          "--output", self.folder / "carried.yaml")
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_compasses_are_logged_by_priority_and_corrected_by_number(self):
+        first, second = vehicles.MAGNETOMETERS
+        own = {"COMPASS_DEV_ID": second.number, "COMPASS_DEV_ID2": first.number, "COMPASS_PRIO1_ID": first.number,
+               "COMPASS_PRIO2_ID": second.number, "COMPASS_PRIO3_ID": 0, "COMPASS_OFS_X": 70.0, "COMPASS_OFS2_X": -40.0}
+        log = self.log(vehicles.dataflash, "flight.bin", rests=14, parameters=own)
+        self.calibrate(log, "--to=ardupilot")
+        found = self.parameters("ardupilot.param", ",", 0)
+        for number, triad in (("", second), ("2", first)):
+            self.assertEqual(found[f"COMPASS_DEV_ID{number}"], triad.number)
+            self.check_vector(found, f"COMPASS_OFS{number}_", "", [-1e3 * b for b in triad.bias], 1.0)
+            self.check_matrix([found[f"COMPASS_DIA{number}_{axis}"] for axis in "XYZ"],
+                              [found[f"COMPASS_ODI{number}_{axis}"] for axis in "XYZ"], triad)
+        # A compass that has no parameters was not corrected by anybody's.
+        log = self.log(vehicles.dataflash, "other.bin", rests=14, parameters=own | {"COMPASS_DEV_ID2": 17})
+        done = truetriad("calibrate", log, "-o", self.folder / "other")
+        self.assertIn("no COMPASS_DEV_ID is COMPASS_PRIO1_ID", done.stderr)
 
     def test_each_sensor_is_corrected_where_the_firmware_does_it(self):
         turned = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]

@@ -158,6 +158,8 @@ struct Autopilot {
   Parameters (*read)(const std::string&);
   TestEquation (*equation)(const Parameters&, Triad);
   bool mag_over_temperature = false;
+
+  friend void PrintTo(const Autopilot& autopilot, std::ostream* out) { *out << autopilot.name; }
 };
 
 class Autopilots : public ::testing::TestWithParam<Autopilot> {
@@ -363,6 +365,90 @@ TEST(Px4, TakesTheIdOfTheCalibrationUnlessAnotherIsTold) {
   options.device_ids[Triad::kGyroscope] = 17;
   EXPECT_THAT(ExportCalibration(unit, "px4", options)->files[0].text,
               HasSubstr("1\t1\tCAL_GYRO0_ID\t17\t6\n"));
+}
+
+/// As from a log of PX4, of which each sensor's parameters are elsewhere.
+Calibration InOtherSlots(const UnitKind& kind = {}) {
+  Calibration unit = RandomUnitCalibration(kind, 11);
+  unit.tags.firmware = "px4";
+  unit.tags.device_ids = {{1310988, 2621707, 396825}};
+  unit.tags.device_slots = {{2, 0, 1}};
+  unit.tags.thermal_slots = {{1, Tags::kNoSlot, 0}};
+  return unit;
+}
+
+TEST(Px4, WritesEachSensorWhereTheVehicleHasItsNumber) {
+  const Calibration unit = InOtherSlots();
+  const Result<Export> result = ExportCalibration(unit, "px4");
+  ASSERT_TRUE(result) << result.error().message;
+  const Parameters found = Px4File(result->files[0].text);
+  EXPECT_EQ(found.at("CAL_ACC2_ID"), 1310988.0F);
+  EXPECT_EQ(found.at("CAL_GYRO0_ID"), 2621707.0F);
+  EXPECT_EQ(found.at("CAL_MAG1_ID"), 396825.0F);
+  EXPECT_NEAR(
+      found.at("CAL_MAG1_XOFF"), 0.01 * unit.sensors[Triad::kMagnetometer]->model.bias.x(), 1e-6);
+  // Terms of its own are ended where they are; what is other sensors' stays.
+  EXPECT_EQ(found.at("TC_A1_ID"), 0.0F);
+  EXPECT_EQ(found.at("TC_M0_ID"), 0.0F);
+  for (const char* const other : {"CAL_ACC0_XOFF", "CAL_MAG0_XOFF", "TC_A0_ID", "TC_G0_ID"}) {
+    EXPECT_THAT(found, Not(Contains(Key(other))));
+  }
+  EXPECT_LT(result->loss[Triad::kMagnetometer]->share(), 0.1);
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("check CAL_MAG1_ROT")));
+}
+
+TEST(Px4, WritesWhereItIsToldAndKnowsOfAnotherSensorNothing) {
+  const Calibration unit = InOtherSlots();
+  const Parameters told = Px4File(ExportCalibration(unit, "px4", {.instance = 3})->files[0].text);
+  EXPECT_EQ(told.at("CAL_ACC3_ID"), 1310988.0F);
+  EXPECT_EQ(told.at("CAL_MAG3_ID"), 396825.0F);
+  EXPECT_EQ(told.at("TC_A1_ID"), 0.0F);  // PX4 looks for them by the number alone.
+  ExportOptions options;
+  options.device_ids[Triad::kAccelerometer] = 17;
+  const Parameters other = Px4File(ExportCalibration(unit, "px4", options)->files[0].text);
+  EXPECT_EQ(other.at("CAL_ACC0_ID"), 17.0F);
+  EXPECT_EQ(other.at("CAL_MAG1_ID"), 396825.0F);
+  // Nor does another firmware count as this one does.
+  EXPECT_THAT(ArduPilotFile(ExportCalibration(unit, "ardupilot")->files[0].text),
+              Contains(Key("INS_ACCOFFS_X")));
+}
+
+TEST(Px4, RefusesASensorForWhichNoSlotIsFree) {
+  Calibration unit = InOtherSlots();
+  unit.tags.device_slots[Triad::kAccelerometer] = Tags::kNoSlot;
+  const Result<Export> full = ExportCalibration(unit, "px4");
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.error().kind(), ErrorKind::kBadInput);
+  EXPECT_THAT(full.error().message,
+              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID are all of other sensors than the accelero"));
+  EXPECT_TRUE(ExportCalibration(unit, "px4", {.instance = 1}));
+  // A sensor with temperature terms needs a place for these, too.
+  const Result<Export> terms = ExportCalibration(InOtherSlots({.bias_order = 1}), "px4");
+  ASSERT_FALSE(terms);
+  EXPECT_THAT(terms.error().message, HasSubstr("TC_G0_ID to TC_G3_ID"));
+}
+
+TEST(ArduPilot, WritesACompassWhereItsNumberIs) {
+  Calibration first = RandomUnitCalibration({}, 1), second = RandomUnitCalibration({}, 2);
+  first.tags.firmware = second.tags.firmware = "ardupilot";
+  first.tags.device_ids = {{1, 2, 131874}};
+  first.tags.device_slots = {{1, 1, 2}};
+  second.tags.device_ids = {{3, 4, 97539}};
+  second.tags.device_slots = {{2, 2, 1}};
+  const Result<ExportsBeside> exports =
+      ExportBeside({{&first, "out", 0}, {&second, "out/instance-1", 1}}, {"ardupilot"}, {});
+  ASSERT_TRUE(exports) << exports.error().message;
+  const Parameters all = ArduPilotFile(exports->files.at("out/ardupilot.param"));
+  EXPECT_EQ(all.at("INS_ACC_ID"), 1.0F);
+  EXPECT_EQ(all.at("INS_ACC2_ID"), 3.0F);
+  EXPECT_EQ(all.at("COMPASS_DEV_ID2"), 131874.0F);
+  EXPECT_NEAR(
+      all.at("COMPASS_OFS2_X"), -10.0 * first.sensors[Triad::kMagnetometer]->model.bias.x(), 1e-3);
+  EXPECT_EQ(all.at("COMPASS_DEV_ID"), 97539.0F);
+  // Alone it goes where it went beside the other.
+  const Export alone = *ExportCalibration(second, "ardupilot");
+  EXPECT_THAT(ArduPilotFile(alone.files[0].text),
+              AllOf(Contains(Key("INS_ACC2OFFS_X")), Contains(Key("COMPASS_OFS_X"))));
 }
 
 TEST(Px4, LeavesNoTemperatureTermsOfTheVehicleToASensorWithoutAny) {

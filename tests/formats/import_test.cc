@@ -25,6 +25,7 @@ using formats_test::UnitKind;
 using formats_test::WorstDisagreement;
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// Exports and imports again.
@@ -75,6 +76,8 @@ struct Holding {
   std::string file_name;
   UnitKind kind;
   double precision;
+
+  friend void PrintTo(const Holding& of, std::ostream* out) { *out << of.format; }
 };
 
 class RoundTrips : public ::testing::TestWithParam<Holding> {};
@@ -202,6 +205,38 @@ TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {
   };
   EXPECT_TRUE(has_terms("7"));
   EXPECT_FALSE(has_terms("8"));
+}
+
+TEST(Import, FindsASensorByItsNumberAndKnowsWhereItWas) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("vehicle.params",
+                                        "1\t1\tCAL_ACC0_ID\t7\t6\n"
+                                        "1\t1\tCAL_ACC0_XOFF\t0.1\t9\n"
+                                        "1\t1\tCAL_ACC2_ID\t9\t6\n"
+                                        "1\t1\tCAL_ACC2_XOFF\t0.3\t9\n"
+                                        "1\t1\tCAL_GYRO1_ID\t9\t6\n"
+                                        "1\t1\tCAL_GYRO1_XOFF\t0.02\t9\n"
+                                        "1\t1\tTC_A0_ID\t7\t6\n"
+                                        "1\t1\tTC_G3_ID\t9\t6\n");
+  ImportOptions options;
+  options.device_ids = {{9, 9, 9}};
+  const Result<Import> result = ImportCalibration("px4", {path}, options);
+  ASSERT_TRUE(result) << result.error().message;
+  const Calibration& unit = result->calibration;
+  EXPECT_NEAR(unit.sensors[Triad::kAccelerometer]->model.bias.x(), 0.3, 1e-7);
+  EXPECT_NEAR(unit.sensors[Triad::kGyroscope]->model.bias.x(), 0.02, 1e-7);
+  EXPECT_EQ(unit.tags.device_slots[Triad::kAccelerometer], 2);
+  EXPECT_EQ(unit.tags.thermal_slots[Triad::kAccelerometer], 1);  // The first that is nobody's.
+  EXPECT_EQ(unit.tags.thermal_slots[Triad::kGyroscope], 3);
+  EXPECT_THAT(result->notes, ElementsAre("no magnetometer of the file has the number 9"));
+  // It goes back to where it came from.
+  const Result<Export> back = ExportCalibration(unit, "px4");
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_THAT(back->files[0].text,
+              AllOf(HasSubstr("CAL_ACC2_XOFF\t0.3\t"), HasSubstr("TC_G3_ID\t0\t")));
+  options.device_ids = {{5, 5, 5}};
+  EXPECT_THAT(ImportCalibration("px4", {path}, options).error().message,
+              HasSubstr("in the format px4 with that --id"));
 }
 
 TEST(Import, ReadsAPx4FileOfTheVehicle) {

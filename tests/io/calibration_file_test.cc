@@ -247,9 +247,12 @@ TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   calibration.tags.firmware = "px4";
   calibration.tags.magnetometer_turn_deg = Eigen::Vector3d(180.0, 0.0, 22.5);
   calibration.tags.device_ids[Triad::kGyroscope] = 1310988;
+  calibration.tags.device_slots[Triad::kGyroscope] = 2;
+  calibration.tags.thermal_slots[Triad::kGyroscope] = Tags::kNoSlot;
   const std::string text = CalibrationToYaml(calibration);
   EXPECT_THAT(text,
               HasSubstr(", firmware: \"px4\", ids: { gyroscope: 1310988 }, "
+                        "slots: { gyroscope: 2 }, thermal_slots: { gyroscope: -1 }, "
                         "magnetometer_turn_deg: [180, 0, 22.5] }\n"));
   const Result<Calibration> reread = Reread(text);
   ASSERT_TRUE(reread) << reread.error().message;
@@ -257,6 +260,10 @@ TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   calibration.tags.device_ids[Triad::kGyroscope] = 0;
   EXPECT_THAT(ErrorOf(CalibrationToYaml(calibration)),
               HasSubstr("device.ids.gyroscope: must be above zero"));
+  calibration.tags = {};
+  calibration.tags.device_slots[Triad::kGyroscope] = -2;
+  EXPECT_THAT(ErrorOf(CalibrationToYaml(calibration)),
+              HasSubstr("device.slots.gyroscope: must be 0 or more, or -1 where no slot is free"));
 }
 
 TEST(CalibrationFile, HoldsWhatWasDecidedAndIsHeadedByIt) {

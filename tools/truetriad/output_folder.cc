@@ -52,25 +52,26 @@ Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code) {
   return result;
 }
 
-Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of) {
-  if (serial.empty() || of.serial.empty() || serial == of.serial) return {};
-  return Error(ErrorCode::kOtherDevice,
-               what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
-                   "`; give those of one unit");
-}
-
 Status CheckSameSensors(const std::string& what,
-                        const Calibration& one,
-                        const Calibration& other,
+                        const std::string& serial,
+                        const Tags& tags,
+                        const Calibration& of,
                         const std::string& remedy) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(what, one.serial, other));
-  for (const Triad triad : kTriads) {
-    const auto &id = one.tags.device_ids[triad], &other_id = other.tags.device_ids[triad];
-    if (!id || !other_id || *id == *other_id) continue;
+  if (!serial.empty() && !of.serial.empty() && serial != of.serial) {
     return Error(ErrorCode::kOtherDevice,
-                 what + ": its " + std::string(TriadName(triad)) + " has device id " +
-                     std::to_string(*id) + ", but that of the other calibration has " +
-                     std::to_string(*other_id) + "; " + remedy);
+                 what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
+                     "`; give those of one unit");
+  }
+  // Each firmware numbers sensors in its own way.
+  const std::string &firmware = tags.firmware, &its_firmware = of.tags.firmware;
+  if (!firmware.empty() && !its_firmware.empty() && firmware != its_firmware) return {};
+  for (const Triad triad : kTriads) {
+    const auto &id = tags.device_ids[triad], &its_id = of.tags.device_ids[triad];
+    if (!id || !its_id || *id == *its_id) continue;
+    return Error(ErrorCode::kOtherDevice,
+                 what + "'s " + std::string(TriadName(triad)) + " has device id " +
+                     std::to_string(*id) + ", but that of the calibration has " +
+                     std::to_string(*its_id) + "; " + remedy);
   }
   return {};
 }

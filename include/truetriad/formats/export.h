@@ -50,11 +50,14 @@ struct ExportOptions {
   std::optional<double> max_loss = {};
   /// Units of the readings that the consumer is fed, for formats that leave them open.
   PerTriad<std::optional<std::string>> units = {};
-  /// Which of several equal sensors, as the consumer numbers them; unset: its first.
+  /// Which of several equal sensors, as the consumer numbers them; unset: `slots`.
   std::optional<int> instance = {};
   /// The consumer's identification of the sensor, for formats that have one; unset: that of the
   /// calibration.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
+  /// Where a consumer with several sets of parameters holds those of the sensor with this number,
+  /// and its temperature terms (Tags); unset: those of the calibration, else its first.
+  PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
   /// A unit that may not leave is exported, and the files say so.

@@ -20,6 +20,8 @@ struct ImportOptions {
   PerTriad<std::optional<std::string>> units = {};
   /// Which of several equal sensors, as the other system numbers them; unset: its first.
   std::optional<int> instance = {};
+  /// By its number instead, for formats that state one.
+  PerTriad<std::optional<std::int64_t>> device_ids = {};
 };
 
 struct Import {

@@ -22,6 +22,11 @@ struct Tags {
   std::string firmware;
   /// `device.ids`: the number by which firmware knows each sensor.
   PerTriad<std::optional<std::int64_t>> device_ids;
+  /// `device.slots`: which of its sets of parameters firmware has for the sensor with this number,
+  /// as it counts them; kNoSlot: all are other sensors'. `device.thermal_slots`: the same of its
+  /// temperature terms, where these have numbers of their own.
+  PerTriad<std::optional<std::int64_t>> device_slots, thermal_slots;
+  static constexpr std::int64_t kNoSlot = -1;  // No set of parameters has this number.
   /// `device.magnetometer_turn_deg`: roll, pitch and yaw that turn the recording's axes into those
   /// in which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
   std::optional<Eigen::Vector3d> magnetometer_turn_deg;
@@ -54,7 +59,9 @@ inline Tags OrElse(Tags own, const Tags& other) {
   for (const TagKey& tag : kRunTags) take(tag);
   if (own.firmware.empty()) own.firmware = other.firmware;
   for (const Triad triad : kTriads) {
-    if (!own.device_ids[triad]) own.device_ids[triad] = other.device_ids[triad];
+    for (const auto of : {&Tags::device_ids, &Tags::device_slots, &Tags::thermal_slots}) {
+      if (!(own.*of)[triad]) (own.*of)[triad] = (other.*of)[triad];
+    }
   }
   if (!own.magnetometer_turn_deg) own.magnetometer_turn_deg = other.magnetometer_turn_deg;
   return own;

@@ -164,7 +164,7 @@ Findings CheckStillDetermined(const PoseGraph& graph,
   if (!(least.share > limit)) return {};
   Finding finding(FindingCode::kPoorlyKnown,
                   "with all that the other findings name, " + least.name +
-                      Format(" is known to %.2g %% only", 100.0 * least.share),
+                      Format(" is known to %.0f %% only", 100.0 * least.share),
                   "set right what they name first");
   finding.With("share", least.share);
   if (least.share > kWorthless * limit) finding.As(Severity::kRefusal);

@@ -159,12 +159,39 @@ function boardRotation(parameters, rotations) {
   return product(offset, rotation);
 }
 
+const kSensors = {
+  accelerometer: { name: 'ACC', thermal: 'TC_A' },
+  gyroscope: { name: 'GYRO', thermal: 'TC_G' },
+  magnetometer: { name: 'MAG', thermal: 'TC_M' },
+};
+
 /**
- * The turn from the axes of the board into those of the magnetometer `device`, whose number in the log
- * is `instance`; undefined: the log does not say.
+ * The set of parameters of each of `devices`: that with its number, else the first that is nobody's, else
+ * -1. PX4: src/lib/sensor_calibration/Utilities.cpp (FindAvailableCalibrationIndex).
  */
-function magnetometerTurn({ parameters, changed }, device, instance, rotations) {
-  const slot = [0, 1, 2, 3].find((n) => device > 0 && parameters.get(`CAL_MAG${n}_ID`) === device) ?? instance;
+function slotsOf(parameters, prefix, devices) {
+  const ids = [0, 1, 2, 3].map((n) => parameters.get(`${prefix}${n}_ID`) || 0);
+  return new Map(devices.map((device) => {
+    const free = ids.indexOf(0);
+    if (!ids.includes(device) && free >= 0) ids[free] = device;
+    return [device, ids.indexOf(device)];
+  }));
+}
+
+/** The devices of a kind of sensor that `topics` are of, by their instances. */
+function devicesOf(log, topics, triad) {
+  return topics.filter(({ name }) => kTopics[name].length === 1 && kTopics[name][0].triad === triad)
+    .map(({ id, name }) => {
+      const subscription = log.subscriptions.get(id);
+      return decoder(subscription, kTopics[name][0])?.device?.(subscription.first);
+    }).filter((device) => device > 0);
+}
+
+/**
+ * The turn from the axes of the board into those of the magnetometer `device`, whose parameters are `slot`;
+ * undefined: the log does not say.
+ */
+function magnetometerTurn({ parameters, changed }, device, slot, rotations) {
   const id = parameters.get(`CAL_MAG${slot}_ID`);
   const number = parameters.get(`CAL_MAG${slot}_ROT`);
   const isOther = id !== undefined && id !== device;
@@ -176,12 +203,6 @@ function magnetometerTurn({ parameters, changed }, device, instance, rotations) 
   return sensor && board ? product([0, 1, 2].map((i) => sensor.map((row) => row[i])), board) : undefined;
 }
 
-const kSensors = {
-  accelerometer: { name: 'ACC', thermal: 'TC_A_ENABLE' },
-  gyroscope: { name: 'GYRO', thermal: 'TC_G_ENABLE' },
-  magnetometer: { name: 'MAG', thermal: 'TC_M_ENABLE' },
-};
-
 /**
  * What the firmware has done to the primary sensor of `triad`, as behind `applied.<triad>:`; 'unknown'
  * where its parameters do not tell. corrected = matrix · ((reading − offset) ∘ scale).
@@ -189,7 +210,7 @@ const kSensors = {
 function applied(log, triad, rotations) {
   const { parameters, changed } = log;
   const { name, thermal } = kSensors[triad];
-  if (parameters.get(thermal)) return 'unknown';
+  if (parameters.get(`${thermal}_ENABLE`)) return 'unknown';
   const primary = parameters.get(`CAL_${name}_PRIME`);
   const slot = [0, 1, 2, 3].find((n) => primary && parameters.get(`CAL_${name}${n}_ID`) === primary);
   if (slot === undefined) return 'unknown';
@@ -216,8 +237,8 @@ function appliedText(map) {
   return `\n${Object.entries(map).map(([key, value]) => `    ${key}: ${JSON.stringify(value)}\n`).join('')}`;
 }
 
-/** Streams that will be written: one a sensor of each chosen topic. */
-function openStreams(log, topics, rotations) {
+/** Streams that will be written: one a sensor of each chosen topic. `slots`: of magnetometers. */
+function openStreams(log, topics, slots, rotations) {
   const opened = new Map(); // message id -> streams
   for (const topic of topics) {
     const subscription = log.subscriptions.get(topic.id);
@@ -225,8 +246,9 @@ function openStreams(log, topics, rotations) {
       const decode = decoder(subscription, stream);
       if (!decode) continue;
       const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
+      const device = decode.device ? decode.device(subscription.first) : 0;
       const turn = topic.name !== 'sensor_mag' ? undefined
-        : magnetometerTurn(log, decode.device ? decode.device(subscription.first) : 0, topic.instance, rotations);
+        : magnetometerTurn(log, device, slots.get(device) ?? topic.instance, rotations);
       const isTurned = turn && turn.some((row, i) => row[i] !== 1);
       const map = !stream.corrected ? (isTurned ? { matrix: turn } : undefined)
         : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad, rotations);
@@ -300,8 +322,8 @@ function deviceIds(log, entries) {
   return ids;
 }
 
-/** The manifest of the sensors of `instance`. */
-function sendManifest(log, instance, entries) {
+/** The manifest of the sensors of `instance`; `devices`: those of the log by their kinds. */
+function sendManifest(log, instance, entries, devices) {
   const source = {};
   if (log.text('ver_sw')) source.firmware = log.text('ver_sw');
   if (log.text('ver_hw')) source.hardware = log.text('ver_hw');
@@ -312,10 +334,14 @@ function sendManifest(log, instance, entries) {
   if (log.damage()) source.damage = log.damage();
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
   const turn = entries.map((entry) => entry.turn).find((matrix) => matrix);
+  const ids = deviceIds(log, entries);
+  const among = (prefix) => Object.fromEntries(Object.entries(ids).map(([triad, id]) =>
+    [triad, slotsOf(log.parameters, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
     recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
-    firmware: 'px4', ids: deviceIds(log, entries), magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
+    firmware: 'px4', ids, slots: among(({ name }) => `CAL_${name}`), thermalSlots: among(({ thermal }) => thermal),
+    magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
 }
 
 async function run(options) {
@@ -330,6 +356,7 @@ async function run(options) {
   }
   if (log.dropouts > 0) note(`${options.input}: ${count(log.dropouts, 'dropout', 'dropouts')}, ${log.dropoutMs} ms in all`);
   let topics = choose(log, options.input, options.topics);
+  const devices = Object.fromEntries(Object.keys(kSensors).map((triad) => [triad, devicesOf(log, topics, triad)]));
   if (options.instance !== undefined) {
     const instances = [...new Set(topics.map((topic) => topic.instance))];
     topics = topics.filter((topic) => topic.instance === options.instance);
@@ -338,7 +365,7 @@ async function run(options) {
     }
   }
   topics.sort((a, b) => a.instance - b.instance);
-  const opened = openStreams(log, topics, options.rotations);
+  const opened = openStreams(log, topics, slotsOf(log.parameters, 'CAL_MAG', devices.magnetometer), options.rotations);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);
   again.read((subscription, message) => {
@@ -346,13 +373,14 @@ async function run(options) {
   });
   const entries = [...opened.values()].flat();
   for (const instance of new Set(entries.map(({ topic }) => topic.instance))) {
-    sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance));
+    sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance), devices);
   }
   for (const { table, topic, repeated, applied: map, devices, turn } of entries) {
     const parts = [];
     const { thermal } = kSensors[table.triad];
-    if (log.parameters.get(thermal) === 1 && kRawTopics.includes(topic.name)) {
-      parts.push(`not corrected by the vehicle's temperature calibration (${thermal}), which exported parameters replace`);
+    const terms = [0, 1, 2, 3].find((n) => devices.size === 1 && devices.has(log.parameters.get(`${thermal}${n}_ID`)));
+    if (log.parameters.get(`${thermal}_ENABLE`) === 1 && kRawTopics.includes(topic.name) && terms !== undefined) {
+      parts.push(`not corrected by the vehicle's temperature calibration (${thermal}_ENABLE), which exported parameters replace (${thermal}${terms}_ID)`);
     }
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
     if (devices.size > 1) parts.push(`of ${devices.size} devices in turn`);

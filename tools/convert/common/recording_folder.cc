@@ -267,7 +267,9 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
     for (const Table* const table : recording.tables) {
       for (const TriadColumns& columns : table->triads()) {
         if (columns.triad != triad || !columns.IsSeen()) continue;
-        held.device_ids[triad] = device.device_ids[triad];
+        for (const auto of : {&Tags::device_ids, &Tags::device_slots, &Tags::thermal_slots}) {
+          (held.*of)[triad] = (device.*of)[triad];
+        }
         if (triad == Triad::kMagnetometer)
           held.magnetometer_turn_deg = device.magnetometer_turn_deg;
         if (!columns.applied.empty()) {

@@ -16,8 +16,9 @@ namespace {
 std::string InertialName(std::string_view sensor, std::string_view rest, int instance) {
   return Expanded("INS_" + std::string(sensor) + std::string(rest), instance + 1);
 }
-std::string CompassName(std::string_view rest, int instance) {
-  return Expanded("COMPASS_" + std::string(rest), instance + 1);
+/// A parameter of a compass, whose sets count from 1.
+std::string CompassName(std::string_view rest, int slot) {
+  return Expanded("COMPASS_" + std::string(rest), slot);
 }
 
 Result<double> Value(const Parameters& parameters, const std::string& name) {
@@ -35,6 +36,29 @@ Result<Eigen::Vector3d> Vector(const Parameters& parameters, const std::string& 
     TRUETRIAD_ASSIGN_OR_RETURN(values[axis], Value(parameters, prefix + "_" + "XYZ"[axis]));
   }
   return values;
+}
+
+/// Firmware puts a sensor's number together from 24 bits; unset: the log does not state it, or 0.
+std::optional<std::int64_t> IdIn(const Parameters& parameters, const std::string& name) {
+  const Result<double> id = Value(parameters, name);
+  if (!id || !(*id > 0.0 && *id < 0x1p24)) return std::nullopt;
+  return static_cast<std::int64_t>(*id);
+}
+
+/// The set of parameters of the compass `instance`. Compasses are logged in the order of
+/// COMPASS_PRIOn_ID, and their sets stand in that of COMPASS_DEV_ID (AP_Compass.cpp:
+/// _get_state_id). Error: no set has the number.
+Result<int> CompassSlot(const Parameters& parameters, int instance) {
+  const std::string name = CompassName("PRIO@_ID", instance + 1);
+  const std::optional<std::int64_t> id = IdIn(parameters, name);
+  bool is_any_stated = false;
+  for (const int slot : {1, 2, 3}) {
+    const std::optional<std::int64_t> its_id = IdIn(parameters, CompassName("DEV_ID#", slot));
+    if (id && its_id == id) return slot;
+    is_any_stated = is_any_stated || its_id;
+  }
+  if (!id || !is_any_stated) return instance + 1;
+  return Error(ErrorCode::kInvalidValue, "no COMPASS_DEV_ID is " + name);
 }
 
 /// The rotation from the board to the vehicle: after the correction of what is on the board, before
@@ -122,44 +146,51 @@ Result<std::string> CompassCorrection(const Parameters& parameters, int instance
 
 }  // namespace
 
-PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance) {
-  PerTriad<std::optional<std::int64_t>> ids;
-  const PerTriad<std::string> names = {{InertialName("ACC", "#_ID", instance),
-                                        InertialName("GYR", "#_ID", instance),
-                                        CompassName("DEV_ID#", instance)}};
+Tags DeviceOf(const Parameters& parameters, int instance) {
+  Tags device;
+  device.firmware = "ardupilot";
+  const Result<int> compass = CompassSlot(parameters, instance);
+  const PerTriad<std::string> names = {
+      {InertialName("ACC", "#_ID", instance),
+       InertialName("GYR", "#_ID", instance),
+       compass ? CompassName("DEV_ID#", *compass) : CompassName("PRIO@_ID", instance + 1)}};
   for (const Triad triad : kTriads) {
-    const Result<double> id = Value(parameters, names[triad]);
-    // Firmware puts a sensor's number together from 24 bits.
-    if (id && *id > 0.0 && *id < 0x1p24) ids[triad] = static_cast<std::int64_t>(*id);
+    const bool is_compass = triad == Triad::kMagnetometer;
+    device.device_ids[triad] = IdIn(parameters, names[triad]);
+    device.device_slots[triad] = !is_compass ? instance + 1 : compass ? *compass : Tags::kNoSlot;
   }
-  return ids;
-}
-
-std::optional<Eigen::Vector3d> VehicleTurnDeg(const Parameters& parameters) {
   const Result<double> number = Value(parameters, "AHRS_ORIENTATION");
-  return number ? BoardTurnDeg(*number, kBoardRotations.size()) : std::nullopt;
+  if (number) device.magnetometer_turn_deg = BoardTurnDeg(*number, kBoardRotations.size());
+  return device;
 }
 
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance) {
-  return Vector(parameters, CompassName("OFS#", instance));
+  TRUETRIAD_ASSIGN_OR_RETURN(const int slot, CompassSlot(parameters, instance));
+  return Vector(parameters, CompassName("OFS#", slot));
 }
 
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int slot, CompassSlot(parameters, instance));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d d,
-                             Vector(parameters, CompassName("DIA#", instance)));
+                             Vector(parameters, CompassName("DIA#", slot)));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d o,
-                             Vector(parameters, CompassName("ODI#", instance)));
-  const auto scale = parameters.find(CompassName("SCALE#", instance));
+                             Vector(parameters, CompassName("ODI#", slot)));
+  const auto scale = parameters.find(CompassName("SCALE#", slot));
   return CompassMatrixOf<double>(d, o, scale == parameters.end() ? 0.0 : scale->second);
 }
 
-bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
+bool IsCorrectionParameter(const Parameters& parameters,
+                           Triad triad,
+                           int instance,
+                           std::string_view name) {
   std::vector<std::string> prefixes;
   const std::string thermal = InertialName("TCAL", "@_", instance);
   if (triad == Triad::kMagnetometer) {
+    const Result<int> slot = CompassSlot(parameters, instance);
     for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#"}) {
-      prefixes.push_back(CompassName(what, instance));
+      if (slot) prefixes.push_back(CompassName(what, *slot));
     }
+    prefixes.push_back(CompassName("PRIO@", instance + 1));
     prefixes.emplace_back("AHRS_ORIENTATION");
   } else {
     const std::string sensor = triad == Triad::kAccelerometer ? "ACC" : "GYR";

@@ -11,6 +11,7 @@
 
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad::convert {
 
@@ -26,7 +27,10 @@ enum class CorrectionOrder {
 /// Names of the parameters that correct sensor `instance` (0-based) of `triad`; what stands before
 /// _X is the prefix. ArduPilot: AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp,
 /// AP_Compass.cpp.
-bool IsCorrectionParameter(Triad triad, int instance, std::string_view name);
+bool IsCorrectionParameter(const Parameters& parameters,
+                           Triad triad,
+                           int instance,
+                           std::string_view name);
 
 /// What the firmware did to the readings in its log, as the text behind `applied.<triad>:` of a
 /// manifest (docs/recordings.md).
@@ -37,16 +41,14 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters,
                                       Triad triad,
                                       int instance);
 
-/// The numbers of sensors `instance`, those that the log states.
-PerTriad<std::optional<std::int64_t>> DeviceIds(const Parameters& parameters, int instance);
+/// What the log states of sensors `instance`: their numbers, where their parameters are, and the
+/// turn from the board's axes, in which recordings are, into the vehicle's, in which compasses are
+/// corrected.
+Tags DeviceOf(const Parameters& parameters, int instance);
 
-/// Roll, pitch and yaw that turn the board's axes, in which recordings are, into the vehicle's, in
-/// which compasses are corrected; unset: the log does not say.
-std::optional<Eigen::Vector3d> VehicleTurnDeg(const Parameters& parameters);
-
-/// Compass offset, added: x, y, z in mG. Error: missing.
+/// Compass offset, added: x, y, z in mG. Errors: missing; no set of parameters is this compass'.
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance);
-/// D·s, which multiplies the sum of reading and offset.
+/// D·s, which multiplies the sum of reading and offset. Errors: as above.
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance);
 
 }  // namespace truetriad::convert

@@ -263,7 +263,7 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   Result<std::string> applied =
       order ? AppliedByFirmware(contents.parameters, *order, triad, instance) : order.error();
   for (const auto& [name, what] : contents.changed) {
-    if (!IsCorrectionParameter(triad, instance, name)) continue;
+    if (!IsCorrectionParameter(contents.parameters, triad, instance, name)) continue;
     applied = Error(ErrorCode::kInvalidValue, std::string(name).append(" ").append(what));
   }
   if (applied && triad == Triad::kMagnetometer) {
@@ -439,11 +439,7 @@ void Describe(const Contents& contents,
     folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
   }
   folder->SetFrame("vehicle, after AHRS_ORIENTATION; board once `applied` is undone");
-  Tags device;
-  device.firmware = "ardupilot";
-  device.device_ids = DeviceIds(contents.parameters, instance);
-  device.magnetometer_turn_deg = VehicleTurnDeg(contents.parameters);
-  folder->SetDevice(device);
+  folder->SetDevice(DeviceOf(contents.parameters, instance));
 }
 
 Status Run(const Arguments& arguments) {

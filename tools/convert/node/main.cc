@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/board_rotation.h"
@@ -63,8 +64,8 @@ class ScriptedRecording {
   }
 
   /// {"recording": 0, "source": {…}, "frame": …, "serial": …, "firmware": "px4", "ids":
-  /// {"accelerometer": 1310988}, "magnetometerTurn": [nine], "siPerCount": {"0": 0.25}}: the last
-  /// by the numbers of tables.
+  /// {"accelerometer": 1310988}, "slots": {…}, "thermalSlots": {…}, "magnetometerTurn": [nine],
+  /// "siPerCount": {"0": 0.25}}: the last by the numbers of tables.
   Status Describe(const Json& said) {
     folder_->BeginRecording(said.at("recording"));
     folder_->SetOrigin(said.at("format"), {arguments_.input});
@@ -73,8 +74,13 @@ class ScriptedRecording {
     folder_->SetSerial(said.value("serial", ""));
     Tags device;
     device.firmware = said.value("firmware", "");
-    for (const auto& [triad, id] : said.at("ids").items())
-      device.device_ids[*TriadFromName(triad)] = id;
+    for (const auto& [key, of] : {std::pair("ids", &Tags::device_ids),
+                                  std::pair("slots", &Tags::device_slots),
+                                  std::pair("thermalSlots", &Tags::thermal_slots)}) {
+      const Json numbers = said.value(key, Json::object());
+      for (const auto& [triad, number] : numbers.items())
+        (device.*of)[*TriadFromName(triad)] = number;
+    }
     if (said.contains("magnetometerTurn")) {
       const std::array<double, 9> rows = said.at("magnetometerTurn");
       device.magnetometer_turn_deg =

@@ -91,8 +91,8 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(FLAGS_input));
-  TRUETRIAD_RETURN_IF_ERROR(
-      CheckSameUnit(FLAGS_input + ": the recording", source->info().serial, calibration));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
+      FLAGS_input + ": the recording", source->info().serial, source->info().tags, calibration));
   // The output is renamed into its place: it must not be a device or a link.
   const std::filesystem::path output = FLAGS_output;
   if (std::error_code none; std::filesystem::exists(output, none) &&
@@ -230,7 +230,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
   if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_output));
-  VerbResult verb;
+  VerbResult verb{.findings = calibration.findings};
   FileTexts files;
   for (const ExportedFile& file : result->files) {
     files.emplace_back(FLAGS_output + file.suffix, file.text);
@@ -271,6 +271,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   options.software_version = Version();
   TRUETRIAD_ASSIGN_OR_RETURN(options.units, ParseUnits());
   TRUETRIAD_ASSIGN_OR_RETURN(options.instance, ParseInstance());
+  TRUETRIAD_ASSIGN_OR_RETURN(options.device_ids, ParseIds());
   TRUETRIAD_ASSIGN_OR_RETURN(const Import result,
                              ImportCalibration(FLAGS_from, CommaSeparated(FLAGS_input), options));
   std::filesystem::path file = FLAGS_output;
@@ -381,7 +382,7 @@ Writes a calibration.yaml for `compare`, `evaluate` and `apply`; every sigma is 
 --output ends in .yaml it names the file, otherwise the folder for calibration.yaml.
 )",
       .list = [] { return ListOf(FormatsThat(/*import=*/true)); },
-      .flags = "from! input=FILE[,FILE]! output=FILE|DIR! units instance",
+      .flags = "from! input=FILE[,FILE]! output=FILE|DIR! units instance id",
       .values = {{"from", NamesOf(FormatsThat(/*import=*/true))}},
       .words = {"input"},
       .run = RunImport};

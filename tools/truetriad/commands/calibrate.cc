@@ -611,8 +611,13 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   for (FolderGivesWay& replaced : *converted) replaced.Keep(is_beside);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  const bool is_too_little = std::all_of(all.begin(), all.end(), is_read);
-  if (result.exit_code == kExitNotEnough && is_too_little && !logs.empty()) {
+  // What another way of logging helps against.
+  using enum FindingCode;
+  const std::set<FindingCode> few = {kNoRest, kNoPose, kTooSlow, kTooFewPoses, kTooFewDirections};
+  const bool is_too_little = std::ranges::any_of(result.findings, [&](const Finding& finding) {
+    return finding.severity == Severity::kRefusal && few.contains(finding.code);
+  });
+  if (is_too_little && std::all_of(all.begin(), all.end(), is_read) && !logs.empty()) {
     const LogFormat* const format = LogFormatOf(logs.front());
     if (format != nullptr && !format->how_to_log.empty()) Note(std::string(format->how_to_log));
   }

@@ -194,7 +194,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
       const Calibration today,
       CalibrateExperiment(experiment, progress.callback(), {}, nullptr, {}, &readings));
   TRUETRIAD_RETURN_IF_ERROR(
-      CheckSameUnit(experiment.inputs.front() + ": the recording", today.serial, golden));
+      CheckSameSensors(experiment.inputs.front() + ": the recording", today, golden));
   return Judged(experiment, golden, today, fleet::RecordingOf(readings), repeatability);
 }
 

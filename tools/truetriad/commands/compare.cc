@@ -93,8 +93,8 @@ Result<LoadedPoses> LoadFor(const std::vector<Calibration>& calibrations, const 
   TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded, LoadPoses(log, config, progress.callback()));
   if (loaded.not_enough) return *loaded.not_enough;
   for (const Calibration& calibration : calibrations) {
-    TRUETRIAD_RETURN_IF_ERROR(
-        CheckSameUnit(log + ": the recording", loaded.poses.serial, calibration));
+    TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
+        log + ": the recording", loaded.poses.serial, loaded.poses.tags, calibration));
   }
   return loaded;
 }
