@@ -40,12 +40,6 @@ struct Survey {
   std::optional<RetestPolicy> policy;  ///< By which those with runs count; unset: there are none.
   std::string counted_by;              ///< The source that does.
   bool states_policy = false;          ///< One of them says it.
-  /// Of readings, by a hash of theirs: the first run of them that has a result.
-  struct Reader {
-    std::string run;
-    std::size_t serial = 0;  ///< A hash.
-  };
-  std::unordered_map<std::size_t, Reader> readers;
   std::unordered_map<std::size_t, std::size_t> contents;  ///< Hashes, by those of runs' names.
   std::map<std::string, std::string> decided;  ///< What decisions and checks say, by their names.
   std::map<std::string, std::vector<Disposition>> dispositions;  ///< Of the sources, by their runs.
@@ -77,19 +71,6 @@ Error OtherContent(const std::string& source, const std::string& what) {
 Status Placed(const Status& status, const std::string& source) {
   if (status || !status.error().place.file.empty()) return status;
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
-}
-
-/// Notes whose readings a run is of, and where those are another unit's, too.
-void TakeReadings(const UnitRun& run, Survey* survey) {
-  const std::string readings = RecordingOf(run.readings);
-  if (readings.empty() || run.verdict == Verdict::kNoResult) return;
-  const std::hash<std::string> hash;
-  const Survey::Reader own{run.id, hash(run.serial)};
-  const auto [first, is_new] = survey->readers.emplace(hash(readings), own);
-  if (is_new || first->second.serial == own.serial) return;
-  survey->collected.copies.push_back("unit `" + run.serial + "` (run " + run.id + ", " + run.log +
-                                     ") has the readings of run " + first->second.run +
-                                     ", which is another unit's");
 }
 
 /// Notes by which policy the runs of a store count. Error (usage): those before count by another.
@@ -258,7 +239,6 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
       Source source, ReadInParts(name, [&](const std::vector<UnitRun>& runs) -> Status {
         for (const UnitRun& run : runs) {
           survey->present.insert(ShardFromText(run.shard)->index);
-          TakeReadings(run, survey);
           const std::size_t content = hash(ContentOf(run));
           if (survey->contents.try_emplace(hash(run.id), content).first->second != content) {
             return OtherContent(name, "run " + run.id);
@@ -337,15 +317,39 @@ constexpr std::string_view kDecisionsLifted =
     "FROM disposition AS one JOIN run AS its ON its.run = one.run "
     "WHERE its.serial = standing.serial) ORDER BY standing.serial";
 
+/// Each shard, and each station, sees its own units alone. Runs that count and may leave, of which
+/// a later one is of all the readings of another unit's.
+constexpr std::string_view kCopies =
+    "SELECT DISTINCT own.serial, own.run, own.log, other.run, other.serial "
+    "FROM (SELECT digest FROM reading GROUP BY digest HAVING count(*) > 1) AS seen "
+    "JOIN reading AS known ON known.digest = seen.digest "
+    "JOIN reading AS first ON first.digest = seen.digest AND first.run < known.run "
+    "JOIN run AS one ON one.run = known.run "
+    "JOIN run AS its ON its.run = first.run AND its.serial <> one.serial "
+    "JOIN standing AS own ON own.serial = one.serial AND own.run = known.run "
+    "JOIN standing AS other ON other.serial = its.serial AND other.run = first.run "
+    "WHERE own.final_verdict IN ('PASS', 'NO_LIMITS') "
+    "AND other.final_verdict IN ('PASS', 'NO_LIMITS') "
+    "AND NOT EXISTS (SELECT 1 FROM reading AS made_from WHERE made_from.run = own.run "
+    "AND NOT EXISTS (SELECT 1 FROM reading AS same WHERE same.run = other.run "
+    "AND same.digest = made_from.digest)) ORDER BY own.run, other.run";
+
 /// The files beside the store agree with it; notes what people should know of that.
 Status AgreeAll(const std::string& target, Collected* collected) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table copies, store->Query(std::string(kCopies)));
+  for (const auto& row : copies.rows) {
+    const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
+    collected->copies.push_back("unit `" + text(0) + "` (run " + text(1) + ", " + text(2) +
+                                ") has the readings of run " + text(3) + ", which is unit `" +
+                                text(4) + "`");
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
   for (const auto& row : lifted.rows) {
     const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
     collected->notes.push_back(text(0) + ": the decision of " + text(2) + " (" + text(1) + ": " +
                                text(3) + ") does not hold for run " + text(4) +
-                               ", of another recording, which counts");
+                               ", which counts, and is of another recording or by other limits");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,
                              store->UnitsHeldBack());

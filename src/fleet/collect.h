@@ -15,7 +15,8 @@ struct Collected {
   std::size_t added = 0;  ///< Of them those that the store did not have.
   int shards = 1;
   std::vector<int> missing;  ///< Shards that neither a source nor the store is of, nor any run.
-  /// Units with the readings of another, in words: `fleet run` sees those of its own shard alone.
+  /// Units that may leave with the readings of another that may, in words: `fleet run` sees those
+  /// of its own store alone.
   std::vector<std::string> copies;
   std::vector<std::string> unfinished;  ///< Sources that more may come of, or was cut off.
   std::vector<std::string> notes;       ///< Of Agreement, of units that may not leave.

@@ -302,9 +302,10 @@ class FleetEngine {
            " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
     }
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
-      Warn(run.serial + ": run " + run.id + ", of another recording, lifts the decision of " +
-           before->disposed_by + " (" + std::string(VerdictName(before->final_verdict)) + ": " +
-           before->disposed_why + ")");
+      Warn(run.serial + ": run " + run.id +
+           (is_new_recording ? ", of another recording," : ", by other limits,") +
+           " lifts the decision of " + before->disposed_by + " (" +
+           std::string(VerdictName(before->final_verdict)) + ": " + before->disposed_why + ")");
     }
     if (before && before->disposed_by.empty() && before->final_verdict == Verdict::kFail &&
         unit.final_verdict == Verdict::kNoLimits) {

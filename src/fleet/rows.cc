@@ -29,10 +29,10 @@ namespace {
 /// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
 /// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the
 /// window at all. A unit with one run costs some ten microseconds, one with 200 some ten
-/// milliseconds. A concession holds for the recording of the run that it was made about, a refusal
-/// for those of all runs that the unit had then, whether they counted or not: for the same log,
-/// untouched, or the same readings. (What was exported of the
-/// runs that count alone may name a run that is later than the decision.)
+/// milliseconds. A concession holds for the recording of the run that it was made about and the
+/// limits that were missed there, a refusal for the recordings of all runs that the unit had then,
+/// whether they counted or not: for the same log, untouched, or the same readings. (What was
+/// exported of the runs that count alone may name a run that is later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -122,6 +122,18 @@ CREATE VIEW standing AS
               )
               AND known.run = seen.run AND known.digest = made_from.digest
           )
+        )
+      )
+    )
+    AND (
+      decision.verdict = 'FAIL' OR NOT EXISTS (
+        SELECT 1 FROM judgement AS missed
+        WHERE missed.run = run.run AND missed.pass = 0 AND NOT EXISTS (
+          SELECT 1 FROM judgement AS conceded
+          WHERE conceded.run = decision.run AND conceded.pass = 0
+            AND conceded.name = missed.name AND conceded.component IS NOT DISTINCT FROM missed.component
+            AND conceded.lower IS NOT DISTINCT FROM missed.lower
+            AND conceded.upper IS NOT DISTINCT FROM missed.upper
         )
       )
     )

@@ -17,6 +17,7 @@
 namespace truetriad::fleet {
 namespace collect_test {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -103,7 +104,19 @@ TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
   const Result<Collected> collected = Collect(sources, target_);
   ASSERT_TRUE(collected) << collected.error().message;
   EXPECT_EQ(collected->added, 3u);
-  EXPECT_THAT(collected->copies, ElementsAre(HasSubstr("unit `B1`"), HasSubstr("unit `A2`")));
+  const auto is_copy_of = [](const std::string& copy, const std::string& of) {
+    return AllOf(HasSubstr("unit `" + copy + "` (run "), HasSubstr("which is unit `" + of + "`"));
+  };
+  EXPECT_THAT(collected->copies,
+              ElementsAre(is_copy_of("B1", "A1"), is_copy_of("A2", "A1"), is_copy_of("A2", "B1")));
+  // Until it is known which unit was measured, and the others are refused.
+  const Result<std::unique_ptr<Store>> store = OpenStore(target_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Dispose(
+      {SampleId("d1"), "A1", "2026-11-25T00:00:00Z", "R. Roe", "not it", Verdict::kFail}));
+  const Result<Collected> again = Collect(sources, target_);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_THAT(again->copies, ElementsAre(is_copy_of("A2", "B1")));
 }
 
 TEST_F(Collecting, SaysWhichDecisionAnotherStationsRecordingLifts) {

@@ -357,6 +357,37 @@ TEST_P(StoreTest, HoldsAConcessionForItsOwnRecordingAlone) {
   EXPECT_EQ(final_verdict(), "FAIL");
 }
 
+TEST_P(StoreTest, HoldsAConcessionForTheLimitsThatWereMissed) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto add = [&](const std::string& id, std::vector<LimitCheck> judgements) {
+    UnitRun run = RunOf(id, Verdict::kFail);
+    run.readings = {{"accelerometer", "aa"}};
+    run.judgements = std::move(judgements);
+    ASSERT_TRUE((*store)->Add(run));
+  };
+  const auto missed = [](const std::string& name, double upper) {
+    LimitCheck check;
+    check.name = name;
+    check.limit.upper = upper;
+    check.pass = false;
+    return check;
+  };
+  const auto final_verdict = [&] {
+    return *Ask(**store, "SELECT final_verdict FROM standing").at(0).at(0);
+  };
+  add("1", {missed("accelerometer.bias", 0.2)});
+  ASSERT_TRUE((*store)->Dispose(
+      {"1d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "tolerable", Verdict::kPass}));
+  EXPECT_EQ(final_verdict(), "PASS");
+  add("2", {missed("accelerometer.bias", 0.1)});
+  EXPECT_EQ(final_verdict(), "FAIL");
+  add("3", {missed("accelerometer.bias", 0.2)});
+  EXPECT_EQ(final_verdict(), "PASS");
+  add("4", {missed("accelerometer.bias", 0.2), missed("accelerometer.scale", 0.1)});
+  EXPECT_EQ(final_verdict(), "FAIL");
+}
+
 // Neither the log that is named nor what is written about it is what was measured.
 TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);

@@ -230,7 +230,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
   return VerbResult{
       // The store knows of it, but files of units that may not leave are as they were.
-      .exit_code = collected.unsafe.empty() ? kExitGood : kExitOutsideLimits,
+      .exit_code =
+          collected.unsafe.empty() && collected.copies.empty() ? kExitGood : kExitOutsideLimits,
       .text = std::to_string(collected.runs) + (collected.runs == 1 ? " run in " : " runs in ") +
               std::to_string(sources.size()) + (sources.size() == 1 ? " source, " : " sources, ") +
               std::to_string(collected.added) + " of them new\n  Store: " + store + '\n',
