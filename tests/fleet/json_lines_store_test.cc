@@ -163,7 +163,7 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
   };
   for (const Case& one : {Case{header + "99,\"shards\":1}\n",
                                "has the schema of version 99, and this program reads and writes "
-                               "version 2; use the truetriad that wrote it"},
+                               "version 3; use the truetriad that wrote it"},
                           Case{"{\"format\":\"truetriad/runs\"}\n", "states no version"},
                           Case{"{\"format\":\"truetriad/runs/3\"}\n", "is no file of runs"},
                           Case{"a log\n1,2\n", "is no file of runs"},
