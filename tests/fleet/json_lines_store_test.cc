@@ -170,8 +170,8 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
                           Case{"one line without an end", "is no file of runs"},
                           Case{"{}\n", "is no file of runs"},
                           Case{header + "2}\n", "is no file of runs"},
-                          Case{header + "2,\"shards\":0}\n", "is no file of runs"},
-                          Case{header + "2,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
+                          Case{header + "3,\"shards\":0}\n", "is no file of runs"},
+                          Case{header + "3,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
     const auto store = OpenStore(path);
     ASSERT_FALSE(store) << one.text;
