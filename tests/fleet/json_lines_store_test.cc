@@ -169,7 +169,7 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
                           Case{"a log\n1,2\n", "is no file of runs"},
                           Case{"one line without an end", "is no file of runs"},
                           Case{"{}\n", "is no file of runs"},
-                          Case{header + "2}\n", "is no file of runs"},
+                          Case{header + "3}\n", "is no file of runs"},
                           Case{header + "3,\"shards\":0}\n", "is no file of runs"},
                           Case{header + "3,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
