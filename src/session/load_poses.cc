@@ -144,23 +144,21 @@ Status SelectExcluded(const std::string& input,
   return {};
 }
 
-/// Of one sensor's readings in their order, however many come at once.
+/// Of one sensor's readings in their order, however many come at once. Their times are left out:
+/// who writes a log again may count them from another zero.
 class ReadingsDigest {
  public:
-  void Add(std::span<const std::int64_t> time_ns,
-           std::span<const double> x,
-           std::span<const double> y,
-           std::span<const double> z) {
+  void Add(std::span<const double> x, std::span<const double> y, std::span<const double> z) {
     // The factors are primes, so that no reading is lost in a product with zero. Sums of products
     // do not wait for each other as a chain of products does: 1 ns a reading.
     constexpr std::uint64_t kPlace = 0x9E3779B97F4A7C15, kX = 0xA0761D6478BD642F,
                             kY = 0xE7037ED1A0B428DB, kZ = 0x8EBC6AF09C88C6E3;
-    for (std::size_t i = 0; i < time_ns.size(); ++i) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
       place_ += kPlace;
-      sum_ += Folded(static_cast<std::uint64_t>(time_ns[i]) ^ place_, BitsOf(x[i]) ^ kX) +
+      sum_ += Folded(place_, BitsOf(x[i]) ^ kX) +
               Folded(BitsOf(y[i]) ^ place_ ^ kY, BitsOf(z[i]) ^ kZ);
     }
-    count_ += static_cast<std::int64_t>(time_ns.size());
+    count_ += static_cast<std::int64_t>(x.size());
   }
   std::int64_t count() const { return count_; }
   std::string Text() const {
@@ -204,7 +202,7 @@ class DigestedSource : public SampleSource {
       ReadingsDigest& digest = digests_[block.triad];
       const std::size_t count = std::min<std::uint64_t>(
           block.x.size(), static_cast<std::uint64_t>(most_ - digest.count()));
-      digest.Add(block.time_ns.first(count), block.x, block.y, block.z);
+      digest.Add(block.x.first(count), block.y, block.z);
     }
     return more;
   }
@@ -233,7 +231,7 @@ std::vector<SensorReadings> ReadingsOfTable(const PoseSet& table) {
     for (const Triad triad : kTriads) {
       if (!pose.triads[triad]) continue;
       const Eigen::Vector3d& mean = pose.triads[triad]->mean_raw;
-      digests[triad].Add({&pose.start_ns, 1}, {&mean.x(), 1}, {&mean.y(), 1}, {&mean.z(), 1});
+      digests[triad].Add({&mean.x(), 1}, {&mean.y(), 1}, {&mean.z(), 1});
     }
   }
   return TextsOf(digests);

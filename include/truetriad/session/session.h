@@ -25,8 +25,8 @@ namespace truetriad {
 using RecordingOpener = std::function<Result<std::unique_ptr<SampleSource>>(
     const std::string& input, const OpenRecordingOptions& options)>;
 
-/// What was read of one sensor, whatever file it is in and how that is written or packed: two that
-/// have the same digest have the same stamps and values.
+/// What was read of one sensor, whatever file it is in, how that is written or packed and where its
+/// times begin: two that have the same digest have the same values.
 struct SensorReadings {
   std::string sensor;  ///< "accelerometer".
   std::string digest;  ///< 16 hexadecimal digits.
