@@ -245,6 +245,15 @@ class FleetEngine {
     if (IsRed(run.verdict)) {
       ++progress_.red;
       ++progress_.codes[run.code];
+    } else {
+      std::set<std::string> warnings;
+      for (const Finding& finding : run.findings) {
+        if (finding.severity == Severity::kWarning) {
+          warnings.emplace(FindingCodeName(finding.code));
+        }
+      }
+      if (!warnings.empty()) ++progress_.warned;
+      for (const std::string& code : warnings) ++progress_.warnings[code];
     }
     CountYield(run, before);
     if (listener_.on_run) listener_.on_run(run, progress_);

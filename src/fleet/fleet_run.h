@@ -55,7 +55,10 @@ struct FleetProgress {
   std::size_t done = 0, red = 0;
   std::map<Verdict, std::size_t> verdicts;
   std::map<std::string, std::size_t> codes;  ///< Of red ones.
-  Yield yield;                               ///< Of these units.
+  /// Of the others, how many have warnings, and how many which.
+  std::size_t warned = 0;
+  std::map<std::string, std::size_t> warnings;
+  Yield yield;  ///< Of these units.
   /// Units that are not good although a run of now is, and why: "refused by R. Roe (bent)".
   std::map<std::string, std::string> overruled;
   /// Runs of recordings that had one in the store before, and some units of theirs: those that come

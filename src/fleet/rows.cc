@@ -26,10 +26,9 @@ namespace {
 /// first, in the order of their names, which is that of running.
 ///
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
-/// keeps SQLite from doing it once a run). `before` is how many recordings were before that of a
-/// run; the limit, which none reaches, has each first_run taken once, and PostgreSQL take the
-/// window at all. A unit with one run costs some ten microseconds, one with 200 some ten
-/// milliseconds. A concession holds for the recording of the run that it was made about and the
+/// keeps SQLite from doing it once a run): of each recording the newest run, in the order in which
+/// their first runs say that they were measured, `before` being how many were before it. A unit
+/// with one run costs some ten microseconds, one with 200 some ten milliseconds. A concession holds for the recording of the run that it was made about and the
 /// limits that were missed there, a refusal for the recordings of all runs that the unit had then,
 /// whether they counted or not: for the same log, untouched, or the same readings. (What was
 /// exported of the runs that count alone may name a run that is later than the decision.)
@@ -126,7 +125,7 @@ CREATE VIEW standing AS
       )
     )
     AND (
-      decision.verdict = 'FAIL' OR NOT EXISTS (
+      decision.verdict = 'FAIL' OR run.verdict <> 'NO_RESULT' AND NOT EXISTS (
         SELECT 1 FROM judgement AS missed
         WHERE missed.run = run.run AND missed.pass = 0 AND NOT EXISTS (
           SELECT 1 FROM judgement AS conceded
@@ -140,28 +139,20 @@ CREATE VIEW standing AS
   WHERE run.serial = unit.serial AND run.run = (
     SELECT counted.run
     FROM (
-      SELECT one.run, one.verdict, one.recorded FROM run AS one
-      WHERE one.serial = unit.serial AND NOT EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
-      UNION ALL
-      SELECT placed.run, placed.verdict, its.recorded
+      SELECT
+        newest.run,
+        its.verdict,
+        first.recorded,
+        row_number() OVER (ORDER BY first.recorded, first.run) - 1 AS before
       FROM (
-        SELECT
-          one.run,
-          one.verdict,
-          count(*) FILTER (WHERE one.first_run = one.run) OVER (
-            ORDER BY
-              (SELECT its.recorded FROM run AS its WHERE its.run = one.first_run),
-              one.first_run
-            GROUPS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING
-          ) AS before
-        FROM (
-          SELECT * FROM measured
-          WHERE serial = unit.serial AND EXISTS (SELECT 1 FROM fact WHERE name = 'retest_most')
-          ORDER BY run LIMIT 1000000000
-        ) AS one
-      ) AS placed CROSS JOIN run AS its
-      WHERE its.run = placed.run AND placed.before <= (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most')
+        SELECT first_run, max(run) AS run FROM measured
+        WHERE serial = unit.serial GROUP BY first_run
+      ) AS newest
+      CROSS JOIN run AS its CROSS JOIN run AS first
+      WHERE its.run = newest.run AND first.run = newest.first_run
     ) AS counted
+    WHERE counted.before <= COALESCE(
+      (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), counted.before)
     ORDER BY
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
         CASE counted.verdict
@@ -169,13 +160,9 @@ CREATE VIEW standing AS
         END
       END,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
-        counted.recorded
+        counted.before
       END,
-      CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'first' THEN
-        counted.run
-      END,
-      counted.recorded DESC,
-      counted.run DESC
+      counted.before DESC
     LIMIT 1
   );
 )sql";

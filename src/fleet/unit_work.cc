@@ -146,13 +146,19 @@ Status AgreeOnStation(const UnitRun& run) {
                    "` (--tag, list or experiment); correct the one that is wrong");
 }
 
+/// What a clock says of the time of measurement. One that is ahead says no more than that it was
+/// before now: later runs would not count.
+void TakeTime(std::int64_t seconds, std::string_view by, UnitRun* run) {
+  run->recorded = line::MomentOf(std::min<std::int64_t>(seconds, std::time(nullptr)));
+  run->recorded_by = by;
+}
+
 /// The recording's own time, where its clock counts from 1970.
 void TakeOwnTime(const PoseSet& poses, UnitRun* run) {
   // 9 September 2001: one that counts from power-up would have run for 31.7 years.
   constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
   if (!poses.has_time || poses.start_ns < kLeastNs) return;
-  run->recorded = line::MomentOf(poses.start_ns / kNsPerSecond);
-  run->recorded_by = kRecordedBy[1];
+  TakeTime(poses.start_ns / kNsPerSecond, kRecordedBy[1], run);
 }
 
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
@@ -281,8 +287,7 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   if (const std::optional<LogStamp> stamp = StampOf(order.log)) {
     run.log_bytes = stamp->bytes;
     run.log_modified_ns = stamp->modified_ns;
-    run.recorded = line::MomentOf(stamp->modified_ns / kNsPerSecond);
-    run.recorded_by = kRecordedBy[2];
+    TakeTime(stamp->modified_ns / kNsPerSecond, kRecordedBy[2], &run);
   }
   if (!order.recorded.empty()) {
     run.recorded = order.recorded;

@@ -388,6 +388,37 @@ TEST_P(StoreTest, HoldsAConcessionForTheLimitsThatWereMissed) {
   EXPECT_EQ(final_verdict(), "FAIL");
 }
 
+// A copy has another time than its file, and is no later recording; what was calibrated anew of one
+// recording takes the place of what was before, whichever recording counts.
+TEST_P(StoreTest, CountsTheNewestRunOfARecordingAtTheTimeOfItsFirst) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto add = [&](const std::string& id,
+                       Verdict verdict,
+                       const std::string& digest,
+                       const std::string& recorded) {
+    UnitRun run = RunOf(id, verdict);
+    run.log = id + ".csv";
+    run.recorded = recorded;
+    run.readings = {{"accelerometer", digest}};
+    ASSERT_TRUE((*store)->Add(run));
+  };
+  const auto standing = [&] { return *Ask(**store, "SELECT run FROM standing").at(0).at(0); };
+  add("1", Verdict::kPass, "aa", "2026-11-25T08:00:00Z");
+  add("2", Verdict::kFail, "bb", "2026-11-25T09:00:00Z");
+  add("3", Verdict::kPass, "aa", "2026-11-25T10:00:00Z");
+  EXPECT_EQ(standing(), "2");
+  ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, std::nullopt}));
+  EXPECT_EQ(standing(), "3");
+  add("4", Verdict::kFail, "aa", "2026-11-25T11:00:00Z");
+  EXPECT_EQ(standing(), "2");
+  ASSERT_TRUE((*store)->Dispose(
+      {"4d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "tolerable", Verdict::kPass}));
+  add("5", Verdict::kNoResult, "bb", "2026-11-25T12:00:00Z");
+  EXPECT_THAT(Ask(**store, "SELECT run, final_verdict FROM standing"),
+              ElementsAre(ElementsAre("4", "FAIL")));
+}
+
 // Neither the log that is named nor what is written about it is what was measured.
 TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
@@ -421,7 +452,9 @@ TEST_P(StoreTest, NamesADecisionAfterAllRunsOfItsUnit) {
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kFirst, std::nullopt}));
   ASSERT_TRUE((*store)->Add(RunOf("20261125T120000.000000Z-00000001", Verdict::kPass)));
-  ASSERT_TRUE((*store)->Add(RunOf("20991231T235959.999999Z-ffffffff", Verdict::kPass)));
+  UnitRun later = RunOf("20991231T235959.999999Z-ffffffff", Verdict::kPass);
+  later.log = "later.csv";
+  ASSERT_TRUE((*store)->Add(later));
   const Result<Disposition> added = (*store)->Dispose(
       {NewRunId(), "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail});
   ASSERT_TRUE(added);

@@ -31,12 +31,25 @@ std::string CountsText(const fleet::FleetProgress& progress) {
 }
 
 /// What is red, the most frequent first.
-std::vector<std::pair<std::string, std::size_t>> Pareto(const fleet::FleetProgress& progress) {
-  std::vector<std::pair<std::string, std::size_t>> codes(progress.codes.begin(),
-                                                         progress.codes.end());
+using Counts = std::vector<std::pair<std::string, std::size_t>>;
+Counts Pareto(const std::map<std::string, std::size_t>& counted) {
+  Counts codes(counted.begin(), counted.end());
   std::stable_sort(
       codes.begin(), codes.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
   return codes;
+}
+
+/// "  3 with warnings, though not FAIL: 2 x fault, 1 x poorly-known\n", or nothing.
+std::string WarningsText(const fleet::FleetProgress& progress) {
+  if (progress.warned == 0) return "";
+  std::string text = "  " + std::to_string(progress.warned) + " with warnings, though not FAIL";
+  std::string_view before = ": ";
+  for (const auto& [code, count] : Pareto(progress.warnings)) {
+    text += before;
+    text += std::to_string(count) + " x " + code;
+    before = ", ";
+  }
+  return text + '\n';
 }
 
 /// "18 runs of 3 units", "3 units" where each was run once, or the store does not know.
@@ -173,10 +186,10 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
                       yield.FinalPercent()) +
             Counted(yield.units, "unit") + '\n';
   }
-  for (const auto& [code, count] : Pareto(progress)) {
+  for (const auto& [code, count] : Pareto(progress.codes)) {
     text += "  " + std::to_string(count) + " x " + code + '\n';
   }
-  text += KnownText(progress) + OverruledText(progress.overruled);
+  text += WarningsText(progress) + KnownText(progress) + OverruledText(progress.overruled);
   for (const std::string& serial : progress.unsafe) {
     text += "  " + serial + ": held back, but files of earlier runs could not be changed\n";
   }
@@ -191,6 +204,8 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
                {"not_good", progress.red},
                {"verdicts", Json::object()},
                {"codes", Json::object()},
+               {"warned", progress.warned},
+               {"warnings", Json::object()},
                {"yield",
                 {{"units", progress.yield.units},
                  {"first_pass", progress.yield.first_good},
@@ -204,7 +219,8 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
   for (const auto& [verdict, count] : progress.verdicts) {
     json["verdicts"][std::string(VerdictName(verdict))] = count;
   }
-  for (const auto& [code, count] : Pareto(progress)) json["codes"][code] = count;
+  for (const auto& [code, count] : Pareto(progress.codes)) json["codes"][code] = count;
+  for (const auto& [code, count] : Pareto(progress.warnings)) json["warnings"][code] = count;
   return json;
 }
 
