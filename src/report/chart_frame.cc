@@ -30,14 +30,15 @@ std::string TickText(double value, double step) {
   return Significant(value, std::clamp(static_cast<int>(digits) + 1, 1, 9));
 }
 
-/// Round numbers within the range, five to twelve.
+/// Round numbers within the range, five to twelve; fewer where neighbours are one number.
 std::vector<double> Ticks(const Range& range) {
   std::vector<double> ticks;
   const double step = StepOf(range.span());
   if (!std::isfinite(step) || !(step > 0.0)) return ticks;
   const double first = std::ceil(range.low / step - 1e-9);
-  for (double i = first; i * step <= range.high + 1e-9 * step && i < first + 12.0; i += 1.0) {
-    ticks.push_back(i * step);
+  for (int i = 0; i < 12 && (first + i) * step <= range.high + 1e-9 * step; ++i) {
+    const double tick = (first + i) * step;
+    if (ticks.empty() || tick > ticks.back()) ticks.push_back(tick);
   }
   return ticks;
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -73,6 +74,15 @@ TEST(Timeline, ScalesByAllButAReadingThatIsAbsurdAndSaysItsValue) {
   EXPECT_THAT(svg, HasSubstr(">80</text>"));  // Beyond all but the absurd one.
   EXPECT_EQ(CountOf(svg, "small far"), 2U);
   EXPECT_EQ(CountOf(TimelineDrawing(Recording(), {}, false).svg, "small far"), 0U);
+}
+
+// Means of one temperature throughout differ by their last bits.
+TEST(Timeline, EndsWhereMarksAreNearerThanNumbers) {
+  PoseSet set = Recording();
+  for (StaticPose& pose : set.poses) pose.temperature_degc = 25.3;
+  set.poses[3].temperature_degc = std::nextafter(25.3, 26.0);
+  const std::string svg = TimelineDrawing(set, {}, false).svg;
+  EXPECT_LT(svg.size(), 3 * TimelineDrawing(Recording(), {}, false).svg.size());
 }
 
 TEST(Timeline, BeginsWithTheRecordingWhatOfItIsLeftOut) {
