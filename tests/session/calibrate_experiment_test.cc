@@ -57,7 +57,10 @@ TEST(ReadingsOf, AreTheSameHoweverALogIsWritten) {
   const std::string commented = folder.Write("commented.csv", "# Another word.\n" + text);
   EXPECT_EQ(of(commented), readings);
   EXPECT_EQ(of(commented, 64), first);
-  text.insert(text.find(',', text.rfind('\n', text.size() - 2)), "1");  // The last time.
+  const std::size_t end_of_time = text.find(',', text.rfind('\n', text.size() - 2));
+  const std::string later = folder.Write("later.csv", std::string(text).insert(end_of_time, "1"));
+  EXPECT_EQ(of(later), readings);
+  text.insert(text.find(',', end_of_time + 1), "1");  // The last reading's first value.
   const std::string other = folder.Write("other.csv", text);
   EXPECT_NE(of(other), readings);
   EXPECT_EQ(of(other, 64), first);
