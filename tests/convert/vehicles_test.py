@@ -123,7 +123,9 @@ class Vehicles(unittest.TestCase):
         own = {"CAL_ACC0_ID": 555, "CAL_ACC1_ID": acc[0].number, "CAL_ACC2_ID": 0, "CAL_ACC3_ID": acc[1].number,
                "CAL_MAG0_ID": mag[1].number, "CAL_MAG0_ROT": 8, "CAL_MAG1_ID": 0, "CAL_MAG1_ROT": 2,
                "TC_A_ENABLE": 1, "TC_A0_ID": acc[1].number, "TC_A1_ID": 0, "TC_A2_ID": acc[0].number, "TC_A2_X0_0": 0.3}
-        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
+        earlier = (("CAL_ACC0_ID", acc[0].number), ("CAL_ACC1_ID", acc[1].number), ("CAL_ACC3_ID", 0), ("CAL_MAG0_ID", 0),
+                   ("TC_A_ENABLE", 0), ("TC_A0_ID", acc[0].number), ("TC_A2_ID", 0))
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own, earlier=earlier)
         done = self.calibrate(log, "--to=px4")
         found = self.parameters("px4.params", "\t", 2)
         for slot, i in ((1, 0), (3, 1), (2, 2)):  # The third sensor takes what is nobody's.
