@@ -219,13 +219,15 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
       const std::string which =
           options.file_name + ": " +
           (results.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
-      const bool has_nothing = !result.calibration->IsUsable() ||
-                               (!exported && exported.error().code == ErrorCode::kMissingSensor);
-      if (!exported && has_nothing) {
+      if (!exported) {
+        const ErrorCode why_not = exported.error().code;
+        const bool has_nothing =
+            !result.calibration->IsUsable() || why_not == ErrorCode::kMissingSensor;
+        if (!has_nothing && why_not != ErrorCode::kNotRepresentable) return exported.error();
+        beside.is_whole = beside.is_whole && has_nothing;
         beside.warnings.push_back(which + "is not written: " + exported.error().message);
         continue;
       }
-      TRUETRIAD_RETURN_IF_ERROR(exported);
       for (const ExportedFile& file : exported->files) {
         Append(file.text, &beside.files[options.file_name + file.suffix]);
       }

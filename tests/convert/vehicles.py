@@ -80,8 +80,9 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ):
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, parameters=None, mounted=None, broken=None, gyroscopes=3, **how):
-    """mounted: the body's axes of the compasses; broken: what the topics of some instances say."""
+def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, gyroscopes=3, **how):
+    """earlier: parameters that changed; mounted: the body's axes of the compasses; broken: what the topics of some
+    instances say."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -97,7 +98,7 @@ def ulog(path, parameters=None, mounted=None, broken=None, gyroscopes=3, **how):
         for name, fields in (("sensor_accel", inertial), ("sensor_gyro", inertial), ("sensor_mag", magnetic)):
             file.write(message(b"F", f"{name}:{fields}".encode()))
         file.write(keyed(b"I", f"char[{len(SERIAL)}] sys_uuid", SERIAL.encode()))
-        for name, value in {"CAL_ACC0_ID": 0, **(parameters or {})}.items():
+        for name, value in (*earlier, *{"CAL_ACC0_ID": 0, **(parameters or {})}.items()):
             kind, layout = ("int32_t", "<i") if isinstance(value, int) else ("float", "<f")
             file.write(keyed(b"P", f"{kind} {name}", struct.pack(layout, value)))
         sensors = []

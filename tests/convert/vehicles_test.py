@@ -123,7 +123,9 @@ class Vehicles(unittest.TestCase):
         own = {"CAL_ACC0_ID": 555, "CAL_ACC1_ID": acc[0].number, "CAL_ACC2_ID": 0, "CAL_ACC3_ID": acc[1].number,
                "CAL_MAG0_ID": mag[1].number, "CAL_MAG0_ROT": 8, "CAL_MAG1_ID": 0, "CAL_MAG1_ROT": 2,
                "TC_A_ENABLE": 1, "TC_A0_ID": acc[1].number, "TC_A1_ID": 0, "TC_A2_ID": acc[0].number, "TC_A2_X0_0": 0.3}
-        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
+        earlier = (("CAL_ACC0_ID", acc[0].number), ("CAL_ACC1_ID", acc[1].number), ("CAL_ACC3_ID", 0), ("CAL_MAG0_ID", 0),
+                   ("TC_A_ENABLE", 0), ("TC_A0_ID", acc[0].number), ("TC_A2_ID", 0))
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own, earlier=earlier)
         done = self.calibrate(log, "--to=px4")
         found = self.parameters("px4.params", "\t", 2)
         for slot, i in ((1, 0), (3, 1), (2, 2)):  # The third sensor takes what is nobody's.
@@ -161,10 +163,18 @@ class Vehicles(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_a_vehicle_with_no_place_for_a_sensor_says_so(self):
-        own = {f"CAL_GYRO{n}_ID": 500 + n for n in range(4)}
+        gyroscopes = vehicles.GYROSCOPES
+        own = {f"CAL_GYRO{n}_ID": number for n, number in enumerate((500, 501, gyroscopes[0].number, gyroscopes[2].number))}
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
-        done = self.calibrate(log, "--to=px4", code=2)
-        self.assertIn("CAL_GYRO0_ID to CAL_GYRO3_ID are all of other sensors than the gyroscope", done.stderr)
+        done = self.calibrate(log, "--to=px4", code=3)
+        self.assertIn("instance 1: is not written: the log's CAL_GYRO0_ID to CAL_GYRO3_ID are all of other sensors than "
+                      "the gyroscope; set that of a sensor that is gone to 0", done.stderr)
+        # The results are there, and the others are exported.
+        self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
+        found = self.parameters("px4.params", "\t", 2)
+        for slot, i in ((2, 0), (3, 2)):
+            self.assertEqual(found[f"CAL_GYRO{slot}_ID"], gyroscopes[i].number)
+        self.assertNotIn("CAL_ACC1_ID", found)
 
     def test_the_worst_instance_decides_and_one_alone_can_be_chosen(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)

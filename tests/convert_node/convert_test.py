@@ -26,6 +26,7 @@ HERE = Path(__file__).resolve().parent
 ULOG = DATASETS / "e-ulog-px4"
 MCAP = DATASETS / "e-rosbag2-format" / "test_bag_mcap.mcap"
 TABLE = HERE / "table.parquet"
+ONE_DEVICE = "uint64_t timestamp;uint32_t device_id;float x;float y;float z;"
 
 
 def run(arguments, **options):
@@ -228,6 +229,32 @@ class Converters(unittest.TestCase):
         self.assertEqual([row[:2] for row in self.rows("accelerometer.csv")],
                          [(1000 * t, [f"{x / 2:g}", "1", "-1.5"]) for t, x in
                           ((9625, 0), (9750, 1), (9875, 2), (10000, 3), (10125, 10), (10250, 11), (10375, 12))])
+
+    def test_ulog_says_where_the_vehicle_has_a_sensor_at_the_end(self):
+        def parameter(name, value):
+            key = f"int32_t {name}".encode()
+            return writers.message(b"P", bytes([len(key)]) + key + struct.pack("<i", value))
+        rows = [("sensor_accel", 0, struct.pack("<QI3f", 1000 * i, 7, i, -i, 2)) for i in range(9)]
+        stated = (("CAL_ACC0_ID", 777), ("CAL_ACC1_ID", 7), ("TC_A0_ID", 0), ("TC_A2_ID", 0),
+                  ("CAL_ACC0_ID", 7), ("CAL_ACC1_ID", 0), ("TC_A2_ID", 7))
+        self.convert("ulog", self.made_ulog({"sensor_accel": ONE_DEVICE}, rows, b"".join(parameter(*one) for one in stated)))
+        text = (self.out / "recording.yaml").read_text()
+        self.assertIn(" slots: { accelerometer: 0 }, thermal_slots: { accelerometer: 2 }", text)
+
+    def test_ulog_of_two_devices_in_turn_is_of_two_sensors(self):
+        def log(numbers, serials=()):
+            rows = [("sensor_accel", 0, struct.pack("<QI3f", 1000 * i, n, i, -i, 2)) for i, n in enumerate(numbers)]
+            again = writers.message(b"A", struct.pack("<BH", 0, 0) + b"sensor_accel")
+            again += b"".join(writers.message(b"I", b"\x10char[2] sys_uuid" + serial) for serial in serials)
+            row = writers.message(b"D", struct.pack("<H", 0) + rows[-1][2])
+            return self.made_ulog({"sensor_accel": ONE_DEVICE}, rows, again + row)
+        done = self.convert("ulog", log([7] * 9 + [8]), code=2)
+        self.assertIn("sensor_accel#0 is of device 7 and then of 8", done.stderr)
+        self.assertIn("logs of several vehicles", self.convert("ulog", log([7] * 9, (b"ab", b"ac")), code=2).stderr)
+        # Said again, and a row whose number is damaged.
+        self.convert("ulog", log([7] * 4 + [8] + [7] * 4, (b"ab", b"ab")))
+        self.assertEqual(len(self.rows("accelerometer.csv")), 10)
+        self.assertIn("ids: { accelerometer: 7 }", (self.out / "recording.yaml").read_text())
 
     def test_ulog_keeps_what_is_whole_around_damage(self):
         fields = "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float z;"

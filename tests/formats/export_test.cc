@@ -21,6 +21,7 @@ using formats_test::RandomUnitCalibration;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST(Export, RefusesACalibrationThatIsNotUsable) {
@@ -112,6 +113,19 @@ TEST(Export, OfOneSensorSaysThatAnotherOfTheDeviceMayNotLeave) {
       ExportBeside({{&good, "a", 0}, {&bad, "a/instance-1", 1}}, {"px4"}, {});
   ASSERT_TRUE(refused);
   EXPECT_TRUE(refused->files.empty());
+}
+
+TEST(Export, OfASensorWithoutAPlaceLeavesTheOthersTheirs) {
+  const Calibration good = RandomUnitCalibration({}, 1);
+  Calibration homeless = good;
+  homeless.tags.firmware = "px4";
+  homeless.tags.device_slots[Triad::kGyroscope] = Tags::kNoSlot;
+  const Result<ExportsBeside> exports =
+      ExportBeside({{&good, "a", 0}, {&homeless, "a/instance-1", 1}}, {"px4"}, {});
+  ASSERT_TRUE(exports) << exports.error().message;
+  EXPECT_FALSE(exports->is_whole);
+  EXPECT_THAT(exports->files.at("a/px4.params"), Not(HasSubstr("CAL_ACC1_")));
+  EXPECT_THAT(exports->warnings, Contains(HasSubstr("set that of a sensor that is gone to 0")));
 }
 
 TEST(Export, IsWithdrawnWhateverItIsCalled) {

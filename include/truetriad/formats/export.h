@@ -112,10 +112,12 @@ struct ResultOfInstance {
 struct ExportsBeside {
   std::map<std::string, std::string> files;
   std::vector<std::string> warnings;  ///< As of Export.
+  bool is_whole = true;               ///< No format has left out a usable result.
 };
 
 /// What `formats` hold of the usable ones of a device's results: beside each, or, where a format
-/// numbers equal sensors, in one file beside the first. Errors: as ExportCalibration.
+/// numbers equal sensors, in one file beside the first. One that does not fit a format is left out
+/// of it, with a warning. Errors: as ExportCalibration.
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);

@@ -191,9 +191,9 @@ function devicesOf(log, topics, triad) {
  * The turn from the axes of the board into those of the magnetometer `device`, whose parameters are `slot`;
  * undefined: the log does not say.
  */
-function magnetometerTurn({ parameters, changed }, device, slot, rotations) {
-  const id = parameters.get(`CAL_MAG${slot}_ID`);
-  const number = parameters.get(`CAL_MAG${slot}_ROT`);
+function magnetometerTurn({ parameters, latest, changed }, device, slot, rotations) {
+  const id = latest.get(`CAL_MAG${slot}_ID`);
+  const number = latest.get(`CAL_MAG${slot}_ROT`);
   const isOther = id !== undefined && id !== device;
   if (isOther || [...changed].some((key) => key === `CAL_MAG${slot}_ROT` || key.startsWith('SENS_BOARD'))) return undefined;
   if (number === -1) return rotations[0]; // It is on the board.
@@ -255,17 +255,30 @@ function openStreams(log, topics, slots, rotations) {
       const table = new Table(
         { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
-      const entry = { topic, decode, table, devices: new Set(), scales: new Set(),
-        relativeNs: null, lastNs: null, repeated: 0, applied: map, turn };
+      const entry = { file: log.file, topic, decode, table, device: undefined, deviceBefore: 0, scales: new Set(),
+        lastNs: null, repeated: 0, applied: map, turn };
       opened.set(topic.id, [...(opened.get(topic.id) ?? []), entry]);
     }
   }
   return opened;
 }
 
+/** A row of `entry` is of `device`. Damage makes a number up, but not twice in turn. */
+function takeDevice(entry, device) {
+  if (device > 0 && device === entry.deviceBefore) {
+    entry.device ??= device;
+    if (device !== entry.device) {
+      const { file, topic } = entry;
+      throw new Refusal(`${file}: ${topic.name}#${topic.instance} is of device ${entry.device} and then of ${device}, ` +
+        "which are not one sensor; where logs were joined, give each vehicle's log by itself", 'other-device');
+    }
+  }
+  entry.deviceBefore = device;
+}
+
 function takeRow(entry, message) {
   const { decode, table } = entry;
-  if (decode.device && entry.devices.size < 8) entry.devices.add(decode.device(message));
+  takeDevice(entry, decode.device ? decode.device(message) : 0);
   let timeUs = decode.timeUs(message);
   if (decode.fifo) {
     const { axes, dtUs, scale, samples } = decode.fifo;
@@ -314,10 +327,10 @@ function tooSlow(log, entries) {
 /** The numbers of a recording's sensors: those of their topics, or of the primary sensor. */
 function deviceIds(log, entries) {
   const ids = {};
-  for (const { table: { triad }, devices, applied: map } of entries) {
-    const primary = map && map !== 'unknown' ? [log.parameters.get(`CAL_${kSensors[triad].name}_PRIME`)] : [];
-    const found = devices.size > 0 ? [...devices] : primary;
-    if (found.length === 1 && found[0] > 0) [ids[triad]] = found;
+  for (const { table: { triad }, device, applied: map } of entries) {
+    const isPrimary = map && map !== 'unknown';
+    const id = device ?? (isPrimary ? log.parameters.get(`CAL_${kSensors[triad].name}_PRIME`) : 0);
+    if (id > 0) ids[triad] = id;
   }
   return ids;
 }
@@ -328,15 +341,12 @@ function sendManifest(log, instance, entries, devices) {
   if (log.text('ver_sw')) source.firmware = log.text('ver_sw');
   if (log.text('ver_hw')) source.hardware = log.text('ver_hw');
   source.topics = [...new Set(entries.map(({ topic }) => `${topic.name}#${topic.instance}`))].join(' ');
-  for (const { table, devices } of entries) {
-    if (devices.size > 1) source[`${table.triad}_device_id`] = [...devices].join(' ');
-  }
   if (log.damage()) source.damage = log.damage();
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
   const turn = entries.map((entry) => entry.turn).find((matrix) => matrix);
   const ids = deviceIds(log, entries);
   const among = (prefix) => Object.fromEntries(Object.entries(ids).map(([triad, id]) =>
-    [triad, slotsOf(log.parameters, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
+    [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
     recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
@@ -355,6 +365,9 @@ async function run(options) {
     return;
   }
   if (log.dropouts > 0) note(`${options.input}: ${count(log.dropouts, 'dropout', 'dropouts')}, ${log.dropoutMs} ms in all`);
+  if (log.changed.has('sys_uuid')) {
+    throw new Refusal(`${options.input}: has logs of several vehicles (sys_uuid); give each vehicle's log by itself`, 'other-device');
+  }
   let topics = choose(log, options.input, options.topics);
   const devices = Object.fromEntries(Object.keys(kSensors).map((triad) => [triad, devicesOf(log, topics, triad)]));
   if (options.instance !== undefined) {
@@ -365,7 +378,7 @@ async function run(options) {
     }
   }
   topics.sort((a, b) => a.instance - b.instance);
-  const opened = openStreams(log, topics, slotsOf(log.parameters, 'CAL_MAG', devices.magnetometer), options.rotations);
+  const opened = openStreams(log, topics, slotsOf(log.latest, 'CAL_MAG', devices.magnetometer), options.rotations);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);
   again.read((subscription, message) => {
@@ -375,15 +388,14 @@ async function run(options) {
   for (const instance of new Set(entries.map(({ topic }) => topic.instance))) {
     sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance), devices);
   }
-  for (const { table, topic, repeated, applied: map, devices, turn } of entries) {
+  for (const { table, topic, repeated, applied: map, device, turn } of entries) {
     const parts = [];
     const { thermal } = kSensors[table.triad];
-    const terms = [0, 1, 2, 3].find((n) => devices.size === 1 && devices.has(log.parameters.get(`${thermal}${n}_ID`)));
-    if (log.parameters.get(`${thermal}_ENABLE`) === 1 && kRawTopics.includes(topic.name) && terms !== undefined) {
+    const terms = [0, 1, 2, 3].find((n) => device && log.latest.get(`${thermal}${n}_ID`) === device);
+    if (log.latest.get(`${thermal}_ENABLE`) === 1 && kRawTopics.includes(topic.name) && terms !== undefined) {
       parts.push(`not corrected by the vehicle's temperature calibration (${thermal}_ENABLE), which exported parameters replace (${thermal}${terms}_ID)`);
     }
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
-    if (devices.size > 1) parts.push(`of ${devices.size} devices in turn`);
     if (map && turn) parts.push('turned into the axes of the board by CAL_MAGn_ROT');
     else if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
     if (parts.length > 0) note(`${topic.name}#${topic.instance}, ${table.triad}: ${parts.join('; ')}`);

@@ -50,9 +50,10 @@ class Ulog {
     this.formats = new Map(); // name -> [{ type, length, name }]
     this.layouts = new Map(); // name -> { size, least, fields: Map(name -> { at, length, read }) }
     this.subscriptions = new Map(); // message id -> { name, instance, layout, rows }
-    this.parameters = new Map();
-    this.changed = new Set(); // Parameters that changed while the log was written.
+    this.parameters = new Map(); // As they were at first, when readings were corrected by them.
+    this.latest = new Map(); // As the vehicle has them at the end.
     this.info = new Map();
+    this.changed = new Set(); // Parameters and information that changed while the log was written.
     this.damagedBytes = 0;
     this.damagedPlaces = 0;
     this.dropouts = 0;
@@ -169,13 +170,10 @@ class Ulog {
         const key = Ulog.key(message, 0);
         const value = key.type === 'char' ? message.toString('latin1', key.valueAt)
                                           : kTypes[key.type].read(message, key.valueAt);
-        if (type === 'I') {
-          if (!this.info.has(key.name)) this.info.set(key.name, value);
-          break;
-        }
-        const before = this.parameters.get(key.name);
-        if (before !== undefined && before !== value) this.changed.add(key.name);
-        if (before === undefined) this.parameters.set(key.name, value);
+        const values = type === 'I' ? this.info : this.parameters;
+        if (!values.has(key.name)) values.set(key.name, value);
+        else if (values.get(key.name) !== value) this.changed.add(key.name);
+        if (type === 'P') this.latest.set(key.name, value);
         break;
       }
       case 'O':

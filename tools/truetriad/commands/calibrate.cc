@@ -550,7 +550,8 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   const bool is_held_back = worst.calibration.verdict() == Verdict::kFail;
   Calibration shown = worst.calibration;
   shown.findings = FindingsOf(all, worst);
-  VerbResult result{.exit_code = is_held_back ? kExitOutsideLimits : worst.exit_code(),
+  const int exit_code = exports.is_whole ? worst.exit_code() : kExitNotEnough;
+  VerbResult result{.exit_code = is_held_back ? kExitOutsideLimits : exit_code,
                     .text = CalibrationText(shown),
                     .result = worst.json};
   result.findings = shown.findings;
