@@ -224,7 +224,7 @@ void WarnOf(const Autopilot& autopilot,
   } else if (tags.firmware != autopilot.name || !tags.magnetometer_turn_deg) {
     warnings->emplace_back(
         "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, so "
-        "these values are valid only for a compass without rotation (orientation None)");
+        "these values are valid only where the recording's axes are the vehicle's");
   }
 }
 

@@ -307,7 +307,11 @@ Finding WhyRefused(const Findings& findings) {
 std::string ReasonOf(const Calibration& calibration) {
   if (calibration.outcome == Outcome::kNotCalled) return "no calibration was run";
   const Finding refusal = WhyRefused(calibration.findings);
-  if (refusal.code == FindingCode::kMessage) return refusal.text;
+  // What mostly is no reason to refuse has a meaning that says so.
+  if (FindingKindOf(refusal.code).severity != Severity::kRefusal) {
+    const std::string_view sensor = refusal.sensor ? TriadName(*refusal.sensor) : "";
+    return PrintableLine(std::string(sensor) + (sensor.empty() ? "" : ": ") + refusal.text);
+  }
   std::string meaning(FindingKindOf(refusal.code).meaning);
   if (meaning.size() > 1 && std::isupper(static_cast<unsigned char>(meaning[1])) == 0) {
     meaning[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(meaning[0])));

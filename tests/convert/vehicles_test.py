@@ -393,7 +393,7 @@ class Vehicles(unittest.TestCase):
         done = self.calibrate(log, "--to=ardupilot")
         self.assertNotIn("mounting", done.stdout)
         self.assertNotIn("swapped", done.stderr)
-        self.assertNotIn("compass without rotation", done.stderr)
+        self.assertNotIn("where the recording's axes are the vehicle's", done.stderr)
         found = self.parameters("ardupilot.param", ",", 0)
         self.check_inertial(found, vehicles.ACCELEROMETERS[0], "INS_ACCOFFS_", "INS_ACCSCAL_", ("", ""))
         # With its own terms on, they are zero at the temperature of the calibration.
