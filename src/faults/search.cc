@@ -2,7 +2,6 @@
 #include "faults/search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,7 +14,6 @@
 #include "faults/scene.h"
 #include "faults/taken_model.h"
 #include "math/dense/cholesky.h"
-#include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "noise/deletion.h"
 #include "truetriad/math/rotation.h"
@@ -49,8 +47,6 @@ constexpr double kLookAgain = 0.6;
 // Turns that scatter less than this share of what their readings do show no lost rows, nor do few.
 constexpr double kScatteredTurns = 0.5;
 constexpr std::size_t kFewestTurns = 8;
-// Of the largest variance among combinations of curvatures: a σ of zero would divide by it.
-constexpr double kLeastCurvature = 1e-6;
 constexpr double kMisfitLogP = -13.8;  // log 1e-6
 constexpr double kMuchExcess = 3.0;
 
@@ -800,72 +796,7 @@ void Readmit(PoseGraph* graph) {
   for (IncrementEdge& edge : graph->increments) readmit(&edge);
 }
 
-// Second derivatives of a face's three readings by coordinates of covariance 1, a matrix each; of
-// face f from first[f] on. S u by S and the tilts t, where u = a (1 - |t|^2 / 2) + E t.
-std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
-                                               const Eigen::MatrixXd& covariance,
-                                               std::array<Eigen::Index, kFaceCount>* first) {
-  const SharedLayout& layout = graph.layout;
-  const double gravity = WorldVector(Triad::kAccelerometer, graph.reference()).norm();
-  const SymmetricEigen known = EigenOfSymmetric(covariance);
-  const Eigen::MatrixXd moves =
-      Times(layout.basis, known.vectors * known.values.cwiseMax(0.0).cwiseSqrt().asDiagonal());
-  std::vector<Eigen::MatrixXd> curvatures;
-  for (int face = 0; face < kFaceCount; ++face) {
-    const auto at = static_cast<std::size_t>(face);
-    if (layout.face_tilt[at] < 0) continue;
-    (*first)[at] = static_cast<Eigen::Index>(curvatures.size());
-    const Eigen::Matrix3d axes = FaceAxes(face);
-    const Eigen::MatrixXd tilt = moves.middleRows<2>(layout.face_tilt[at]);
-    const Eigen::MatrixXd cosine = Times(tilt.transpose(), tilt);
-    const Eigen::Vector3d along = graph.sensitivity(Triad::kAccelerometer) * axes.col(0);
-    for (int i = 0; i < 3; ++i) {
-      Eigen::MatrixXd across(2, moves.cols());  // of S_i E
-      across.setZero();
-      for (int j = 0; j < 3; ++j) {
-        const int entry = layout.sensitivity[Triad::kAccelerometer] + i + 3 * j;
-        across += axes.row(j).tail<2>().transpose() * moves.row(entry);
-      }
-      const Eigen::MatrixXd turned = Times(across.transpose(), tilt);
-      curvatures.push_back(gravity * (turned + turned.transpose() - along[i] * cosine));
-    }
-  }
-  return curvatures;
-}
-
 }  // namespace
-
-std::optional<StatedFault> FaceCurvatures(const PoseGraph& graph,
-                                          const Eigen::MatrixXd& covariance) {
-  std::array<Eigen::Index, kFaceCount> first{};
-  const std::vector<Eigen::MatrixXd> curvatures = CurvaturesOfFaces(graph, covariance, &first);
-  const auto count = static_cast<Eigen::Index>(curvatures.size());
-  Eigen::VectorXd mean(count);
-  Eigen::MatrixXd spread(count, count);
-  for (Eigen::Index a = 0; a < count; ++a) {
-    const Eigen::MatrixXd& of_a = curvatures[static_cast<std::size_t>(a)];
-    mean[a] = 0.5 * of_a.trace();
-    for (Eigen::Index b = 0; b < count; ++b) {
-      spread(a, b) = 0.5 * of_a.cwiseProduct(curvatures[static_cast<std::size_t>(b)]).sum();
-    }
-  }
-  if (count == 0 || !(spread.trace() > 0.0)) return std::nullopt;
-  const SymmetricEigen eigen = EigenOfSymmetric(spread);
-  const double least = kLeastCurvature * eigen.values.maxCoeff();
-  StatedFault fault{
-      {}, eigen.values.cwiseMax(least).cwiseSqrt(), Times(eigen.vectors.transpose(), mean)};
-  Eigen::Index row = 0;
-  for (const PoseNode& node : graph.nodes) {
-    for (std::size_t i = 0; i < node.observations.size() && node.face >= 0; ++i) {
-      if (node.observations[i].triad != Triad::kAccelerometer) continue;
-      fault.column.Add(row + 3 * static_cast<Eigen::Index>(i),
-                       eigen.vectors.middleRows<3>(first[static_cast<std::size_t>(node.face)]));
-    }
-    row += node.row_count();
-  }
-  if (fault.column.blocks.empty()) return std::nullopt;
-  return fault;
-}
 
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,

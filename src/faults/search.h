@@ -21,15 +21,6 @@ struct StatedFault {
   Eigen::VectorXd mean = {};  // empty: zero
 };
 
-// What the readings on stated faces hold beyond the linear model, as one fault: with tilts t of a
-// face unknown and S too, S u(t) has second derivatives H_r by the free coordinates, with
-// covariance P. Reading r is off by d^T H_r d / 2: tr(H_r P) / 2 on average, with covariances
-// tr(H_r P H_s P) / 2 (of products of normal errors), in the axes in which these are independent.
-// A seat is ten times better known than a face, so that it counts as linear. Unset where faces are
-// not stated.
-std::optional<StatedFault> FaceCurvatures(const PoseGraph& graph,
-                                          const Eigen::MatrixXd& covariance);
-
 // A kind at its place: poses by their numbers, of a window the last one too; 0: the whole run.
 struct FaultPlace {
   const FaultKind* kind = nullptr;

@@ -336,19 +336,19 @@ constexpr std::string_view kCopies =
 
 /// The files beside the store agree with it; notes what people should know of that.
 Status AgreeAll(const std::string& target, Collected* collected) {
+  const auto text = [](const auto& row, std::size_t column) { return row[column].value_or(""); };
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
   TRUETRIAD_ASSIGN_OR_RETURN(const Table copies, store->Query(std::string(kCopies)));
   for (const auto& row : copies.rows) {
-    const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
-    collected->copies.push_back("unit `" + text(0) + "` (run " + text(1) + ", " + text(2) +
-                                ") has the readings of run " + text(3) + ", which is unit `" +
-                                text(4) + "`");
+    collected->copies.push_back("unit `" + text(row, 0) + "` (run " + text(row, 1) + ", " +
+                                text(row, 2) + ") has the readings of run " + text(row, 3) +
+                                ", which is unit `" + text(row, 4) + "`");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
   for (const auto& row : lifted.rows) {
-    const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
-    collected->notes.push_back(text(0) + ": the decision of " + text(2) + " (" + text(1) + ": " +
-                               text(3) + ") does not hold for run " + text(4) +
+    collected->notes.push_back(text(row, 0) + ": the decision of " + text(row, 2) + " (" +
+                               text(row, 1) + ": " + text(row, 3) + ") does not hold for run " +
+                               text(row, 4) +
                                ", which counts, and is of another recording or by other limits");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,

@@ -28,10 +28,10 @@ namespace {
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
 /// keeps SQLite from doing it once a run): of each recording the newest run, in the order in which
 /// their first runs say that they were measured, `before` being how many were before it. A unit
-/// with one run costs some ten microseconds, one with 200 some ten milliseconds. A concession holds for the recording of the run that it was made about and the
-/// limits that were missed there, a refusal for the recordings of all runs that the unit had then,
-/// whether they counted or not: for the same log, untouched, or the same readings. (What was
-/// exported of the runs that count alone may name a run that is later than the decision.)
+/// with one run costs some ten microseconds, one with 200 some ten milliseconds. A concession
+/// holds for the recording of the run that it was made about and the limits that were missed there,
+/// a refusal for the recordings of all runs that the unit had then, whether they counted or not.
+/// (What was exported of the runs that count alone may name a run that is later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -95,34 +95,14 @@ CREATE VIEW standing AS
       FROM run AS its CROSS JOIN disposition AS one
       WHERE its.serial = unit.serial AND one.run = its.run
     )
-    AND (
-      EXISTS (
-        SELECT 1 FROM run AS seen
-        WHERE seen.serial = unit.serial AND (
-            seen.run = decision.run OR (
-              decision.verdict = 'FAIL'
-              AND (seen.run <= decision.disposition OR seen.run <= decision.run)
-            )
-          )
-          AND seen.log = run.log AND seen.log_bytes = run.log_bytes
-          AND seen.log_modified_ns = run.log_modified_ns
-      )
-      OR (
-        EXISTS (SELECT 1 FROM reading AS made_from WHERE made_from.run = run.run)
-        AND NOT EXISTS (
-          SELECT 1 FROM reading AS made_from
-          WHERE made_from.run = run.run AND NOT EXISTS (
-            SELECT 1 FROM run AS seen CROSS JOIN reading AS known
-            WHERE seen.serial = unit.serial AND (
-                seen.run = decision.run OR (
-                  decision.verdict = 'FAIL'
-                  AND (seen.run <= decision.disposition OR seen.run <= decision.run)
-                )
-              )
-              AND known.run = seen.run AND known.digest = made_from.digest
+    AND EXISTS (
+      SELECT 1 FROM measured AS its CROSS JOIN measured AS made
+      WHERE its.run = run.run AND made.run = decision.run AND (
+          its.first_run IN (made.run, made.first_run) OR (
+            decision.verdict = 'FAIL'
+            AND (its.first_run <= decision.disposition OR its.first_run <= decision.run)
           )
         )
-      )
     )
     AND (
       decision.verdict = 'FAIL' OR run.verdict <> 'NO_RESULT' AND NOT EXISTS (
@@ -142,7 +122,6 @@ CREATE VIEW standing AS
       SELECT
         newest.run,
         its.verdict,
-        first.recorded,
         row_number() OVER (ORDER BY first.recorded, first.run) - 1 AS before
       FROM (
         SELECT first_run, max(run) AS run FROM measured

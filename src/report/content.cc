@@ -307,7 +307,7 @@ Finding WhyRefused(const Findings& findings) {
 std::string ReasonOf(const Calibration& calibration) {
   if (calibration.outcome == Outcome::kNotCalled) return "no calibration was run";
   const Finding refusal = WhyRefused(calibration.findings);
-  // What mostly is no reason to refuse has a meaning that says so.
+  // The meaning of a code that mostly warns says so; what was found is the reason here.
   if (FindingKindOf(refusal.code).severity != Severity::kRefusal) {
     const std::string_view sensor = refusal.sensor ? TriadName(*refusal.sensor) : "";
     return PrintableLine(std::string(sensor) + (sensor.empty() ? "" : ": ") + refusal.text);

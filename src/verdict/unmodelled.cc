@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "data/clock_lags.h"
+#include "faults/face_curvatures.h"
 #include "faults/scan.h"
 #include "faults/scene.h"
 #include "model/mechanisms.h"

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "faults/face_curvatures.h"
 #include "faults/planted.h"
 #include "faults/scan.h"
 #include "faults/words.h"

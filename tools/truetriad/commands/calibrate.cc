@@ -612,7 +612,7 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   for (FolderGivesWay& replaced : *converted) replaced.Keep(is_beside);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  // What another way of logging helps against.
+  // Another way of logging helps against these.
   using enum FindingCode;
   const std::set<FindingCode> few = {kNoRest, kNoPose, kTooSlow, kTooFewPoses, kTooFewDirections};
   const bool is_too_little = std::ranges::any_of(result.findings, [&](const Finding& finding) {
