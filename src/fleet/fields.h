@@ -22,7 +22,7 @@ namespace truetriad::fleet {
 
 /// The version of all that, of the tables and of lines of JSON. A store that has another one is
 /// refused.
-inline constexpr int kSchemaVersion = 3;
+inline constexpr int kSchemaVersion = 4;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
 /// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
 /// none.
@@ -96,6 +96,7 @@ void Fields(auto&& visit, Like<StationCheck> auto& check) {
   visit("station", check.station);
   visit("serial", check.serial);
   visit("created", check.created);
+  visit("recorded", check.recorded);
   visit("agrees", check.agrees);
   visit("p", check.p);
   visit("largest", check.largest);

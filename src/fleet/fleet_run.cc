@@ -47,20 +47,19 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   if (!check) {
     return std::optional("station " + station + " has no check of its golden unit" + remedy);
   }
+  const std::string recorded = "its golden unit as recorded at " + check->recorded;
   if (!check->agrees) {
-    return std::optional("station " + station + " did not agree with its golden unit at " +
-                         check->created + remedy);
+    return std::optional("station " + station + " did not agree with " + recorded + remedy);
   }
   // NaN: what cannot be dated is no check of today.
-  const double old_s = static_cast<double>(std::time(nullptr)) - line::SecondsOf(check->created);
+  const double old_s = static_cast<double>(std::time(nullptr)) - line::SecondsOf(check->recorded);
   if (old_s < -kClocksDifferS) {
-    return std::optional("station " + station + " has a check of its golden unit at " +
-                         check->created + ", which is " + HoursText(-old_s) +
-                         " from now: a clock is or was wrong" + remedy);
+    return std::optional("station " + station + " has a check of " + recorded + ", which is " +
+                         HoursText(-old_s) + " from now: a clock is or was wrong" + remedy);
   }
   if (old_s <= age_s) return std::optional<std::string>();
-  return std::optional("station " + station + " was checked with its golden unit at " +
-                       check->created + ", " + HoursText(age_s) + " ago or more" + remedy);
+  return std::optional("station " + station + " was last checked with " + recorded + ", " +
+                       HoursText(age_s) + " ago or more" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {

@@ -232,6 +232,7 @@ Result<Json> GoldenOf(Store& store, const SummaryOptions& options) {
   for (const StationCheck& check : checks) {
     by_station[check.station].push_back({{"serial", check.serial},
                                          {"created", check.created},
+                                         {"recorded", check.recorded},
                                          {"agrees", check.agrees},
                                          {"p", check.p},
                                          {"largest", check.largest},
@@ -240,7 +241,7 @@ Result<Json> GoldenOf(Store& store, const SummaryOptions& options) {
   Json stations = Json::array();
   for (const auto& [station, of_station] : by_station) {
     const Json& last = of_station.back();
-    const double age_s = line::SecondsOf(options.now) - line::SecondsOf(last["created"]);
+    const double age_s = line::SecondsOf(options.now) - line::SecondsOf(last["recorded"]);
     const bool is_due = age_s <= 3600.0 * options.golden_due_h && age_s >= -kClocksDifferS;
     const auto disagreed = std::ranges::count(
         of_station, false, [](const Json& check) { return check["agrees"].get<bool>(); });

@@ -287,7 +287,7 @@ Section GoldenSection(Trees stations) {
                   {{"station", 'l', "/station", Words},
                    {"golden unit", 'l', "/last/serial", Words},
                    {"state", 'l', "/state", Words},
-                   {"last check", 'r', "/last/created", Words},
+                   {"recorded", 'r', "/last/recorded", Words},
                    {"age", 'r', "/age_h", Age},
                    {"p", 'r', "/last/p", Chance},
                    {"largest", 'r', "/last/largest", [](const Json& largest) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <ctime>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@
 #include "io/recording_layout.h"
 #include "io/text_file.h"
 #include "io/whole_file.h"
+#include "line/line_data.h"
 #include "truetriad/base/error.h"
 #include "truetriad/base/version.h"
 
@@ -29,6 +31,8 @@ namespace truetriad::fleet {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
 bool IsHiddenOrHalf(const std::string& name) {
   return name.starts_with('.') || IsTemporaryName(name);
@@ -38,12 +42,11 @@ std::optional<LogStamp> StampOfFile(const fs::path& file) {
   struct stat about {};
   if (stat(file.c_str(), &about) != 0) return std::nullopt;
   return LogStamp{about.st_size,
-                  std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec};
+                  std::int64_t{about.st_mtim.tv_sec} * kNsPerSecond + about.st_mtim.tv_nsec};
 }
 
 /// Of several files: so that no change of any goes unnoticed, whichever way its time is moved.
 LogStamp StampOfAll(const std::vector<std::string>& files) {
-  constexpr std::int64_t kSecondNs = 1'000'000'000;
   LogStamp all;
   std::string states;
   for (const std::string& file : files) {
@@ -55,7 +58,8 @@ LogStamp StampOfAll(const std::vector<std::string>& files) {
     all.modified_ns = std::max(all.modified_ns, own->modified_ns);
   }
   const std::uint64_t digest = std::stoull(Sha256Hex(states).substr(0, 15), nullptr, 16);
-  all.modified_ns += static_cast<std::int64_t>(digest % kSecondNs) - all.modified_ns % kSecondNs;
+  all.modified_ns +=
+      static_cast<std::int64_t>(digest % kNsPerSecond) - all.modified_ns % kNsPerSecond;
   return all;
 }
 
@@ -220,6 +224,23 @@ std::optional<LogStamp> StampOf(const std::string& log) {
   std::vector<std::string> files = FilesOf(log).value_or(std::vector<std::string>());
   files.push_back(log);
   return StampOfAll(files);
+}
+
+namespace {
+
+Recorded RecordedIn(std::int64_t time_ns, std::string_view by) {
+  return {line::MomentOf(std::min<std::int64_t>(time_ns / kNsPerSecond, std::time(nullptr))), by};
+}
+
+}  // namespace
+
+Recorded RecordedOf(const LogStamp& stamp) { return RecordedIn(stamp.modified_ns, kRecordedBy[2]); }
+
+std::optional<Recorded> RecordedOf(const PoseSet& poses) {
+  // 9 September 2001: one that counts from power-up would have run for 31.7 years.
+  constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
+  if (!poses.has_time || poses.start_ns < kLeastNs) return std::nullopt;
+  return RecordedIn(poses.start_ns, kRecordedBy[1]);
 }
 
 bool IsBeingWritten(const std::string& file) {

@@ -14,6 +14,7 @@
 #include "fleet/store.h"
 #include "fleet/unit_work.h"
 #include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
 
 namespace truetriad::fleet {
 
@@ -53,6 +54,17 @@ struct LogStamp {
 std::optional<LogStamp> StampOf(const std::string& log);
 /// Of all tables of a folder and its recording.yaml.
 LogStamp StampOfFolder(const std::filesystem::path& folder);
+
+/// When a log was recorded, ISO 8601, UTC, and which of kRecordedBy says so. A clock that is ahead
+/// says no more than that it was before now: what comes later would not count.
+struct Recorded {
+  std::string at;
+  std::string_view by;
+};
+/// By the file's time.
+Recorded RecordedOf(const LogStamp& stamp);
+/// By the recording's own clock; unset: it has none, or one that does not count from 1970.
+std::optional<Recorded> RecordedOf(const PoseSet& poses);
 
 /// Whether some process has the file open to write; false where the system does not say (network
 /// folders, another user's file).

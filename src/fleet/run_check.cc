@@ -147,6 +147,7 @@ Status CheckStored(const Disposition& disposition) {
 Status CheckStored(const StationCheck& check) {
   TRUETRIAD_RETURN_IF_ERROR(CheckName(check.id));
   TRUETRIAD_RETURN_IF_ERROR(CheckTime(check.created));
+  TRUETRIAD_RETURN_IF_ERROR(CheckTime(check.recorded, "recorded"));
   return check.station.empty() ? Status(Wrong("a check names no station")) : Status();
 }
 

@@ -531,7 +531,7 @@ Status Store::AddDecisions(const Decisions& decisions) {
 
 Result<std::vector<StationCheck>> Store::StationChecks() {
   if (lines_) return NoQuestions(database_->name());
-  return Things<StationCheck>(ChecksThatCount() + "ORDER BY station_check");
+  return Things<StationCheck>(ChecksThatCount() + "ORDER BY recorded, station_check");
 }
 
 Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
@@ -539,7 +539,8 @@ Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& s
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<StationCheck> last,
       Things<StationCheck>(
-          ChecksThatCount() + "AND station = $1 ORDER BY station_check DESC LIMIT 1", {station}));
+          ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1",
+          {station}));
   return last.empty() ? std::nullopt : std::optional(last.front());
 }
 

@@ -122,6 +122,8 @@ struct StationCheck {
   std::string station;
   std::string serial;   ///< Of the golden unit.
   std::string created;  ///< ISO 8601, UTC.
+  /// Likewise; by the recording's own clock, or the file's time: that is how old a check is.
+  std::string recorded;
   bool agrees = false;
   /// Of all differences together, and the largest of them in sigma; NaN: not known.
   double p = std::numeric_limits<double>::quiet_NaN();

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <chrono>
 #include <cstdint>
-#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -21,7 +20,6 @@
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
-#include "line/line_data.h"
 #include "truetriad/base/version.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
@@ -33,8 +31,6 @@ namespace truetriad::fleet {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
 /// Processor time of this process, s.
 double CpuSeconds() {
@@ -146,19 +142,9 @@ Status AgreeOnStation(const UnitRun& run) {
                    "` (--tag, list or experiment); correct the one that is wrong");
 }
 
-/// What a clock says of the time of measurement. One that is ahead says no more than that it was
-/// before now: later runs would not count.
-void TakeTime(std::int64_t seconds, std::string_view by, UnitRun* run) {
-  run->recorded = line::MomentOf(std::min<std::int64_t>(seconds, std::time(nullptr)));
-  run->recorded_by = by;
-}
-
-/// The recording's own time, where its clock counts from 1970.
-void TakeOwnTime(const PoseSet& poses, UnitRun* run) {
-  // 9 September 2001: one that counts from power-up would have run for 31.7 years.
-  constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
-  if (!poses.has_time || poses.start_ns < kLeastNs) return;
-  TakeTime(poses.start_ns / kNsPerSecond, kRecordedBy[1], run);
+void TakeTime(const Recorded& recorded, UnitRun* run) {
+  run->recorded = recorded.at;
+  run->recorded_by = recorded.by;
 }
 
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
@@ -172,7 +158,8 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
     const bool is_other = error.code == ErrorCode::kOtherDevice && !order.serial_from.empty();
     return is_other ? OtherDevice(order, error) : error;
   }
-  if (order.recorded.empty()) TakeOwnTime(poses, run);
+  const std::optional<Recorded> own = RecordedOf(poses);
+  if (order.recorded.empty() && own) TakeTime(*own, run);
   Calibration& calibration = *calibrated;
   if (calibration.serial.empty() && order.shares_name) {
     return Error(ErrorCode::kDuplicateKey,
@@ -287,7 +274,7 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   if (const std::optional<LogStamp> stamp = StampOf(order.log)) {
     run.log_bytes = stamp->bytes;
     run.log_modified_ns = stamp->modified_ns;
-    TakeTime(stamp->modified_ns / kNsPerSecond, kRecordedBy[2], &run);
+    TakeTime(RecordedOf(*stamp), &run);
   }
   if (!order.recorded.empty()) {
     run.recorded = order.recorded;

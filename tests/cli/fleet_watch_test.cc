@@ -188,7 +188,7 @@ TEST_F(FleetWatch, CountsRetestsAsThePolicyOfTheStoreSays) {
 
 TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   Log("golden", 5);
-  Log("today", 6);
+  Log("earlier", 6);
   Log("line/u0", 1);
   LogOptions bent;
   bent.accelerometer.bias.x() += 0.2;
@@ -211,7 +211,13 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_EQ(again.exit_code, 0);
   EXPECT_THAT(again.out, HasSubstr("\"first_check\""));
   EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
+  // Another one, of before it did not agree.
+  EXPECT_EQ(Run("touch -d '9 hours ago' earlier.csv; " + check + "earlier.csv --tag=station=S3")
+                .exit_code,
+            0);
+  EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
   // The watch waits until somebody has checked.
+  Log("today", 8);
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
@@ -236,7 +242,7 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_THAT(Run(run + "--require-golden=0.0001s").err, HasSubstr("given twice"));
   EXPECT_THAT(
       Ask("SELECT station, agrees, repeatability FROM station_check ORDER BY station_check"),
-      ElementsAre("S3,0,", "S3,1,accelerometer.bias=1", "S3,1,"));
+      ElementsAre("S3,0,", "S3,1,accelerometer.bias=1", "S3,1,", "S3,1,"));
   EXPECT_THAT(Run("truetriad check-station --golden=ref/calibration.yaml today.csv "
                   "--tag=station=S3 --store=checks.jsonl")
                   .err,

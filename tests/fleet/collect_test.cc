@@ -227,6 +227,7 @@ TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
                                            "S1",
                                            "G",
                                            "2026-11-25T12:00:00Z",
+                                           "2026-11-25T11:00:00Z",
                                            true,
                                            0.1,
                                            2.0,
@@ -317,6 +318,7 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
                                                  .station = "S1",
                                                  .serial = "G",
                                                  .created = "2026-11-25T12:00:00Z",
+                                                 .recorded = "2026-11-25T11:00:00Z",
                                                  .agrees = agrees,
                                                  .parameter = "",
                                                  .log = ""}) +

@@ -462,7 +462,8 @@ StationCheck CheckBefore(double seconds, bool agrees) {
   StationCheck check;
   check.id = NewRunId();
   check.station = "S3";
-  check.created = TimeBefore(seconds);
+  check.created = TimeBefore(0.0);
+  check.recorded = TimeBefore(seconds);
   check.agrees = agrees;
   return check;
 }
@@ -483,11 +484,14 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   other.station = "S4";
   ASSERT_TRUE((*store)->AddStationCheck(other));
   EXPECT_THAT(why(), HasSubstr("no check of its golden unit"));
-  check(10.0, true);
-  EXPECT_EQ(why(), "");
   check(3700.0, true);
   EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
+  check(20.0, true);
+  EXPECT_EQ(why(), "");
   check(10.0, false);
+  EXPECT_THAT(why(), HasSubstr("did not agree"));
+  // Judged later, but recorded before it did not agree.
+  check(15.0, true);
   EXPECT_THAT(why(), HasSubstr("did not agree"));
   check(-7200.0, true);
   EXPECT_THAT(why(), HasSubstr("which is 2.0 h from now"));

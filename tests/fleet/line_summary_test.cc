@@ -324,11 +324,12 @@ TEST_F(LineOfUnits, SaysWhenLimitsHaveChanged) {
 }
 
 TEST_F(LineOfUnits, SaysHowStationsMeasureTheirGoldenUnits) {
-  const auto check = [this](const std::string& station, const std::string& created, bool agrees) {
+  const auto check = [this](const std::string& station, const std::string& recorded, bool agrees) {
     ASSERT_TRUE(store_->AddStationCheck({.id = NewRunId(),
                                          .station = station,
                                          .serial = "G1",
-                                         .created = created,
+                                         .created = "2026-11-24T09:00:00Z",
+                                         .recorded = recorded,
                                          .agrees = agrees,
                                          .p = 0.4,
                                          .largest = 1.5,

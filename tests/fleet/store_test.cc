@@ -552,7 +552,16 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   const auto none = (*store)->LastStationCheck("S3");
   ASSERT_TRUE(none);
   EXPECT_FALSE(*none);
-  StationCheck check{"2", "S3", "G1", "2026-11-25T06:00:00Z", true, 0.1 + 0.2, 1.0 / 3.0, "a", "l"};
+  StationCheck check{"2",
+                     "S3",
+                     "G1",
+                     "2026-11-25T06:00:00Z",
+                     "2026-11-25T05:00:00Z",
+                     true,
+                     0.1 + 0.2,
+                     1.0 / 3.0,
+                     "a",
+                     "l"};
   ASSERT_TRUE((*store)->AddStationCheck(check));
   // The same recording again does not count, whatever is made of it; another one does.
   check.recording = "aa bb";

@@ -9,6 +9,7 @@
 
 #include "calibrate/verdict_fields.h"
 #include "fleet/json_lines.h"
+#include "fleet/log_files.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -85,12 +86,35 @@ Status CheckStore() {
                   "--store=fleet.db, or PostgreSQL");
 }
 
+/// Today's recording of the golden unit.
+struct Today {
+  Calibration calibration;
+  std::string recording;                ///< RecordingOf its readings.
+  std::optional<std::string> recorded;  ///< Unset: neither it nor its file says when.
+};
+
+Result<Today> TodayOf(const Experiment& experiment) {
+  const std::string& log = experiment.inputs.front();
+  ProgressLine progress("reading " + log);
+  std::vector<SensorReadings> readings;
+  PoseSet poses;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Calibration calibration,
+      CalibrateExperiment(experiment, progress.callback(), {}, &poses, {}, &readings));
+  Today today{std::move(calibration), fleet::RecordingOf(readings), std::nullopt};
+  std::optional<fleet::Recorded> recorded = fleet::RecordedOf(poses);
+  const std::optional<fleet::LogStamp> stamp = fleet::StampOf(log);
+  if (!recorded && stamp) recorded = fleet::RecordedOf(*stamp);
+  if (recorded) today.recorded = recorded->at;
+  return today;
+}
+
 /// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
 /// was refused, which does not agree either. The first check of the same recording, which counts,
 /// where this is not it.
 Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
                                                      const Calibration& golden,
-                                                     const std::string& recording,
+                                                     const Today& today,
                                                      const Comparison* comparison) {
   if (FLAGS_store.empty()) return std::optional<fleet::StationCheck>();
   fleet::StationCheck check;
@@ -99,7 +123,8 @@ Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experimen
   check.serial = golden.serial;
   check.created = TimestampUtc();
   check.log = experiment.inputs.front();
-  check.recording = recording;
+  check.recorded = today.recorded.value_or(check.created);
+  check.recording = today.recording;
   check.repeatability = FLAGS_repeatability;
   if (comparison != nullptr) {
     check.agrees = AgreementOf(*comparison) == Agreement::kAgree;
@@ -124,15 +149,15 @@ std::string RepeatText(const std::optional<fleet::StationCheck>& first) {
 /// Today's calibration compared with the reference; the store keeps what came of it.
 Result<VerbResult> Judged(const Experiment& experiment,
                           const Calibration& golden,
-                          const Calibration& today,
-                          const std::string& recording,
+                          const Today& measured,
                           const Repeatability& repeatability) {
   VerbResult result;
+  const Calibration& today = measured.calibration;
   result.findings = today.findings;
   result.outcome = today.outcome;
   result.result = {{"agrees", nullptr}};
   if (!today.IsUsable()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, recording, nullptr));
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, measured, nullptr));
     result.exit_code = kExitNotEnough;
     result.text = RepeatText(first) + CalibrationText(today);
     result.grade = Grade::kBad;
@@ -154,7 +179,7 @@ Result<VerbResult> Judged(const Experiment& experiment,
     return result;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto first,
-                             KeepCheck(experiment, golden, recording, &comparison));
+                             KeepCheck(experiment, golden, measured, &comparison));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
@@ -188,14 +213,10 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
         "is not usable (" + std::string(golden.ReasonNotUsable()) + "), so it is no reference");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOf(golden, std::move(inputs)));
-  ProgressLine progress("reading " + experiment.inputs.front());
-  std::vector<SensorReadings> readings;
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Calibration today,
-      CalibrateExperiment(experiment, progress.callback(), {}, nullptr, {}, &readings));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Today today, TodayOf(experiment));
   TRUETRIAD_RETURN_IF_ERROR(
-      CheckSameSensors(experiment.inputs.front() + ": the recording", today, golden));
-  return Judged(experiment, golden, today, fleet::RecordingOf(readings), repeatability);
+      CheckSameSensors(experiment.inputs.front() + ": the recording", today.calibration, golden));
+  return Judged(experiment, golden, today, repeatability);
 }
 
 }  // namespace
