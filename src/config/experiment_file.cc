@@ -226,6 +226,32 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
   return changed;
 }
 
+namespace {
+
+// Of an experiment whose options or poses were changed: what it resolves to is written anew.
+Experiment ResolvedAgain(Experiment changed) {
+  if (changed.draft == nullptr) return changed;
+  ExperimentDraft draft = *changed.draft;
+  draft.experiment.options = changed.options;
+  draft.experiment.poses = changed.poses;
+  changed.resolved_yaml = ResolvedYaml(draft, changed.options);
+  changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
+  return changed;
+}
+
+}  // namespace
+
+Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind) {
+  Experiment changed = experiment;
+  changed.poses.kind = kind;
+  changed.poses.given = true;
+  changed.options.motion.reset();
+  if (kind == PoseSelectionKind::kMotion) {
+    changed.options.motion = MotionOptions{changed.poses.motion_spacing_s};
+  }
+  return ResolvedAgain(std::move(changed));
+}
+
 Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded) {
   Experiment changed = experiment;
   for (const Triad triad : kTriads) {
@@ -237,13 +263,7 @@ Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorde
     changed.options.motion.reset();
     changed.poses.kind = PoseSelectionKind::kDetect;
   }
-  if (experiment.draft == nullptr) return changed;
-  ExperimentDraft draft = *experiment.draft;
-  draft.experiment.options = changed.options;
-  draft.experiment.poses = changed.poses;
-  changed.resolved_yaml = ResolvedYaml(draft, changed.options);
-  changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
-  return changed;
+  return ResolvedAgain(std::move(changed));
 }
 
 Error AtItsKey(const Experiment& experiment, const Error& error) {

@@ -186,8 +186,12 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
           << peak->value << " at " << kSlotS * (at - kMostLag) << " s, "
           << correlation[kMostLag].value << " at 0";
   if (peak->value < kClearCorrelation || at == 0 || at == 2 * kMostLag) return std::nullopt;
-  // Too few readings of both at the times that were stated: nothing speaks against these.
-  if (!(correlation[kMostLag].pairs > 0.0)) return std::nullopt;
+  // Too few readings of both at the times that were stated: nothing speaks against these. Nor does
+  // another top where they are one: poses at even intervals have tops at all multiples of these.
+  const Correlation& stated = correlation[kMostLag];
+  const bool is_top = stated.value >= correlation[kMostLag - 1].value &&
+                      stated.value >= correlation[kMostLag + 1].value;
+  if (!(stated.pairs > 0.0) || (is_top && stated.value > kClearCorrelation)) return std::nullopt;
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];

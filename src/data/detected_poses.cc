@@ -13,7 +13,7 @@ namespace {
 // A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
 constexpr double kWindowNs = 1e8;
 // Samples of the slowest triad in use that a window needs for a variance.
-constexpr double kFewestWindowSamples = 4.0;
+constexpr double kFewestWindowSamples = 2.0;
 // A gyroscope much slower than the leading triad would make the windows too long.
 constexpr double kSlowestRateShare = 0.25;
 

@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/gyroscope_faults.h"
 
-namespace truetriad {
+#include <algorithm>
+#include <cmath>
+#include <optional>
 
+namespace truetriad {
+namespace {
+
+// The runs of at least `fewest` readings that repeat the first of them on `axis`, or where it is
+// not given on all axes at once.
 std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& readings,
                                         std::optional<Eigen::Index> axis,
                                         std::size_t fewest) {
@@ -16,6 +23,49 @@ std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& read
     if (i - begin >= fewest) runs.push_back({begin, i});
     begin = i;
   }
+  return runs;
+}
+
+// Whether the reading of a run comes again before or after it, with none but near ones in between.
+bool ComesBack(const std::vector<Eigen::Vector3d>& readings,
+               const EqualReadings& run,
+               const Eigen::Vector3d& step_raw) {
+  const Eigen::Vector3d& value = readings[run.begin];
+  const auto is_near = [&](std::size_t i) {
+    return ((readings[i] - value).cwiseAbs().array() <= kFarSteps * step_raw.array()).all();
+  };
+  const std::size_t last = std::min(readings.size(), run.end + kStuckReadings);
+  for (std::size_t i = run.end; i < last && is_near(i); ++i) {
+    if (readings[i] == value) return true;
+  }
+  const std::size_t first = run.begin - std::min(run.begin, kStuckReadings);
+  for (std::size_t i = run.begin; i-- > first && is_near(i);) {
+    if (readings[i] == value) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<EqualReadings> RunsAtLimit(double limit,
+                                       double step,
+                                       Eigen::Index axis,
+                                       const std::vector<Eigen::Vector3d>& readings) {
+  const auto is_far = [&](std::size_t i) {
+    return i >= readings.size() || std::abs(readings[i][axis] - limit) > kFarSteps * step;
+  };
+  std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, kSaturatedReadings);
+  std::erase_if(runs, [&](const EqualReadings& run) {
+    // Before the first reading is far, too: 0 - 1 is beyond the last.
+    return readings[run.begin][axis] != limit || !(is_far(run.end) || is_far(run.begin - 1));
+  });
+  return runs;
+}
+
+std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
+                                     const Eigen::Vector3d& step_raw) {
+  std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, kStuckReadings);
+  std::erase_if(runs, [&](const EqualReadings& run) { return ComesBack(readings, run, step_raw); });
   return runs;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,15 +18,23 @@ inline constexpr double kBridgedS = 0.05;
 inline constexpr std::size_t kStuckReadings = 8;
 // Readings in a row at the end of the stream's range.
 inline constexpr std::size_t kSaturatedReadings = 3;
+// Steps of its resolution from which on a reading beside a run of equal ones is not next to them.
+inline constexpr double kFarSteps = 1.5;
 
 /// Readings number [begin, end).
 struct EqualReadings {
   std::size_t begin, end;
 };
-/// The runs of at least `fewest` readings that repeat the first of them on `axis`, or where it is
-/// not given on all axes at once.
-std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& readings,
-                                        std::optional<Eigen::Index> axis,
-                                        std::size_t fewest);
+/// Where readings stay on `limit` on one axis. Where steps are coarse a rate that is at its largest
+/// does so as well, but comes to it and leaves it by one `step`.
+std::vector<EqualReadings> RunsAtLimit(double limit,
+                                       double step,
+                                       Eigen::Index axis,
+                                       const std::vector<Eigen::Vector3d>& readings);
+
+/// The runs of at least kStuckReadings that no sensor makes which works: a coarse one at rest comes
+/// back to its reading from one that is beside it, by a few steps of `step_raw` on each axis.
+std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
+                                     const Eigen::Vector3d& step_raw);
 
 }  // namespace truetriad

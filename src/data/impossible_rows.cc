@@ -116,6 +116,16 @@ std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* i
   return about;
 }
 
+// Whether rows of words differ by single steps from one to the next, as the readings of a coarse
+// sensor at rest do, and words in place of readings do not.
+bool RowScreen::IsCoarseRest(std::size_t begin, std::size_t end) const {
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const Eigen::Array3d change = (rows_.reading(i) - rows_.reading(i - 1)).cwiseAbs();
+    if (change.maxCoeff() > 0.0 && (change <= kFewSteps * step_.array()).all()) return true;
+  }
+  return false;
+}
+
 std::optional<RowScreen::Kind> RowScreen::WhyImpossible(const Eigen::Vector3d& reading,
                                                         const AboutWord& about) const {
   if (!IsNoReading(reading, about)) return std::nullopt;
@@ -155,6 +165,9 @@ SampleBlock RowScreen::Judge(bool at_end) {
     bool is_enough = false;
     AboutWord about{ReadingsAbout(end, &is_enough), step_, end - i, 0.0};
     if (!is_enough && !must_judge) break;
+    if (IsCoarseRest(i, end)) {
+      while (i < end) keep(i++);
+    }
     for (; i < end; ++i) {
       about.zero_share = static_cast<double>(left_[kZero]) / static_cast<double>(rows_seen_);
       if (const auto kind = WhyImpossible(rows_.reading(i), about); kind && Acts(kActs[*kind])) {

@@ -46,6 +46,7 @@ class RowScreen {
   void Remember(const Eigen::Vector3d& reading);
   std::optional<Kind> WhyImpossible(const Eigen::Vector3d& reading, const AboutWord& about) const;
   std::vector<Eigen::Vector3d> ReadingsAbout(std::size_t begin, bool* is_enough) const;
+  bool IsCoarseRest(std::size_t begin, std::size_t end) const;
   void Leave(Kind kind, std::size_t i);
 
   Triad triad_;

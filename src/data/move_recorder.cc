@@ -19,34 +19,17 @@ namespace {
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
 // Of the widest range of an axis: an extreme so near to where a move begins is no limit.
 constexpr double kAtRestShare = 0.25;
-// Steps of its resolution by which a reading beside a run at the limit shows that it was cut off.
-constexpr double kFarSteps = 1.5;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
-
-// How many times readings stay on `limit` on one axis: where steps are coarse, a rate that is at
-// its largest does so as well, but comes to it and leaves it by one `step`.
-int StaysAt(double limit,
-            double step,
-            Eigen::Index axis,
-            const std::vector<Eigen::Vector3d>& readings) {
-  const auto is_far = [&](std::size_t i) {
-    return i >= readings.size() || std::abs(readings[i][axis] - limit) > kFarSteps * step;
-  };
-  int stays = 0;
-  for (const auto& [begin, end] : RunsOfEquals(readings, axis, kSaturatedReadings)) {
-    // Before the first reading is far, too: 0 - 1 is beyond the last.
-    if (readings[begin][axis] == limit && (is_far(end) || is_far(begin - 1))) ++stays;
-  }
-  return stays;
-}
 
 // Whether one reading comes again and again, all three axes at once: one axis alone repeats by
 // chance where its steps are as coarse as its noise. A quiet sensor repeats what it reads at rest
 // where the move has not begun, or is over: within `rest_radius` of the first reading only a run
 // over half of the move counts.
-bool IsStuck(const std::vector<Eigen::Vector3d>& readings, double rest_radius) {
-  const std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, kStuckReadings);
+bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
+             const Eigen::Vector3d& step_raw,
+             double rest_radius) {
+  const std::vector<EqualReadings> runs = StuckRuns(readings, step_raw);
   return std::any_of(runs.begin(), runs.end(), [&](const EqualReadings& run) {
     const Eigen::Vector3d since = readings[run.begin] - readings.front();
     const bool is_at_rest = since.cwiseAbs().maxCoeff() < rest_radius;
@@ -81,8 +64,8 @@ std::optional<Finding> Fault(const RecordedMove& move,
       if (std::abs(limit - before) < rest_radius) continue;
       const double step = gyroscope.resolution_raw[axis];
       // The end of a range is come to again and again, the largest of many rates once.
-      if (StaysAt(limit, step, axis, move.gyroscope_raw) == 0 ||
-          StaysAt(limit, step, axis, all) < 2 || !Acts(Mechanism::kTurnSaturated)) {
+      if (RunsAtLimit(limit, step, axis, move.gyroscope_raw).empty() ||
+          RunsAtLimit(limit, step, axis, all).size() < 2 || !Acts(Mechanism::kTurnSaturated)) {
         continue;
       }
       std::ostringstream text;
@@ -93,7 +76,8 @@ std::optional<Finding> Fault(const RecordedMove& move,
           .With("limit", limit, gyroscope.unit.name);
     }
   }
-  if (IsStuck(move.gyroscope_raw, rest_radius) && Acts(Mechanism::kTurnStuck)) {
+  if (IsStuck(move.gyroscope_raw, gyroscope.resolution_raw, rest_radius) &&
+      Acts(Mechanism::kTurnStuck)) {
     return Finding(FindingCode::kTurnStuck, "the gyroscope is stuck: it repeats one reading");
   }
   return std::nullopt;

@@ -15,6 +15,7 @@
 #include "data/impossible_rows.h"
 #include "data/joints.h"
 #include "data/motion_spikes.h"
+#include "data/repeats.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
@@ -152,16 +153,30 @@ class MotionCollector : public Collector {
 
   Status Finish(PoseSet* set) override {
     set->tracks = std::move(tracks_);
+    PerTriad<std::size_t> held{};
+    for (const StreamSummary& stream : set->streams) {
+      held[stream.triad] = LeaveOutHeld(stream.resolution_raw, &set->tracks[stream.triad]);
+    }
     FindJointsInMotion(set);
     for (StreamSummary& stream : set->streams) {
+      const std::string sensor(TriadName(stream.triad));
+      const std::string of_all = " of " + std::to_string(stream.samples);
+      if (held[stream.triad] > 0) {
+        set->findings.push_back(Finding(FindingCode::kRepeatedRows,
+                                        sensor + ": " + std::to_string(held[stream.triad]) +
+                                            of_all +
+                                            " readings repeat the one before, and count once: the "
+                                            "log is faster than the sensor")
+                                    .About(stream.triad)
+                                    .With("rows", static_cast<double>(held[stream.triad])));
+      }
       const SpikeScreen screen =
           ReplaceSpikes(stream.resolution_raw, set->joints, &set->tracks[stream.triad]);
       stream.one_sided_raw = screen.one_sided_raw;
       if (screen.replaced == 0) continue;
-      const std::string sensor(TriadName(stream.triad));
       set->findings.push_back(Finding(FindingCode::kReadingsLeftOut,
                                       sensor + ": left out " + std::to_string(screen.replaced) +
-                                          " of " + std::to_string(stream.samples) +
+                                          of_all +
                                           " readings that are far from their neighbours (spikes)")
                                   .About(stream.triad)
                                   .With("readings", static_cast<double>(screen.replaced)));
@@ -265,8 +280,14 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     monitor_of[stream.triad] =
         &monitors[stream.triad].emplace(stream, info.has_time, selection.excluded);
   }
+  const bool is_ignored = selection.ignores_gyroscope && *leading != Triad::kGyroscope;
+  const auto is_unseen = [&](const auto& of) {
+    return is_ignored && of.triad == Triad::kGyroscope;
+  };
+  RecordingInfo seen = info;
+  std::erase_if(seen.streams, is_unseen);
   const std::unique_ptr<Collector> collector =
-      MakeCollector(selection, options, info, monitor_of, *leading);
+      MakeCollector(selection, options, seen, monitor_of, *leading);
   TRUETRIAD_RETURN_IF_ERROR(collector->Validate());
   TRUETRIAD_RETURN_IF_ERROR(CheckTimeOffsets(info, selection));
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
@@ -291,6 +312,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
     }
+    std::erase_if(blocks, is_unseen);
     TRUETRIAD_RETURN_IF_ERROR(collector->Add(blocks));
     if (progress) progress(source.progress());
   }

@@ -116,15 +116,14 @@ Status RestCollector::Finish(PoseSet* set) {
     moments.push_back(std::move(pose.moments));
   }
   if (set->poses.empty() && selection_.rates.empty()) return finder_->NoPose(*set);
-  PerTriad<Eigen::Vector3d> resolution_raw;
-  resolution_raw.items.fill(Eigen::Vector3d::Zero());
+  PerTriad<Eigen::Vector3d> step_raw;
+  step_raw.items.fill(Eigen::Vector3d::Zero());
   for (const StreamInfo& stream : info_.streams) {
-    resolution_raw[stream.triad] = monitors_[stream.triad]->resolution_raw();
+    step_raw[stream.triad] = monitors_[stream.triad]->rest_step_raw();
   }
-  FillCovariances(moments, resolution_raw, set);
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool had_flat,
-                             RemoveFlatReadings(resolution_raw, &moments, set));
-  if (had_flat) FillCovariances(moments, resolution_raw, set);
+  FillCovariances(moments, step_raw, set);
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool had_flat, RemoveFlatReadings(step_raw, &moments, set));
+  if (had_flat) FillCovariances(moments, step_raw, set);
 
   for (std::size_t i = 0; i < set->poses.size(); ++i) {
     set->poses[i].number = static_cast<int>(i + 1);
@@ -133,8 +132,8 @@ Status RestCollector::Finish(PoseSet* set) {
     const Findings lags = FindClockLags(clock_lags_, set);
     set->findings.insert(set->findings.end(), lags.begin(), lags.end());
   }
-  if (RemoveMovingReadings(moments, set)) FillCovariances(moments, resolution_raw, set);
-  TRUETRIAD_RETURN_IF_ERROR(rates_.Finish(resolution_raw, &moments, set));
+  if (RemoveMovingReadings(moments, set)) FillCovariances(moments, step_raw, set);
+  TRUETRIAD_RETURN_IF_ERROR(rates_.Finish(step_raw, &moments, set));
   if (records_moves_) set->moves = moves_.Moves(*set);
   BreakMovesAtJoints(set);
   if (records_moves_) TRUETRIAD_RETURN_IF_ERROR(FinishTurns(selection_, moves_, set));

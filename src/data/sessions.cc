@@ -45,6 +45,7 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
   pooled->minimum_raw = pooled->minimum_raw.cwiseMin(more.minimum_raw).eval();
   pooled->maximum_raw = pooled->maximum_raw.cwiseMax(more.maximum_raw).eval();
   pooled->resolution_raw = pooled->resolution_raw.cwiseMax(more.resolution_raw).eval();
+  pooled->rest_step_raw = pooled->rest_step_raw.cwiseMax(more.rest_step_raw).eval();
   pooled->longest_gap_s = std::max(pooled->longest_gap_s, more.longest_gap_s);
   if (more.samples > pooled->samples) pooled->rate_hz = more.rate_hz;
   if (more.jitter_s > pooled->jitter_s) {

@@ -74,6 +74,8 @@ Status StreamMonitor::Add(const SampleBlock& block) {
       const std::span<const double> values = axes[static_cast<std::size_t>(axis)];
       const double largest = std::max(std::abs(low), std::abs(high));
       resolution_raw_[axis] = SmallestStep(values, values.front(), largest, resolution_raw_[axis]);
+      change_after_repeat_raw_[axis] =
+          std::min(change_after_repeat_raw_[axis], SmallestChangeAfterRepeat(values));
     }
   }
   if (!finite) return CheckFinite(block);
@@ -150,6 +152,12 @@ Eigen::Vector3d StreamMonitor::resolution_raw() const {
   return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
 }
 
+Eigen::Vector3d StreamMonitor::rest_step_raw() const {
+  const Eigen::Vector3d step = resolution_raw(), &change = change_after_repeat_raw_;
+  const auto has_band = change.array() < 1e300 && change.array() > kFarSteps * step.array();
+  return has_band.select(2.0 * change, step);
+}
+
 Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   StreamSummary summary;
   summary.triad = info_.triad;
@@ -160,6 +168,7 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   summary.minimum_raw = minimum_raw_;
   summary.maximum_raw = maximum_raw_;
   summary.resolution_raw = resolution_raw();
+  summary.rest_step_raw = rest_step_raw();
   const LengthSpread::Half half = lengths_.ShortestHalf();
   summary.length_raw = half.length;
   summary.length_scatter = half.scatter;

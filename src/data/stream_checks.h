@@ -34,6 +34,9 @@ class StreamMonitor {
   double spacing_ns() const;
   /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
   Eigen::Vector3d resolution_raw() const;
+  /// Likewise of a sensor at rest: twice the smallest change from a reading that came twice, where
+  /// no other reading is next to it.
+  Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
   std::int64_t last_ns() const { return last_ns_; }
@@ -66,6 +69,8 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
+  // Smallest change from a reading that came twice.
+  Eigen::Vector3d change_after_repeat_raw_ = Eigen::Vector3d::Constant(1e300);
   LengthSpread lengths_;
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
 };

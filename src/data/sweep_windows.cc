@@ -9,6 +9,7 @@
 
 #include "base/rounded_text.h"
 #include "data/sweep_turns.h"
+#include "model/mechanisms.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/base/triad.h"
@@ -341,6 +342,25 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
 }
 
+void SweepCutter::LeaveOutStuckTemperature(PoseSet* set) {
+  std::vector<double> degc;
+  for (const Cell& cell : cells_) degc.push_back(cell.degc());
+  const double origin_s = cells_.empty() ? 0.0 : cells_.front().time_s();
+  for (const auto& [begin, end] : StuckTemperatures(degc)) {
+    if (!Acts(Mechanism::kStuckTemperature)) return;
+    const double from_s = cells_[begin].time_s() - origin_s;
+    const double to_s = cells_[end - 1].time_s() - origin_s;
+    set->findings.push_back(Finding(FindingCode::kStuckReadings,
+                                    "the thermometer repeats " + Fixed1(degc[begin]) +
+                                        " degC from " + Fixed1(from_s) + " to " + Fixed1(to_s) +
+                                        " s, and then jumps; skipped")
+                                .With("from", from_s, "s")
+                                .With("to", to_s, "s"));
+    for (std::size_t i = begin; i < end; ++i) cells_[i].degc_count = 0;
+  }
+  std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
+}
+
 void SweepCutter::Warn(double duration_s, PoseSet* set) const {
   if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
     set->findings.emplace_back(
@@ -372,6 +392,7 @@ void SweepCutter::Warn(double duration_s, PoseSet* set) const {
 Status SweepCutter::Finish(PoseSet* set) {
   TRUETRIAD_RETURN_IF_ERROR(CheckRangesUsed());
   LeaveOutWithoutTemperature(set);
+  LeaveOutStuckTemperature(set);
   if (cells_.size() < kFewestCells) {
     return NotEnoughError(
         Finding(FindingCode::kTooFewWindows,

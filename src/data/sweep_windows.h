@@ -62,6 +62,7 @@ class SweepCutter : public Collector {
   void AddBlock(const SampleBlock& block);
   Status CheckRangesUsed() const;
   void LeaveOutWithoutTemperature(PoseSet* set);
+  void LeaveOutStuckTemperature(PoseSet* set);
   void LeaveOutFarOff(const TemperatureTrack& track, const std::vector<bool>& spikes, PoseSet* set);
   void LeaveOutFarOffReadings(const TemperatureTrack& track, Triad triad, int attitude, int axis);
   void LeaveOut(std::size_t i, const std::string& what);

@@ -310,6 +310,8 @@ void CsvReader::NameColumns(std::string_view header, const std::vector<std::stri
   const std::size_t fields = SplitFields(rows[0], layout_.separator).size();
   std::vector<std::string_view> names = SplitFields(header, FindSeparator(header));
   if (names.size() != fields) names = SplitFields(header, layout_.separator);
+  // A separator may end the header and no row.
+  if (names.size() == fields + 1 && names.back().empty()) names.pop_back();
   has_unnamed_count_ = LeavesOutRowNumbers(names, rows, layout_.separator);
   if (has_unnamed_count_) header_.emplace_back();
   for (const std::string_view name : names) header_.emplace_back(name);

@@ -391,7 +391,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
          "state the strength"),
     Warning(kFieldUnlikely,
             "field-unlikely",
-            "The field found is not the Earth's at the stated position",
+            "The field found is not the Earth's",
             "look for iron, currents, wrong position, unit or sign"),
     Note(kFieldNotChecked, "field-not-checked", "The field was not checked against the Earth's"),
     Warning(kClockOffset,

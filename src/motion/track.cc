@@ -119,14 +119,14 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     }
   };
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    for (const auto& [begin, end] : RunsOfEquals(rate_raw_, axis, kSaturatedReadings)) {
-      const double value = rate_raw_[begin][axis];
-      const bool is_extreme =
-          value == gyroscope.minimum_raw[axis] || value == gyroscope.maximum_raw[axis];
-      if (is_extreme && Acts(Mechanism::kMotionSaturated)) mark(begin, end);
+    for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
+      const double step = gyroscope.resolution_raw[axis];
+      for (const auto& [begin, end] : RunsAtLimit(limit, step, axis, rate_raw_)) {
+        if (Acts(Mechanism::kMotionSaturated)) mark(begin, end);
+      }
     }
   }
-  for (const auto& [begin, end] : RunsOfEquals(rate_raw_, std::nullopt, kStuckReadings)) {
+  for (const auto& [begin, end] : StuckRuns(rate_raw_, gyroscope.resolution_raw)) {
     if (Acts(Mechanism::kMotionStuck)) mark(begin, end);
   }
   for (std::size_t i = 0; i < steps; ++i) {

@@ -159,6 +159,107 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
   return attempt;
 }
 
+// Whether nothing but rests that are found could be meant: what is said of poses is of those.
+bool LeavesPosesOpen(const Experiment& experiment) {
+  const PosesConfig& poses = experiment.poses;
+  return !poses.given && poses.known_motions == KnownMotionsConfig() &&
+         experiment.inputs.size() == 1 &&
+         experiment.options.attitudes.kind == AttitudeKind::kNone &&
+         experiment.forces_file.empty() && experiment.exclude_poses.empty() &&
+         !experiment.options.initialise.only;
+}
+
+// How a recording without enough rests is calibrated: followed through its motion, or where a
+// magnetometer alone is asked for by each row. An accelerometer's rows hold the hand's forces.
+std::optional<PoseSelectionKind> WithoutRests(const Experiment& experiment,
+                                              const LoadedPoses& loaded) {
+  if (!loaded.are_detected || !loaded.poses.has_time) return std::nullopt;
+  const auto has = [&](Triad triad) { return experiment.options.triads[triad].enabled; };
+  const bool has_accelerometer = has(Triad::kAccelerometer);
+  const bool has_magnetometer = has(Triad::kMagnetometer);
+  if (has(Triad::kGyroscope)) {
+    if (!has_accelerometer && !has_magnetometer) return std::nullopt;
+    return PoseSelectionKind::kMotion;
+  }
+  if (has_accelerometer || !has_magnetometer) return std::nullopt;
+  return PoseSelectionKind::kEveryRow;
+}
+
+// A unit that moves most of the time, with fewer rests than a cube has faces, was tumbled.
+bool LooksTumbled(const PoseSet& poses) {
+  constexpr std::size_t kFaces = 6;
+  return poses.poses.size() < kFaces && poses.static_share <= 0.5;
+}
+
+std::string_view LineOf(PoseSelectionKind kind) {
+  return kind == PoseSelectionKind::kMotion     ? "poses: { motion: { spacing_s: 0.1 } }"
+         : kind == PoseSelectionKind::kEveryRow ? "poses: every_row"
+                                                : "poses: { detect: auto }";
+}
+
+std::string_view WordsOf(PoseSelectionKind kind) {
+  return kind == PoseSelectionKind::kMotion     ? "followed through its motion"
+         : kind == PoseSelectionKind::kEveryRow ? "taken row by row"
+                                                : "taken for rests";
+}
+
+// What the way that was likelier lacked.
+void SayTakenInstead(PoseSelectionKind taken,
+                     const Findings& of_likelier,
+                     Calibration* calibration) {
+  const Finding* const why = FirstRefusal(of_likelier);
+  if (why == nullptr) return;
+  calibration->findings.push_back(Finding(FindingCode::kFollowedMotion,
+                                          "the recording was " + std::string(WordsOf(taken)) +
+                                              ", since otherwise there is no result: " + why->text,
+                                          "state `" + std::string(LineOf(taken)) + "`"));
+}
+
+void SayAlsoTried(PoseSelectionKind tried, const Findings& of_rival, Calibration* calibration) {
+  const Finding* const why = FirstRefusal(of_rival);
+  if (why == nullptr) return;
+  for (Finding& finding : calibration->findings) {
+    if (!finding.IsRefusal()) continue;
+    finding.text += "; " + std::string(WordsOf(tried)) + " there is no result either: " + why->text;
+    return;
+  }
+}
+
+// Where nobody says where the poses are: from rests, or where these do not determine what is asked
+// without them; of a unit that was likely tumbled the other way round.
+Result<Attempt> CalibrateByEvidence(const Experiment& stated,
+                                    std::optional<LoadedPoses> first,
+                                    const ProgressCallback& progress,
+                                    const RecordingOpener& opener) {
+  if (!LeavesPosesOpen(stated)) {
+    return CalibrateWithClocks(stated, std::move(first), progress, opener);
+  }
+  Result<LoadedPoses> looked = LoadSessions(stated, &first, progress, opener);
+  if (!looked) return AtItsKey(stated, looked.error());
+  const auto other = WithoutRests(stated, *looked);
+  const bool is_tumbled = other && LooksTumbled(looked->poses);
+  const auto by = [&](PoseSelectionKind kind) {
+    return kind == PoseSelectionKind::kDetect
+               ? CalibrateWithClocks(stated, *std::move(looked), progress, opener)
+               : CalibrateWithClocks(WithPoses(stated, kind), std::nullopt, progress, opener);
+  };
+  const PoseSelectionKind likelier = is_tumbled ? *other : PoseSelectionKind::kDetect;
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, by(likelier));
+  const Outcome outcome = attempt.calibration.outcome;
+  const bool is_open = outcome == Outcome::kNotEnough || outcome == Outcome::kNotObservable ||
+                       (is_tumbled && outcome == Outcome::kNotConverged);
+  if (!other || !is_open) return attempt;
+  const PoseSelectionKind rival = is_tumbled ? PoseSelectionKind::kDetect : *other;
+  Result<Attempt> instead = by(rival);
+  if (!instead) return attempt;
+  if (!instead->calibration.IsUsable()) {
+    SayAlsoTried(rival, instead->calibration.findings, &attempt.calibration);
+    return attempt;
+  }
+  SayTakenInstead(rival, attempt.calibration.findings, &instead->calibration);
+  return instead;
+}
+
 }  // namespace
 
 Result<Calibration> CalibrateExperiment(Experiment stated,
@@ -168,7 +269,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
                                         const RecordingOpener& opener,
                                         std::vector<SensorReadings>* readings) {
   TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt,
-                             CalibrateWithClocks(stated, std::move(first), progress, opener));
+                             CalibrateByEvidence(stated, std::move(first), progress, opener));
   auto& [experiment, loaded, calibration] = attempt;
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   calibration.model = experiment.model;

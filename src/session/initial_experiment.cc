@@ -11,32 +11,9 @@
 namespace truetriad {
 namespace {
 
-// With fewer rests than faces no matrix can be told from them: what else there is is readings.
-constexpr std::size_t kFewestRests = 6;
-
-// A unit that rests more than it moves was not tumbled: its rests are too few.
-constexpr double kMostAtRest = 0.5;
-
 bool IsSeen(const PoseSet& poses, Triad triad) {
   const StreamSummary* stream = poses.Find(triad);
   return stream != nullptr && stream->samples > 0;
-}
-
-// What the experiment says of where the poses are. To detect is to say nothing: there is no choice
-// where the recording says so itself, has no times, or has rests enough.
-PoseSelectionKind PosesFor(const LoadedPoses& loaded) {
-  const PoseSet& poses = loaded.poses;
-  if (!loaded.are_detected || poses.poses.size() >= kFewestRests || !poses.has_time ||
-      poses.static_share > kMostAtRest) {
-    return PoseSelectionKind::kDetect;
-  }
-  const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
-  const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
-  if (IsSeen(poses, Triad::kGyroscope) && (has_accelerometer || has_magnetometer)) {
-    return PoseSelectionKind::kMotion;
-  }
-  return has_magnetometer && !has_accelerometer ? PoseSelectionKind::kEveryRow
-                                                : PoseSelectionKind::kDetect;
 }
 
 std::string RelativeTo(const std::string& folder, const std::string& path) {
@@ -57,7 +34,6 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
                  "has a gyroscope alone, which is calibrated from turns or rates that "
                  "are known; state them in an experiment (`turns:` or `rates:`)");
   }
-  const PoseSelectionKind kind = PosesFor(loaded);
   YamlText list;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     list << (i > 0 ? ", " : "") << Quoted{RelativeTo(folder, inputs[i])};
@@ -67,8 +43,7 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
       "experiment: 1\n"
       "input: " +
       (inputs.size() == 1 ? list.str() : "[" + list.str() + "]") + "  # " +
-      std::to_string(poses.poses.size()) + " poses by " + poses.how +
-      (kind == PoseSelectionKind::kMotion ? ": taken for a unit tumbled by hand\n" : "\n");
+      std::to_string(poses.poses.size()) + " poses by " + poses.how + "\n";
   if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
   text +=
       "reference:\n"
@@ -94,8 +69,6 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
         "# sits on one: tilt_sigma_deg, seat_sigma_deg.\n"
         "attitudes: { six_face: {} }\n";
   }
-  if (kind == PoseSelectionKind::kMotion) text += "poses: { motion: { spacing_s: 0.1 } }\n";
-  if (kind == PoseSelectionKind::kEveryRow) text += "poses: every_row\n";
   return text +
          "# What makes a unit good; sensors whose axes are not x, y and z state `mounting:` then:\n"
          "# limits: { accelerometer.bias: 0.5, accelerometer.residual_rms: 0.02 }\n";

@@ -251,6 +251,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
       PoseSelection selection,
       config.given ? SelectionOf(config) : StatedSelection(opener ? "" : input, source->info()));
   selection.moves = config.moves;
+  selection.ignores_gyroscope = config.ignores_gyroscope;
   selection.time_offset_s = config.time_offset_s;
   selection.time_stamps = config.time_stamps;
   TRUETRIAD_RETURN_IF_ERROR(
@@ -258,6 +259,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   LoadedPoses loaded;
   loaded.are_detected = selection.kind == PoseSelectionKind::kDetect;
+  loaded.are_rows = selection.kind == PoseSelectionKind::kEveryRow;
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
   if (!poses && poses.error().kind() == ErrorKind::kNotEnough) {
     loaded.not_enough = poses.error();
@@ -408,7 +410,10 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
 // Whether reading `input` once more would give the same.
 bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
   // Without a gyroscope there is nothing between the poses.
-  if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
+  if (read.poses.Find(Triad::kGyroscope) == nullptr) {
+    config.moves = read.config.moves;
+    config.ignores_gyroscope = read.config.ignores_gyroscope;
+  }
   return read.input == input && read.config == config;
 }
 

@@ -8,6 +8,7 @@
 
 #include "allan/allan_file.h"
 #include "base/sensor_line.h"
+#include "data/repeats.h"
 #include "session/steps.h"
 #include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"
@@ -277,6 +278,11 @@ Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
     TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
     TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(loaded->poses, experiment));
     TRUETRIAD_RETURN_IF_ERROR(ExcludePoses(&loaded->poses, experiment));
+    // Where the unit stands otherwise a sensor may read the same.
+    if (loaded->are_rows && experiment->options.attitudes.kind == AttitudeKind::kNone &&
+        experiment->forces_file.empty()) {
+      LeaveOutRepeats(&loaded->poses);
+    }
   }
   TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, is_sweep, experiment));
   return SettleAllanNoise(loaded->poses, experiment);

@@ -13,6 +13,8 @@ namespace {
 // is larger, and as a share of the range in which nine tenths of the cells lie. A turning point is
 // outside by three steps.
 constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
+// Cells of a reading that is repeated: rounding of its decimals.
+constexpr double kSame = 1e-9;
 
 }  // namespace
 
@@ -76,8 +78,6 @@ double ThermometerWatch::hold_s() const {
 TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
                               const std::vector<double>& degc,
                               double hold_s) {
-  // Of a reading that is repeated: rounding of its decimals.
-  constexpr double kSame = 1e-9;
   const double cell_s = (time_s.back() - time_s.front()) /
                         static_cast<double>(std::max<std::size_t>(time_s.size(), 2) - 1);
   TakenReadings taken;
@@ -145,6 +145,29 @@ std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step
     spikes.push_back(limit > 0.0 && std::max(value - high, low - value) > limit);
   }
   return spikes;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
+    const std::vector<double>& degc) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < degc.size(); ++i) {
+    const double step = std::abs(degc[i] - degc[i - 1]);
+    if (step > kSame) steps.push_back(step);
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> stuck;
+  if (steps.empty()) return stuck;
+  const auto large = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 19 / 20);
+  std::nth_element(steps.begin(), large, steps.end());
+  const double limit = kSpikeSteps * *large;
+  for (std::size_t begin = 0, i = 1; i < degc.size(); ++i) {
+    if (std::abs(degc[i] - degc[i - 1]) <= kSame) continue;
+    // The cell of the jump itself may be partly before it.
+    const double after = degc[std::min(i + 1, degc.size() - 1)];
+    const double jump = std::max(std::abs(degc[i] - degc[begin]), std::abs(after - degc[begin]));
+    if (i - begin > 1 && jump > limit) stuck.emplace_back(begin + 1, i);
+    begin = i;
+  }
+  return stuck;
 }
 
 std::vector<double> Bridged(const std::vector<double>& time_s,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace truetriad {
@@ -55,6 +56,10 @@ inline constexpr std::size_t kNeighbours = 5;
 
 /// Cells whose temperature is as far from their neighbours as no chamber goes: a disturbed bus.
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc);
+
+/// Cells [first, second) that repeat the one before, after which the temperature is further than
+/// any chamber goes from a cell to the next: the thermometer was stuck.
+std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(const std::vector<double>& degc);
 
 /// `degc` with straight lines in place of what is marked.
 std::vector<double> Bridged(const std::vector<double>& time_s,

@@ -138,7 +138,7 @@ void RecordingSearch::FindRounding() {
   Eigen::Vector3d shift;
   for (int axis = 0; axis < 3; ++axis) {
     const double noise = stream->noise_sigma_raw[axis];
-    shift[axis] = std::sqrt(RoundingVariance(noise * noise, stream->resolution_raw[axis]));
+    shift[axis] = std::sqrt(RoundingVariance(noise * noise, stream->rest_step_raw[axis]));
   }
   const Eigen::VectorXd moved = MovedBy(graph_.layout.bias[Triad::kGyroscope], shift);
   is_coarse_ = InSigmas(moved) >= kRoundingSigmas;

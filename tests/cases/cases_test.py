@@ -18,22 +18,7 @@ SENSORS = {"a": "accelerometer", "g": "gyroscope", "m": "magnetometer"}
 MOST_SIGMAS = 5.0
 
 # A case, and the area in which it is set right.
-KNOWN_FAILURES = {
-    "coarse-gyroscope-zeros-at-rest": "reading: one screen",
-    "duty-cycled-logger": "reading: times",
-    "eight-attitudes": "graph: start",
-    "gyroscope-dead-band": "graph: noise",
-    "held-magnetometer": "reading: one screen",
-    "lag-of-one-pose-period": "graph: clocks",
-    "nominal-field-134uT": "checks: units",
-    "repeated-readings": "reading: one screen",
-    "slow-logger": "reading: rests",
-    "stuck-thermometer": "graph: sweeps",
-    "trailing-separator": "reading: tables",
-    "tumble-taken-for-rests": "reading: rests",
-    "turning-unit-taken-for-rests": "reading: rests",
-    "unwanted-sensor-vetoes": "reading: rests",
-}
+KNOWN_FAILURES = {}
 
 
 def flat(values):

@@ -43,10 +43,11 @@ struct PosesConfig {
   bool given = false;  ///< The experiment has a `poses:` key (else a manifest's own is used).
   std::int64_t every = 0;
   std::string column;
-  std::string file;               ///< Resolved against the experiment file.
-  double motion_spacing_s = 0.1;  ///< Of kMotion.
-  SweepWindows sweep;             ///< Of kSweep; `file` says where its attitudes are, if it does.
-  bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
+  std::string file;                ///< Resolved against the experiment file.
+  double motion_spacing_s = 0.1;   ///< Of kMotion.
+  SweepWindows sweep;              ///< Of kSweep; `file` says where its attitudes are, if it does.
+  bool moves = false;              ///< The gyroscope's readings between the poses are wanted, too.
+  bool ignores_gyroscope = false;  ///< It is not calibrated, and says nothing of rests.
   KnownMotionsConfig known_motions;
   TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
@@ -111,6 +112,9 @@ struct Experiment {
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
 /// The experiment with other `time_offset_s`, its `resolved_yaml` too.
+/// The same with poses of another kind: kDetect, kEveryRow or kMotion.
+Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
+
 Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
 
 /// The experiment for a recording that has these sensors alone: what it says of the others falls

@@ -65,6 +65,8 @@ struct PoseSelection {
   SweepWindows sweep;  ///< For kSweep.
   /// Keep the gyroscope's readings between the poses. Without time there are none.
   bool moves = false;
+  /// Beside another sensor the gyroscope has no part in the poses, nor in where they are.
+  bool ignores_gyroscope = false;
   /// Turns and rates that are known. A pose that overlaps a rate is no rest, and a move in which a
   /// rate was held is not used: its readings count once.
   std::vector<StatedTurn> turns;

@@ -158,6 +158,8 @@ struct StreamSummary {
   double length_scatter = 0.0;
   Eigen::Vector3d length_extent = Eigen::Vector3d::Zero();
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();  ///< Smallest step; zero when unknown.
+  /// What lies between the readings next to one that repeats itself: the same, or a dead band.
+  Eigen::Vector3d rest_step_raw = Eigen::Vector3d::Zero();
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
   /// Long-run over white variance inside rests (1 = white); multiplies the variance of means.

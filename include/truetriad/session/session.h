@@ -42,6 +42,7 @@ struct LoadedPoses {
   PerTriad<std::optional<double>> si_per_count;
   /// Static detection looked for them: neither the recording nor the caller says where they are.
   bool are_detected = false;
+  bool are_rows = false;  ///< Each row is a pose.
   /// Why there is no pose in a recording that could be read. `poses` then describes its streams.
   std::optional<Error> not_enough;
 };

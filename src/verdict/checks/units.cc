@@ -387,14 +387,15 @@ Findings CheckGains(const PoseSet& poses,
     }
     if (triad == Triad::kMagnetometer && reference.field_nominal) {
       const double strength = *reference.field_ut;
-      if (!options.check_units || IsEarthly(strength, kIndoors)) continue;
+      if (!options.check_units || IsEarthly(strength, 1.0)) continue;
       const double truth_per_raw = stream->unit.truth_per_raw * kTypicalFieldUt / strength;
       findings.push_back(
-          Finding(FindingCode::kWrongUnit,
-                  "the magnetometer sees a field of " + StrengthText(strength) +
-                      ", but the Earth's is 20 to 70 uT" +
-                      Guess(LooksLike(triad, truth_per_raw, stream->unit), stream->unit.name),
-                  Remedy())
+          Finding(
+              IsEarthly(strength, kIndoors) ? FindingCode::kFieldUnlikely : FindingCode::kWrongUnit,
+              "the magnetometer sees a field of " + StrengthText(strength) +
+                  ", but the Earth's is 20 to 70 uT" +
+                  Guess(LooksLike(triad, truth_per_raw, stream->unit), stream->unit.name),
+              Remedy())
               .About(triad)
               .With("strength", strength, "uT"));
       continue;

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/finding.h"
+
+namespace truetriad {
+
+// A logger that is faster than a sensor writes each of its readings again until there is a new one.
+// Such repeats say nothing of the sensor's noise, and nothing of when they are stamped.
+
+/// Leaves the first of equal readings in a row where a sensor's readings are held: at most every
+/// other one that is far from both of its neighbours, by `step_raw`, comes once. A coarse sensor at
+/// rest repeats itself as well, but not where it moves. Returns how many were left out.
+std::size_t LeaveOutHeld(const Eigen::Vector3d& step_raw, ReadingTrack* track);
+
+/// Of rows that each are a pose: leaves out what a sensor reads as in the row before, and rows that
+/// are left with nothing, with a finding.
+void LeaveOutRepeats(PoseSet* set);
+
+}  // namespace truetriad
