@@ -322,7 +322,7 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
 // a quarter each. A steady drift stays: at the ends it is 3.5 times its rms in the middle half.
 void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run) {
   const std::size_t length = run->second - run->first;
-  if (length < 4 * kSpan) return;
+  if (length < 2 * kSpan) return;
   const WindowRun core{run->first + length / 4, run->second - length / 4};
   const Eigen::Vector3d mean = MeanOf(windows, core.first, core.second);
   const auto deviation = [&](std::size_t at) -> Eigen::Array3d {

@@ -160,7 +160,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
     Refusal(kNotConverged,
             kNotRaw,
             "not-raw",
-            "All readings have one length: normalised",
+            "Readings were normalised, or corrected already",
             "record it raw"),
     Warning(kTemperatureMissing,
             "temperature-missing",

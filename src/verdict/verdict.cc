@@ -27,7 +27,7 @@ namespace {
 
 // In this order: what a change in the middle of the run does to the fit may look like anything
 // else; along a direction that is not determined the optimiser only creeps.
-constexpr std::array<Check, 12> kUsability = {&CheckFinite,
+constexpr std::array<Check, 13> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
                                               &CheckExplained,
@@ -38,6 +38,7 @@ constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckConverged,
                                               &CheckTurnsTold,
                                               &CheckGains,
+                                              &CheckNotCorrected,
                                               &CheckMounting};
 constexpr std::array<Check, 15> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckRejectedPoses,

@@ -61,9 +61,10 @@ Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved);  // f
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
 Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
-Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);   // mounting.cc
-Findings CheckTurnsTold(const SettledRun& run, const SolvedRun& solved);  // turn_units.cc
-Findings CheckGains(const SettledRun& run, const SolvedRun& solved);      // units.cc
+Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved);  // sensors.cc
+Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);      // mounting.cc
+Findings CheckTurnsTold(const SettledRun& run, const SolvedRun& solved);     // turn_units.cc
+Findings CheckGains(const SettledRun& run, const SolvedRun& solved);         // units.cc
 
 // What the reader of a usable result should know besides its numbers; none of these refuses.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);

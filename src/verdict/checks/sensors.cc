@@ -3,6 +3,8 @@
 #include <string>
 
 #include "base/messages.h"
+#include "math/dense/cholesky.h"
+#include "math/distributions.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "verdict/checks/check.h"
@@ -14,6 +16,8 @@ namespace {
 constexpr double kFewDof = 10.0;
 // A cap this wide without a pose is half of the sphere.
 constexpr double kOneSidedGapDeg = 90.0;
+// One raw log in a billion has all biases so near to zero by chance.
+constexpr double kByChance = 1e-9;
 
 }  // namespace
 
@@ -31,6 +35,32 @@ Findings CheckDegreesOfFreedom(double dof, const char* remedy) {
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
   if (run.noise.estimated.empty()) return {};
   return CheckDegreesOfFreedom(solved.stated.quality.effective_dof, "add poses");
+}
+
+// A log that was corrected by its own calibration has biases of zero: Σ bᵀ C⁻¹ b, which else is χ²
+// about what the biases are, is far below what even a perfect sensor would have.
+Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
+  const SharedLayout& layout = run.graph.layout;
+  if (!run.options.check_units || solved.system.rank() < solved.system.size()) return {};
+  const Eigen::MatrixXd covariance = solved.system.covariance();
+  double square = 0.0, dof = 0.0;
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    const Eigen::MatrixXd rows = layout.basis.middleRows<3>(layout.bias[triad]);
+    const Eigen::Matrix3d of_bias = rows * covariance * rows.transpose();
+    const PivotedCholesky root(of_bias);
+    if (!(of_bias.diagonal().minCoeff() > 0.0)) continue;
+    const Eigen::Vector3d bias = run.graph.bias(triad);
+    square += bias.dot(root.SolveVector(bias));
+    dof += 3.0;
+  }
+  if (dof == 0.0 || ChiSquareCdf(square, dof) >= kByChance) return {};
+  return {Finding(FindingCode::kNotRaw,
+                  Format("all biases are zero to %.0e of their σ: ", std::sqrt(square / dof)) +
+                      "the log was corrected by a calibration made from it",
+                  "give the raw log; `units: trust` takes this one")
+              .As(Severity::kRefusal)
+              .With("sigmas", std::sqrt(square / dof))};
 }
 
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
