@@ -189,9 +189,11 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   // Too few readings of both at the times that were stated: nothing speaks against these. Nor does
   // another top where they are one: poses at even intervals have tops at all multiples of these.
   const Correlation& stated = correlation[kMostLag];
-  const bool is_top = stated.value >= correlation[kMostLag - 1].value &&
+  const bool is_top = stated.value > kClearCorrelation &&
+                      stated.value >= correlation[kMostLag - 1].value &&
                       stated.value >= correlation[kMostLag + 1].value;
-  if (!(stated.pairs > 0.0) || (is_top && stated.value > kClearCorrelation)) return std::nullopt;
+  const bool is_apart = std::abs(at - kMostLag) > kPeakWidth;
+  if (!(stated.pairs > 0.0) || (is_apart && is_top)) return std::nullopt;
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];

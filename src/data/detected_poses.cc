@@ -12,8 +12,9 @@ namespace {
 
 // A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
 constexpr double kWindowNs = 1e8;
-// Samples of the slowest triad in use that a window needs for a variance.
-constexpr double kFewestWindowSamples = 2.0;
+// Samples of the slowest triad in use that a window has for a good variance, unless that takes so
+// long that five windows in a row are no part of a rest; two tell some.
+constexpr double kSamplesOfWindow = 4.0, kLongestWindowNs = 4e8, kFewestWindowSamples = 2.0;
 // A gyroscope much slower than the leading triad would make the windows too long.
 constexpr double kSlowestRateShare = 0.25;
 
@@ -150,7 +151,9 @@ Status DetectedPoses::Start() {
     if (!triads.empty() && triads.front().triad == triad) continue;
     const double spacing_ns = monitors_[triad]->spacing_ns();
     if (spacing_ns * kSlowestRateShare > leading_spacing_ns) continue;
-    width_ns = std::max(width_ns, kFewestWindowSamples * spacing_ns);
+    width_ns = std::max({width_ns,
+                         std::min(kSamplesOfWindow * spacing_ns, kLongestWindowNs),
+                         kFewestWindowSamples * spacing_ns});
     triads.push_back(known(*info_.Find(triad)));
   }
   // Whatever is near the magnetometer stirs it, so it does not tell rest from motion.

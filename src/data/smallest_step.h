@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -27,16 +24,6 @@ inline double SmallestStep(std::span<const double> values,
     step = difference > rounding && difference < step ? difference : step;
   }
   return step;
-}
-
-// The smallest change from a reading that came twice in a row.
-inline double SmallestChangeAfterRepeat(std::span<const double> values) {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 2; i < values.size(); ++i) {
-    const double change = std::abs(values[i] - values[i - 1]);
-    if (values[i - 1] == values[i - 2] && change > 0.0) smallest = std::min(smallest, change);
-  }
-  return smallest;
 }
 
 }  // namespace truetriad

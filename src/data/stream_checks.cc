@@ -74,8 +74,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
       const std::span<const double> values = axes[static_cast<std::size_t>(axis)];
       const double largest = std::max(std::abs(low), std::abs(high));
       resolution_raw_[axis] = SmallestStep(values, values.front(), largest, resolution_raw_[axis]);
-      change_after_repeat_raw_[axis] =
-          std::min(change_after_repeat_raw_[axis], SmallestChangeAfterRepeat(values));
+      WatchRepeats(values, axis);
     }
   }
   if (!finite) return CheckFinite(block);
@@ -152,10 +151,30 @@ Eigen::Vector3d StreamMonitor::resolution_raw() const {
   return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
 }
 
+void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
+  for (std::size_t i = 2; i < values.size(); ++i) {
+    if (values[i - 1] != values[i - 2]) continue;
+    repeats_[axis] += 1.0;
+    const double change = std::abs(values[i] - values[i - 1]);
+    if (change > 0.0) {
+      change_after_repeat_raw_[axis] = std::min(change_after_repeat_raw_[axis], change);
+    }
+  }
+}
+
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
-  const Eigen::Vector3d step = resolution_raw(), &change = change_after_repeat_raw_;
-  const auto has_band = change.array() < 1e300 && change.array() > kFarSteps * step.array();
-  return has_band.select(2.0 * change, step);
+  // A quarter of the readings: less come twice by chance, or where a sensor is stuck.
+  constexpr double kRestingShare = 0.25;
+  const Eigen::Vector3d step = resolution_raw();
+  if (info_.triad != Triad::kGyroscope) return step;
+  const double looked_at = static_cast<double>(std::min(samples_, kStepReadings));
+  double band = 0.0;  // All axes are of one make.
+  for (int axis = 0; axis < 3; ++axis) {
+    const double change = change_after_repeat_raw_[axis];
+    const bool rests = repeats_[axis] > kRestingShare * looked_at && change < 1e300;
+    if (rests && change > kFarSteps * step[axis]) band = std::max(band, change);
+  }
+  return step.cwiseMax(2.0 * band);
 }
 
 Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,8 @@ class StreamMonitor {
   double spacing_ns() const;
   /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
   Eigen::Vector3d resolution_raw() const;
-  /// Likewise of a sensor at rest: twice the smallest change from a reading that came twice, where
-  /// no other reading is next to it.
+  /// Likewise of a gyroscope at rest: of one that reads nothing below some rate twice that, the
+  /// smallest change from a reading that it repeats.
   Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
@@ -50,6 +51,7 @@ class StreamMonitor {
   Findings Check(const StreamSummary& summary) const;
 
  private:
+  void WatchRepeats(std::span<const double> values, int axis);
   void CountFirst();
   bool IsGap(std::int64_t spacing_ns) const {
     return static_cast<double>(spacing_ns) > kGapSpacings * usual_ns_;
@@ -69,7 +71,8 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  // Smallest change from a reading that came twice.
+  // Readings that came twice, and the smallest change from one.
+  Eigen::Vector3d repeats_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d change_after_repeat_raw_ = Eigen::Vector3d::Constant(1e300);
   LengthSpread lengths_;
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;

@@ -203,26 +203,10 @@ std::string_view WordsOf(PoseSelectionKind kind) {
                                                 : "taken for rests";
 }
 
-// What the way that was likelier lacked.
-void SayTakenInstead(PoseSelectionKind taken,
-                     const Findings& of_likelier,
-                     Calibration* calibration) {
-  const Finding* const why = FirstRefusal(of_likelier);
-  if (why == nullptr) return;
-  calibration->findings.push_back(Finding(FindingCode::kFollowedMotion,
-                                          "the recording was " + std::string(WordsOf(taken)) +
-                                              ", since otherwise there is no result: " + why->text,
-                                          "state `" + std::string(LineOf(taken)) + "`"));
-}
-
-void SayAlsoTried(PoseSelectionKind tried, const Findings& of_rival, Calibration* calibration) {
-  const Finding* const why = FirstRefusal(of_rival);
-  if (why == nullptr) return;
-  for (Finding& finding : calibration->findings) {
-    if (!finding.IsRefusal()) continue;
-    finding.text += "; " + std::string(WordsOf(tried)) + " there is no result either: " + why->text;
-    return;
-  }
+// Why a calibration is none, or hardly one.
+const Finding* WhatIsLacking(const Calibration& calibration) {
+  const Finding* const refusal = FirstRefusal(calibration.findings);
+  return refusal != nullptr ? refusal : Find(calibration.findings, FindingCode::kPoorlyKnown);
 }
 
 // Where nobody says where the poses are: from rests, or where these do not determine what is asked
@@ -252,11 +236,16 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
   const PoseSelectionKind rival = is_tumbled ? PoseSelectionKind::kDetect : *other;
   Result<Attempt> instead = by(rival);
   if (!instead) return attempt;
-  if (!instead->calibration.IsUsable()) {
-    SayAlsoTried(rival, instead->calibration.findings, &attempt.calibration);
+  const Finding* const why_not = WhatIsLacking(instead->calibration);
+  const auto why = std::ranges::find_if(attempt.calibration.findings, &Finding::IsRefusal);
+  if (why_not != nullptr) {
+    why->text += "; " + std::string(WordsOf(rival)) + " there is none either: " + why_not->text;
     return attempt;
   }
-  SayTakenInstead(rival, attempt.calibration.findings, &instead->calibration);
+  instead->calibration.findings.emplace_back(FindingCode::kFollowedMotion,
+                                             "the recording was " + std::string(WordsOf(rival)) +
+                                                 ", since else there is no result: " + why->text,
+                                             "state `" + std::string(LineOf(rival)) + "`");
   return instead;
 }
 

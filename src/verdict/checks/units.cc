@@ -164,8 +164,8 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
     const double rate_hz = stream->rate_hz;
     const bool is_slow = rate_hz < kSlowestHz;
     // Rests are seen by the accelerometer where there is no gyroscope.
-    const bool lacks_rests =
-        poses.poses.empty() && !options.motion.has_value() && triad == Triad::kAccelerometer;
+    const bool lacks_rests = poses.poses.size() < kManyRests && !options.motion.has_value() &&
+                             triad == Triad::kAccelerometer;
     const bool matters = is_slow
                              ? is_endless || lacks_rests || (follows && triad == Triad::kGyroscope)
                              : rate_hz > kFastestHz && follows;
