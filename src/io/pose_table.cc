@@ -251,10 +251,10 @@ class DuplicateFinder {
       std::memcpy(bits.data() + index * kBytes, pose.triads[triad]->mean_raw.data(), kBytes);
     }
     const auto [entry, is_new] = first_of_.emplace(std::move(bits), poses.size());
+    const std::size_t first = entry->second, before = std::exchange(last_, first);
     if (is_new) return false;
-    const std::size_t first = entry->second;
     ++count_;
-    held_ += first + 1 == poses.size() ? 1 : 0;
+    held_ += first == before ? 1 : 0;
     constexpr std::int64_t kNamedRepeats = 5;
     if (count_ <= kNamedRepeats) {
       lines_ += (lines_.empty() ? "" : ", ") + std::to_string(lines[first]) + " and " +
@@ -291,6 +291,7 @@ class DuplicateFinder {
 
  private:
   std::unordered_map<std::string, std::size_t> first_of_;  // by the bits of its readings
+  std::size_t last_ = 0;                                   // what the row before is or repeats
   // `held_`: what follows the row that it repeats, as a slow sensor's readings do in a fast log.
   std::int64_t count_ = 0, counted_once_ = 0, held_ = 0;
   std::string lines_;

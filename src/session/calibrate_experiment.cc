@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -209,6 +210,19 @@ const Finding* WhatIsLacking(const Calibration& calibration) {
   return refusal != nullptr ? refusal : Find(calibration.findings, FindingCode::kPoorlyKnown);
 }
 
+// Whether the rests are too few, or too much alike, for what is asked; any other reason not to use
+// them holds for the unit however it is taken.
+bool LacksRests(const Findings& findings) {
+  constexpr std::array kCodes = {FindingCode::kNoRest,
+                                 FindingCode::kTooFewPoses,
+                                 FindingCode::kTooFewDirections,
+                                 FindingCode::kNotAnEllipsoid,
+                                 FindingCode::kTurnAxesMissing,
+                                 FindingCode::kNotDetermined};
+  const Finding* const why = FirstRefusal(findings);
+  return why != nullptr && std::ranges::find(kCodes, why->code) != kCodes.end();
+}
+
 // Where nobody says where the poses are: from rests, or where these do not determine what is asked
 // without them; of a unit that was likely tumbled the other way round.
 Result<Attempt> CalibrateByEvidence(const Experiment& stated,
@@ -229,9 +243,8 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
   };
   const PoseSelectionKind likelier = is_tumbled ? *other : PoseSelectionKind::kDetect;
   TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, by(likelier));
-  const Outcome outcome = attempt.calibration.outcome;
-  const bool is_open = outcome == Outcome::kNotEnough || outcome == Outcome::kNotObservable ||
-                       (is_tumbled && outcome == Outcome::kNotConverged);
+  const bool is_open =
+      is_tumbled ? !attempt.calibration.IsUsable() : LacksRests(attempt.calibration.findings);
   if (!other || !is_open) return attempt;
   const PoseSelectionKind rival = is_tumbled ? PoseSelectionKind::kDetect : *other;
   Result<Attempt> instead = by(rival);

@@ -45,7 +45,11 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
   const Eigen::MatrixXd covariance = solved.system.covariance();
   double square = 0.0, dof = 0.0;
   for (const Triad triad : kTriads) {
-    if (!layout.Has(triad)) continue;
+    const StreamSummary* const stream = run.poses.Find(triad);
+    // Poses that were worked out, as of a plan, have no readings.
+    if (!layout.Has(triad) || stream == nullptr || stream->minimum_raw == stream->maximum_raw) {
+      continue;
+    }
     const Eigen::MatrixXd rows = layout.basis.middleRows<3>(layout.bias[triad]);
     const Eigen::Matrix3d of_bias = rows * covariance * rows.transpose();
     const PivotedCholesky root(of_bias);
