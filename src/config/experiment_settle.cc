@@ -124,7 +124,6 @@ void SettlePoses(Draft* draft) {
   CalibrateOptions& options = experiment.options;
   PosesConfig& poses = experiment.poses;
   poses.moves = options.triads[Triad::kGyroscope].enabled;
-  poses.ignores_gyroscope = !poses.moves;
   experiment.reference_given = draft->given.contains("reference.temperature_degc");
   options.motion.reset();
   options.sweep.reset();

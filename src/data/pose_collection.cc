@@ -197,19 +197,24 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
                                          const Monitors& monitors,
                                          Triad leading) {
   std::unique_ptr<RestFinder> finder;
+  RecordingInfo of_rests = info;
+  std::erase_if(of_rests.streams, [&](const StreamInfo& stream) {
+    return selection.ignores_gyroscope && stream.triad == Triad::kGyroscope &&
+           leading != stream.triad;
+  });
   switch (selection.kind) {
     case PoseSelectionKind::kMotion:
       return std::make_unique<MotionCollector>(info);
     case PoseSelectionKind::kSweep:
       return std::make_unique<SweepCutter>(selection, info, leading);
     case PoseSelectionKind::kDetect:
-      finder = std::make_unique<DetectedPoses>(options, info, monitors, leading);
+      finder = std::make_unique<DetectedPoses>(options, of_rests, monitors, leading);
       break;
     case PoseSelectionKind::kEveryRow:
     case PoseSelectionKind::kEveryN:
     case PoseSelectionKind::kColumn:
     case PoseSelectionKind::kRanges:
-      finder = std::make_unique<GivenPoses>(selection, info, leading, *monitors[leading]);
+      finder = std::make_unique<GivenPoses>(selection, of_rests, leading, *monitors[leading]);
       break;
   }
   return std::make_unique<RestCollector>(std::move(finder), selection, info, monitors, leading);
@@ -280,14 +285,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     monitor_of[stream.triad] =
         &monitors[stream.triad].emplace(stream, info.has_time, selection.excluded);
   }
-  const bool is_ignored = selection.ignores_gyroscope && *leading != Triad::kGyroscope;
-  const auto is_unseen = [&](const auto& of) {
-    return is_ignored && of.triad == Triad::kGyroscope;
-  };
-  RecordingInfo seen = info;
-  std::erase_if(seen.streams, is_unseen);
   const std::unique_ptr<Collector> collector =
-      MakeCollector(selection, options, seen, monitor_of, *leading);
+      MakeCollector(selection, options, info, monitor_of, *leading);
   TRUETRIAD_RETURN_IF_ERROR(collector->Validate());
   TRUETRIAD_RETURN_IF_ERROR(CheckTimeOffsets(info, selection));
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
@@ -312,7 +311,6 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
     }
-    std::erase_if(blocks, is_unseen);
     TRUETRIAD_RETURN_IF_ERROR(collector->Add(blocks));
     if (progress) progress(source.progress());
   }

@@ -83,6 +83,7 @@ RestCollector::RestCollector(std::unique_ptr<RestFinder> finder,
       selection_(selection),
       info_(info),
       monitors_(monitors),
+      leading_(leading),
       rates_(selection.rates, info, leading, *monitors[leading]),
       records_moves_((selection.moves || !selection.turns.empty()) && info.has_time &&
                      info.Find(Triad::kGyroscope) != nullptr),
@@ -99,7 +100,13 @@ Status RestCollector::Add(const std::vector<SampleBlock>& blocks) {
     if (records_moves_) moves_.Add(block);
     if (compares_clocks_) clock_lags_.Add(block);
   }
-  TRUETRIAD_RETURN_IF_ERROR(finder_->Add(blocks));
+  if (selection_.ignores_gyroscope && leading_ != Triad::kGyroscope) {
+    std::vector<SampleBlock> of_rests = blocks;
+    std::erase_if(of_rests, [](const auto& block) { return block.triad == Triad::kGyroscope; });
+    TRUETRIAD_RETURN_IF_ERROR(finder_->Add(of_rests));
+  } else {
+    TRUETRIAD_RETURN_IF_ERROR(finder_->Add(blocks));
+  }
   TRUETRIAD_RETURN_IF_ERROR(rates_.Add(blocks));
   if (!records_moves_) return {};
   const std::vector<CollectedPose>& complete = finder_->poses();

@@ -33,6 +33,7 @@ class RestCollector : public Collector {
   PoseSelection selection_;
   RecordingInfo info_;
   PerTriad<StreamMonitor*> monitors_;
+  Triad leading_;
   RateMeans rates_;
   bool records_moves_;
   MoveRecorder moves_;

@@ -144,10 +144,17 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   MeasureActivity(buffer, count, usable);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
+  // What the unit turns by at the ends of its rests is missing from the turns between them; without
+  // turns it is lost in the mean of a short rest, whose middle tells little by itself.
+  const bool has_turns = std::ranges::any_of(
+      triads_, [](const auto& known) { return known.triad == Triad::kGyroscope; });
+  const std::size_t fewest = (has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
-      CutSettling(buffer.windows(known.triad), &rest.runs.front());
-      if (rest.runs.size() > 1) CutSettling(buffer.windows(known.triad), &rest.runs.back());
+      CutSettling(buffer.windows(known.triad), fewest, &rest.runs.front());
+      if (rest.runs.size() > 1) {
+        CutSettling(buffer.windows(known.triad), fewest, &rest.runs.back());
+      }
     }
   }
   // After the ends: the slow start of a turn about the vertical is none of the rest.
@@ -319,10 +326,13 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
 }
 
 // Cuts what neither the noise nor the wander of the rest's middle half explains at its ends, up to
-// a quarter each. A steady drift stays: at the ends it is 3.5 times its rms in the middle half.
-void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run) {
+// a quarter each, of a rest of the `fewest` windows and more. A steady drift stays: at the ends it
+// is 3.5 times its rms in the middle half.
+void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows,
+                                 std::size_t fewest,
+                                 WindowRun* run) {
   const std::size_t length = run->second - run->first;
-  if (length < 2 * kSpan) return;
+  if (length < fewest) return;
   const WindowRun core{run->first + length / 4, run->second - length / 4};
   const Eigen::Vector3d mean = MeanOf(windows, core.first, core.second);
   const auto deviation = [&](std::size_t at) -> Eigen::Array3d {

@@ -76,7 +76,9 @@ class StaticDetector {
   double ChooseLevel(const WindowBuffer& buffer) const;
   std::vector<Rest> RestsBelow(const WindowBuffer& buffer, double level) const;
   bool CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run) const;
-  static void CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run);
+  static void CutSettling(const std::vector<TriadWindow>& windows,
+                          std::size_t fewest,
+                          WindowRun* run);
   bool IsAsBefore(const WindowBuffer& buffer,
                   const DetectorTriad& known,
                   const WindowRun& before,

@@ -4,7 +4,10 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "calibrate/calibrate_settled.h"
 #include "config/field_check.h"
@@ -170,21 +173,30 @@ bool LeavesPosesOpen(const Experiment& experiment) {
          !experiment.options.initialise.only;
 }
 
-// How a recording without enough rests is calibrated: followed through its motion, or where a
-// magnetometer alone is asked for by each row. An accelerometer's rows hold the hand's forces.
-std::optional<PoseSelectionKind> WithoutRests(const Experiment& experiment,
-                                              const LoadedPoses& loaded) {
-  if (!loaded.are_detected || !loaded.poses.has_time) return std::nullopt;
-  const auto has = [&](Triad triad) { return experiment.options.triads[triad].enabled; };
-  const bool has_accelerometer = has(Triad::kAccelerometer);
-  const bool has_magnetometer = has(Triad::kMagnetometer);
-  if (has(Triad::kGyroscope)) {
-    if (!has_accelerometer && !has_magnetometer) return std::nullopt;
-    return PoseSelectionKind::kMotion;
+// One way to take a recording.
+struct Way {
+  PoseSelectionKind kind = PoseSelectionKind::kDetect;
+  bool ignores_gyroscope = false;
+
+  Experiment Of(const Experiment& stated) const {
+    if (kind != PoseSelectionKind::kDetect) return WithPoses(stated, kind);
+    Experiment experiment = stated;
+    experiment.poses.ignores_gyroscope = ignores_gyroscope;
+    return experiment;
   }
-  if (has_accelerometer || !has_magnetometer) return std::nullopt;
-  return PoseSelectionKind::kEveryRow;
-}
+  std::string_view words() const {
+    return kind == PoseSelectionKind::kMotion     ? "followed through its motion"
+           : kind == PoseSelectionKind::kEveryRow ? "taken row by row"
+           : ignores_gyroscope ? "taken for rests without the gyroscope, which is not asked for"
+                               : "taken for rests";
+  }
+  std::string remedy() const {
+    return kind == PoseSelectionKind::kMotion     ? "state `poses: { motion: { spacing_s: 0.1 } }`"
+           : kind == PoseSelectionKind::kEveryRow ? "state `poses: every_row`"
+           : ignores_gyroscope                    ? "check the gyroscope"
+                                                  : "state `poses: { detect: auto }`";
+  }
+};
 
 // A unit that moves most of the time, with fewer rests than a cube has faces, was tumbled.
 bool LooksTumbled(const PoseSet& poses) {
@@ -192,16 +204,25 @@ bool LooksTumbled(const PoseSet& poses) {
   return poses.poses.size() < kFaces && poses.static_share <= 0.5;
 }
 
-std::string_view LineOf(PoseSelectionKind kind) {
-  return kind == PoseSelectionKind::kMotion     ? "poses: { motion: { spacing_s: 0.1 } }"
-         : kind == PoseSelectionKind::kEveryRow ? "poses: every_row"
-                                                : "poses: { detect: auto }";
-}
-
-std::string_view WordsOf(PoseSelectionKind kind) {
-  return kind == PoseSelectionKind::kMotion     ? "followed through its motion"
-         : kind == PoseSelectionKind::kEveryRow ? "taken row by row"
-                                                : "taken for rests";
+// From rests; where these do not determine what is asked, from rests that a gyroscope which is not
+// asked for has no part in, and without rests: followed through its motion, or of a magnetometer
+// alone by each row (an accelerometer's rows hold the hand's forces). The likelier one comes first.
+std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded) {
+  std::vector<Way> ways = {{}};
+  if (!loaded.are_detected || !loaded.poses.has_time) return ways;
+  const auto has = [&](Triad triad) { return experiment.options.triads[triad].enabled; };
+  const bool has_gyroscope = has(Triad::kGyroscope), has_magnetometer = has(Triad::kMagnetometer);
+  const bool has_accelerometer = has(Triad::kAccelerometer);
+  if (!has_gyroscope && loaded.poses.Find(Triad::kGyroscope) != nullptr) {
+    ways.push_back({.ignores_gyroscope = true});
+  }
+  if (has_gyroscope && (has_accelerometer || has_magnetometer)) {
+    ways.push_back({.kind = PoseSelectionKind::kMotion});
+  } else if (!has_gyroscope && !has_accelerometer && has_magnetometer) {
+    ways.push_back({.kind = PoseSelectionKind::kEveryRow});
+  }
+  if (LooksTumbled(loaded.poses)) std::ranges::rotate(ways, ways.end() - 1);
+  return ways;
 }
 
 // Why a calibration is none, or hardly one.
@@ -223,8 +244,8 @@ bool LacksRests(const Findings& findings) {
   return why != nullptr && std::ranges::find(kCodes, why->code) != kCodes.end();
 }
 
-// Where nobody says where the poses are: from rests, or where these do not determine what is asked
-// without them; of a unit that was likely tumbled the other way round.
+// Where nobody says where the poses are: by the likeliest way, or where that does not determine
+// what is asked by the first other one that does.
 Result<Attempt> CalibrateByEvidence(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
                                     const ProgressCallback& progress,
@@ -233,33 +254,39 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
     return CalibrateWithClocks(stated, std::move(first), progress, opener);
   }
   Result<LoadedPoses> looked = LoadSessions(stated, &first, progress, opener);
-  if (!looked) return AtItsKey(stated, looked.error());
-  const auto other = WithoutRests(stated, *looked);
-  const bool is_tumbled = other && LooksTumbled(looked->poses);
-  const auto by = [&](PoseSelectionKind kind) {
-    return kind == PoseSelectionKind::kDetect
-               ? CalibrateWithClocks(stated, *std::move(looked), progress, opener)
-               : CalibrateWithClocks(WithPoses(stated, kind), std::nullopt, progress, opener);
-  };
-  const PoseSelectionKind likelier = is_tumbled ? *other : PoseSelectionKind::kDetect;
-  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, by(likelier));
-  const bool is_open =
-      is_tumbled ? !attempt.calibration.IsUsable() : LacksRests(attempt.calibration.findings);
-  if (!other || !is_open) return attempt;
-  const PoseSelectionKind rival = is_tumbled ? PoseSelectionKind::kDetect : *other;
-  Result<Attempt> instead = by(rival);
-  if (!instead) return attempt;
-  const Finding* const why_not = WhatIsLacking(instead->calibration);
-  const auto why = std::ranges::find_if(attempt.calibration.findings, &Finding::IsRefusal);
-  if (why_not != nullptr) {
-    why->text += "; " + std::string(WordsOf(rival)) + " there is none either: " + why_not->text;
-    return attempt;
+  if (!looked) {
+    // Rests in which a sensor that is not asked for is stuck are rests.
+    const bool asks = stated.options.triads[Triad::kGyroscope].enabled;
+    if (asks || looked.error().code != ErrorCode::kStuckSensor) {
+      return AtItsKey(stated, looked.error());
+    }
+    const Way without{.ignores_gyroscope = true};
+    return CalibrateWithClocks(without.Of(stated), std::nullopt, progress, opener);
   }
-  instead->calibration.findings.emplace_back(FindingCode::kFollowedMotion,
-                                             "the recording was " + std::string(WordsOf(rival)) +
+  const std::vector<Way> ways = WaysFor(stated, *looked);
+  const bool is_tumbled = ways.front().kind != PoseSelectionKind::kDetect;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Attempt likeliest,
+      CalibrateWithClocks(ways.front().Of(stated), *std::move(looked), progress, opener));
+  if (is_tumbled ? likeliest.calibration.IsUsable() : !LacksRests(likeliest.calibration.findings)) {
+    return likeliest;
+  }
+  const auto why = std::ranges::find_if(likeliest.calibration.findings, &Finding::IsRefusal);
+  for (const Way& way : std::span(ways).subspan(1)) {
+    Result<Attempt> other = CalibrateWithClocks(way.Of(stated), std::nullopt, progress, opener);
+    if (!other) continue;
+    const Finding* const why_not = WhatIsLacking(other->calibration);
+    if (why_not != nullptr) {
+      why->text += "; " + std::string(way.words()) + " there is none either: " + why_not->text;
+      continue;
+    }
+    other->calibration.findings.emplace_back(FindingCode::kFollowedMotion,
+                                             "the recording was " + std::string(way.words()) +
                                                  ", since else there is no result: " + why->text,
-                                             "state `" + std::string(LineOf(rival)) + "`");
-  return instead;
+                                             way.remedy());
+    return other;
+  }
+  return likeliest;
 }
 
 }  // namespace

@@ -410,10 +410,7 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
 // Whether reading `input` once more would give the same.
 bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
   // Without a gyroscope there is nothing between the poses.
-  if (read.poses.Find(Triad::kGyroscope) == nullptr) {
-    config.moves = read.config.moves;
-    config.ignores_gyroscope = read.config.ignores_gyroscope;
-  }
+  if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
   return read.input == input && read.config == config;
 }
 

@@ -47,7 +47,7 @@ struct PosesConfig {
   double motion_spacing_s = 0.1;   ///< Of kMotion.
   SweepWindows sweep;              ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;              ///< The gyroscope's readings between the poses are wanted, too.
-  bool ignores_gyroscope = false;  ///< It is not calibrated, and says nothing of rests.
+  bool ignores_gyroscope = false;  ///< Which says nothing of rests then.
   KnownMotionsConfig known_motions;
   TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
