@@ -202,13 +202,15 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
     return selection.ignores_gyroscope && stream.triad == Triad::kGyroscope &&
            leading != stream.triad;
   });
+  StaticDetectorOptions detection = options;
+  detection.has_turns = selection.moves;
   switch (selection.kind) {
     case PoseSelectionKind::kMotion:
       return std::make_unique<MotionCollector>(info);
     case PoseSelectionKind::kSweep:
       return std::make_unique<SweepCutter>(selection, info, leading);
     case PoseSelectionKind::kDetect:
-      finder = std::make_unique<DetectedPoses>(options, of_rests, monitors, leading);
+      finder = std::make_unique<DetectedPoses>(detection, of_rests, monitors, leading);
       break;
     case PoseSelectionKind::kEveryRow:
     case PoseSelectionKind::kEveryN:

@@ -146,9 +146,7 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
   // What the unit turns by at the ends of its rests is missing from the turns between them; without
   // turns it is lost in the mean of a short rest, whose middle tells little by itself.
-  const bool has_turns = std::ranges::any_of(
-      triads_, [](const auto& known) { return known.triad == Triad::kGyroscope; });
-  const std::size_t fewest = (has_turns ? 2 : 4) * kSpan;
+  const std::size_t fewest = (options_.has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
       CutSettling(buffer.windows(known.triad), fewest, &rest.runs.front());

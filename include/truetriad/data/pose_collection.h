@@ -84,6 +84,8 @@ struct StaticDetectorOptions {
   double min_duration_s = 1.0;
   /// A disturbance inside a rest shorter than this does not split it if the attitude is the same.
   double max_knock_s = 1.5;
+  /// The gyroscope's turns between the rests are wanted: CollectPoses says so.
+  bool has_turns = false;
 };
 
 /// Called now and then with the share of the work done, 0…1.
