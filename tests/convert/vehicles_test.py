@@ -267,6 +267,14 @@ class Vehicles(unittest.TestCase):
         self.assertIn("too slow for a calibration; SDLOG_MODE 2 logs unarmed", done.stderr)
         self.assertIn("PX4 logs unarmed with SDLOG_MODE=2", done.stderr)
 
+    def test_a_log_at_5_hz_is_slow_enough_and_a_gap_does_not_matter(self):
+        log = self.log(vehicles.ulog, "slow.ulg", rests=3, rest_s=5.0, turn_s=2.0, rate_hz=5)
+        done = self.calibrate(log, code=3)
+        self.assertNotIn("readings a second", done.stderr)
+        long = self.log(vehicles.ulog, "long.ulg", rests=3, rate_hz=20, gap_s=300.0)
+        done = self.calibrate(long, "--overwrite", code=3)
+        self.assertNotIn("readings a second", done.stderr)
+
     def test_all_sensors_too_slow_are_named_where_some_have_no_gyroscope(self):
         log = self.log(vehicles.ulog, "slow.ulg", rests=24, rest_s=5.0, turn_s=2.0, rate_hz=1, gyroscopes=1)
         done = self.calibrate(log, "--json", code=3)
