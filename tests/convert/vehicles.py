@@ -80,7 +80,7 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ, gap_s=0.0):
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, gyroscopes=3, **how):
+def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerometers=3, gyroscopes=3, **how):
     """parameters: {}: the log has none; earlier: those that changed; mounted: the body's axes of the compasses;
     broken: what the topics of some instances say."""
     def message(kind, body):
@@ -102,7 +102,7 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, gyroscope
             kind, layout = ("int32_t", "<i") if isinstance(value, int) else ("float", "<f")
             file.write(keyed(b"P", f"{kind} {name}", struct.pack(layout, value)))
         sensors = []
-        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS, 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
+        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS[:accelerometers], 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
                                      ("sensor_mag", MAGNETOMETERS, 3)):
             for instance, triad in enumerate(triads):
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))

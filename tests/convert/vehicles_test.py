@@ -4,6 +4,7 @@
 
 Environment: PROGRAMS (folder of the converters), TRUETRIAD.
 """
+import gzip
 import json
 import math
 import os
@@ -246,6 +247,31 @@ class Vehicles(unittest.TestCase):
         done = truetriad("calibrate", log, "--set=WRONG", "-o", new)
         self.assertEqual(done.returncode, 1)
         self.assertFalse(new.exists())
+
+    def test_what_an_earlier_log_had_more_does_not_stay_beside(self):
+        self.calibrate(self.log(vehicles.ulog, "three.ulg", rests=14))
+        two = self.log(vehicles.ulog, "two.ulg", rests=14, accelerometers=2, gyroscopes=2)
+        self.calibrate(two, "--instance=0")
+        self.assertTrue((self.out / "instance-2").exists())
+        done = self.calibrate(two, "--to=px4")
+        self.assertIn("is renamed to instance-2.previous", done.stderr)
+        self.assertFalse((self.out / "instance-2").exists())
+        self.assertTrue((self.out / "instance-2.previous" / "calibration.yaml").exists())
+        self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
+
+    def test_a_packed_log_is_to_be_unpacked(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=1)
+        packed = self.folder / "flight.ulg.gz"
+        packed.write_bytes(gzip.compress(log.read_bytes()))
+        self.assertIn("is packed with gzip, and only CSV is read packed; unpack it first: gunzip",
+                      self.calibrate(packed, code=2).stderr)
+
+    def test_corrections_that_are_not_known_are_said_in_one_line(self):
+        log = self.log(vehicles.dataflash, "flight.bin", rests=14,
+                       parameters={f"INS_{name}2OFFS_X": math.nan for name in ("ACC", "GYR")})
+        done = self.calibrate(log, code=3)
+        self.assertNotIn("u000A", done.stdout)
+        self.assertIn("if the readings are raw; ", done.stdout)
 
     def test_parameters_of_another_sensor_are_not_compared_with_it(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)
