@@ -185,48 +185,53 @@ class ParameterText {
   bool is_px4_;
 };
 
-void WarnOf(const Autopilot& autopilot,
-            const SensorNames& names,
-            int slot,
-            const WriteRequest& request,
-            std::vector<std::string>* warnings) {
+void WarnOfPx4(const SensorNames& names,
+               int slot,
+               const WriteRequest& request,
+               std::vector<std::string>* warnings) {
   const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
   const std::string name(TriadName(names.triad));
   const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
   const bool has_scale = names.fields.size() > 1;
   const Tags& tags = request.calibration.tags;
-  if (autopilot.is_px4) {
-    // Limits of the sources named above.
-    constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
-    if (!request.options.device_ids[names.triad]) {
-      warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
-                             Expanded(names.id, slot) + " already matches the sensor");
-    }
-    if (sensor.model.bias.norm() < kIgnoredOffset) {
-      warnings->emplace_back(name +
-                             ": some versions of PX4 ignore offsets this small (below 0.01 " +
-                             sensor.input_unit + ")");
-    }
-    if (has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale))
-      warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
-    if (sensor.thermal && names.triad == Triad::kMagnetometer) {
-      warnings->emplace_back(
-          name +
-          ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
-          "offset holds at the reference temperature alone");
-    }
-    if (tags.firmware == autopilot.name && request.options.device_ids[names.triad] &&
-        !tags.device_slots[names.triad]) {
-      warnings->emplace_back(
-          name + ": where the vehicle has this sensor is not known from the log; check that " +
-          Expanded(names.id, slot) + " is its number, or 0");
-    }
-    if (names.triad == Triad::kMagnetometer && tags.firmware == autopilot.name &&
-        !tags.magnetometer_turn_deg) {
-      warnings->emplace_back("magnetometer: its mounting is not known from the log; check " +
-                             Expanded("CAL_MAG@_ROT", slot));
-    }
-  } else if (names.triad == Triad::kAccelerometer) {
+  // Limits of the sources named above.
+  constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
+  if (!request.options.device_ids[names.triad]) {
+    warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
+                           Expanded(names.id, slot) + " already matches the sensor");
+  }
+  if (sensor.model.bias.norm() < kIgnoredOffset) {
+    warnings->emplace_back(name + ": some versions of PX4 ignore offsets this small (below 0.01 " +
+                           sensor.input_unit + ")");
+  }
+  if (has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale))
+    warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
+  if (sensor.thermal && names.triad == Triad::kMagnetometer) {
+    warnings->emplace_back(
+        name +
+        ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
+        "offset holds at the reference temperature alone");
+  }
+  if (tags.firmware == Px4().name && request.options.device_ids[names.triad] &&
+      !tags.device_slots[names.triad]) {
+    warnings->emplace_back(
+        name + ": where the vehicle has this sensor is not known from the log; check that " +
+        Expanded(names.id, slot) + " is its number, or 0");
+  }
+  if (names.triad == Triad::kMagnetometer && tags.firmware == Px4().name &&
+      !tags.magnetometer_turn_deg) {
+    warnings->emplace_back("magnetometer: its mounting is not known from the log; check " +
+                           Expanded("CAL_MAG@_ROT", slot));
+  }
+}
+
+void WarnOfArduPilot(const SensorNames& names,
+                     const WriteRequest& request,
+                     std::vector<std::string>* warnings) {
+  const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
+  const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
+  const Tags& tags = request.calibration.tags;
+  if (names.triad == Triad::kAccelerometer) {
     // Limits of the firmware's arming checks.
     constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
     if (sensor.model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
@@ -247,7 +252,7 @@ void WarnOf(const Autopilot& autopilot,
           "(1800 mG unless changed); these are " +
           RoundedText(sensor.model.bias.norm(), 4) + " mG");
     }
-    if (!Reads(tags.firmware, autopilot.name) || !tags.magnetometer_turn_deg) {
+    if (!Reads(tags.firmware, ArduPilot().name) || !tags.magnetometer_turn_deg) {
       warnings->emplace_back(
           "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, "
           "so these values are valid only where the recording's axes are the vehicle's");
@@ -373,7 +378,11 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
         out.Vector(field.name, value);
       }
       if (!names.scale.empty()) out.Number(names.scale, 1.0);
-      WarnOf(autopilot, names, out.slot, request, warnings);
+      if (autopilot.is_px4) {
+        WarnOfPx4(names, out.slot, request, warnings);
+      } else {
+        WarnOfArduPilot(names, request, warnings);
+      }
       TRUETRIAD_RETURN_IF_ERROR(
           WriteThermal(autopilot, names, request, common_range.has_value(), &out));
     }

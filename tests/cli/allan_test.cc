@@ -194,8 +194,9 @@ TEST(Allan, OfAnotherUnitIsNotTakenWithoutAWord) {
   EXPECT_THAT(noise_of("serial: A0001\n"), Not(HasSubstr("is of unit")));
   EXPECT_THAT(noise_of("device: { firmware: px4, ids: { accelerometer: 17 } }\n"),
               Not(HasSubstr("device id")));
-  EXPECT_THAT(TemporaryFolder::Read(folder.Path("out/allan.yaml")),
-              HasSubstr("firmware: \"px4\", ids: { accelerometer: 17 }"));
+  EXPECT_THAT(
+      TemporaryFolder::Read(folder.Path("out/allan.yaml")),
+      HasSubstr("\nserial: \"\"\ndevice:\n  firmware: \"px4\"\n  ids: { accelerometer: 17 }\n"));
 }
 
 TEST(Allan, WritesNoNoiseToNowhereAndForNobody) {
