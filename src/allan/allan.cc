@@ -403,6 +403,7 @@ Result<AllanResult> AnalyseAllan(SampleSource& source,
   AllanResult result;
   result.source = info.path;
   result.serial = info.serial;
+  result.tags = info.tags;
   result.inputs = source.inputs();
   for (const auto& analysis : analyses) {
     if (analysis == nullptr) continue;

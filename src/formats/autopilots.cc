@@ -21,6 +21,8 @@
 //              gyroscope       y - [P(T) - P(CALTEMP)] - OFFS               rad/s
 //              compass        D s (y + OFS), D symmetric, s = SCALE         milligauss
 //
+// and of ArduPilot up to 3.2, of a reading that is turned into the vehicle's axes, SCAL o y - OFFS.
+//
 //   P(T) = scale (X0 + X1 d + X2 d^2 + X3 d^3),  d = clamp(T, TMIN, TMAX) - centre
 //
 // with TREF for centre and 1 for scale in PX4, 35 degC and 1e-6, and no X0, in ArduPilot.
@@ -124,8 +126,9 @@ Result<int> SlotOf(const Autopilot& autopilot,
   if (slot == Tags::kNoSlot) {
     return Error(ErrorCode::kNotRepresentable,
                  "the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
-                     " are all of other sensors than the " + std::string(TriadName(triad)) +
-                     "; set that of a sensor that is gone to 0 and record again");
+                     " leave none to the " + std::string(TriadName(triad)) +
+                     ": each is another sensor's, or is taken by another of this log; set that of "
+                     "a sensor that is gone to 0 and record again");
   }
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +
@@ -140,6 +143,10 @@ std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double 
   }
   return terms;
 }
+
+/// What a comment says of the axes of the magnetometer whose number is in a parameter, behind its
+/// name: roll, pitch and yaw from the board's.
+constexpr std::string_view kInAxesTurnedBy = ": in axes turned by ";
 
 // ---------------------------------------------------------------------------------------- writing
 
@@ -160,6 +167,11 @@ class ParameterText {
     for (std::size_t axis = 0; axis < 3; ++axis)
       Float(Expanded(pattern, slot, axis, power), values[static_cast<Eigen::Index>(axis)]);
   }
+  void Turn(std::string_view id, const Eigen::Vector3d& turn_deg) {
+    text += "# " + Expanded(id, slot) + std::string(kInAxesTurnedBy);
+    for (const double angle : turn_deg) text += PlainNumberText(angle) + " ";
+    text += "deg (roll, pitch, yaw) from the board's.\n";
+  }
   std::string text;
   int slot = 0;  ///< Of the sensor whose parameters are written.
 
@@ -173,42 +185,53 @@ class ParameterText {
   bool is_px4_;
 };
 
-void WarnOf(const Autopilot& autopilot,
-            const SensorNames& names,
-            int slot,
-            const WriteRequest& request,
-            std::vector<std::string>* warnings) {
+void WarnOfPx4(const SensorNames& names,
+               int slot,
+               const WriteRequest& request,
+               std::vector<std::string>* warnings) {
   const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
   const std::string name(TriadName(names.triad));
   const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
   const bool has_scale = names.fields.size() > 1;
   const Tags& tags = request.calibration.tags;
-  if (autopilot.is_px4) {
-    // Limits of the sources named above.
-    constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
-    if (!request.options.device_ids[names.triad]) {
-      warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
-                             Expanded(names.id, slot) + " already matches the sensor");
-    }
-    if (sensor.model.bias.norm() < kIgnoredOffset) {
-      warnings->emplace_back(name +
-                             ": some versions of PX4 ignore offsets this small (below 0.01 " +
-                             sensor.input_unit + ")");
-    }
-    if (has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale))
-      warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
-    if (sensor.thermal && names.triad == Triad::kMagnetometer) {
-      warnings->emplace_back(
-          name +
-          ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
-          "offset holds at the reference temperature alone");
-    }
-    if (names.triad == Triad::kMagnetometer && request.options.slots[names.triad] &&
-        !tags.magnetometer_turn_deg) {
-      warnings->emplace_back("magnetometer: its mounting is not known from the log; check " +
-                             Expanded("CAL_MAG@_ROT", slot));
-    }
-  } else if (names.triad == Triad::kAccelerometer) {
+  // Limits of the sources named above.
+  constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
+  if (!request.options.device_ids[names.triad]) {
+    warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
+                           Expanded(names.id, slot) + " already matches the sensor");
+  }
+  if (sensor.model.bias.norm() < kIgnoredOffset) {
+    warnings->emplace_back(name + ": some versions of PX4 ignore offsets this small (below 0.01 " +
+                           sensor.input_unit + ")");
+  }
+  if (has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale))
+    warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
+  if (sensor.thermal && names.triad == Triad::kMagnetometer) {
+    warnings->emplace_back(
+        name +
+        ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
+        "offset holds at the reference temperature alone");
+  }
+  if (tags.firmware == Px4().name && request.options.device_ids[names.triad] &&
+      !tags.device_slots[names.triad]) {
+    warnings->emplace_back(
+        name + ": where the vehicle has this sensor is not known from the log; check that " +
+        Expanded(names.id, slot) + " is its number, or 0");
+  }
+  if (names.triad == Triad::kMagnetometer && tags.firmware == Px4().name &&
+      !tags.magnetometer_turn_deg) {
+    warnings->emplace_back("magnetometer: its mounting is not known from the log; check " +
+                           Expanded("CAL_MAG@_ROT", slot));
+  }
+}
+
+void WarnOfArduPilot(const SensorNames& names,
+                     const WriteRequest& request,
+                     std::vector<std::string>* warnings) {
+  const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
+  const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
+  const Tags& tags = request.calibration.tags;
+  if (names.triad == Triad::kAccelerometer) {
     // Limits of the firmware's arming checks.
     constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
     if (sensor.model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
@@ -221,11 +244,25 @@ void WarnOf(const Autopilot& autopilot,
     warnings->emplace_back(
         "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to 0 to "
         "keep them");
-  } else if (tags.firmware != autopilot.name || !tags.magnetometer_turn_deg) {
-    warnings->emplace_back(
-        "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, so "
-        "these values are valid only where the recording's axes are the vehicle's");
+  } else {
+    constexpr double kMaxOffsetMilligauss = 1800.0;  // COMPASS_OFFS_MAX of most boards.
+    if (sensor.model.bias.norm() > kMaxOffsetMilligauss) {
+      warnings->emplace_back(
+          "magnetometer: ArduPilot refuses to arm with offsets longer than COMPASS_OFFS_MAX "
+          "(1800 mG unless changed); these are " +
+          RoundedText(sensor.model.bias.norm(), 4) + " mG");
+    }
+    if (!Reads(tags.firmware, ArduPilot().name) || !tags.magnetometer_turn_deg) {
+      warnings->emplace_back(
+          "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, "
+          "so these values are valid only where the recording's axes are the vehicle's");
+    }
   }
+}
+
+/// Whether offsets are subtracted of what is scaled.
+bool IsScaledFirst(std::string_view firmware, Triad triad) {
+  return firmware == kArduPilotOf2014 && triad == Triad::kAccelerometer;
 }
 
 /// The range in which the temperature terms of an IMU of ArduPilot hold, one for both sensors;
@@ -329,10 +366,23 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
                                         request.options.slots[names.triad].value_or(instance)));
       const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
       if (id) out.Integer(names.id, *id);
-      for (const Field& field : names.fields)
-        out.Vector(field.name, ValueOf(field.quantity, *sensor));
+      const Tags& tags = request.calibration.tags;
+      if (names.triad == Triad::kMagnetometer && tags.magnetometer_turn_deg &&
+          Reads(tags.firmware, autopilot.name)) {
+        out.Turn(names.id, *tags.magnetometer_turn_deg);
+      }
+      for (const Field& field : names.fields) {
+        Eigen::VectorXd value = ValueOf(field.quantity, *sensor);
+        if (IsScaledFirst(tags.firmware, names.triad) && field.quantity == Quantity::kBias)
+          value = value.cwiseProduct(ValueOf(Quantity::kDiagonal, *sensor)).eval();
+        out.Vector(field.name, value);
+      }
       if (!names.scale.empty()) out.Number(names.scale, 1.0);
-      WarnOf(autopilot, names, out.slot, request, warnings);
+      if (autopilot.is_px4) {
+        WarnOfPx4(names, out.slot, request, warnings);
+      } else {
+        WarnOfArduPilot(names, request, warnings);
+      }
       TRUETRIAD_RETURN_IF_ERROR(
           WriteThermal(autopilot, names, request, common_range.has_value(), &out));
     }
@@ -351,6 +401,7 @@ struct ParameterList {
   std::map<std::string, float> values;
   /// A sensor's number, exactly, where it is whole and not 0, which is no sensor's.
   std::map<std::string, std::int64_t> ids;
+  std::map<std::string, Eigen::Vector3d> turns_deg;  ///< What comments say (kInAxesTurnedBy).
 
   /// `otherwise`: firmware's own default when the file does not hold it.
   float Get(const std::string& name, float otherwise) const {
@@ -380,6 +431,13 @@ Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field
   std::istringstream lines(file.text);
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
+    const std::size_t said = line.starts_with("# ") ? line.find(kInAxesTurnedBy) : line.npos;
+    if (said != line.npos) {
+      std::istringstream angles(line.substr(said + kInAxesTurnedBy.size()));
+      Eigen::Vector3d turn_deg;
+      if (angles >> turn_deg[0] >> turn_deg[1] >> turn_deg[2])
+        list.turns_deg[line.substr(2, said - 2)] = turn_deg;
+    }
     std::string plain = line.substr(0, line.find('#'));
     std::replace_if(
         plain.begin(), plain.end(), [](char c) { return c == ','; }, ' ');
@@ -441,6 +499,19 @@ class SensorParameters {
     return vector;
   }
 
+  /// What of offsets and scales the list does not state; empty: it states all.
+  std::string Missing() const {
+    std::string missing;
+    for (const Field& field : names_.fields) {
+      if (field.quantity == Quantity::kOffDiagonal) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::string name = Expanded(field.name, instance_, axis);
+        if (!list_.values.contains(name)) missing += (missing.empty() ? "" : ", ") + name;
+      }
+    }
+    return missing;
+  }
+
   std::optional<std::int64_t> Id() const { return list_.Id(Expanded(names_.id, instance_)); }
 
   /// The slot with its temperature terms: of PX4 that with its number, whatever else is known.
@@ -463,7 +534,7 @@ class SensorParameters {
     return Tags::kNoSlot;
   }
 
-  CorrectionParts Parts(const Autopilot& autopilot) const {
+  CorrectionParts Parts(const Autopilot& autopilot, std::string_view firmware) const {
     Stated stated;
     for (const auto& [name, quantity, is_optional] : names_.fields) {
       const float otherwise = quantity == Quantity::kDiagonal ? 1.0F : 0.0F;
@@ -471,6 +542,8 @@ class SensorParameters {
     }
     Eigen::VectorXd& diagonal = stated[Quantity::kDiagonal];
     if (diagonal.size() == 0) diagonal = Eigen::Vector3d::Ones();
+    if (IsScaledFirst(firmware, names_.triad))
+      stated[Quantity::kBias] = stated[Quantity::kBias].cwiseQuotient(diagonal).eval();
     CorrectionParts parts = CorrectionParts::Of(stated);
     if (!names_.scale.empty()) {
       parts.matrix = CompassMatrixOf<float>(diagonal.cast<float>(),
@@ -527,10 +600,16 @@ class SensorParameters {
 
 /// Roll, pitch and yaw from the board's axes into those in which a magnetometer is corrected;
 /// unset: the list does not say.
-std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list, bool is_px4, int instance) {
+std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list,
+                                         bool is_px4,
+                                         std::string_view id,
+                                         int instance) {
+  const std::string rotation = is_px4 ? Expanded("CAL_MAG@_ROT", instance) : "AHRS_ORIENTATION";
+  const auto said = list.turns_deg.find(Expanded(id, instance));
+  if (!list.values.contains(rotation) && said != list.turns_deg.end()) return said->second;
   const auto number = [&list](const std::string& name) { return list.Get(name, -2.0F); };
   if (!is_px4) return BoardTurnDeg(number("AHRS_ORIENTATION"), kBoardRotations.size());
-  const float own = number(Expanded("CAL_MAG@_ROT", instance));
+  const float own = number(rotation);
   if (own == -1.0F) return Eigen::Vector3d(Eigen::Vector3d::Zero());  // It is on the board.
   const auto sensor = BoardTurnDeg(own, kPx4BoardRotations);
   const auto board = BoardTurnDeg(list.Get("SENS_BOARD_ROT", 0.0F), kPx4BoardRotations);
@@ -567,7 +646,11 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
     const int of = static_cast<int>(slot.value_or(instance));
     const SensorParameters sensor(list, names, of);
     if (of > autopilot.last_instance[names.triad] || !sensor.IsThere()) continue;
-    carried.parts[names.triad] = sensor.Parts(autopilot);
+    carried.parts[names.triad] = sensor.Parts(autopilot, request.firmware);
+    if (const std::string missing = sensor.Missing(); !missing.empty()) {
+      carried.notes.push_back(std::string(TriadName(names.triad)) + ": the file has no " + missing +
+                              "; taken as 0 for offsets, 1 for scales");
+    }
     Tags& device = carried.device;
     if (const auto id = sensor.Id()) {
       device.device_ids[names.triad] = id;
@@ -575,7 +658,16 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
       if (autopilot.is_px4) device.thermal_slots[names.triad] = sensor.ThermalPlace(autopilot);
     }
     if (names.triad == Triad::kMagnetometer) {
-      device.magnetometer_turn_deg = TurnDegIn(list, autopilot.is_px4, of);
+      device.magnetometer_turn_deg = TurnDegIn(list, autopilot.is_px4, names.id, of);
+      if (!device.magnetometer_turn_deg) {
+        const std::string rotation = autopilot.is_px4
+                                         ? Expanded("CAL_MAG@_ROT", of) + " and SENS_BOARD_ROT"
+                                         : "AHRS_ORIENTATION";
+        carried.notes.push_back(
+            "magnetometer: the file does not say how it is turned against the "
+            "board (" +
+            rotation + "); taken as not turned");
+      }
     }
   }
   if (carried.device != Tags()) carried.device.firmware = autopilot.name;

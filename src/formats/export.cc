@@ -7,6 +7,7 @@
 #include "base/utf8.h"
 #include "formats/format.h"
 #include "formats/loss.h"
+#include "formats/parameter_pattern.h"
 #include "formats/restate.h"
 #include "formats/text.h"
 #include "report/content.h"
@@ -102,11 +103,14 @@ void Append(const std::string& text, std::string* file) {
   }
 }
 
-ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& options) {
+ReadRequest AsRead(const std::vector<ExportedFile>& files,
+                   const ExportOptions& options,
+                   const Tags& tags) {
   ReadRequest request;
   request.files = files;
   request.instance = options.instance;
   request.slots = options.slots;
+  request.firmware = tags.firmware;
   return request;
 }
 
@@ -134,7 +138,8 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   const Format& format = *found;
   // Each firmware numbers sensors in its own way.
   const std::string& firmware = calibration.tags.firmware;
-  const bool is_another = format.is_firmware && !firmware.empty() && firmware != format.info.name;
+  const bool is_another =
+      format.is_firmware && !firmware.empty() && !Reads(firmware, format.info.name);
   if (!is_another) AddNumbersOf(calibration.tags, stated.instance.has_value(), &options);
   TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
@@ -153,7 +158,8 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<ExportedFile> draft,
       format.write({restated.held, options, comment, &calibration}, &said_twice));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(AsRead(draft, options)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried,
+                             format.read(AsRead(draft, options, calibration.tags)));
   for (const Triad triad : kTriads) {
     const std::optional<CorrectionParts>& parts = carried.parts[triad];
     const Equation equation =
@@ -180,6 +186,40 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
       format.write({restated.held, options, comment, &calibration}, &result.warnings));
   result.files = std::move(files);
   return result;
+}
+
+/// Why the parameters of a sensor of `result` would be mixed with those of another, where `format`
+/// has one set for each; empty: they would not.
+std::string SharedSlot(const std::vector<ResultOfInstance>& results,
+                       const ResultOfInstance& result,
+                       const FormatInfo& format) {
+  const auto slot_of = [&](const ResultOfInstance& of, Triad triad) -> std::int64_t {
+    const Calibration& calibration = *of.calibration;
+    if (!calibration.IsUsable() || !calibration.sensors[triad]) return Tags::kNoSlot;
+    const bool is_its = Reads(calibration.tags.firmware, format.name);
+    const auto stated = is_its ? calibration.tags.device_slots[triad] : std::nullopt;
+    return stated.value_or(*format.first_instance + of.instance);
+  };
+  for (const Triad triad : kTriads) {
+    const std::int64_t slot = slot_of(result, triad);
+    const auto& id = result.calibration->tags.device_ids[triad];
+    for (const ResultOfInstance& other : results) {
+      const auto& its_id = other.calibration->tags.device_ids[triad];
+      // One without a number gives way to one that has its own.
+      if (&other == &result || slot == Tags::kNoSlot || slot_of(other, triad) != slot ||
+          (id && !its_id)) {
+        continue;
+      }
+      const std::string name(TriadName(triad)), instance = std::to_string(other.instance);
+      return id && id == its_id
+                 ? "its " + name + " has the device id " + std::to_string(*id) +
+                       ", and so has that of instance " + instance +
+                       ": firmware could not tell them apart"
+                 : "its " + name + " would have the parameters of that of instance " + instance +
+                       "; state one of them with `export --instance`";
+    }
+  }
+  return "";
 }
 
 }  // namespace
@@ -213,12 +253,18 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
       options.file_name = (std::filesystem::path(folder) / info.file_name).string();
       std::optional<int> instance = info.first_instance;
       if (instance) *instance += result.instance;
-      const std::string why = WhyHeldBack(*result.calibration);
-      const Result<Export> exported = ExportUnlessHeldBack(
-          *result.calibration, format, options, why.empty() ? why_of_device : why, instance);
       const std::string which =
           options.file_name + ": " +
           (results.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
+      const std::string shared = instance ? SharedSlot(results, result, info) : "";
+      if (!shared.empty()) {
+        beside.is_whole = false;
+        beside.warnings.push_back(which + "is not written: " + shared);
+        continue;
+      }
+      const std::string why = WhyHeldBack(*result.calibration);
+      const Result<Export> exported = ExportUnlessHeldBack(
+          *result.calibration, format, options, why.empty() ? why_of_device : why, instance);
       if (!exported) {
         const ErrorCode why_not = exported.error().code;
         const bool has_nothing =

@@ -67,6 +67,7 @@ struct ReadRequest {
   std::optional<int> instance;
   // Which of them, before `instance`: where its parameters are, or the number that they state.
   PerTriad<std::optional<std::int64_t>> slots = {}, device_ids = {};
+  std::string firmware = {};  // whose parameters they are, where that is known
 };
 
 struct Format {

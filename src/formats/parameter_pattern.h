@@ -10,6 +10,15 @@
 
 namespace truetriad {
 
+// `device.firmware` of a log of ArduPilot up to 3.2, which corrects inertial readings in the
+// vehicle's axes and scales them first: s o (R y) - o.
+inline constexpr std::string_view kArduPilotOf2014 = "ardupilot-3.2";
+
+// Whether firmware that a log is of reads the parameters of `format`.
+inline bool Reads(std::string_view firmware, std::string_view format) {
+  return firmware == format || (firmware == kArduPilotOf2014 && format == "ardupilot");
+}
+
 // The name of an autopilot's parameter: the pattern with the instance for `@`, and for `#` where it
 // is not the first of ArduPilot; for `*` the axis' letter, for `?` its number; for `%` a power.
 // ArduPilot: "INS_ACC2OFFS_X" is INS_ACC#OFFS_*, "INS_TCAL1_ACC2_Y" INS_TCAL@_ACC%_*, and beyond

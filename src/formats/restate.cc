@@ -10,6 +10,7 @@
 
 #include "calibrate/reading_units.h"
 #include "formats/board_rotation.h"
+#include "formats/parameter_pattern.h"
 #include "formats/text.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
@@ -333,6 +334,7 @@ void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor) {
   Turn(turn.transpose(), sensor);
   sensor->model.sensitivity = turn * sensor->model.sensitivity;
   sensor->model.bias = turn * sensor->model.bias;
+  if (sensor->g_sensitivity) sensor->g_sensitivity = turn * *sensor->g_sensitivity;
   if (!sensor->thermal) return;
   for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = turn * term;
   for (Eigen::Vector3d& term : sensor->thermal->bias) term = turn * term;
@@ -401,13 +403,16 @@ Result<Restated> Restate(const Calibration& calibration,
   }
   if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
   const std::optional<Eigen::Vector3d>& turn_deg = calibration.tags.magnetometer_turn_deg;
-  if (calibration.tags.firmware == format.info.name && turn_deg && !turn_deg->isZero(0.0)) {
+  const std::string& firmware = calibration.tags.firmware;
+  if (Reads(firmware, format.info.name) && turn_deg && !turn_deg->isZero(0.0)) {
     const Eigen::Matrix3d turn = TurnOf(*turn_deg);
-    for (Calibration* const turned : {&restated.whole, &restated.held}) {
-      auto& magnetometer = turned->sensors[Triad::kMagnetometer];
-      if (magnetometer) TurnReadingsToo(turn, &*magnetometer);
+    for (const Triad triad : kTriads) {
+      if (triad != Triad::kMagnetometer && firmware != kArduPilotOf2014) continue;
+      for (Calibration* const turned : {&restated.whole, &restated.held}) {
+        if (turned->sensors[triad]) TurnReadingsToo(turn, &*turned->sensors[triad]);
+      }
+      restated.rotation[triad] = turn.transpose();
     }
-    restated.rotation[Triad::kMagnetometer] = turn.transpose();
   }
   for (const Triad triad : kTriads) {
     std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];

@@ -19,6 +19,8 @@ AllanResult Sample() {
   AllanResult result;
   result.source = "log \"7\".csv";
   result.serial = "A1";
+  result.tags.firmware = "px4";
+  result.tags.device_ids = {{std::nullopt, 1310989, std::nullopt}};
   result.inputs = {{"log.csv", "ab12", 1000}};
   AllanTriad& gyroscope = result.triads.emplace_back();
   gyroscope.triad = Triad::kGyroscope;
@@ -52,6 +54,7 @@ TEST(AllanFile, ReadsBackToTheSameBits) {
   const auto read = ReadAllanFile(folder.Write("allan.yaml", AllanToYaml(written)));
   ASSERT_TRUE(read) << read.error().message;
   EXPECT_EQ(read->source, written.source);
+  EXPECT_EQ(read->tags, written.tags);
   ASSERT_EQ(read->triads.size(), 1U);
   const AllanTriad& a = written.triads[0];
   const AllanTriad& b = read->triads[0];

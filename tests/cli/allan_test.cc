@@ -167,6 +167,38 @@ TEST(Allan, WritesWhatKalibrReadsFromALogAlone) {
   EXPECT_NEAR(number("gyroscope_random_walk") / (kRadPerDegree * 0.01 * 10.0), 1.0, 0.5);
 }
 
+TEST(Allan, OfAnotherUnitIsNotTakenWithoutAWord) {
+  const TemporaryFolder folder;
+  folder.Write("log.csv", RestingUnit(5000));
+  const auto noise_of = [&](const std::string& device) {
+    const std::string manifest = folder.Write(
+        "recording.yaml",
+        "recording: 1\n" + device +
+            "streams:\n  accelerometer:\n    file: log.csv\n    time: {column: \"time[s]\", unit: "
+            "s}\n    x: \"accel_x[g]\"\n    y: \"accel_y[g]\"\n    z: \"accel_z[g]\"\n    unit: "
+            "g\n");
+    const Finished allan = RunTruetriad({"allan", manifest, "-o", folder.Path("out")});
+    EXPECT_EQ(allan.exit_code, 0) << allan.out << allan.err;
+    const Finished run = RunTruetriad({"export",
+                                       "--calibration=datasets/demo/truth.yaml",
+                                       "--to=kalibr",
+                                       "--allan=" + folder.Path("out/allan.yaml"),
+                                       "-o",
+                                       folder.Path("imu.yaml")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.err;
+  };
+  EXPECT_THAT(noise_of("serial: B0002\n"),
+              HasSubstr("is of unit `B0002`, but the calibration is of `A0001`; give those of one "
+                        "unit; its noise is taken all the same"));
+  EXPECT_THAT(noise_of("serial: A0001\n"), Not(HasSubstr("is of unit")));
+  EXPECT_THAT(noise_of("device: { firmware: px4, ids: { accelerometer: 17 } }\n"),
+              Not(HasSubstr("device id")));
+  EXPECT_THAT(
+      TemporaryFolder::Read(folder.Path("out/allan.yaml")),
+      HasSubstr("\nserial: \"\"\ndevice:\n  firmware: \"px4\"\n  ids: { accelerometer: 17 }\n"));
+}
+
 TEST(Allan, WritesNoNoiseToNowhereAndForNobody) {
   const TemporaryFolder folder;
   const std::string log = folder.Write("log.csv", RestingLog(1000));

@@ -59,8 +59,8 @@ def product(matrix, vector):
     return [sum(m * v for m, v in zip(row, vector)) for row in matrix]
 
 
-def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ):
-    """(time in us, force in m/s^2, rate in rad/s, field in gauss), all in the body."""
+def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ, gap_s=0.0):
+    """(time in us, force in m/s^2, rate in rad/s, field in gauss), all in the body; gap_s: behind the first rest."""
     draw = random.Random(20260131)
     attitude = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     step = 0
@@ -74,15 +74,15 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ):
             share = max(0.0, (k - rest_steps) / turn_steps)
             now = turned(attitude, axis, whole * (share - math.sin(2 * math.pi * share) / (2 * math.pi)))
             speed = whole / turn_s * (1 - math.cos(2 * math.pi * share))
-            yield (2_000_000 + round(step * 1e6 / rate_hz), in_body(now, (0.0, 0.0, GRAVITY)),
+            yield (2_000_000 + round(step * 1e6 / rate_hz + (step > rest_steps) * gap_s * 1e6), in_body(now, (0.0, 0.0, GRAVITY)),
                    [speed * a for a in axis], [b / 100 for b in in_body(now, FIELD_UT)])
             step += 1
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, gyroscopes=3, **how):
-    """earlier: parameters that changed; mounted: the body's axes of the compasses; broken: what the topics of some
-    instances say."""
+def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerometers=3, gyroscopes=3, **how):
+    """parameters: {}: the log has none; earlier: those that changed; mounted: the body's axes of the compasses;
+    broken: what the topics of some instances say."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -98,11 +98,11 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, gyroscope
         for name, fields in (("sensor_accel", inertial), ("sensor_gyro", inertial), ("sensor_mag", magnetic)):
             file.write(message(b"F", f"{name}:{fields}".encode()))
         file.write(keyed(b"I", f"char[{len(SERIAL)}] sys_uuid", SERIAL.encode()))
-        for name, value in (*earlier, *{"CAL_ACC0_ID": 0, **(parameters or {})}.items()):
+        for name, value in (*earlier, *({} if parameters == {} else {"CAL_ACC0_ID": 0, **(parameters or {})}).items()):
             kind, layout = ("int32_t", "<i") if isinstance(value, int) else ("float", "<f")
             file.write(keyed(b"P", f"{kind} {name}", struct.pack(layout, value)))
         sensors = []
-        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS, 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
+        for topic, triads, truth in (("sensor_accel", ACCELEROMETERS[:accelerometers], 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
                                      ("sensor_mag", MAGNETOMETERS, 3)):
             for instance, triad in enumerate(triads):
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))

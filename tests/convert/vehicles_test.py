@@ -4,6 +4,7 @@
 
 Environment: PROGRAMS (folder of the converters), TRUETRIAD.
 """
+import gzip
 import json
 import math
 import os
@@ -167,8 +168,8 @@ class Vehicles(unittest.TestCase):
         own = {f"CAL_GYRO{n}_ID": number for n, number in enumerate((500, 501, gyroscopes[0].number, gyroscopes[2].number))}
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
         done = self.calibrate(log, "--to=px4", code=3)
-        self.assertIn("instance 1: is not written: the log's CAL_GYRO0_ID to CAL_GYRO3_ID are all of other sensors than "
-                      "the gyroscope; set that of a sensor that is gone to 0", done.stderr)
+        self.assertIn("instance 1: is not written: the log's CAL_GYRO0_ID to CAL_GYRO3_ID leave none to the gyroscope: "
+                      "each is another sensor's, or is taken by another of this log; set that of a sensor that is gone to 0", done.stderr)
         # The results are there, and the others are exported.
         self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
         found = self.parameters("px4.params", "\t", 2)
@@ -247,6 +248,31 @@ class Vehicles(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertFalse(new.exists())
 
+    def test_what_an_earlier_log_had_more_does_not_stay_beside(self):
+        self.calibrate(self.log(vehicles.ulog, "three.ulg", rests=14))
+        two = self.log(vehicles.ulog, "two.ulg", rests=14, accelerometers=2, gyroscopes=2)
+        self.calibrate(two, "--instance=0")
+        self.assertTrue((self.out / "instance-2").exists())
+        done = self.calibrate(two, "--to=px4")
+        self.assertIn("is renamed to instance-2.previous", done.stderr)
+        self.assertFalse((self.out / "instance-2").exists())
+        self.assertTrue((self.out / "instance-2.previous" / "calibration.yaml").exists())
+        self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
+
+    def test_a_packed_log_is_to_be_unpacked(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=1)
+        packed = self.folder / "flight.ulg.gz"
+        packed.write_bytes(gzip.compress(log.read_bytes()))
+        self.assertIn("is packed with gzip, and only CSV is read packed; unpack it first: gunzip",
+                      self.calibrate(packed, code=2).stderr)
+
+    def test_corrections_that_are_not_known_are_said_in_one_line(self):
+        log = self.log(vehicles.dataflash, "flight.bin", rests=14,
+                       parameters={f"INS_{name}2OFFS_X": math.nan for name in ("ACC", "GYR")})
+        done = self.calibrate(log, code=3)
+        self.assertNotIn("u000A", done.stdout)
+        self.assertIn("if the readings are raw; ", done.stdout)
+
     def test_parameters_of_another_sensor_are_not_compared_with_it(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)
         self.calibrate(log, "--to=px4")
@@ -266,6 +292,14 @@ class Vehicles(unittest.TestCase):
         self.assertNotIn("ms as s", done.stdout)
         self.assertIn("too slow for a calibration; SDLOG_MODE 2 logs unarmed", done.stderr)
         self.assertIn("PX4 logs unarmed with SDLOG_MODE=2", done.stderr)
+
+    def test_a_log_at_5_hz_is_slow_enough_and_a_gap_does_not_matter(self):
+        log = self.log(vehicles.ulog, "slow.ulg", rests=3, rest_s=5.0, turn_s=2.0, rate_hz=5)
+        done = self.calibrate(log, code=3)
+        self.assertNotIn("readings a second", done.stderr)
+        long = self.log(vehicles.ulog, "long.ulg", rests=3, rate_hz=20, gap_s=300.0)
+        done = self.calibrate(long, "--overwrite", code=3)
+        self.assertNotIn("readings a second", done.stderr)
 
     def test_all_sensors_too_slow_are_named_where_some_have_no_gyroscope(self):
         log = self.log(vehicles.ulog, "slow.ulg", rests=24, rest_s=5.0, turn_s=2.0, rate_hz=1, gyroscopes=1)

@@ -100,7 +100,7 @@ class Converters(unittest.TestCase):
 
     def test_ulog_with_three_instances_gives_a_recording_each(self):
         source = ULOG / "sample_log_small.ulg"
-        self.convert("ulog", source)
+        done = self.convert("ulog", source)
         log = readers.ulog_rows(source)
         for instance, suffix in ((0, ""), (1, "-1"), (2, "-2")):
             for topic, sensor in (("sensor_accel", "accelerometer"), ("sensor_gyro", "gyroscope")):
@@ -114,7 +114,12 @@ class Converters(unittest.TestCase):
             self.assertEqual({row[2] for row in rows}, {""})
         self.assertFalse((self.out / "magnetometer-2.csv").exists())
         text = (self.out / "recording.yaml").read_text()
-        for part in ("applied: none", "frame: \"board-frd\"", "unit: G\n", "serial: \"0006", "2424842",
+        # The firmware is PX4 1.11.2, whose gyroscopes at rest read CAL_GYROn_*OFF: nothing was done to them. The
+        # compass that it used is the same in sensor_mag and vehicle_magnetometer, however large CAL_MAG1_*OFF are.
+        self.assertEqual(text.count("offset: ["), 1)
+        self.assertIn("sensor_mag#0, magnetometer: corrected by its driver", done.stderr)
+        for part in ("applied:\n  magnetometer:\n    offset: [-0.00253633014,-0.221725479,0.0290883482]\n    scale: [0.9977",
+                     "frame: \"board-frd\"", "unit: G\n", "serial: \"0006", "2424842",
                      "dropouts: \"1, 30 ms\""):
             self.assertIn(part, text)
         self.assertEqual(text.count("temperature: {column"), 2)
@@ -192,6 +197,15 @@ class Converters(unittest.TestCase):
         self.assertEqual(len(stated), 15)
         self.assertEqual(counts, stated)
 
+    def parameter(self, name, value):
+        kind, layout = ("int32_t", "<i") if isinstance(value, int) else ("float", "<f")
+        key = f"{kind} {name}".encode()
+        return writers.message(b"P", bytes([len(key)]) + key + struct.pack(layout, value))
+
+    def release(self, number):
+        key = b"uint32_t ver_sw_release"
+        return writers.message(b"I", bytes([len(key)]) + key + struct.pack("<I", number))
+
     def made_ulog(self, definitions, rows, appended=b""):
         """A log of messages [(topic, instance, bytes)]."""
         def message(kind, body):
@@ -218,6 +232,49 @@ class Converters(unittest.TestCase):
                          [(1000000 * i, [str(i), str(-i), "2048"]) for i in range(9)])
         text = (self.out / "recording.yaml").read_text()
         self.assertIn("unit: counts\n    si_per_count: 0.25\n", text)
+        # Of a magnetometer it states gauss, and a recording uT.
+        rows = [("sensor_mag", *row[1:]) for row in rows]
+        done = self.convert("ulog", self.made_ulog({"sensor_mag": fields}, rows))
+        self.assertIn("si_per_count: 25\n", (self.out / "recording.yaml").read_text())
+        self.assertIn("has no parameters", done.stderr)
+
+    def test_ulog_counts_are_turned_as_the_driver_turned_its_readings(self):
+        fields = "uint64_t timestamp;float x;float y;float z;float scaling;int16_t x_raw;int16_t y_raw;int16_t z_raw;"
+        chips = [(300 * (i % 7) - 900, 200 * (i % 5) - 400, 100 * (i % 3) + 500) for i in range(60)]
+        half = math.sqrt(0.5)
+        # Not at all, yaw by 90 and by 45 degrees, and roll by 180 degrees.
+        for turn in (lambda x, y, z: (x, y, z), lambda x, y, z: (-y, x, z),
+                     lambda x, y, z: (half * (x - y), half * (x + y), z), lambda x, y, z: (x, -y, -z)):
+            rows = []
+            for i, counts in enumerate(chips):
+                x, y, z = (0.01 * v for v in turn(*counts))
+                rows.append(("sensor_gyro", 0, struct.pack("<Q4f3h", 1000 * i, 1.2 * x + 3, 0.9 * y - 1, z + 2, 0.01, *counts)))
+            done = self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows))
+            for (_, found, _), counts in zip(self.rows("gyroscope.csv"), chips):
+                for value, expected in zip(map(float, found), turn(*counts)):
+                    self.assertAlmostEqual(value, expected, 4)
+            self.assertEqual("turned as x, y and z are" in done.stderr, turn(1, 2, 3) != (1, 2, 3))
+        # What does not move shows nothing.
+        rows = [("sensor_gyro", 0, struct.pack("<Q4f3h", 1000 * i, 1, 2, 3, 0.01, 1, 2, i)) for i in range(9)]
+        self.assertIn("cannot be told", self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows)).stderr)
+
+    def test_ulog_of_2020_may_be_corrected_by_the_drivers(self):
+        own = {"CAL_ACC0_ID": 7, "CAL_ACC0_XOFF": 0.25, "CAL_ACC0_XSCALE": 1.5, "CAL_MAG0_ID": 7, "CAL_MAG0_YOFF": 0.5,
+               "CAL_MAG0_ZSCALE": 2.0, "CAL_MAG0_ROT": 2}
+        acc, mag = "offset: [0.25,0,0]\n    scale: [1.5,1,1]\n", "offset: [-0.5,0,0]\n    matrix: [[0,1,0],[-1,0,0],[0,0,2]]\n"
+        turned = "matrix: [[0,1,0],[-1,0,0],[0,0,1]]\n"
+        for release, parameters, accelerometer, magnetometer in (
+                (0x010A00FF, own, acc, mag), (0x010B03FF, own, None, mag), (0x010C00FF, own, None, turned), (None, own, None, turned),
+                (0x010B0080, own, "unknown", "unknown"), (0x010B0080, own | {"CAL_ACC0_ID": 8, "CAL_MAG0_ID": 8}, None, None),
+                (0x010A00FF, own | {"CAL_ACC0_XSCALE": 0.0}, "unknown", mag)):
+            rows = [(f"sensor_{kind}", 0, struct.pack("<QI3f", 1000 * i, 7, i, -i, 2)) for i in range(9) for kind in ("accel", "mag")]
+            said = b"".join(self.parameter(*one) for one in parameters.items()) + (self.release(release) if release else b"")
+            self.convert("ulog", self.made_ulog({"sensor_accel": ONE_DEVICE, "sensor_mag": ONE_DEVICE}, rows, said))
+            text = (self.out / "recording.yaml").read_text()
+            said = text[text.index("\napplied:") + 1:text.index("streams:")]
+            for sensor, applied in (("accelerometer", accelerometer), ("magnetometer", magnetometer)):
+                part = said.partition(f"{sensor}:")[2].partition("  magnetometer:")[0].strip() + "\n"
+                self.assertEqual(part, "\n" if applied is None else applied.strip() + "\n", hex(release or 0))
 
     def test_ulog_fifo_spreads_its_samples_back_from_its_stamp(self):
         fields = ("uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;"
@@ -231,13 +288,10 @@ class Converters(unittest.TestCase):
                           ((9625, 0), (9750, 1), (9875, 2), (10000, 3), (10125, 10), (10250, 11), (10375, 12))])
 
     def test_ulog_says_where_the_vehicle_has_a_sensor_at_the_end(self):
-        def parameter(name, value):
-            key = f"int32_t {name}".encode()
-            return writers.message(b"P", bytes([len(key)]) + key + struct.pack("<i", value))
         rows = [("sensor_accel", 0, struct.pack("<QI3f", 1000 * i, 7, i, -i, 2)) for i in range(9)]
         stated = (("CAL_ACC0_ID", 777), ("CAL_ACC1_ID", 7), ("TC_A0_ID", 0), ("TC_A2_ID", 0),
                   ("CAL_ACC0_ID", 7), ("CAL_ACC1_ID", 0), ("TC_A2_ID", 7))
-        self.convert("ulog", self.made_ulog({"sensor_accel": ONE_DEVICE}, rows, b"".join(parameter(*one) for one in stated)))
+        self.convert("ulog", self.made_ulog({"sensor_accel": ONE_DEVICE}, rows, b"".join(self.parameter(*one) for one in stated)))
         text = (self.out / "recording.yaml").read_text()
         self.assertIn(" slots: { accelerometer: 0 }, thermal_slots: { accelerometer: 2 }", text)
 

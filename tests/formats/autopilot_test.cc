@@ -420,7 +420,7 @@ TEST(Px4, RefusesASensorForWhichNoSlotIsFree) {
   ASSERT_FALSE(full);
   EXPECT_EQ(full.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(full.error().message,
-              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID are all of other sensors than the accelero"));
+              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID leave none to the accelerometer"));
   EXPECT_TRUE(ExportCalibration(unit, "px4", {.instance = 1}));
   // A sensor with temperature terms needs a place for these, too.
   const Result<Export> terms = ExportCalibration(InOtherSlots({.bias_order = 1}), "px4");
@@ -482,10 +482,73 @@ TEST(FirmwareAxes, CorrectACompassInTheAxesOfTheirFirmware) {
   EXPECT_NEAR(found.at("CAL_MAG0_XSCALE"), correction(1, 1), 1e-5);
   EXPECT_NEAR(found.at("CAL_MAG0_XODIAG"), -correction(0, 1), 1e-5);
   EXPECT_LT(px4.loss[Triad::kMagnetometer]->share(), kFloat32);
-  EXPECT_THAT(ardupilot.warnings, Not(Contains(HasSubstr("where the recording's axes are the vehicle's"))));
+  EXPECT_THAT(ardupilot.warnings,
+              Not(Contains(HasSubstr("where the recording's axes are the vehicle's"))));
   // Of another firmware's log nothing is known.
   const Result<Export> foreign = ExportCalibration(unit, "px4");
   EXPECT_NEAR(Px4File(foreign->files[0].text).at("CAL_MAG0_XOFF"), 0.01 * model.bias.x(), 1e-6);
+}
+
+TEST(FirmwareAxes, OfArduPilotUpTo32AreTheVehiclesAndScalesComeFirst) {
+  Calibration unit =
+      RandomUnitCalibration({.misaligned = false, .symmetric_mag = true, .gyro_matrix = false}, 18);
+  unit.tags.firmware = "ardupilot-3.2";
+  unit.tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
+  const Result<Export> result = ExportCalibration(unit, "ardupilot");
+  ASSERT_TRUE(result) << result.error().message;
+  const Parameters found = ArduPilotFile(result->files[0].text);
+  // x of the vehicle is -y of the board: corrected = s o (R y) - o.
+  const TriadModel<double>& model = unit.sensors[Triad::kAccelerometer]->model;
+  const double gain = model.Correction()(1, 1);
+  EXPECT_NEAR(found.at("INS_ACCSCAL_X"), gain, 1e-6);
+  EXPECT_NEAR(found.at("INS_ACCOFFS_X"), gain * -model.bias.y(), 1e-6);
+  const TriadModel<double>& rate = unit.sensors[Triad::kGyroscope]->model;
+  EXPECT_NEAR(found.at("INS_GYROFFS_Y"), rate.bias.x(), 1e-6);
+  for (const Triad triad : kTriads) EXPECT_LT(result->loss[triad]->share(), kFloat32);
+  // Its numbers are those of ArduPilot.
+  EXPECT_THAT(result->warnings, Not(Contains(HasSubstr("the log is of"))));
+}
+
+TEST(Px4, WritesNoSensorTwiceUnderOneNumber) {
+  Calibration first = InOtherSlots(), second = InOtherSlots(), third = InOtherSlots();
+  second.tags.device_ids = {{1310989, 2621708, 396825}};
+  second.tags.device_slots = {{1, 1, 1}};
+  third.tags.device_ids = {{std::nullopt, 2621709, std::nullopt}};
+  third.tags.device_slots = {{std::nullopt, 3, std::nullopt}};
+  const Result<ExportsBeside> exports = ExportBeside(
+      {{&first, "out", 0}, {&second, "out/instance-1", 1}, {&third, "out/instance-2", 2}},
+      {"px4"},
+      {});
+  ASSERT_TRUE(exports) << exports.error().message;
+  EXPECT_FALSE(exports->is_whole);
+  EXPECT_TRUE(exports->files.empty());
+  EXPECT_THAT(
+      exports->warnings,
+      ElementsAre(
+          HasSubstr("instance 0: is not written: its magnetometer has the device id 396825, and so "
+                    "has that of instance 1"),
+          HasSubstr("instance 1: is not written: its magnetometer has the device id 396825"),
+          HasSubstr("its accelerometer would have the parameters of that of instance 0")));
+}
+
+TEST(Px4, SaysThatALogDoesNotTellWhereASensorIs) {
+  Calibration unit = InOtherSlots();
+  unit.tags.device_slots = unit.tags.thermal_slots = {};
+  EXPECT_THAT(ExportCalibration(unit, "px4")->warnings,
+              AllOf(Contains(HasSubstr("accelerometer: where the vehicle has this sensor is not "
+                                       "known from the log; check that CAL_ACC0_ID")),
+                    Contains(HasSubstr("check CAL_MAG0_ROT"))));
+}
+
+TEST(ArduPilot, WarnsOfACompassWithWhichItDoesNotArm) {
+  Calibration unit = RandomUnitCalibration({}, 1);
+  Eigen::Vector3d& bias = unit.sensors[Triad::kMagnetometer]->model.bias;
+  bias = Eigen::Vector3d(100.0, -100.0, 110.0);  // 179 uT long
+  EXPECT_THAT(ExportCalibration(unit, "ardupilot")->warnings,
+              Not(Contains(HasSubstr("COMPASS_OFFS_MAX"))));
+  bias *= 1.02;
+  EXPECT_THAT(ExportCalibration(unit, "ardupilot")->warnings,
+              Contains(HasSubstr("longer than COMPASS_OFFS_MAX (1800 mG unless changed)")));
 }
 
 TEST(Px4, HoldsAllInstancesInOneFile) {

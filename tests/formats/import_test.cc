@@ -194,6 +194,35 @@ TEST(Import, TurnsACompassIntoTheAxesOfTheBoard) {
   EXPECT_NEAR(mag.sensitivity(1, 1), 2.0, 1e-6);
 }
 
+TEST(Import, KnowsTheAxesOfACompassThatWasExported) {
+  for (const char* const format : {"px4", "ardupilot"}) {
+    Calibration unit = RandomUnitCalibration(
+        {.misaligned = false, .symmetric_mag = true, .gyro_matrix = false}, 5);
+    unit.tags.firmware = format;
+    unit.tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 45.0);
+    const Calibration back = RoundTrip(unit, format, "unit");
+    EXPECT_EQ(back.tags.magnetometer_turn_deg, unit.tags.magnetometer_turn_deg);
+    const auto equation = [&](const Eigen::Vector3d& raw, const Eigen::Vector3d&, double) {
+      return back.sensors[Triad::kMagnetometer]->model.TruthFromRaw(raw);
+    };
+    EXPECT_LT(WorstDisagreement(unit, Triad::kMagnetometer, equation), 2e-6) << format;
+  }
+}
+
+TEST(Import, SaysWhatItTakesForGranted) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("vehicle.param",
+                                        "COMPASS_OFS_X,-10\nCOMPASS_OFS_Z,-10\nCOMPASS_DIA_X,1\n"
+                                        "COMPASS_DIA_Y,1\nCOMPASS_DIA_Z,1\n");
+  const Result<Import> result = ImportCalibration("ardupilot", {path});
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_THAT(result->notes,
+              ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; taken as 0 for offsets, 1 "
+                          "for scales",
+                          "magnetometer: the file does not say how it is turned against the board "
+                          "(AHRS_ORIENTATION); taken as not turned"));
+}
+
 TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {
   const TemporaryFolder folder;
   std::string text = "1\t1\tCAL_ACC0_ID\t7\t6\n1\t1\tCAL_ACC0_XOFF\t0.1\t9\n";
@@ -228,7 +257,7 @@ TEST(Import, FindsASensorByItsNumberAndKnowsWhereItWas) {
   EXPECT_EQ(unit.tags.device_slots[Triad::kAccelerometer], 2);
   EXPECT_EQ(unit.tags.thermal_slots[Triad::kAccelerometer], 1);  // The first that is nobody's.
   EXPECT_EQ(unit.tags.thermal_slots[Triad::kGyroscope], 3);
-  EXPECT_THAT(result->notes, ElementsAre("no magnetometer of the file has the number 9"));
+  EXPECT_THAT(result->notes, Contains("no magnetometer of the file has the number 9"));
   // It goes back to where it came from.
   const Result<Export> back = ExportCalibration(unit, "px4");
   ASSERT_TRUE(back) << back.error().message;

@@ -14,6 +14,7 @@
 #include "truetriad/base/units.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad {
 
@@ -82,6 +83,7 @@ struct AllanTriad {
 struct AllanResult {
   std::string source;
   std::string serial;
+  Tags tags;  ///< As of the recording, of which a file keeps what firmware numbers its sensors.
   std::vector<InputFile> inputs;
   std::vector<AllanTriad> triads;
 

@@ -12,6 +12,8 @@ const kHead = 5;
 const kLastTimeNs = (1n << 63n) - 1n;
 // A step of a clock by more than a day was not read, but damaged.
 const kLongestJumpNs = 86_400_000_000_000n;
+// 5 readings a second, whose times may be off by a tenth of that.
+const kLongStepNs = 220_000_000n;
 
 const buffer = Buffer.allocUnsafe(1 << 18);
 let filled = 0;
@@ -98,7 +100,7 @@ class Table {
     this.triad = about.triad;
     this.narrow = isFloat32 ? float32 : (value) => value;
     this.rows = 0;
-    this.seconds = 0;
+    this.longSteps = 0; // Between rows that follow each other more slowly than 5 a second.
     this.lastNs = null;
     send('T', JSON.stringify(about));
   }
@@ -106,7 +108,7 @@ class Table {
   /** Adds a row; time in ns as a BigInt, temperature in degC or NaN. */
   add(timeNs, x, y, z, temperature = NaN) {
     const step = this.lastNs === null ? 0n : timeNs - this.lastNs;
-    if (step > 0n && step < kLongestJumpNs) this.seconds += Number(step) * 1e-9;
+    if (step > kLongStepNs && step < kLongestJumpNs) ++this.longSteps;
     this.lastNs = timeNs;
     ++this.rows;
     const at = begin('W', 2 + 5 * 8);

@@ -9,6 +9,10 @@ const { Ulog } = require('./ulog.js');
 const kInvalidRelativeTime = 0x7fffffff;
 // Fewer readings a second do not follow a hand's turn.
 const kSlowestHz = 5;
+// Drivers of earlier releases (ver_sw_release) corrected what the chip said by CAL_* before they published it.
+const kDriversCorrectBefore = { accelerometer: 0x010b0000, gyroscope: 0x010b0000, magnetometer: 0x010c0000 };
+// Between this and the release itself 1.11.0 was being made, and either may be.
+const kEitherOf = [0x010b0000, 0x010b00ff];
 const kHowToLog = 'SDLOG_MODE 2 logs unarmed, and sensor comparison in SDLOG_PROFILE raw readings at 10 Hz';
 
 /** Streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
@@ -53,6 +57,7 @@ function decoder(subscription, stream) {
     temperature: null,
     relative: stream.relative && field(stream.relative) ? reader(field(stream.relative)) : null,
     scale: null,
+    turned: null,
     device: field('device_id') ? reader(field('device_id')) : null,
   };
   if (field('temperature') && !stream.fifo) decode.temperature = reader(field('temperature'));
@@ -64,7 +69,8 @@ function decoder(subscription, stream) {
   }
   // Old firmware corrected in its drivers; the counts beside it are what the chip said.
   const raw = stream.fields.map((name) => field(`${name}_raw`));
-  const found = raw.every((axis) => axis) ? raw : stream.fields.map((name) => field(name));
+  const plain = stream.fields.map((name) => field(name));
+  const found = raw.every((axis) => axis) ? raw : plain;
   if (!found.every((axis) => axis)) return null;
   if (stream.fifo) {
     const [dt, scale, samples] = ['dt', 'scale', 'samples'].map((name) => field(name));
@@ -74,10 +80,75 @@ function decoder(subscription, stream) {
   }
   decode.axes = found.map((axis) => reader(axis));
   if (found === raw) {
+    // A count of a magnetometer is stated in gauss, and a recording's in uT.
+    const scaling = field('scaling') && reader(field('scaling'));
     decode.unit = 'counts';
-    decode.scale = field('scaling') ? reader(field('scaling')) : null;
+    decode.scale = scaling && ((message) => scaling(message) * (stream.unit === 'G' ? 100 : 1));
+    if (plain.every((axis) => axis)) decode.turned = plain.map((axis) => reader(axis));
   }
   return decode;
+}
+
+/** Moments of what a chip counted and of x, y, z, which its driver turned and corrected. */
+class ChipMoments {
+  constructor(decode) {
+    this.readers = [...decode.axes, ...decode.turned];
+    this.first = null;
+    this.rows = 0;
+    this.sums = Array(6).fill(0);
+    this.products = Array.from({ length: 6 }, () => Array(6).fill(0));
+  }
+
+  add(message) {
+    const all = this.readers.map((read) => read(message));
+    if (!all.every(Number.isFinite)) return;
+    this.first ??= all;
+    ++this.rows;
+    const from = all.map((value, i) => value - this.first[i]);
+    from.forEach((value, i) => {
+      this.sums[i] += value;
+      from.forEach((other, j) => { this.products[i][j] += value * other; });
+    });
+  }
+
+  covariance(i, j) {
+    return this.products[i][j] - (this.sums[i] * this.sums[j]) / this.rows;
+  }
+
+  /** The mean square of the correlations of x, y, z with the counts turned by `rotation`; NaN where an axis is constant. */
+  agreement(rotation) {
+    let sum = 0;
+    let axes = 0;
+    rotation.forEach((row, i) => {
+      const along = row.reduce((total, r, j) => total + r * this.covariance(3 + i, j), 0);
+      const counts = row.reduce((total, r, j) => total + row.reduce((t, q, k) => t + r * q * this.covariance(j, k), 0), 0);
+      const own = this.covariance(3 + i, 3 + i);
+      if (!(own > 0) || !(counts > 0)) return;
+      ++axes;
+      sum += along > 0 ? (along * along) / (own * counts) : 0;
+    });
+    return axes === 3 ? sum / axes : NaN;
+  }
+
+  /** Among `rotations` that from the chip's axes into those of x, y, z; null: the rows do not tell. */
+  turn(rotations) {
+    // Another rotation is 45 degrees off or more: squares of 1/2 for two axes, 2/3 in the mean.
+    const kAgrees = 0.8;
+    const agreements = rotations.map((rotation) => this.agreement(rotation));
+    const best = agreements.indexOf(Math.max(...agreements));
+    return agreements[best] >= kAgrees ? rotations[best] : null;
+  }
+}
+
+/** Counts in the axes of x, y, z, of each subscription that has both: Map(message id -> ChipMoments). */
+function takeMoments(moments, subscription, message) {
+  const id = message.readUInt16LE(0);
+  if (!moments.has(id)) {
+    const streams = kTopics[subscription.name];
+    const decode = streams?.length === 1 ? decoder(subscription, streams[0]) : null;
+    moments.set(id, decode?.turned ? new ChipMoments(decode) : null);
+  }
+  moments.get(id)?.add(message);
 }
 
 const byNameAndInstance = (a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance);
@@ -104,7 +175,7 @@ function list(log) {
 }
 
 /** The topics to convert. */
-function choose(log, file, topics) {
+function choose(log, file, topics, rotations) {
   const found = present(log);
   const names = [...new Set(found.map((topic) => topic.name))];
   if (topics.length > 0) {
@@ -129,10 +200,11 @@ function choose(log, file, topics) {
   }
   if (raw.length > 0) return raw;
   const corrected = names.filter((name) => !kRawTopics.includes(name));
+  const usable = corrected.find((name) => isUndone(log, name, rotations));
   throw new Refusal(
     corrected.length > 0
       ? `${file}: contains only readings corrected by the firmware (${listOf(corrected)}); log ` +
-        `sensor_accel, sensor_gyro and sensor_mag (${kHowToLog}), or convert these with --topic=${corrected[0]}`
+        `sensor_accel, sensor_gyro and sensor_mag (${kHowToLog})${usable ? `, or convert these with --topic=${usable}` : ''}`
       : `${file}: contains no readings of an accelerometer, gyroscope or magnetometer; topics: ${listOf(
         [...new Set([...log.subscriptions.values()].filter((s) => s.rows > 0).map((s) => s.name))])}`, 'wrong-format');
 }
@@ -230,6 +302,39 @@ function applied(log, triad, rotations) {
   return { offset: offset.map(text), scale: scale.map(text), matrix: matrix.map((row) => row.map((entry) => entry + 0)) };
 }
 
+/** Whether what the firmware has done to the readings of `topic` is known. */
+function isUndone(log, topic, rotations) {
+  return kTopics[topic].every(({ corrected, triad }) => corrected === true && applied(log, triad, rotations) !== 'unknown');
+}
+
+/**
+ * What the driver of old firmware has done to readings of `device`: (reading − offset) ∘ scale; 'unknown' where
+ * the log does not tell, undefined: nothing. PX4: src/lib/drivers/magnetometer/PX4Magnetometer.cpp.
+ */
+function appliedByDriver({ parameters, changed, info }, triad, device) {
+  const release = info.get('ver_sw_release');
+  const isEither = release >= kEitherOf[0] && release < kEitherOf[1];
+  if (!(release < kDriversCorrectBefore[triad]) && !isEither) return undefined;
+  const own = [0, 1, 2, 3].map((n) => `CAL_${kSensors[triad].name}${n}_`)
+    .filter((prefix) => !device || parameters.get(`${prefix}ID`) === device || changed.has(`${prefix}ID`));
+  const values = (prefix, what, neutral) => ['X', 'Y', 'Z'].map((axis) =>
+    Number((parameters.get(prefix + axis + what) ?? neutral).toPrecision(9)));
+  const said = own.map((prefix) => ({ offset: values(prefix, 'OFF', 0), scale: values(prefix, 'SCALE', 1) }));
+  const hasChanged = [...changed].some((key) => own.some((prefix) => key.startsWith(prefix)));
+  if (!hasChanged && said.every(({ offset, scale }) => offset.every((o) => o === 0) && scale.every((q) => q === 1))) return undefined;
+  const isTold = device && said.length === 1 && !hasChanged && !isEither && said[0].scale.every((q) => q > 0);
+  return isTold ? said[0] : 'unknown';
+}
+
+/** What was done to readings in the board's axes that were turned by `turn`, if any, and then corrected as `map`. */
+function afterTurn(turn, map) {
+  if (!turn || !turn.some((row, i) => row[i] !== 1)) return map;
+  if (map === undefined) return { matrix: turn };
+  if (map === 'unknown') return map;
+  return { offset: [0, 1, 2].map((j) => turn.reduce((sum, row, i) => sum + row[j] * map.offset[i], 0)),
+    matrix: turn.map((row, i) => row.map((entry) => map.scale[i] * entry)) };
+}
+
 /** What stands behind `applied.<triad>:` in a manifest. */
 function appliedText(map) {
   if (map === undefined) return '';
@@ -238,7 +343,7 @@ function appliedText(map) {
 }
 
 /** Streams that will be written: one a sensor of each chosen topic. `slots`: of magnetometers. */
-function openStreams(log, topics, slots, rotations) {
+function openStreams(log, topics, slots, moments, rotations) {
   const opened = new Map(); // message id -> streams
   for (const topic of topics) {
     const subscription = log.subscriptions.get(topic.id);
@@ -249,14 +354,16 @@ function openStreams(log, topics, slots, rotations) {
       const device = decode.device ? decode.device(subscription.first) : 0;
       const turn = topic.name !== 'sensor_mag' ? undefined
         : magnetometerTurn(log, device, slots.get(device) ?? topic.instance, rotations);
-      const isTurned = turn && turn.some((row, i) => row[i] !== 1);
-      const map = !stream.corrected ? (isTurned ? { matrix: turn } : undefined)
+      const isPlain = !stream.corrected && !stream.fifo && decode.unit !== 'counts';
+      const driver = isPlain ? appliedByDriver(log, stream.triad, device) : undefined;
+      const chip = moments.get(topic.id);
+      const map = !stream.corrected ? afterTurn(turn, driver)
         : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad, rotations);
       const table = new Table(
         { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
       const entry = { file: log.file, topic, decode, table, device: undefined, deviceBefore: 0, scales: new Set(),
-        lastNs: null, repeated: 0, applied: map, turn };
+        lastNs: null, repeated: 0, applied: map, turn, driver, chip: chip && { turn: chip.turn(rotations) } };
       opened.set(topic.id, [...(opened.get(topic.id) ?? []), entry]);
     }
   }
@@ -309,16 +416,19 @@ function takeRow(entry, message) {
   }
   entry.lastNs = timeNs;
   if (decode.scale && entry.scales.size < 2) entry.scales.add(decode.scale(message));
-  const [x, y, z] = decode.axes;
-  table.add(timeNs, x(message), y(message), z(message), decode.temperature ? decode.temperature(message) : NaN);
+  const counted = decode.axes.map((axis) => axis(message));
+  const [x, y, z] = entry.chip?.turn
+    ? entry.chip.turn.map((row) => row[0] * counted[0] + row[1] * counted[1] + row[2] * counted[2]) : counted;
+  table.add(timeNs, x, y, z, decode.temperature ? decode.temperature(message) : NaN);
 }
 
 /** What to log, or to convert, instead of readings that come too rarely; empty where they do not. */
-function tooSlow(log, entries) {
-  const slow = entries.filter(({ table }) => table.rows - 1 < kSlowestHz * table.seconds);
+function tooSlow(log, entries, rotations) {
+  const slow = entries.filter(({ table }) => 2 * table.longSteps > table.rows - 1);
   if (slow.length === 0) return '';
   const most = 10 * Math.max(...slow.map(({ table }) => table.rows));
-  const faster = [...log.subscriptions.values()].find(({ name, rows }) => rows > most && kTopics[name]?.[0].corrected);
+  const faster = [...log.subscriptions.values()].find(({ name, rows }) =>
+    rows > most && kTopics[name]?.[0].corrected && isUndone(log, name, rotations));
   return `${listOf([...new Set(slow.map(({ topic }) => topic.name))])}: fewer than ${kSlowestHz} readings a second are ` +
     `too slow for a calibration; ${kHowToLog}` +
     (faster ? `; ${faster.name} has ${faster.rows} rows, corrected by the firmware: --topic=${faster.name}` : '');
@@ -345,7 +455,9 @@ function sendManifest(log, instance, entries, devices) {
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
   const turn = entries.map((entry) => entry.turn).find((matrix) => matrix);
   const ids = deviceIds(log, entries);
-  const among = (prefix) => Object.fromEntries(Object.entries(ids).map(([triad, id]) =>
+  // A log without parameters does not say where the vehicle has a sensor.
+  const stated = log.latest.size > 0 ? Object.entries(ids) : [];
+  const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
@@ -356,8 +468,10 @@ function sendManifest(log, instance, entries, devices) {
 
 async function run(options) {
   const log = new Ulog(options.input);
+  const moments = new Map();
   log.read((subscription, message) => {
     subscription.first ??= Buffer.from(message);
+    takeMoments(moments, subscription, message);
   });
   if (log.damage()) note(`${options.input}: ${log.damage()}`);
   if (options.list) {
@@ -368,7 +482,7 @@ async function run(options) {
   if (log.changed.has('sys_uuid')) {
     throw new Refusal(`${options.input}: has logs of several vehicles (sys_uuid); give each vehicle's log by itself`, 'other-device');
   }
-  let topics = choose(log, options.input, options.topics);
+  let topics = choose(log, options.input, options.topics, options.rotations);
   const devices = Object.fromEntries(Object.keys(kSensors).map((triad) => [triad, devicesOf(log, topics, triad)]));
   if (options.instance !== undefined) {
     const instances = [...new Set(topics.map((topic) => topic.instance))];
@@ -378,7 +492,7 @@ async function run(options) {
     }
   }
   topics.sort((a, b) => a.instance - b.instance);
-  const opened = openStreams(log, topics, slotsOf(log.latest, 'CAL_MAG', devices.magnetometer), options.rotations);
+  const opened = openStreams(log, topics, slotsOf(log.latest, 'CAL_MAG', devices.magnetometer), moments, options.rotations);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);
   again.read((subscription, message) => {
@@ -388,7 +502,7 @@ async function run(options) {
   for (const instance of new Set(entries.map(({ topic }) => topic.instance))) {
     sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance), devices);
   }
-  for (const { table, topic, repeated, applied: map, device, turn } of entries) {
+  for (const { table, topic, repeated, applied: map, device, turn, driver, chip } of entries) {
     const parts = [];
     const { thermal } = kSensors[table.triad];
     const terms = [0, 1, 2, 3].find((n) => device && log.latest.get(`${thermal}${n}_ID`) === device);
@@ -396,11 +510,20 @@ async function run(options) {
       parts.push(`not corrected by the vehicle's temperature calibration (${thermal}_ENABLE), which exported parameters replace (${thermal}${terms}_ID)`);
     }
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
-    if (map && turn) parts.push('turned into the axes of the board by CAL_MAGn_ROT');
+    if (chip && !chip.turn) parts.push("counts of the chip, and how it is turned cannot be told from x, y and z");
+    else if (chip?.turn.some((row, i) => row[i] !== 1)) parts.push('counts of the chip, turned as x, y and z are');
+    if (driver) {
+      const how = `by CAL_${kSensors[table.triad].name}n_*, as those of PX4 before 1.12 do`;
+      parts.push(driver !== 'unknown' ? `corrected by its driver ${how}`
+        : `may be corrected by its driver ${how}; log with PX4 1.12 or later, or with offsets of 0 and scales of 1`);
+    } else if (map && turn) parts.push('turned into the axes of the board by CAL_MAGn_ROT');
     else if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
     if (parts.length > 0) note(`${topic.name}#${topic.instance}, ${table.triad}: ${parts.join('; ')}`);
   }
-  const slow = tooSlow(again, entries);
+  if (log.latest.size === 0) {
+    note(`${options.input}: has no parameters, so where the vehicle has these sensors and how they are turned is not known`);
+  }
+  const slow = tooSlow(again, entries, options.rotations);
   if (slow) note(slow);
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/parameter_pattern.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
 #include "tools/convert/dataflash/dataflash_log.h"
@@ -439,7 +440,10 @@ void Describe(const Contents& contents,
     folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
   }
   folder->SetFrame("vehicle, after AHRS_ORIENTATION; board once `applied` is undone");
-  folder->SetDevice(DeviceOf(contents.parameters, instance));
+  Tags device = DeviceOf(contents.parameters, instance);
+  const Result<CorrectionOrder> order = OrderOf(contents, Triad::kAccelerometer);
+  if (order && *order == CorrectionOrder::kVehicleFrame) device.firmware = kArduPilotOf2014;
+  folder->SetDevice(device);
 }
 
 Status Run(const Arguments& arguments) {

@@ -227,6 +227,12 @@ Json LossJson(const Export& result) {
 Result<VerbResult> RunExport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  if (options.allan) {
+    // Noise is often taken of another unit of the same type, but not without a word.
+    const Status same =
+        CheckSameSensors(FLAGS_allan, options.allan->serial, options.allan->tags, calibration);
+    if (!same) Warn(same.error().message + "; its noise is taken all the same");
+  }
   const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
   if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_output));

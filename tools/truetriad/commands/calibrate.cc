@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,6 +20,7 @@
 #include "fleet/unit_folders.h"
 #include "io/calibration_tree.h"
 #include "io/input_guard.h"
+#include "io/text_file.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "report/content.h"
@@ -155,7 +158,12 @@ Calibration Unread(const Experiment& experiment, const Error& error) {
   calibration.serial = experiment.serial;
   calibration.software_version = Version();
   calibration.created = TimestampUtc();
-  Finding refusal = RefusalOf(error, code.value_or(FindingCode::kNoReadings));
+  // Several complaints about a file are lines; a finding is one.
+  Error in_one_line = error;
+  std::string& message = in_one_line.message;
+  for (std::size_t end = 0; (end = message.find('\n', end)) != std::string::npos;)
+    message.replace(end, 1, "; ");
+  Finding refusal = RefusalOf(in_one_line, code.value_or(FindingCode::kNoReadings));
   if (!error.finding) refusal.remedy.clear();  // The error's own message has one.
   calibration.findings = {std::move(refusal)};
   calibration.outcome = OutcomeOf(calibration.findings);
@@ -249,6 +257,78 @@ Status MoveAside(const fs::path& directory, const std::vector<std::string>& name
   return {};
 }
 
+/// The number of the sensors whose results are in a folder of this name: "instance-2"; unset: it is
+/// none of these, or that of an earlier log.
+std::optional<int> InstanceOf(const std::string& name) {
+  constexpr std::string_view kPrefix = "instance-";
+  int instance = 0;
+  const char* const end = name.data() + name.size();
+  if (!name.starts_with(kPrefix)) return std::nullopt;
+  const auto read = std::from_chars(name.data() + kPrefix.size(), end, instance);
+  return read.ec == std::errc() && read.ptr == end ? std::optional(instance) : std::nullopt;
+}
+
+/// The folders with results of other sensors than `all` that are there from before.
+std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
+  std::vector<fs::path> others;
+  std::error_code failure;
+  fs::directory_iterator entry(all.front().task.folder, failure);
+  for (const fs::directory_iterator end; !failure && entry != end; entry.increment(failure)) {
+    const std::optional<int> instance = InstanceOf(entry->path().filename().string());
+    const bool is_own = std::any_of(
+        all.begin(), all.end(), [&](const Done& done) { return done.task.instance == instance; });
+    if (instance && !is_own) others.push_back(entry->path());
+  }
+  std::sort(others.begin(), others.end());
+  return others;
+}
+
+/// Why a device may not leave by one of its sensors, as `instance` has it; unset: by others alone,
+/// or it may.
+std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
+  const std::vector<Decision>& decisions = calibration.decisions;
+  if (calibration.verdict() != Verdict::kFail) return std::nullopt;
+  if (!decisions.empty() && decisions.back().is_automatic) return std::nullopt;
+  return Decision{.verdict = Verdict::kFail,
+                  .who = instance,
+                  .why = !decisions.empty() ? DecisionText(decisions.back())
+                         : calibration.quality.limits.empty()
+                             ? "FAIL"
+                             : MissedText(WorstLimit(calibration.quality.limits)),
+                  .created = calibration.created,
+                  .is_automatic = true};
+}
+
+/// The same by what `folder` has of other sensors of the device.
+std::optional<Decision> HeldBackByOther(const fs::path& folder, const std::string& serial) {
+  const std::optional<Calibration> there = ThatIn(folder);
+  if (!there || there->serial != serial) return std::nullopt;
+  return HeldBackBy(*there, folder.filename().string());
+}
+
+/// What an earlier log had beyond the sensors of this one becomes instance-N.previous, unless it
+/// holds back the device.
+Status MoveOtherInstancesAside(const std::vector<Done>& all) {
+  // One sensor of a log that is calibrated by itself replaces only its own result.
+  if (!FLAGS_instance.empty()) return {};
+  for (const fs::path& folder : OtherInstances(all)) {
+    if (HeldBackByOther(folder, all.front().calibration.serial)) continue;
+    const fs::path to = folder.string() + ".previous";
+    std::error_code failure;
+    fs::remove_all(to, failure);
+    if (!failure) fs::rename(folder, to, failure);
+    if (failure) {
+      return Error(ErrorCode::kCannotWrite,
+                   {folder.string()},
+                   "is of an earlier log and cannot be renamed to " + to.string() + ": " +
+                       failure.message());
+    }
+    Note(folder.string() + ": is of an earlier log with more sensors, and is renamed to " +
+         to.filename().string());
+  }
+  return {};
+}
+
 /// Writes the results, all or none, and what --to asks for.
 Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   TRUETRIAD_ASSIGN_OR_RETURN(const bool allows_outside, AllowsOutsideLimits());
@@ -281,6 +361,7 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
     if (done.StaysBeside()) TRUETRIAD_RETURN_IF_ERROR(HoldBackEarlier(done));
     TRUETRIAD_RETURN_IF_ERROR(MoveAside(done.task.folder, aside[i]));
   }
+  TRUETRIAD_RETURN_IF_ERROR(MoveOtherInstancesAside(*all));
   TRUETRIAD_RETURN_IF_ERROR(files.Commit());
   return exports;
 }
@@ -330,41 +411,16 @@ void TakeOverDecisions(Done* done) {
   }
 }
 
-/// Why a device may not leave by one of its sensors, as `instance` has it; unset: by others alone,
-/// or it may.
-std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
-  const std::vector<Decision>& decisions = calibration.decisions;
-  if (calibration.verdict() != Verdict::kFail) return std::nullopt;
-  if (!decisions.empty() && decisions.back().is_automatic) return std::nullopt;
-  return Decision{.verdict = Verdict::kFail,
-                  .who = instance,
-                  .why = !decisions.empty() ? DecisionText(decisions.back())
-                         : calibration.quality.limits.empty()
-                             ? "FAIL"
-                             : MissedText(WorstLimit(calibration.quality.limits)),
-                  .created = calibration.created,
-                  .is_automatic = true};
-}
-
 /// One that may not leave holds back all sensors of its device, those too that were calibrated into
 /// the same folder before.
 void HoldBackTogether(std::vector<Done>* all) {
   std::optional<Decision> held_back;
-  std::set<std::string> own;
   for (const Done& done : *all) {
     const std::string name = "instance " + std::to_string(done.task.instance);
-    own.insert("instance-" + std::to_string(done.task.instance));
     if (!held_back) held_back = HeldBackBy(done.calibration, name);
   }
-  const Done& first = all->front();
-  std::error_code failure;
-  fs::directory_iterator entry(first.task.folder, failure);
-  for (const fs::directory_iterator end; !failure && !held_back && entry != end;
-       entry.increment(failure)) {
-    const std::string name = entry->path().filename().string();
-    if (!name.starts_with("instance-") || own.contains(name)) continue;
-    const std::optional<Calibration> there = ThatIn(entry->path());
-    if (there && there->serial == first.calibration.serial) held_back = HeldBackBy(*there, name);
+  for (const fs::path& folder : OtherInstances(*all)) {
+    if (!held_back) held_back = HeldBackByOther(folder, all->front().calibration.serial);
   }
   if (!held_back) return;
   for (Done& done : *all) {
@@ -442,6 +498,18 @@ class FolderGivesWay {
   bool has_made_parent_ = false;
 };
 
+/// Error (bad input): a log that is not read by itself but converted is packed.
+Status CheckIsUnpacked(const std::string& log) {
+  std::array<char, 2> start{};
+  std::ifstream(log, std::ios::binary).read(start.data(), start.size());
+  if (start != std::array<char, 2>{'\x1F', '\x8B'}) return {};
+  const auto text = TextFile::Open(log);
+  if (text || text.error().code != ErrorCode::kWrongFormat) return {};
+  return Error(ErrorCode::kWrongFormat,
+               {log},
+               "is packed with gzip, and only CSV is read packed; unpack it first: gunzip " + log);
+}
+
 /// The recordings of the logs by the number of their sensors; other systems' logs are converted
 /// below `folder`; `gives_way` takes the folders of earlier ones.
 Result<std::map<int, std::vector<std::string>>> RecordingsOf(
@@ -460,6 +528,7 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
                        "that are converted; leave them out, or convert the log first");
     }
     if (format == nullptr) {
+      TRUETRIAD_RETURN_IF_ERROR(CheckIsUnpacked(log));
       recordings[0].push_back(log);
       continue;
     }
