@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -19,6 +20,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "fleet/json_lines.h"
 #include "fleet/log_files.h"
 #include "fleet/log_watch.h"
 #include "fleet/unit_folders.h"
@@ -78,15 +80,39 @@ std::string ReasonOf(const Standing& unit) {
 }
 
 /// The log of a run has the readings of another unit's.
-Error IsCopy(const UnitRun& run, const auto& other) {
-  return Error(
-      ErrorCode::kOtherDevice,
-      {run.log},
-      "has the readings of " + other.log + ", which is unit `" + other.serial + "`, and not of `" +
-          run.serial +
-          "`: a copy of it, or one serial number is wrong; measure this unit, or, where that "
-          "one's number was wrong, refuse it by `fleet dispose " +
-          other.serial + " --verdict=FAIL` and run this log again");
+Error IsCopy(const UnitRun& run, const auto& other, const std::string& remedy) {
+  return Error(ErrorCode::kOtherDevice,
+               {run.log},
+               "has the readings of " + other.log + ", which is unit `" + other.serial +
+                   "`, and not of `" + run.serial +
+                   "`: a copy of it, or one serial number is wrong; " + remedy);
+}
+
+/// As a shell takes it for one word.
+std::string ShellWord(const std::string& text) {
+  const bool is_plain = std::ranges::all_of(text, [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("_./:@+,=-").find(c) != std::string_view::npos;
+  });
+  if (is_plain && !text.empty()) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + '\'';
+}
+
+/// What releases the readings of `other` for `run`, in the store of the plan.
+std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
+  const std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
+  if (JsonLinesPath(store)) {
+    return "measure this unit, or, where that one's number was wrong, collect the runs into a "
+           "store "
+           "and say so there by `truetriad fleet dispose --wrong-serial`";
+  }
+  return "measure this unit, or, where that one's number was wrong, say so by `truetriad fleet "
+         "dispose " +
+         ShellWord(other.serial) + " --store=" + ShellWord(store) +
+         " --who=NAME --verdict=FAIL --wrong-serial --why=" + ShellWord("is " + run.serial) +
+         "` and run this log again";
 }
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on
@@ -289,7 +315,7 @@ class FleetEngine {
     run->judgements.clear();
     run->effective_dof = 0.0;
     run->mode.clear();
-    Fill(IsCopy(*run, *other), run);
+    Fill(IsCopy(*run, *other, RemedyOf(*run, *other, options_.plan)), run);
     return {};
   }
 
@@ -476,7 +502,9 @@ std::vector<Arrival> WithoutCopies(const FleetOptions& options, std::vector<Unit
         const UnitRun own = RunOf(options.plan, units[place].order);
         for (const std::size_t another : same) {
           const UnitRun other = RunOf(options.plan, units[another].order);
-          if (other.serial != own.serial) units[place].refusal = IsCopy(own, other);
+          if (other.serial == own.serial) continue;
+          units[place].refusal =
+              IsCopy(own, other, "measure both, or name the one whose number is right without it");
         }
       }
     }

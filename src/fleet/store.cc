@@ -33,22 +33,17 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// A run of another unit than $1 that has all readings of `sensors`: $2, …. Not of one that a
-/// person refused, as one does whose serial number was wrong; `has_standing`: where decisions are
-/// known.
-std::string SameReadings(std::size_t sensors, bool has_standing) {
+/// A run of another unit than $1 that has all readings of `sensors`: $2, …, unless a person said
+/// that its serial number was wrong.
+std::string SameReadings(std::size_t sensors) {
   std::string runs;
   for (std::size_t i = 0; i < sensors; ++i) {
     runs += (i > 0 ? " INTERSECT " : "") +
             ("SELECT run FROM reading WHERE digest = $" + std::to_string(i + 2));
   }
-  const std::string refused =
-      has_standing ? " AND serial NOT IN (SELECT serial FROM standing WHERE disposed_by <> '' AND "
-                     "final_verdict = 'FAIL')"
-                   : "";
   return "SELECT " + ColumnsOf<KnownRun>() +
-         " FROM run WHERE serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs + ")" +
-         refused + " ORDER BY run LIMIT 1";
+         " FROM run WHERE serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs +
+         ") AND run NOT IN (SELECT run FROM given_up) ORDER BY run LIMIT 1";
 }
 
 /// A recording that was checked again at a station does not count.
@@ -376,9 +371,8 @@ Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
     values.emplace_back(std::string_view(one.digest));
   }
   if (values.size() == 1) return std::optional<KnownRun>();
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      std::vector<KnownRun> others,
-      Things<KnownRun>(SameReadings(values.size() - 1, lines_ == nullptr), values));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<KnownRun> others,
+                             Things<KnownRun>(SameReadings(values.size() - 1), values));
   return others.empty() ? std::optional<KnownRun>() : std::optional(std::move(others.front()));
 }
 
@@ -451,6 +445,30 @@ Result<std::vector<KnownRun>> Store::FoldersOfUnit(const std::string& serial) {
                           {serial});
 }
 
+Status Store::CheckReadings(const Disposition& disposition) {
+  if (disposition.wrong_serial) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<Cell> given_up,
+      Row("SELECT run FROM given_up WHERE run = $1", {std::string_view(disposition.run)}));
+  // To refuse the unit for another reason takes nothing back.
+  if (given_up.empty() && disposition.verdict == Verdict::kFail) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table read,
+                             database_->Ask("SELECT digest FROM reading WHERE run = $1",
+                                            std::vector<Value>{std::string_view(disposition.run)}));
+  if (read.rows.empty()) return {};
+  std::vector<Value> values = {std::string_view(disposition.serial)};
+  for (const auto& row : read.rows) values.emplace_back(std::string_view(*row[0]));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> other,
+                             Row(SameReadings(read.rows.size()), values));
+  if (other.empty()) return {};
+  const auto holder = FromRow<KnownRun>(other);
+  return Error(ErrorCode::kConflictingArguments,
+               "unit `" + disposition.serial + "` cannot be `" +
+                   std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
+                   ": its readings count for unit `" + holder.serial + "` (run " + holder.run +
+                   ", " + holder.log + "); first refuse that one with --wrong-serial");
+}
+
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
   if (lines_) return NoQuestions(database_->name());
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
@@ -467,6 +485,7 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
     added.run = standing[0].value_or("");
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
         added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
+    TRUETRIAD_RETURN_IF_ERROR(CheckReadings(added));
     TRUETRIAD_ASSIGN_OR_RETURN(
         const std::vector<Cell> last,
         Row("SELECT max(run) FROM run WHERE serial = $1", {disposition.serial}));
