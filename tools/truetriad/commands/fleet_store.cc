@@ -17,7 +17,6 @@
 #include "fleet/run_table.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
-#include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -154,7 +153,7 @@ constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
 /// Writes the typed table beside the output, and has the program of the optional part make Parquet
 /// of it.
 Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection& which) {
-  if (InputGuard::Holds(FLAGS_output)) return InputGuard::Refusal(FLAGS_output);
+  TRUETRIAD_RETURN_IF_ERROR(WholeFile(FLAGS_output).status());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program,
                              FindNodeProgram("truetriad-export-parquet", "--to=parquet"));
   const std::string table = TemporaryNameBeside(FLAGS_output);
