@@ -54,6 +54,11 @@ std::string ChecksThatCount() {
          "one.recording AND prior.station_check < one.station_check)) ";
 }
 
+/// Of the station $1, by when the golden unit was recorded.
+std::string LastCheck() {
+  return ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1";
+}
+
 template <typename Thing>
 std::vector<Thing> ThingsIn(const Table& table) {
   std::vector<Thing> things;
@@ -501,22 +506,24 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
 Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& check) {
   if (lines_) return NoQuestions(database_->name());
   StationCheck added = check;
-  std::optional<StationCheck> first;
+  std::optional<StationCheck> counting;
   const Status status = Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
-    first.reset();
-    if (added.recording.empty()) return {};
+    counting.reset();
     const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
                                     " FROM station_check WHERE station = $1 AND recording = $2 "
-                                    "ORDER BY station_check LIMIT 1";
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row,
+                                    "AND recording <> '' ORDER BY station_check LIMIT 1";
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Cell> row,
                                Row(first_check, {added.station, added.recording}));
-    if (row.at(0) != added.id) first = FromRow<StationCheck>(row);
+    if (row.empty() || row[0] == added.id) {
+      TRUETRIAD_ASSIGN_OR_RETURN(row, Row(LastCheck(), {added.station}));
+    }
+    if (row.at(0) != added.id) counting = FromRow<StationCheck>(row);
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);
-  return first;
+  return counting;
 }
 
 Result<Decisions> Store::ReadDecisions() {
@@ -555,11 +562,8 @@ Result<std::vector<StationCheck>> Store::StationChecks() {
 
 Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const std::vector<StationCheck> last,
-      Things<StationCheck>(
-          ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1",
-          {station}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> last,
+                             Things<StationCheck>(LastCheck(), {station}));
   return last.empty() ? std::nullopt : std::optional(last.front());
 }
 

@@ -220,8 +220,9 @@ class Store {
   /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error
   /// (usage): there is no such unit, or its readings count for another one.
   Result<Disposition> Dispose(const Disposition& disposition);
-  /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
-  /// check at a station: that one, where this is not it.
+  /// Adds a check, with a later name where the clock has gone back. What counts in its stead, where
+  /// something does: of the same recording, which counts by its first check at a station, or of a
+  /// later one.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// Those that count, in their order; of all stations, or the last of one.
   Result<std::vector<StationCheck>> StationChecks();
