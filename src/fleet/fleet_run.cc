@@ -20,6 +20,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/messages.h"
 #include "fleet/json_lines.h"
 #include "fleet/log_files.h"
 #include "fleet/log_watch.h"
@@ -71,13 +72,6 @@ std::optional<double> FleetProgress::SecondsLeft() const {
 }
 
 namespace {
-
-/// Why a unit is good, or not, whatever its run of now says.
-std::string ReasonOf(const Standing& unit) {
-  const std::string verdict(VerdictWords(unit.final_verdict));
-  if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
-  return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
-}
 
 /// The log of a run has the readings of another unit's.
 Error IsCopy(const UnitRun& run, const auto& other, const std::string& remedy) {
@@ -222,6 +216,11 @@ class FleetEngine {
       if (!hold_retry_.why.empty()) Tell("units go on");
       hold_retry_ = Retry();
       return true;
+    }
+    const std::optional<std::size_t> left = source_->LeftWaiting();
+    if (why && left && !workers_.IsBusy() && ended_.empty()) {
+      return Error(ErrorCode::kStationNotChecked,
+                   Counted(*left, "log") + " not calibrated, and none came any more: " + text);
     }
     if (text != hold_retry_.why) Tell("units wait: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
