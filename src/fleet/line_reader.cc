@@ -12,6 +12,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "fleet/database.h"
 #include "fleet/fields.h"
 #include "fleet/run_check.h"
 #include "truetriad/model/limits.h"
@@ -40,6 +41,14 @@ std::string FromWhere(std::string_view source, const std::string& where) {
     from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
             "') AS \"" + name + '"';
   }
+  // What a run's unit amounts to.
+  const auto add_of_unit = [&](const std::string& name, const auto&) {
+    if (source != kRunTable || name == kRunTable) return;
+    from.append(", (SELECT ").append(name);
+    from.append(" FROM standing WHERE standing.serial = source.serial) AS ").append(name);
+  };
+  const Standing none;
+  Fields(add_of_unit, none);
   from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE ");
   // On a line of its own, so that a comment ends with it.
   return from + (where.empty() ? "TRUE" : "(" + where + "\n)");
@@ -172,6 +181,7 @@ UnitCourse CourseOf(const UnitRun& run) {
   return {.first_verdict = unit.first_verdict,
           .final_verdict = unit.final_verdict,
           .recorded_by = run.recorded_by,
+          .is_conceded = IsRed(run.verdict) && !IsRed(unit.final_verdict),
           .attempts = static_cast<int>(unit.attempts)};
 }
 

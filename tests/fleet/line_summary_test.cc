@@ -19,6 +19,7 @@
 namespace truetriad::fleet {
 namespace line_summary_test {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -104,7 +105,13 @@ TEST_F(LineOfUnits, CountsWhatWasGoodAtFirstAndInTheEnd) {
   ASSERT_THAT(summary["reasons"], SizeIs(1));
   EXPECT_EQ(summary["reasons"][0]["code"], "too-few-poses");
   EXPECT_EQ(summary["reasons"][0]["cumulative"], 1.0);
-  EXPECT_THAT(SummaryText(summary), HasSubstr("3 OF 5 GOOD: 60 %"));
+  EXPECT_EQ(yield["good_by_decision"], 1);
+  EXPECT_THAT(
+      SummaryText(summary),
+      AllOf(HasSubstr("3 OF 5 GOOD: 60 %"), HasSubstr(", of these 1 by a person's decision")));
+  // Units may be chosen by what they amount to.
+  EXPECT_EQ(Summary({.where = "final_verdict = 'PASS' AND attempts = 2"})["yield"]["units"], 1);
+  EXPECT_EQ(Summary({.where = "disposed_by = 'R'"})["yield"]["units"], 1);
 }
 
 TEST_F(LineOfUnits, SaysWhenUnitsWereMeasuredAndHowThatIsKnown) {
