@@ -317,6 +317,12 @@ constexpr std::string_view kDecisionsLifted =
     "FROM disposition AS one JOIN run AS its ON its.run = one.run "
     "WHERE its.serial = standing.serial) ORDER BY standing.serial";
 
+/// Units that are good by another run than their last, which is not: it was measured before that.
+constexpr std::string_view kOverruled =
+    "SELECT standing.serial FROM latest CROSS JOIN standing WHERE standing.serial = latest.serial "
+    "AND latest.verdict IN ('FAIL', 'NO_RESULT') AND latest.run <> standing.run "
+    "AND standing.final_verdict IN ('PASS', 'NO_LIMITS') ORDER BY standing.serial";
+
 /// Each shard, and each station, sees its own units alone. Runs that count and may leave, with the
 /// first of another unit's that is of all their readings, unless its serial number was wrong.
 constexpr std::string_view kCopies =
@@ -350,6 +356,11 @@ Status AgreeAll(const std::string& target, Collected* collected) {
                                text(row, 1) + ": " + text(row, 3) + ") does not hold for run " +
                                text(row, 4) +
                                ", which counts, and is of another recording or by other limits");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table overruled, store->Query(std::string(kOverruled)));
+  for (const auto& row : overruled.rows) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto unit, store->StandingOf(text(row, 0)));
+    if (unit) collected->notes.push_back(text(row, 0) + ": " + ReasonOf(*unit));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,
                              store->UnitsHeldBack());

@@ -146,6 +146,16 @@ TEST_F(Collecting, SaysWhichDecisionAnotherStationsRecordingLifts) {
   ASSERT_TRUE(collected) << collected.error().message;
   EXPECT_THAT(collected->notes,
               Contains(HasSubstr("unit '1: the decision of me (FAIL: scratched) does not hold")));
+  // Nor does a run that is not good of what was measured before.
+  UnitRun before = run;
+  before.id = SampleId("e3");
+  before.recorded = "2026-11-25T12:30:00Z";
+  before.log = "before.csv";
+  before.readings = {{"accelerometer", "cc"}};
+  before.verdict = Verdict::kNoResult;
+  ASSERT_TRUE((*OpenStore(later))->Add(before));
+  EXPECT_THAT(Collect({later}, target_)->notes,
+              Contains("unit '1: PASS by run " + run.id + ", which counts"));
 }
 
 TEST_F(Collecting, NamesTheShardsThatAreMissing) {
