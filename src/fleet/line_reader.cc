@@ -154,12 +154,18 @@ class LineReader {
   std::unordered_map<std::string, std::size_t> place_of_;  ///< Of parameters.
 };
 
-/// The first run of each of what `partition` tells apart, of those that `condition` is true of.
+/// The first run of each of what `partition` tells apart, of those that `condition` is true of; of
+/// a log whose time a later list has corrected, the run with that.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
          "tag.name = 'station' WHERE " +
-         condition + ") AS placed WHERE nth = 1";
+         condition +
+         " AND NOT EXISTS (SELECT 1 FROM run AS later WHERE later.log = run.log AND later.serial = "
+         "run.serial AND later.log_bytes = run.log_bytes AND later.log_modified_ns = "
+         "run.log_modified_ns AND later.run > run.run AND later.recorded_by = 'list' AND "
+         "later.recorded <> run.recorded AND later.verdict <> 'NO_RESULT')) AS placed WHERE nth = "
+         "1";
 }
 
 /// Names of the parameters of the runs that `where` is true of, in their order.

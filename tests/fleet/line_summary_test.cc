@@ -274,6 +274,20 @@ TEST_F(LineOfUnits, ChargesAStationWithWhatItMeasuredFirst) {
   EXPECT_EQ(summary["charts"][0]["units"], 31);
 }
 
+TEST_F(LineOfUnits, TakesTheTimeThatTheLastListStates) {
+  UnitRun run = RunOf("a", 0.1);
+  Add(RunOf("b", 0.2));
+  Add(run);
+  run.id = RunOf("", 0.0).id;
+  run.recorded = "2026-11-24T09:00:00Z";
+  Add(run);
+  Result<LineReading> line = ReadUnits(*store_);
+  ASSERT_TRUE(line) << line.error().message;
+  const line::LineData measured = line->TakeMeasured();
+  ASSERT_THAT(measured.units, SizeIs(2));
+  EXPECT_EQ(measured.units[1].recorded, run.recorded);
+}
+
 TEST_F(LineOfUnits, NamesWhoDecidedAsAReason) {
   Add(RunOf("a", 0.1));
   ASSERT_TRUE(store_->Dispose({.id = NewRunId(),
