@@ -484,8 +484,11 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
   return groups;
 }
 
-/// The units, of which those are refused, all of them, that have the readings of another one.
-std::vector<Arrival> WithoutCopies(const FleetOptions& options, std::vector<UnitOrder> orders) {
+/// The units, of which those are refused, all of them, that have the readings of another one. But
+/// of a log whose serial number was wrong the readings are the other's. Error: of the store.
+Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
+                                           Store& store,
+                                           std::vector<UnitOrder> orders) {
   // So many are read in a millisecond, and of two recordings hardly the same.
   constexpr std::int64_t kFirstReadings = 64;
   std::vector<Arrival> units;
@@ -495,13 +498,19 @@ std::vector<Arrival> WithoutCopies(const FleetOptions& options, std::vector<Unit
     units.push_back({std::move(order)});
   }
   if (units.size() < 2) return units;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> given_up, store.RunsGivenUp());
+  const auto is_given_up = [&](const UnitRun& unit) {
+    return std::ranges::any_of(given_up, [&](const KnownRun& one) {
+      return one.serial == unit.serial && one.log == unit.log;
+    });
+  };
   for (const auto& likely : OfSameReadings(units, all, kFirstReadings, options.jobs)) {
     for (const auto& same : OfSameReadings(units, likely, std::nullopt, options.jobs)) {
       for (const std::size_t place : same) {
         const UnitRun own = RunOf(options.plan, units[place].order);
         for (const std::size_t another : same) {
           const UnitRun other = RunOf(options.plan, units[another].order);
-          if (other.serial == own.serial) continue;
+          if (other.serial == own.serial || is_given_up(other)) continue;
           units[place].refusal =
               IsCopy(own, other, "measure both, or name the one whose number is right without it");
         }
@@ -529,7 +538,9 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
   }
   progress.skipped = skipped.size();
   progress.units = units.size();
-  ListedUnits source(WithoutCopies(options, std::move(units)));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Arrival> arrivals,
+                             WithoutCopies(options, store, std::move(units)));
+  ListedUnits source(std::move(arrivals));
   TRUETRIAD_ASSIGN_OR_RETURN(progress,
                              FleetEngine(options, config_sha256, &source, &store, listener)
                                  .Run(std::move(progress), is_stopped));

@@ -381,6 +381,11 @@ Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
   return others.empty() ? std::optional<KnownRun>() : std::optional(std::move(others.front()));
 }
 
+Result<std::vector<KnownRun>> Store::RunsGivenUp() {
+  return Things<KnownRun>("SELECT " + ColumnsOf<KnownRun>() +
+                          " FROM run WHERE run IN (SELECT run FROM given_up)");
+}
+
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
   if (lines_) return std::optional<Standing>();
   const std::string standing_of =
@@ -457,9 +462,15 @@ Status Store::CheckReadings(const Disposition& disposition) {
       Row("SELECT run FROM given_up WHERE run = $1", {std::string_view(disposition.run)}));
   // To refuse the unit for another reason takes nothing back.
   if (given_up.empty() && disposition.verdict == Verdict::kFail) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table read,
-                             database_->Ask("SELECT digest FROM reading WHERE run = $1",
-                                            std::vector<Value>{std::string_view(disposition.run)}));
+  // The run itself may have been refused before it was read.
+  constexpr std::string_view kRead =
+      "SELECT digest FROM reading WHERE run = (SELECT max(same.run) FROM measured AS own "
+      "CROSS JOIN measured AS same WHERE own.run = $1 AND same.serial = own.serial "
+      "AND same.first_run = own.first_run "
+      "AND EXISTS (SELECT 1 FROM reading AS its WHERE its.run = same.run))";
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table read,
+      database_->Ask(kRead, std::vector<Value>{std::string_view(disposition.run)}));
   if (read.rows.empty()) return {};
   std::vector<Value> values = {std::string_view(disposition.serial)};
   for (const auto& row : read.rows) values.emplace_back(std::string_view(*row[0]));

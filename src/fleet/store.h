@@ -191,6 +191,8 @@ class Store {
   /// A run of another unit that has all readings of this one and was not refused for it, unless a
   /// person said that its serial number was wrong; unset: there is none.
   Result<std::optional<KnownRun>> RunOfSameReadings(const UnitRun& run);
+  /// Runs of which a person said that their serial number was wrong.
+  Result<std::vector<KnownRun>> RunsGivenUp();
   /// Of each log the last run.
   Result<std::vector<KnownRun>> LastRuns();
   /// Of which shard further runs are; the first who says how many there are, states it. Error

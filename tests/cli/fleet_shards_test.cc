@@ -119,10 +119,14 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   const Finished back = Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=PASS --why=it");
   EXPECT_EQ(back.exit_code, 1);
   EXPECT_THAT(back.err, HasSubstr("its readings count for unit `w1`"));
-  EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT verdict FROM latest WHERE serial = "
-                    "'w1'\"")
-                  .out,
-              HasSubstr("NO_LIMITS"));
+  // Of both, the one whose number was wrong is the copy.
+  fs::rename(folder_.Path("u1.csv"), folder_.Path("line/u1.csv"));
+  EXPECT_THAT(Fleet("run line/u1.csv line/w1.csv -o out").err,
+              StartsWith("u1: NO RESULT, other-device: line/u1.csv: has the readings of line/w1"));
+  EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT serial, verdict FROM latest\"").out,
+              AllOf(HasSubstr("u1,NO_RESULT"), HasSubstr("w1,NO_LIMITS")));
+  EXPECT_THAT(Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent").err,
+              HasSubstr("its readings count for unit `w1`"));
 }
 
 // However each of them spells the folder.
