@@ -317,22 +317,28 @@ constexpr std::string_view kDecisionsLifted =
     "FROM disposition AS one JOIN run AS its ON its.run = one.run "
     "WHERE its.serial = standing.serial) ORDER BY standing.serial";
 
-/// Each shard, and each station, sees its own units alone. Runs that count and may leave, of which
-/// a later one is of all the readings of another unit's.
+/// Units that are good by another run than their last, which is not: it was measured before that.
+constexpr std::string_view kOverruled =
+    "SELECT standing.serial FROM latest CROSS JOIN standing WHERE standing.serial = latest.serial "
+    "AND latest.verdict IN ('FAIL', 'NO_RESULT') AND latest.run <> standing.run "
+    "AND standing.final_verdict IN ('PASS', 'NO_LIMITS') ORDER BY standing.serial";
+
+/// Each shard, and each station, sees its own units alone. Runs that count and may leave, with the
+/// first of another unit's that is of all their readings, unless its serial number was wrong.
 constexpr std::string_view kCopies =
-    "SELECT DISTINCT own.serial, own.run, own.log, other.run, other.serial "
+    "SELECT own.serial, own.run, own.log, min(its.run), its.serial "
     "FROM (SELECT digest FROM reading GROUP BY digest HAVING count(*) > 1) AS seen "
     "JOIN reading AS known ON known.digest = seen.digest "
     "JOIN reading AS first ON first.digest = seen.digest AND first.run < known.run "
     "JOIN run AS one ON one.run = known.run "
     "JOIN run AS its ON its.run = first.run AND its.serial <> one.serial "
     "JOIN standing AS own ON own.serial = one.serial AND own.run = known.run "
-    "JOIN standing AS other ON other.serial = its.serial AND other.run = first.run "
-    "WHERE own.final_verdict IN ('PASS', 'NO_LIMITS') "
-    "AND other.final_verdict IN ('PASS', 'NO_LIMITS') "
+    "WHERE own.final_verdict IN ('PASS', 'NO_LIMITS') AND its.verdict <> 'NO_RESULT' "
+    "AND its.run NOT IN (SELECT run FROM given_up) "
     "AND NOT EXISTS (SELECT 1 FROM reading AS made_from WHERE made_from.run = own.run "
-    "AND NOT EXISTS (SELECT 1 FROM reading AS same WHERE same.run = other.run "
-    "AND same.digest = made_from.digest)) ORDER BY own.run, other.run";
+    "AND NOT EXISTS (SELECT 1 FROM reading AS same WHERE same.run = its.run "
+    "AND same.digest = made_from.digest)) "
+    "GROUP BY own.serial, own.run, own.log, its.serial ORDER BY own.run, min(its.run)";
 
 /// The files beside the store agree with it; notes what people should know of that.
 Status AgreeAll(const std::string& target, Collected* collected) {
@@ -350,6 +356,11 @@ Status AgreeAll(const std::string& target, Collected* collected) {
                                text(row, 1) + ": " + text(row, 3) + ") does not hold for run " +
                                text(row, 4) +
                                ", which counts, and is of another recording or by other limits");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table overruled, store->Query(std::string(kOverruled)));
+  for (const auto& row : overruled.rows) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto unit, store->StandingOf(text(row, 0)));
+    if (unit) collected->notes.push_back(text(row, 0) + ": " + ReasonOf(*unit));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,
                              store->UnitsHeldBack());

@@ -88,6 +88,7 @@ void Fields(auto&& visit, Like<Disposition> auto& disposition) {
   visit("created", disposition.created);
   visit("who", disposition.who);
   visit("verdict", disposition.verdict);
+  visit("wrong_serial", disposition.wrong_serial);
   visit("why", disposition.why);
 }
 
@@ -128,6 +129,7 @@ void Fields(auto&& visit, Like<KnownRun> auto& run) {
   visit("verdict", run.verdict);
   visit("code", run.code);
   visit("recorded", run.recorded);
+  visit("recorded_by", run.recorded_by);
   visit("folder", run.folder);
 }
 

@@ -321,7 +321,8 @@ class PageData {
       const PageUnit& of = units_[unit->second];
       const std::string end = last[one.serial] != one.id ? "later" : of.is_decided ? "" : of.run;
       Json& list = decided_.try_emplace(one.run, Json::array()).first->second;
-      list.push_back({one.created, one.who, VerdictName(one.verdict), one.why, end});
+      const std::string why = (one.wrong_serial ? "wrong serial number: " : "") + one.why;
+      list.push_back({one.created, one.who, VerdictName(one.verdict), why, end});
     }
     return {};
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -19,6 +20,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/messages.h"
+#include "fleet/json_lines.h"
 #include "fleet/log_files.h"
 #include "fleet/log_watch.h"
 #include "fleet/unit_folders.h"
@@ -70,23 +73,40 @@ std::optional<double> FleetProgress::SecondsLeft() const {
 
 namespace {
 
-/// Why a unit is good, or not, whatever its run of now says.
-std::string ReasonOf(const Standing& unit) {
-  const std::string verdict(VerdictWords(unit.final_verdict));
-  if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
-  return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
+/// The log of a run has the readings of another unit's.
+Error IsCopy(const UnitRun& run, const auto& other, const std::string& remedy) {
+  return Error(ErrorCode::kOtherDevice,
+               {run.log},
+               "has the readings of " + other.log + ", which is unit `" + other.serial +
+                   "`, and not of `" + run.serial +
+                   "`: a copy of it, or one serial number is wrong; " + remedy);
 }
 
-/// The log of a run has the readings of another unit's.
-Error IsCopy(const UnitRun& run, const auto& other) {
-  return Error(
-      ErrorCode::kOtherDevice,
-      {run.log},
-      "has the readings of " + other.log + ", which is unit `" + other.serial + "`, and not of `" +
-          run.serial +
-          "`: a copy of it, or one serial number is wrong; measure this unit, or, where that "
-          "one's number was wrong, refuse it by `fleet dispose " +
-          other.serial + " --verdict=FAIL` and run this log again");
+/// As a shell takes it for one word.
+std::string ShellWord(const std::string& text) {
+  const bool is_plain = std::ranges::all_of(text, [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("_./:@+,=-").find(c) != std::string_view::npos;
+  });
+  if (is_plain && !text.empty()) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + '\'';
+}
+
+/// What releases the readings of `other` for `run`, in the store of the plan.
+std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
+  const std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
+  if (JsonLinesPath(store)) {
+    return "measure this unit, or, where that one's number was wrong, collect the runs into a "
+           "store "
+           "and say so there by `truetriad fleet dispose --wrong-serial`";
+  }
+  return "measure this unit, or, where that one's number was wrong, say so by `truetriad fleet "
+         "dispose " +
+         ShellWord(other.serial) + " --store=" + ShellWord(store) +
+         " --who=NAME --verdict=FAIL --wrong-serial --why=" + ShellWord("is " + run.serial) +
+         "` and run this log again";
 }
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on
@@ -197,6 +217,11 @@ class FleetEngine {
       hold_retry_ = Retry();
       return true;
     }
+    const std::optional<std::size_t> left = source_->LeftWaiting();
+    if (why && left && !workers_.IsBusy() && ended_.empty()) {
+      return Error(ErrorCode::kStationNotChecked,
+                   Counted(*left, "log") + " not calibrated, and none came any more: " + text);
+    }
     if (text != hold_retry_.why) Tell("units wait: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
     return false;
@@ -289,7 +314,7 @@ class FleetEngine {
     run->judgements.clear();
     run->effective_dof = 0.0;
     run->mode.clear();
-    Fill(IsCopy(*run, *other), run);
+    Fill(IsCopy(*run, *other, RemedyOf(*run, *other, options_.plan)), run);
     return {};
   }
 
@@ -459,8 +484,11 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
   return groups;
 }
 
-/// The units, of which those are refused, all of them, that have the readings of another one.
-std::vector<Arrival> WithoutCopies(const FleetOptions& options, std::vector<UnitOrder> orders) {
+/// The units, of which those are refused, all of them, that have the readings of another one. But
+/// of a log whose serial number was wrong the readings are the other's. Error: of the store.
+Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
+                                           Store& store,
+                                           std::vector<UnitOrder> orders) {
   // So many are read in a millisecond, and of two recordings hardly the same.
   constexpr std::int64_t kFirstReadings = 64;
   std::vector<Arrival> units;
@@ -470,13 +498,21 @@ std::vector<Arrival> WithoutCopies(const FleetOptions& options, std::vector<Unit
     units.push_back({std::move(order)});
   }
   if (units.size() < 2) return units;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> given_up, store.RunsGivenUp());
+  const auto is_given_up = [&](const UnitRun& unit) {
+    return std::ranges::any_of(given_up, [&](const KnownRun& one) {
+      return one.serial == unit.serial && one.log == unit.log;
+    });
+  };
   for (const auto& likely : OfSameReadings(units, all, kFirstReadings, options.jobs)) {
     for (const auto& same : OfSameReadings(units, likely, std::nullopt, options.jobs)) {
       for (const std::size_t place : same) {
         const UnitRun own = RunOf(options.plan, units[place].order);
         for (const std::size_t another : same) {
           const UnitRun other = RunOf(options.plan, units[another].order);
-          if (other.serial != own.serial) units[place].refusal = IsCopy(own, other);
+          if (other.serial == own.serial || is_given_up(other)) continue;
+          units[place].refusal =
+              IsCopy(own, other, "measure both, or name the one whose number is right without it");
         }
       }
     }
@@ -502,7 +538,9 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
   }
   progress.skipped = skipped.size();
   progress.units = units.size();
-  ListedUnits source(WithoutCopies(options, std::move(units)));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Arrival> arrivals,
+                             WithoutCopies(options, store, std::move(units)));
+  ListedUnits source(std::move(arrivals));
   TRUETRIAD_ASSIGN_OR_RETURN(progress,
                              FleetEngine(options, config_sha256, &source, &store, listener)
                                  .Run(std::move(progress), is_stopped));

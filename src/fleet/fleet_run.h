@@ -105,6 +105,9 @@ class OrderSource {
   /// The run of a unit that was given came to nothing through no fault of its own; where the
   /// options have patience.
   virtual void Again(const UnitRun& /*run*/) {}
+  /// How many units were given and are not finished, where nothing has come for so long that no
+  /// other will; unset: it may.
+  virtual std::optional<std::size_t> LeftWaiting() const { return std::nullopt; }
   /// At the end, what people should know of units that were seen and not given: a line each.
   virtual std::vector<std::string> Left() const { return {}; }
 };
@@ -131,7 +134,7 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
 
 /// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
 /// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as
-/// OpenLogWatch.
+/// OpenLogWatch; error (bad input): the idle time is over, and units may not be begun.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,
                                  Store& store,

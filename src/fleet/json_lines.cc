@@ -209,6 +209,15 @@ std::string LineOf(const StationCheck& check) {
 
 std::string EndLine(const LineCounts& above) { return LineOfJson({{"end", TreeOf(above)}}); }
 
+std::optional<LinesHeader> HeaderOf(const std::string& path) {
+  Result<std::ifstream> file = Opened(path);
+  if (!file) return std::nullopt;
+  const Result<std::string> first = FirstLine(&*file, path);
+  if (!first) return std::nullopt;
+  const Result<LinesHeader> header = ReadHeaderLine(path, *first);
+  return header ? std::optional(*header) : std::nullopt;
+}
+
 Result<LinesRead> ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string first, FirstLine(&file, path));

@@ -53,6 +53,9 @@ struct LinesRead {
   std::int64_t bytes = 0;  ///< Of whole lines.
 };
 
+/// What the first line of a file says; unset: it is no file of runs, or of another version.
+std::optional<LinesHeader> HeaderOf(const std::string& path);
+
 /// `take`s every run of a file; a last line that has no end, left by a writer that was killed, is
 /// passed over. Error (bad input): the file cannot be read or is none of these, the file and line
 /// that is no run or decision, of other shards than the header says, or an end that counts other

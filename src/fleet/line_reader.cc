@@ -12,6 +12,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "fleet/database.h"
 #include "fleet/fields.h"
 #include "fleet/run_check.h"
 #include "truetriad/model/limits.h"
@@ -40,6 +41,14 @@ std::string FromWhere(std::string_view source, const std::string& where) {
     from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
             "') AS \"" + name + '"';
   }
+  // What a run's unit amounts to.
+  const auto add_of_unit = [&](const std::string& name, const auto&) {
+    if (source != kRunTable || name == kRunTable) return;
+    from.append(", (SELECT ").append(name);
+    from.append(" FROM standing WHERE standing.serial = source.serial) AS ").append(name);
+  };
+  const Standing none;
+  Fields(add_of_unit, none);
   from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE ");
   // On a line of its own, so that a comment ends with it.
   return from + (where.empty() ? "TRUE" : "(" + where + "\n)");
@@ -145,12 +154,18 @@ class LineReader {
   std::unordered_map<std::string, std::size_t> place_of_;  ///< Of parameters.
 };
 
-/// The first run of each of what `partition` tells apart, of those that `condition` is true of.
+/// The first run of each of what `partition` tells apart, of those that `condition` is true of; of
+/// a log whose time a later list has corrected, the run with that.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
          "tag.name = 'station' WHERE " +
-         condition + ") AS placed WHERE nth = 1";
+         condition +
+         " AND NOT EXISTS (SELECT 1 FROM run AS later WHERE later.log = run.log AND later.serial = "
+         "run.serial AND later.log_bytes = run.log_bytes AND later.log_modified_ns = "
+         "run.log_modified_ns AND later.run > run.run AND later.recorded_by = 'list' AND "
+         "later.recorded <> run.recorded AND later.verdict <> 'NO_RESULT')) AS placed WHERE nth = "
+         "1";
 }
 
 /// Names of the parameters of the runs that `where` is true of, in their order.
@@ -172,6 +187,7 @@ UnitCourse CourseOf(const UnitRun& run) {
   return {.first_verdict = unit.first_verdict,
           .final_verdict = unit.final_verdict,
           .recorded_by = run.recorded_by,
+          .is_conceded = IsRed(run.verdict) && !IsRed(unit.final_verdict),
           .attempts = static_cast<int>(unit.attempts)};
 }
 

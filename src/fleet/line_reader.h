@@ -25,8 +25,8 @@ inline constexpr std::string_view kReason =
 /// A text in SQL, whatever is in it.
 std::string SqlText(std::string_view text);
 /// " FROM … WHERE …": what the condition `where` is true of in the table or view `source`, with a
-/// column for each tag. `where` is SQL over the columns of `run` and the tags, each by its name;
-/// empty: all.
+/// column for each tag. `where` is SQL over the columns of `standing` (of a run those of its unit)
+/// and the tags, each by its name; empty: all.
 std::string FromWhere(std::string_view source, const std::string& where);
 
 /// What became of a unit, beside the run that counts.
@@ -34,6 +34,7 @@ struct UnitCourse {
   Verdict first_verdict = Verdict::kNoResult, final_verdict = Verdict::kNoResult;
   std::string first_station = {};  ///< Of its first run.
   std::string recorded_by = {};    ///< As UnitRun.
+  bool is_conceded = false;        ///< Good by a person's decision, not by its run.
   int attempts = 1;
 
   bool IsGoodAtFirst() const { return !IsRed(first_verdict); }

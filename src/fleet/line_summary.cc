@@ -16,16 +16,21 @@ namespace truetriad::fleet {
 namespace {
 
 struct YieldCount {
-  int units = 0, good_at_first = 0, good = 0, runs = 0;
+  int units = 0, good_at_first = 0, good = 0, good_by_decision = 0, runs = 0;
 
   void Add(const UnitCourse& course) {
     ++units;
     good_at_first += course.IsGoodAtFirst() ? 1 : 0;
     good += course.IsGood() ? 1 : 0;
+    good_by_decision += course.is_conceded ? 1 : 0;
     runs += course.attempts;
   }
   Json ToJson() const {
-    return {{"units", units}, {"good_at_first", good_at_first}, {"good", good}, {"runs", runs}};
+    return {{"units", units},
+            {"good_at_first", good_at_first},
+            {"good", good},
+            {"good_by_decision", good_by_decision},
+            {"runs", runs}};
   }
 };
 

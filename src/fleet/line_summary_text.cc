@@ -139,9 +139,11 @@ std::string MeasuredText(const Json& yield) {
 
 std::vector<Section> YieldSections(const Json& yield) {
   if (yield["units"] == 0) return {{.heading = "NO UNITS"}};
+  const Json& decided = yield["good_by_decision"];
   std::vector<Section> sections = {
       {.heading = Whole(yield["good"]) + " OF " + Whole(yield["units"]) +
-                  " GOOD: " + ShareAndRange(yield["good_share"]),
+                  " GOOD: " + ShareAndRange(yield["good_share"]) +
+                  (decided == 0 ? "" : ", of these " + Whole(decided) + " by a person's decision"),
        .notes = {"at first: " + ShareAndRange(yield["good_at_first_share"]) + "; " +
                      Counted(yield["retested"].get<int>(), "unit") + " measured again, " +
                      Counted(yield["runs"].get<int>(), "recording") + " in all",

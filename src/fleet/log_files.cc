@@ -284,7 +284,13 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) continue;
     // The other log may have been taken away, as the refusal advises.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) continue;
-    done.Add(run.log, {run.log_bytes, run.log_modified_ns}, run.serial, run.tags, run.recorded);
+    // A time that no list has stated is that of the log, and what one says would change it.
+    const bool is_stated = run.recorded_by == kRecordedBy[0];
+    done.Add(run.log,
+             {run.log_bytes, run.log_modified_ns},
+             run.serial,
+             run.tags,
+             is_stated ? run.recorded : "");
   }
   return done;
 }

@@ -79,7 +79,7 @@ class DoneLogs {
   /// What the store has. Error (bad input): it cannot be read.
   static Result<DoneLogs> In(Store& store, const std::string& config_sha256);
 
-  /// `serial`, `tags`, `recorded`: of its run.
+  /// `serial`, `tags`: of its run; `recorded`: the time that a list stated for it.
   void Add(const std::string& log,
            const LogStamp& stamp,
            const std::string& serial,

@@ -126,6 +126,10 @@ class LogWatch : public OrderSource {
 
   void Again(const UnitRun& run) override { ready_.push_back(run.log); }
 
+  std::optional<std::size_t> LeftWaiting() const override {
+    return IsQuiet() ? std::optional(given_.size()) : std::nullopt;
+  }
+
   std::vector<std::string> Left() const override {
     std::vector<std::string> notes;
     for (const auto& [log, state] : waiting_) {
@@ -219,8 +223,10 @@ class LogWatch : public OrderSource {
     return state;
   }
 
-  bool IsIdle() const {
-    if (!options_.until_idle_s || !given_.empty()) return false;
+  bool IsIdle() const { return given_.empty() && IsQuiet(); }
+
+  bool IsQuiet() const {
+    if (!options_.until_idle_s) return false;
     // What is seen for the first time is given at the look after the next.
     constexpr double kLooks = 3.0;
     const Seconds idle = Clock::now() - last_change_;

@@ -21,17 +21,21 @@ namespace {
 /// untouched, or of all the readings that it was made from, sensor by sensor. An attempt is a
 /// recording, however often it is calibrated.
 ///
+/// `given_up` has the runs of which a person said that their serial number was wrong: of all
+/// recordings that the unit had then, until another decision is made about one of those.
+///
 /// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
 /// "file". Runs are in the order of that; those of one second, and those without it, which come
 /// first, in the order of their names, which is that of running.
 ///
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
 /// keeps SQLite from doing it once a run): of each recording the newest run, in the order in which
-/// their first runs say that they were measured, `before` being how many were before it. A unit
-/// with one run costs some ten microseconds, one with 200 some ten milliseconds. A concession
-/// holds for the recording of the run that it was made about and the limits that were missed there,
-/// a refusal for the recordings of all runs that the unit had then, whether they counted or not.
-/// (What was exported of the runs that count alone may name a run that is later than the decision.)
+/// they were measured by the newest list that says it, else by their first runs, `before` being how
+/// many were before it. A unit with one run costs some ten microseconds, one with 200 some ten
+/// milliseconds. A concession holds for the recording of the run that it was made about and the
+/// limits that were missed there, a refusal for the recordings of all runs that the unit had then,
+/// whether they counted or not. (What was exported of the runs that count alone may name a run that
+/// is later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -44,6 +48,7 @@ CREATE VIEW measured AS
     one.run,
     one.serial,
     one.verdict,
+    one.recorded_by,
     CASE WHEN one.run = (SELECT min(seen.run) FROM run AS seen WHERE seen.serial = one.serial)
     THEN one.run
     ELSE (
@@ -74,20 +79,33 @@ CREATE VIEW measured AS
       ) AS seen
     ) END AS first_run
   FROM run AS one;
+CREATE VIEW given_up AS
+  SELECT made.run
+  FROM disposition AS said CROSS JOIN run AS its CROSS JOIN measured AS made
+  WHERE said.wrong_serial = 1 AND its.run = said.run AND made.serial = its.serial
+    AND (made.first_run <= said.disposition OR made.first_run <= said.run)
+    AND NOT EXISTS (
+      SELECT 1 FROM measured AS about CROSS JOIN disposition AS later
+      WHERE about.serial = its.serial AND later.run = about.run
+        AND later.wrong_serial = 0 AND later.disposition > said.disposition
+        AND (about.first_run <= said.disposition OR about.first_run <= said.run)
+    );
 CREATE VIEW latest AS
   SELECT * FROM run AS one
   WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
 CREATE VIEW standing AS
   SELECT
     run.*,
-    (SELECT one.verdict FROM run AS one WHERE one.serial = unit.serial
-      ORDER BY one.recorded, one.run LIMIT 1)
+    (SELECT its.verdict FROM {recordings} AS recording CROSS JOIN run AS its CROSS JOIN run AS said
+      WHERE its.run = recording.first_run AND said.run = recording.said_by
+      ORDER BY said.recorded, its.run LIMIT 1)
       AS first_verdict,
     (SELECT count(*) FROM measured AS one
       WHERE one.serial = unit.serial AND one.first_run = one.run) AS attempts,
     COALESCE(decision.verdict, run.verdict) AS final_verdict,
     decision.who AS disposed_by,
-    decision.why AS disposed_why
+    CASE WHEN decision.wrong_serial = 1 THEN 'wrong serial number: ' ELSE '' END || decision.why
+      AS disposed_why
   FROM unit
   CROSS JOIN run
   LEFT JOIN disposition AS decision ON decision.disposition = (
@@ -122,13 +140,9 @@ CREATE VIEW standing AS
       SELECT
         newest.run,
         its.verdict,
-        row_number() OVER (ORDER BY first.recorded, first.run) - 1 AS before
-      FROM (
-        SELECT first_run, max(run) AS run FROM measured
-        WHERE serial = unit.serial GROUP BY first_run
-      ) AS newest
-      CROSS JOIN run AS its CROSS JOIN run AS first
-      WHERE its.run = newest.run AND first.run = newest.first_run
+        row_number() OVER (ORDER BY said.recorded, newest.first_run) - 1 AS before
+      FROM {recordings} AS newest CROSS JOIN run AS its CROSS JOIN run AS said
+      WHERE its.run = newest.run AND said.run = newest.said_by
     ) AS counted
     WHERE counted.before <= COALESCE(
       (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), counted.before)
@@ -145,6 +159,12 @@ CREATE VIEW standing AS
     LIMIT 1
   );
 )sql";
+
+/// Of a unit, in `standing`: the first and the newest run of each recording, and the one that says
+/// when it was measured.
+constexpr std::string_view kRecordings =
+    "(SELECT first_run, max(run) AS run, COALESCE(max(CASE WHEN recorded_by = 'list' THEN run "
+    "END), first_run) AS said_by FROM measured WHERE serial = unit.serial GROUP BY first_run)";
 
 /// The values of a row: those of a thing, behind others.
 template <typename Thing>
@@ -290,7 +310,8 @@ std::string TablesSql(const TypeNames& types) {
       "', '" + std::to_string(kSchemaVersion) + "'), ('" + std::string(kStoreFact) + "', '" +
       NewRunId() + "');\n";
   for (const auto& [from, to] :
-       {std::pair<std::string_view, std::string_view>{"{text}", types.text},
+       {std::pair<std::string_view, std::string_view>{"{recordings}", kRecordings},
+        {"{text}", types.text},
         {"{real}", types.real},
         {"{bytes}", types.bytes}}) {
     for (std::size_t at = 0; (at = sql.find(from, at)) != std::string::npos; at += to.size()) {

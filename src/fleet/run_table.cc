@@ -142,8 +142,9 @@ Result<std::size_t> WriteRuns(Store& store,
                               const std::string& path,
                               const std::string& head,
                               const std::function<std::string(const UnitRun&)>& line_of,
-                              const std::function<std::string(std::size_t runs)>& tail = {}) {
-  WholeFile file(path);
+                              const std::function<std::string(std::size_t runs)>& tail = {},
+                              bool replaces_store = false) {
+  WholeFile file(path, replaces_store);
   TRUETRIAD_RETURN_IF_ERROR(file.status());
   file.Write(head);
   std::size_t runs = 0;
@@ -203,10 +204,14 @@ Result<std::size_t> ExportJsonLines(Store& store,
     }
     return lines;
   };
-  return WriteRuns(store, WithStanding(which), path, head, lines_of, [&](std::size_t runs) {
+  const auto end_of = [&](std::size_t runs) {
     counts.runs = runs;
     return EndLine(counts);
-  });
+  };
+  // What was exported of this store before may be replaced; what shards write says of which it is.
+  const std::optional<LinesHeader> there = HeaderOf(path);
+  const bool is_export = there && there->store == header.store && !there->shards.only;
+  return WriteRuns(store, WithStanding(which), path, head, lines_of, end_of, is_export);
 }
 
 Result<std::size_t> ExportTypedTable(Store& store,

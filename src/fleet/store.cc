@@ -33,22 +33,17 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// A run of another unit than $1 that has all readings of `sensors`: $2, …. Not of one that a
-/// person refused, as one does whose serial number was wrong; `has_standing`: where decisions are
-/// known.
-std::string SameReadings(std::size_t sensors, bool has_standing) {
+/// A run of another unit than $1 that has all readings of `sensors`: $2, …, unless a person said
+/// that its serial number was wrong.
+std::string SameReadings(std::size_t sensors) {
   std::string runs;
   for (std::size_t i = 0; i < sensors; ++i) {
     runs += (i > 0 ? " INTERSECT " : "") +
             ("SELECT run FROM reading WHERE digest = $" + std::to_string(i + 2));
   }
-  const std::string refused =
-      has_standing ? " AND serial NOT IN (SELECT serial FROM standing WHERE disposed_by <> '' AND "
-                     "final_verdict = 'FAIL')"
-                   : "";
   return "SELECT " + ColumnsOf<KnownRun>() +
-         " FROM run WHERE serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs + ")" +
-         refused + " ORDER BY run LIMIT 1";
+         " FROM run WHERE serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs +
+         ") AND run NOT IN (SELECT run FROM given_up) ORDER BY run LIMIT 1";
 }
 
 /// A recording that was checked again at a station does not count.
@@ -57,6 +52,11 @@ std::string ChecksThatCount() {
          " FROM station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM "
          "station_check AS prior WHERE prior.station = one.station AND prior.recording = "
          "one.recording AND prior.station_check < one.station_check)) ";
+}
+
+/// Of the station $1, by when the golden unit was recorded.
+std::string LastCheck() {
+  return ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1";
 }
 
 template <typename Thing>
@@ -376,10 +376,14 @@ Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
     values.emplace_back(std::string_view(one.digest));
   }
   if (values.size() == 1) return std::optional<KnownRun>();
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      std::vector<KnownRun> others,
-      Things<KnownRun>(SameReadings(values.size() - 1, lines_ == nullptr), values));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<KnownRun> others,
+                             Things<KnownRun>(SameReadings(values.size() - 1), values));
   return others.empty() ? std::optional<KnownRun>() : std::optional(std::move(others.front()));
+}
+
+Result<std::vector<KnownRun>> Store::RunsGivenUp() {
+  return Things<KnownRun>("SELECT " + ColumnsOf<KnownRun>() +
+                          " FROM run WHERE run IN (SELECT run FROM given_up)");
 }
 
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
@@ -451,6 +455,36 @@ Result<std::vector<KnownRun>> Store::FoldersOfUnit(const std::string& serial) {
                           {serial});
 }
 
+Status Store::CheckReadings(const Disposition& disposition) {
+  if (disposition.wrong_serial) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<Cell> given_up,
+      Row("SELECT run FROM given_up WHERE run = $1", {std::string_view(disposition.run)}));
+  // To refuse the unit for another reason takes nothing back.
+  if (given_up.empty() && disposition.verdict == Verdict::kFail) return {};
+  // The run itself may have been refused before it was read.
+  constexpr std::string_view kRead =
+      "SELECT digest FROM reading WHERE run = (SELECT max(same.run) FROM measured AS own "
+      "CROSS JOIN measured AS same WHERE own.run = $1 AND same.serial = own.serial "
+      "AND same.first_run = own.first_run "
+      "AND EXISTS (SELECT 1 FROM reading AS its WHERE its.run = same.run))";
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table read,
+      database_->Ask(kRead, std::vector<Value>{std::string_view(disposition.run)}));
+  if (read.rows.empty()) return {};
+  std::vector<Value> values = {std::string_view(disposition.serial)};
+  for (const auto& row : read.rows) values.emplace_back(std::string_view(*row[0]));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> other,
+                             Row(SameReadings(read.rows.size()), values));
+  if (other.empty()) return {};
+  const auto holder = FromRow<KnownRun>(other);
+  return Error(ErrorCode::kConflictingArguments,
+               "unit `" + disposition.serial + "` cannot be `" +
+                   std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
+                   ": its readings count for unit `" + holder.serial + "` (run " + holder.run +
+                   ", " + holder.log + "); first refuse that one with --wrong-serial");
+}
+
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
   if (lines_) return NoQuestions(database_->name());
   TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
@@ -467,6 +501,7 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
     added.run = standing[0].value_or("");
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
         added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
+    TRUETRIAD_RETURN_IF_ERROR(CheckReadings(added));
     TRUETRIAD_ASSIGN_OR_RETURN(
         const std::vector<Cell> last,
         Row("SELECT max(run) FROM run WHERE serial = $1", {disposition.serial}));
@@ -482,22 +517,24 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
 Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& check) {
   if (lines_) return NoQuestions(database_->name());
   StationCheck added = check;
-  std::optional<StationCheck> first;
+  std::optional<StationCheck> counting;
   const Status status = Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
-    first.reset();
-    if (added.recording.empty()) return {};
+    counting.reset();
     const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
                                     " FROM station_check WHERE station = $1 AND recording = $2 "
-                                    "ORDER BY station_check LIMIT 1";
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> row,
+                                    "AND recording <> '' ORDER BY station_check LIMIT 1";
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Cell> row,
                                Row(first_check, {added.station, added.recording}));
-    if (row.at(0) != added.id) first = FromRow<StationCheck>(row);
+    if (row.empty() || row[0] == added.id) {
+      TRUETRIAD_ASSIGN_OR_RETURN(row, Row(LastCheck(), {added.station}));
+    }
+    if (row.at(0) != added.id) counting = FromRow<StationCheck>(row);
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);
-  return first;
+  return counting;
 }
 
 Result<Decisions> Store::ReadDecisions() {
@@ -536,11 +573,8 @@ Result<std::vector<StationCheck>> Store::StationChecks() {
 
 Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const std::vector<StationCheck> last,
-      Things<StationCheck>(
-          ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1",
-          {station}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> last,
+                             Things<StationCheck>(LastCheck(), {station}));
   return last.empty() ? std::nullopt : std::optional(last.front());
 }
 

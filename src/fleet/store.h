@@ -40,7 +40,7 @@ struct KnownRun {
   std::string run, serial;
   std::string config_sha256, software_version;
   Verdict verdict = Verdict::kNoResult;
-  std::string code, recorded, folder;
+  std::string code, recorded, recorded_by, folder;
   Tags tags = {};  ///< Store::LastRuns alone says them.
 };
 
@@ -104,12 +104,13 @@ struct Disposition {
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The one that counted.
+  bool wrong_serial = false;         ///< What was read is another unit's: its number was wrong.
 };
 /// What somebody can decide: that the unit may leave, or that it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
 
 /// Error (usage): who or why is blank, longer than 200 or 2000 bytes, more than one line or no
-/// UTF-8, or the verdict is none of people.
+/// UTF-8, the verdict is none of people, or the serial number was wrong and it is not FAIL.
 Status CheckDisposition(const Disposition& disposition);
 
 /// By how many seconds the clocks of two machines may differ: a check that is later than now by
@@ -187,9 +188,11 @@ class Store {
   /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
   /// empty: there is none.
   Result<std::string> LatestRun(const UnitRun& run);
-  /// A run of another unit that has all readings of this one and was not refused for it, but of
-  /// none that a person refused; unset: there is none.
+  /// A run of another unit that has all readings of this one and was not refused for it, unless a
+  /// person said that its serial number was wrong; unset: there is none.
   Result<std::optional<KnownRun>> RunOfSameReadings(const UnitRun& run);
+  /// Runs of which a person said that their serial number was wrong.
+  Result<std::vector<KnownRun>> RunsGivenUp();
   /// Of each log the last run.
   Result<std::vector<KnownRun>> LastRuns();
   /// Of which shard further runs are; the first who says how many there are, states it. Error
@@ -217,10 +220,11 @@ class Store {
   Result<std::vector<KnownRun>> FoldersOfUnit(const std::string& serial);
   /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
   /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error
-  /// (usage): there is no such unit.
+  /// (usage): there is no such unit, or its readings count for another one.
   Result<Disposition> Dispose(const Disposition& disposition);
-  /// Adds a check, with a later name where the clock has gone back. A recording counts by its first
-  /// check at a station: that one, where this is not it.
+  /// Adds a check, with a later name where the clock has gone back. What counts in its stead, where
+  /// something does: of the same recording, which counts by its first check at a station, or of a
+  /// later one.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// Those that count, in their order; of all stations, or the last of one.
   Result<std::vector<StationCheck>> StationChecks();
@@ -254,6 +258,9 @@ class Store {
       const std::vector<std::pair<std::string_view, std::string>>& stated);
   /// The rows of a run, unless it is there. In a transaction.
   Status InsertRun(const UnitRun& run);
+  /// Error (usage): the decision would give readings back that count for another unit. In a
+  /// transaction.
+  Status CheckReadings(const Disposition& disposition);
   /// How many of them were not there. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
   /// Makes `id` greater than all of a table and `other`; false: it is there already. In a

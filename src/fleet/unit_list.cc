@@ -87,6 +87,11 @@ bool IsList(const fs::path& path) {
 }
 
 Status CheckHeader(const std::vector<std::string>& header, const FilePlace& place) {
+  if (header.front().find_first_of(";\t") != std::string::npos) {
+    return Error(ErrorCode::kUnknownColumn,
+                 place,
+                 "`" + header.front() + "` are not columns of a list, which commas separate");
+  }
   const std::vector<std::string_view> known = ListColumns();
   for (auto column = header.begin(); column != header.end(); ++column) {
     if (std::find(known.begin(), known.end(), *column) == known.end()) {
@@ -249,6 +254,10 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
     if (IsList(word)) return AddList(word, units);
     units->push_back({.log = word, .place = PlaceOfLog(word)});
     return {};
+  }
+  const fs::path folder = fs::path(word.substr(0, word.find_first_of("*?["))).parent_path();
+  if (!folder.empty() && !fs::exists(folder, failure) && !failure) {
+    return Error(ErrorCode::kUnreadableFile, {word}, "there is no folder " + folder.string());
   }
   glob_t found{};
   const int code = glob(word.c_str(), GLOB_ERR, nullptr, &found);  // In the order of names.

@@ -176,6 +176,12 @@ Finding FindingFrom(const Json& json) {
   return finding;
 }
 
+std::string ReasonOf(const Standing& unit) {
+  const std::string verdict(VerdictWords(unit.final_verdict));
+  if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
+  return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
+}
+
 std::string NewRunId() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return RunIdAt(std::chrono::duration_cast<std::chrono::microseconds>(now).count());

@@ -63,6 +63,9 @@ struct Standing {
   std::string tied_with = {}, log = {}, recorded = {};
 };
 
+/// Why a unit is good, or not, whatever another of its runs says.
+std::string ReasonOf(const Standing& unit);
+
 /// What says when a unit was measured, the first of them that does: the list, the recording's own
 /// times, or that of its file.
 inline constexpr std::array<std::string_view, 3> kRecordedBy = {"list", "recording", "file"};

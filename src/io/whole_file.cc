@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/whole_file.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -110,6 +111,16 @@ void SweepFolderOf(const std::string& path) {
   }
 }
 
+/// By its first bytes a fleet's store: of SQLite, or of lines of JSON.
+bool IsStore(const std::string& path) {
+  constexpr std::array<std::string_view, 2> kBeginnings = {"SQLite format 3",
+                                                           R"({"format":"truetriad/runs")"};
+  std::array<char, 32> bytes{};
+  std::ifstream(path, std::ios::binary).read(bytes.data(), bytes.size());
+  const std::string_view begin(bytes.data(), bytes.size());
+  return std::ranges::any_of(kBeginnings, [&](auto one) { return begin.starts_with(one); });
+}
+
 }  // namespace
 
 std::string TemporaryNameBeside(const std::string& path) {
@@ -122,14 +133,21 @@ bool IsTemporaryName(std::string_view name) {
   return name.find(kTemporary) != std::string_view::npos;
 }
 
-WholeFile::WholeFile(std::string path) : path_(std::move(path)) {
+WholeFile::WholeFile(std::string path, bool replaces_store) : path_(std::move(path)) {
   std::error_code ignored;
   const fs::file_status target = fs::status(path_, ignored);
+  const auto in_the_way = [this](const std::string& what) {
+    return Error(
+        ErrorCode::kOutputInTheWay, {path_}, what + "; remove it or choose another output");
+  };
   if (fs::is_directory(target)) {
-    failure_ = EISDIR;
-    return;
+    refusal_ = in_the_way("is a folder");
+  } else if (InputGuard::Holds(path_)) {
+    refusal_ = InputGuard::Refusal(path_);
+  } else if (!replaces_store && fs::is_regular_file(target) && IsStore(path_)) {
+    refusal_ = in_the_way("is a fleet's store, with runs that would be lost");
   }
-  if (InputGuard::Holds(path_)) {
+  if (refusal_) {
     failure_ = EEXIST;
     return;
   }
@@ -155,11 +173,7 @@ void WholeFile::Write(std::string_view text) {
 
 Status WholeFile::status() const {
   if (failure_ == 0) return {};
-  if (failure_ == EISDIR) {
-    return Error(
-        ErrorCode::kOutputInTheWay, {path_}, "is a folder; remove it or choose another output");
-  }
-  if (failure_ == EEXIST) return InputGuard::Refusal(path_);
+  if (refusal_) return *refusal_;
   const fs::path parent = fs::path(path_).parent_path();
   std::error_code ignored;
   if (!parent.empty() && !fs::is_directory(parent, ignored)) {

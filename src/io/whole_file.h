@@ -4,9 +4,11 @@
 #include <cstdio>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "truetriad/base/error.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad {
@@ -22,10 +24,10 @@ bool IsTemporaryName(std::string_view name);
 /// beside it, flushed, renamed, and its folder flushed. A power cut or a kill leaves the file that
 /// was there before, or the new one; what a killed writer left beside it the next one removes. A
 /// device or pipe (/dev/stdout) is written to directly: replacing it by a file is not what anybody
-/// means.
+/// means. Nor is it a folder, an input (InputGuard), or a fleet's store, which nothing makes again.
 class WholeFile {
  public:
-  explicit WholeFile(std::string path);
+  explicit WholeFile(std::string path, bool replaces_store = false);
   ~WholeFile();  ///< Leaves nothing behind unless committed.
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
@@ -51,6 +53,7 @@ class WholeFile {
   std::string temporary_path_;  ///< Empty when there is none (any more).
   std::unique_ptr<std::FILE, Close> file_;
   int failure_ = 0;
+  std::optional<Error> refusal_;  ///< Why nothing is to be written there.
 };
 
 /// Files that get their names when all of them are whole: where one cannot be written, every name

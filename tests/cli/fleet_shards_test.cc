@@ -103,15 +103,30 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   // Wherever the other log is now, until a person says that its number was wrong, as advised.
   fs::rename(folder_.Path("line/u1.csv"), folder_.Path("u1.csv"));
   fs::rename(folder_.Path("line/v1.csv"), folder_.Path("line/w1.csv"));
-  EXPECT_THAT(Fleet("run line/w1.csv -o out").err, HasSubstr("fleet dispose u1 --verdict=FAIL"));
-  EXPECT_EQ(
-      Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=mislabelled").exit_code,
-      0);
+  const std::string copy = Fleet("run line/w1.csv -o out").err;
+  const std::size_t advised = copy.find("`truetriad fleet ");
+  ASSERT_NE(advised, std::string::npos) << copy;
+  const std::string command = copy.substr(advised + 17, copy.find('`', advised + 1) - advised - 17);
+  EXPECT_THAT(command, HasSubstr("--wrong-serial --why='is w1'"));
+  const Finished bent =
+      Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent");
+  EXPECT_EQ(bent.exit_code, 0) << bent.err;
+  EXPECT_EQ(Fleet("run line/w1.csv -o out").err, copy);
+  const Finished said = Fleet(command);
+  EXPECT_EQ(said.exit_code, 0) << command << said.err;
+  EXPECT_THAT(said.out, StartsWith("u1 is FAIL, its serial number was wrong (run "));
   EXPECT_EQ(Fleet("run line/w1.csv -o out").exit_code, 0);
-  EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT verdict FROM latest WHERE serial = "
-                    "'w1'\"")
-                  .out,
-              HasSubstr("NO_LIMITS"));
+  const Finished back = Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=PASS --why=it");
+  EXPECT_EQ(back.exit_code, 1);
+  EXPECT_THAT(back.err, HasSubstr("its readings count for unit `w1`"));
+  // Of both, the one whose number was wrong is the copy.
+  fs::rename(folder_.Path("u1.csv"), folder_.Path("line/u1.csv"));
+  EXPECT_THAT(Fleet("run line/u1.csv line/w1.csv -o out").err,
+              StartsWith("u1: NO RESULT, other-device: line/u1.csv: has the readings of line/w1"));
+  EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT serial, verdict FROM latest\"").out,
+              AllOf(HasSubstr("u1,NO_RESULT"), HasSubstr("w1,NO_LIMITS")));
+  EXPECT_THAT(Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent").err,
+              HasSubstr("its readings count for unit `w1`"));
 }
 
 // However each of them spells the folder.

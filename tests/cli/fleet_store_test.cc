@@ -338,6 +338,14 @@ TEST_F(FleetStore, HoldsADecisionOverTheSameReadings) {
               AllOf(StartsWith("warning: u100: run "), HasSubstr("lifts the decision of me")));
 }
 
+TEST_F(FleetStore, WarnsOfANewStoreBesideAnOutputsOwn) {
+  WriteUnits(1);
+  EXPECT_EQ(Shell(Fleet("-o out")).err, "");
+  EXPECT_THAT(Shell(Fleet("-o out --store=out/flet.db")).err,
+              AllOf(HasSubstr("a new store is begun, out/flet.db"), HasSubstr("out/fleet.db")));
+  EXPECT_THAT(Shell(Fleet("-o out --store=out/flet.db")).err, Not(HasSubstr("a new store")));
+}
+
 // A wrong option says nothing about units.
 TEST_F(FleetStore, BeginsNoUnitWithAWrongOption) {
   WriteUnits(1);

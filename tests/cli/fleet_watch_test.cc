@@ -212,11 +212,17 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_THAT(again.out, HasSubstr("\"first_check\""));
   EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
   // Another one, of before it did not agree.
-  EXPECT_EQ(Run("touch -d '9 hours ago' earlier.csv; " + check + "earlier.csv --tag=station=S3")
-                .exit_code,
-            0);
+  const Finished old =
+      Run("touch -d '9 hours ago' earlier.csv; " + check + "earlier.csv --tag=station=S3 --json");
+  EXPECT_EQ(old.exit_code, 0);
+  EXPECT_THAT(old.out, HasSubstr("\"later_check\""));
   EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
-  // The watch waits until somebody has checked.
+  // The watch waits until somebody has checked, or nothing else comes.
+  const Finished idle =
+      Run("truetriad fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 "
+          "--until-idle=0.1 --poll=0.1 --json");
+  EXPECT_EQ(idle.exit_code, 2);
+  EXPECT_THAT(idle.out, AllOf(HasSubstr("station-not-checked"), HasSubstr("1 log not calibrated")));
   Log("today", 8);
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY

@@ -99,6 +99,30 @@ TEST_F(InputsKept, ByEveryVerb) {
   EXPECT_FALSE(fs::exists(folder_.Path("sub/experiment.yaml")));
 }
 
+// A day's runs are nowhere else.
+TEST_F(InputsKept, StoresAreNotReplaced) {
+  ASSERT_EQ(Run("fleet run log.csv -o a").exit_code, 0);
+  ASSERT_EQ(Run("fleet run log.csv -o b --store=b/0.jsonl").exit_code, 0);
+  const std::string again = "fleet export --store=a/fleet.db --to=jsonl -o a/all.jsonl";
+  ASSERT_EQ(Run(again).exit_code, 0);
+  for (const std::string store : {"a/fleet.db", "b/0.jsonl", "a/all.jsonl"}) {
+    const std::string before = TemporaryFolder::Read(folder_.Path(store));
+    fs::copy_file(folder_.Path("a/fleet.db"), folder_.Path("other.db"));
+    for (const std::string line : {"fleet export --store=other.db --to=csv -o ",
+                                   "fleet export --store=other.db --to=parquet -o ",
+                                   "apply c.yaml log.csv -o ",
+                                   "export --calibration=c.yaml --to=json -o "}) {
+      const Finished run = Run(line + store);
+      EXPECT_EQ(run.exit_code, 2) << line;
+      EXPECT_THAT(run.err, HasSubstr(store + ": is a fleet's store")) << line;
+    }
+    fs::remove(folder_.Path("other.db"));
+    EXPECT_EQ(TemporaryFolder::Read(folder_.Path(store)) == before, true);
+  }
+  EXPECT_EQ(Run("fleet export --store=a/fleet.db --to=jsonl -o b/0.jsonl").exit_code, 2);
+  EXPECT_EQ(Run(again).exit_code, 0);
+}
+
 // Bad usage and bad input touch nothing, whatever a run before has left where they would write.
 TEST_F(InputsKept, AsAreResultsOfBeforeWhereAVerbRefuses) {
   const std::string configs = "'" TRUETRIAD_SOURCE_DIR "/configs/";

@@ -112,11 +112,19 @@ TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
   // Until it is known which unit was measured, and the others are refused.
   const Result<std::unique_ptr<Store>> store = OpenStore(target_);
   ASSERT_TRUE(store);
-  ASSERT_TRUE((*store)->Dispose(
-      {SampleId("d1"), "A1", "2026-11-25T00:00:00Z", "R. Roe", "not it", Verdict::kFail}));
-  const Result<Collected> again = Collect(sources, target_);
-  ASSERT_TRUE(again) << again.error().message;
-  EXPECT_THAT(again->copies, ElementsAre(is_copy_of("A2", "B1")));
+  for (const bool wrong_serial : {false, true}) {
+    ASSERT_TRUE((*store)->Dispose({.id = SampleId(wrong_serial ? "d2" : "d1"),
+                                   .serial = "A1",
+                                   .created = "2026-11-25T00:00:00Z",
+                                   .who = "R. Roe",
+                                   .why = "not it",
+                                   .verdict = Verdict::kFail,
+                                   .wrong_serial = wrong_serial}));
+    const Result<Collected> again = Collect(sources, target_);
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_THAT(again->copies, ::testing::SizeIs(wrong_serial ? 1 : 3));
+    EXPECT_THAT(again->copies.back(), is_copy_of("A2", "B1"));
+  }
 }
 
 TEST_F(Collecting, SaysWhichDecisionAnotherStationsRecordingLifts) {
@@ -138,6 +146,16 @@ TEST_F(Collecting, SaysWhichDecisionAnotherStationsRecordingLifts) {
   ASSERT_TRUE(collected) << collected.error().message;
   EXPECT_THAT(collected->notes,
               Contains(HasSubstr("unit '1: the decision of me (FAIL: scratched) does not hold")));
+  // Nor does a run that is not good of what was measured before.
+  UnitRun before = run;
+  before.id = SampleId("e3");
+  before.recorded = "2026-11-25T12:30:00Z";
+  before.log = "before.csv";
+  before.readings = {{"accelerometer", "cc"}};
+  before.verdict = Verdict::kNoResult;
+  ASSERT_TRUE((*OpenStore(later))->Add(before));
+  EXPECT_THAT(Collect({later}, target_)->notes,
+              Contains("unit '1: PASS by run " + run.id + ", which counts"));
 }
 
 TEST_F(Collecting, NamesTheShardsThatAreMissing) {

@@ -19,6 +19,7 @@
 namespace truetriad::fleet {
 namespace line_summary_test {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -104,7 +105,13 @@ TEST_F(LineOfUnits, CountsWhatWasGoodAtFirstAndInTheEnd) {
   ASSERT_THAT(summary["reasons"], SizeIs(1));
   EXPECT_EQ(summary["reasons"][0]["code"], "too-few-poses");
   EXPECT_EQ(summary["reasons"][0]["cumulative"], 1.0);
-  EXPECT_THAT(SummaryText(summary), HasSubstr("3 OF 5 GOOD: 60 %"));
+  EXPECT_EQ(yield["good_by_decision"], 1);
+  EXPECT_THAT(
+      SummaryText(summary),
+      AllOf(HasSubstr("3 OF 5 GOOD: 60 %"), HasSubstr(", of these 1 by a person's decision")));
+  // Units may be chosen by what they amount to.
+  EXPECT_EQ(Summary({.where = "final_verdict = 'PASS' AND attempts = 2"})["yield"]["units"], 1);
+  EXPECT_EQ(Summary({.where = "disposed_by = 'R'"})["yield"]["units"], 1);
 }
 
 TEST_F(LineOfUnits, SaysWhenUnitsWereMeasuredAndHowThatIsKnown) {
@@ -265,6 +272,20 @@ TEST_F(LineOfUnits, ChargesAStationWithWhatItMeasuredFirst) {
   EXPECT_EQ(measured.units[31].values[0], 0.1);
   ASSERT_THAT(summary["charts"], SizeIs(2));
   EXPECT_EQ(summary["charts"][0]["units"], 31);
+}
+
+TEST_F(LineOfUnits, TakesTheTimeThatTheLastListStates) {
+  UnitRun run = RunOf("a", 0.1);
+  Add(RunOf("b", 0.2));
+  Add(run);
+  run.id = RunOf("", 0.0).id;
+  run.recorded = "2026-11-24T09:00:00Z";
+  Add(run);
+  Result<LineReading> line = ReadUnits(*store_);
+  ASSERT_TRUE(line) << line.error().message;
+  const line::LineData measured = line->TakeMeasured();
+  ASSERT_THAT(measured.units, SizeIs(2));
+  EXPECT_EQ(measured.units[1].recorded, run.recorded);
 }
 
 TEST_F(LineOfUnits, NamesWhoDecidedAsAReason) {

@@ -100,6 +100,7 @@ TEST_P(StoreTest, HasNotDoneALogThatWasRefusedAsAnotherUnits) {
   for (const std::string serial : {"A1", "A2"}) {
     UnitRun run = RunOf(serial);
     run.software_version = Version();
+    run.recorded = "2026-11-24T06:00:00Z", run.recorded_by = "file";
     if (serial == "A2") run.code = InfoOf(ErrorCode::kOtherDevice).name;
     ASSERT_TRUE((*store)->Add(run));
   }
@@ -107,6 +108,8 @@ TEST_P(StoreTest, HasNotDoneALogThatWasRefusedAsAnotherUnits) {
   ASSERT_TRUE(done);
   EXPECT_TRUE(done->Has({.log = "A1.csv"}, {}));
   EXPECT_FALSE(done->Has({.log = "A2.csv"}, {}));
+  // Nor one whose time a list states that it has not stated before.
+  EXPECT_FALSE(done->Has({.log = "A1.csv", .recorded = "2026-11-24T06:00:00Z"}, {}));
 }
 
 TEST_P(StoreTest, AnswersQuestionsAndNothingElse) {
@@ -221,11 +224,29 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   UnitRun other = run("3", "A3", Verdict::kPass);
   other.log = "A1.csv";  // Its serial number may have been corrected: people say so.
   EXPECT_EQ(found(other), "1");
-  ASSERT_TRUE((*store)->Dispose(
-      {"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "mislabelled", Verdict::kFail}));
+  const auto decide = [&](const std::string& id, Verdict verdict, bool wrong_serial) {
+    Disposition one{id, "A1", "2026-11-25T00:00:00Z", "R. Roe", "why", verdict};
+    one.wrong_serial = wrong_serial;
+    const Result<Disposition> added = (*store)->Dispose(one);
+    return added ? "" : added.error().message;
+  };
+  EXPECT_EQ(decide("2c", Verdict::kFail, false), "");  // Bent, say: it was measured all the same.
+  EXPECT_EQ(found(other), "1");
+  EXPECT_EQ(decide("2d", Verdict::kFail, true), "");
   EXPECT_EQ(found(other), "");
-  ASSERT_TRUE(
-      (*store)->Dispose({"2e", "A1", "2026-11-25T00:00:01Z", "R. Roe", "not so", Verdict::kPass}));
+  EXPECT_THAT(Ask(**store, "SELECT disposed_why FROM standing WHERE serial = 'A1'"),
+              ElementsAre(ElementsAre("wrong serial number: why")));
+  EXPECT_EQ(decide("2e", Verdict::kPass, false), "");  // Not so.
+  EXPECT_EQ(found(other), "1");
+  EXPECT_EQ(decide("2f", Verdict::kFail, true), "");
+  ASSERT_TRUE((*store)->Add(run("3", "A1", Verdict::kPass)));  // Calibrated again.
+  EXPECT_EQ(found(other), "");
+  // Not once another unit has them.
+  ASSERT_TRUE((*store)->Add(run("4", "A3", Verdict::kPass)));
+  for (const Verdict verdict : kVerdictsOfPeople) {
+    EXPECT_THAT(decide("5a", verdict, false), HasSubstr("count for unit `A3` (run 4"));
+  }
+  EXPECT_EQ(decide("5b", Verdict::kFail, true), "");
   other = run("3", "A3", Verdict::kPass);
   other.readings[1].digest = "cc";
   EXPECT_EQ(found(other), "");
@@ -390,16 +411,18 @@ TEST_P(StoreTest, HoldsAConcessionForTheLimitsThatWereMissed) {
 
 // A copy has another time than its file, and is no later recording; what was calibrated anew of one
 // recording takes the place of what was before, whichever recording counts.
-TEST_P(StoreTest, CountsTheNewestRunOfARecordingAtTheTimeOfItsFirst) {
+TEST_P(StoreTest, CountsTheNewestRunOfARecordingAtTheTimeOfItsListOrFirst) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   const auto add = [&](const std::string& id,
                        Verdict verdict,
                        const std::string& digest,
-                       const std::string& recorded) {
+                       const std::string& recorded,
+                       const std::string& recorded_by = "file") {
     UnitRun run = RunOf(id, verdict);
     run.log = id + ".csv";
     run.recorded = recorded;
+    run.recorded_by = recorded_by;
     run.readings = {{"accelerometer", digest}};
     ASSERT_TRUE((*store)->Add(run));
   };
@@ -408,15 +431,22 @@ TEST_P(StoreTest, CountsTheNewestRunOfARecordingAtTheTimeOfItsFirst) {
   add("2", Verdict::kFail, "bb", "2026-11-25T09:00:00Z");
   add("3", Verdict::kPass, "aa", "2026-11-25T10:00:00Z");
   EXPECT_EQ(standing(), "2");
+  // The last list that says it knows better.
+  add("4", Verdict::kPass, "aa", "2026-11-25T11:00:00Z", "list");
+  EXPECT_EQ(standing(), "4");
+  EXPECT_THAT(Ask(**store, "SELECT first_verdict FROM standing"), ElementsAre(ElementsAre("FAIL")));
+  add("5", Verdict::kPass, "aa", "2026-11-25T07:00:00Z", "list");
+  add("6", Verdict::kPass, "aa", "2026-11-25T12:00:00Z");
+  EXPECT_EQ(standing(), "2");
   ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, std::nullopt}));
-  EXPECT_EQ(standing(), "3");
-  add("4", Verdict::kFail, "aa", "2026-11-25T11:00:00Z");
+  EXPECT_EQ(standing(), "6");
+  add("7", Verdict::kFail, "aa", "2026-11-25T11:00:00Z");
   EXPECT_EQ(standing(), "2");
   ASSERT_TRUE((*store)->Dispose(
-      {"4d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "tolerable", Verdict::kPass}));
-  add("5", Verdict::kNoResult, "bb", "2026-11-25T12:00:00Z");
+      {"7d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "tolerable", Verdict::kPass}));
+  add("8", Verdict::kNoResult, "bb", "2026-11-25T12:00:00Z");
   EXPECT_THAT(Ask(**store, "SELECT run, final_verdict FROM standing"),
-              ElementsAre(ElementsAre("4", "FAIL")));
+              ElementsAre(ElementsAre("7", "FAIL")));
 }
 
 // Neither the log that is named nor what is written about it is what was measured.
@@ -538,6 +568,7 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
   refused([](Disposition* bad) { bad->why = "a\nb"; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->why = "a\xFF"; }, ErrorCode::kInvalidArgument);
   refused([](Disposition* bad) { bad->verdict = Verdict::kNoResult; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->wrong_serial = true; }, ErrorCode::kConflictingArguments);
   // Without a calibration, nothing is good.
   UnitRun other = RunOf("B2");
   other.verdict = Verdict::kNoResult;

@@ -202,7 +202,10 @@ TEST_F(UnitList, IsOneThoughItsHeaderIsMisspelt) {
     folder_.Write("list.csv", std::string(header) + "\na/u1.csv,U1\n");
     const Error error = ErrorOf({folder_.Path("list.csv")});
     EXPECT_EQ(error.code, ErrorCode::kUnknownColumn) << header;
+    EXPECT_EQ(error.message.find("commas separate") != std::string::npos,
+              std::string(header).find(';') != std::string::npos);
   }
+  EXPECT_THAT(ErrorOf({folder_.Path("nowhere/*.csv")}).message, HasSubstr("there is no folder "));
 }
 
 TEST_F(UnitList, KnowsNamesThatAreNoSerialNumbers) {

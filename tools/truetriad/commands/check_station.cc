@@ -110,8 +110,7 @@ Result<Today> TodayOf(const Experiment& experiment) {
 }
 
 /// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
-/// was refused, which does not agree either. The first check of the same recording, which counts,
-/// where this is not it.
+/// was refused, which does not agree either. The check that counts, where this one does not.
 Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
                                                      const Calibration& golden,
                                                      const Today& today,
@@ -138,11 +137,20 @@ Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experimen
   return store->AddStationCheck(check);
 }
 
-/// What is to be said of a recording that the store had a check of already.
-std::string RepeatText(const std::optional<fleet::StationCheck>& first) {
-  if (!first) return "";
-  return "DOES NOT COUNT: this recording was checked at " + first->created + " already, and " +
-         (first->agrees ? "agreed" : "did not agree") +
+/// The check that counts is of the same recording.
+bool IsRepeat(const fleet::StationCheck& counting, const Today& today) {
+  return !today.recording.empty() && counting.recording == today.recording;
+}
+
+/// What is to be said of a check where another one counts: the station's state is that one's.
+std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
+                            const Today& today) {
+  if (!counting) return "";
+  return "DOES NOT COUNT: " +
+         (IsRepeat(*counting, today)
+              ? "this recording was checked at " + counting->created + " already"
+              : "the golden unit was recorded again since, at " + counting->recorded) +
+         ", and " + (counting->agrees ? "agreed" : "did not agree") +
          "; that holds, until the golden unit is recorded again\n";
 }
 
@@ -157,9 +165,10 @@ Result<VerbResult> Judged(const Experiment& experiment,
   result.outcome = today.outcome;
   result.result = {{"agrees", nullptr}};
   if (!today.IsUsable()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto first, KeepCheck(experiment, golden, measured, nullptr));
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
+                               KeepCheck(experiment, golden, measured, nullptr));
     result.exit_code = kExitNotEnough;
-    result.text = RepeatText(first) + CalibrationText(today);
+    result.text = OtherCountsText(counting, measured) + CalibrationText(today);
     result.grade = Grade::kBad;
     result.failure = "the station cannot be judged: today's recording was refused";
     return result;
@@ -178,12 +187,12 @@ Result<VerbResult> Judged(const Experiment& experiment,
     result.grade = Grade::kCaution;
     return result;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto first,
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
-  result.text = RepeatText(first) +
+  result.text = OtherCountsText(counting, measured) +
                 std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
                 " with the reference of its golden unit\n" +
                 ReportOf(comparison,
@@ -191,8 +200,12 @@ Result<VerbResult> Judged(const Experiment& experiment,
                           "b: today, " + experiment.inputs.front()})
                     .text;
   result.result = {{"agrees", agrees}, {"comparison", ToTree(comparison)}};
-  if (first)
-    result.result["first_check"] = {{"created", first->created}, {"agrees", first->agrees}};
+  if (counting) {
+    result.result[IsRepeat(*counting, measured) ? "first_check" : "later_check"] = {
+        {"created", counting->created},
+        {"recorded", counting->recorded},
+        {"agrees", counting->agrees}};
+  }
   return result;
 }
 

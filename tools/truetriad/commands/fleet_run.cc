@@ -15,6 +15,7 @@
 
 #include <gflags/gflags.h>
 
+#include "fleet/json_lines.h"
 #include "fleet/log_watch.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
@@ -169,7 +170,17 @@ Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
 /// same. Errors as OpenStore.
 Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
                                                       fleet::WorkPlan* plan) {
+  const std::string usual = InOutput("fleet.db");
+  const std::optional<std::string> file = fleet::FileOfStore(StatedStore());
+  std::error_code failure;
+  // Shards write files of their own beside it.
+  const bool is_beside_another = file && !fleet::JsonLinesPath(StatedStore()) &&
+                                 fs::exists(usual, failure) && !fs::exists(*file, failure);
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
+  if (is_beside_another) {
+    FleetTalk().Listener().on_warning("a new store is begun, " + *file + ", and this output has " +
+                                      usual + ", whose runs it does not know; was that one meant?");
+  }
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string identity, store->Identity());

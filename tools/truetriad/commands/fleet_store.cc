@@ -17,7 +17,6 @@
 #include "fleet/run_table.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
-#include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -41,6 +40,9 @@ DEFINE_string(unit, "", "SERIAL: the serial number of a unit in the store");
 DEFINE_string(who, "", "NAME: who decides");
 DEFINE_string(verdict, "", "VERDICT: what the unit is from now on");
 DEFINE_string(why, "", "TEXT: why, in one line");
+DEFINE_bool(wrong_serial,
+            false,
+            "what was read is another unit's, whose log may then be run under its own number");
 
 namespace truetriad {
 namespace {
@@ -151,7 +153,7 @@ constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
 /// Writes the typed table beside the output, and has the program of the optional part make Parquet
 /// of it.
 Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection& which) {
-  if (InputGuard::Holds(FLAGS_output)) return InputGuard::Refusal(FLAGS_output);
+  TRUETRIAD_RETURN_IF_ERROR(WholeFile(FLAGS_output).status());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program,
                              FindNodeProgram("truetriad-export-parquet", "--to=parquet"));
   const std::string table = TemporaryNameBeside(FLAGS_output);
@@ -218,7 +220,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   constexpr std::size_t kMostCopies = 10;
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
-         "; find out which unit was measured, and refuse the other with `truetriad fleet dispose`");
+         "; find out which unit was measured, and refuse the other with `truetriad fleet dispose "
+         "SERIAL --wrong-serial`");
   }
   if (collected.copies.size() > kMostCopies) {
     Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
@@ -270,7 +273,8 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .created = TimestampUtc(),
                                           .who = FLAGS_who,
                                           .why = FLAGS_why,
-                                          .verdict = *verdict};
+                                          .verdict = *verdict,
+                                          .wrong_serial = FLAGS_wrong_serial};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::Agreement agreed,
@@ -280,7 +284,9 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
     Warn(one.error.message + "; `export` does not know of this decision there");
     unreached.push_back(one.error.message);
   }
-  std::string text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + added.run + ")\n";
+  std::string text = FLAGS_unit + " is " + FLAGS_verdict +
+                     (added.wrong_serial ? ", its serial number was wrong" : "") + " (run " +
+                     added.run + ")\n";
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
   if (verdict == Verdict::kPass) text += "Export again what is to leave.\n";
   // The store knows of it, but files of a unit that may not leave are as they were.
@@ -290,6 +296,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                {"serial", added.serial},
                                {"run", added.run},
                                {"verdict", FLAGS_verdict},
+                               {"wrong_serial", added.wrong_serial},
                                {"withdrawn", agreed.withdrawn},
                                {"unreached", unreached}}};
 }
@@ -356,9 +363,10 @@ build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --ve
           R"(It holds until a later decision, or until a later run counts that is of another recording; fleet run
 then says so. FAIL withdraws what was exported of all runs of the unit,
 and `export` refuses it; PASS is a concession. Calibrations, reports and exports state either;
-the store's runs stay as they are.
+the store's runs stay as they are. Readings stay those of the unit as which they were first read, unless it
+is refused with --wrong-serial.
 )",
-      .flags = "unit! store! verdict! who! why!",
+      .flags = "unit! store! verdict! wrong-serial who! why!",
       .values = {{"verdict", VerdictsOfPeople()}},
       .words = {"unit"},
       .run = RunFleetDispose};

@@ -130,7 +130,7 @@ build/truetriad fleet run out/line -o out/day --set=limits.accelerometer.bias=0.
 build/truetriad fleet summary --store=out/day/fleet.db)",
       .details =
           R"(What the numbers mean: docs/line.md. --where and --study are conditions in SQL over the
-columns of `run` and the tags by name. --csv prints a line a quantity.
+columns of `standing` and the tags by name. --csv prints a line a quantity.
 )",
       .flags = "store=FILE! where study by reference* golden-due baseline points csv",
       .run = RunFleetSummary};
