@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include "math/distributions.h"
 
 namespace truetriad {
 namespace {
@@ -47,6 +50,25 @@ bool ComesBack(const std::vector<Eigen::Vector3d>& readings,
 
 }  // namespace
 
+std::optional<double> UsualRepeats(const std::vector<Eigen::Vector3d>& readings,
+                                   const Eigen::Vector3d& step_raw) {
+  // Runs whose median is known to one or two.
+  constexpr std::size_t kFewestRuns = 8;
+  std::vector<double> lengths;
+  std::size_t begin = 0;
+  bool is_far_before = false;
+  for (std::size_t i = 1; i < readings.size(); ++i) {
+    const Eigen::Array3d change = (readings[i] - readings[i - 1]).cwiseAbs();
+    if (change.maxCoeff() == 0.0) continue;
+    const bool is_far = (change > kFarSteps * step_raw.array()).any();
+    if (is_far && is_far_before) lengths.push_back(static_cast<double>(i - begin));
+    begin = i;
+    is_far_before = is_far;
+  }
+  if (lengths.size() < kFewestRuns) return std::nullopt;
+  return Median(std::move(lengths));
+}
+
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
                                        Eigen::Index axis,
@@ -64,7 +86,9 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
 
 std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
                                      const Eigen::Vector3d& step_raw) {
-  std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, kStuckReadings);
+  const auto repeats = static_cast<std::size_t>(UsualRepeats(readings, step_raw).value_or(1.0));
+  std::vector<EqualReadings> runs =
+      RunsOfEquals(readings, std::nullopt, kStuckReadings * std::max<std::size_t>(repeats, 1));
   std::erase_if(runs, [&](const EqualReadings& run) { return ComesBack(readings, run, step_raw); });
   return runs;
 }

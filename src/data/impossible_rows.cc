@@ -96,7 +96,9 @@ void RowScreen::Accept(const SampleBlock& block) {
   }
 }
 
+// A reading that is held until there is another one counts once.
 void RowScreen::Remember(const Eigen::Vector3d& reading) {
+  if (!history_.empty() && history_.back() == reading) return;
   if (history_.size() == kAbout) history_.erase(history_.begin());
   history_.push_back(reading);
 }
@@ -109,6 +111,7 @@ std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* i
   std::size_t after = 0;
   for (std::size_t i = begin; i < end && after < kAbout; ++i) {
     if (IsSuspect(rows_.reading(i), before)) continue;
+    if (!about.empty() && about.back() == rows_.reading(i)) continue;
     about.push_back(rows_.reading(i));
     ++after;
   }

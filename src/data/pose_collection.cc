@@ -191,6 +191,10 @@ class MotionCollector : public Collector {
 
 using Monitors = PerTriad<StreamMonitor*>;
 
+bool IsIgnored(const PoseSelection& selection, Triad triad, Triad leading) {
+  return selection.ignores_gyroscope && triad == Triad::kGyroscope && leading != triad;
+}
+
 std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
                                          const StaticDetectorOptions& options,
                                          const RecordingInfo& info,
@@ -199,8 +203,7 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
   std::unique_ptr<RestFinder> finder;
   RecordingInfo of_rests = info;
   std::erase_if(of_rests.streams, [&](const StreamInfo& stream) {
-    return selection.ignores_gyroscope && stream.triad == Triad::kGyroscope &&
-           leading != stream.triad;
+    return IsIgnored(selection, stream.triad, leading);
   });
   StaticDetectorOptions detection = options;
   detection.has_turns = selection.moves;
@@ -224,6 +227,7 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
 
 // What the set says of the recording as a whole.
 Status DescribeRecording(const SampleSource& source,
+                         const PoseSelection& selection,
                          const EvenSource& even,
                          const Monitors& monitors,
                          Triad leading,
@@ -235,6 +239,7 @@ Status DescribeRecording(const SampleSource& source,
   set->has_time = info.has_time;
   std::int64_t first_ns = monitors[leading]->first_ns(), last_ns = first_ns;
   for (const StreamInfo& stream : info.streams) {
+    if (IsIgnored(selection, stream.triad, leading)) continue;
     const StreamMonitor& monitor = *monitors[stream.triad];
     TRUETRIAD_ASSIGN_OR_RETURN(StreamSummary summary, monitor.Summary(source.counts(stream.triad)));
     if (info.has_time) even.Describe(&summary, &set->findings);
@@ -335,7 +340,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.findings = impossible.Left();
   set.excluded = excluded.Left();
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
-  TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, even, monitor_of, *leading, &set));
+  TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, selection, even, monitor_of, *leading, &set));
   set.joints = source.joints();
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
   DropDeadTemperature(&set);

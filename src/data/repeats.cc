@@ -9,36 +9,12 @@
 
 #include "base/messages.h"
 #include "data/gyroscope_faults.h"
+#include "math/common_step.h"
 
 namespace truetriad {
-namespace {
-
-// Runs that tell a share of a half to a sixth of it.
-constexpr std::size_t kFewestRuns = 32;
-
-// Whether most readings that are far from the one before and the one after come more than once.
-bool AreHeld(const std::vector<Eigen::Vector3d>& readings, const Eigen::Vector3d& step_raw) {
-  std::size_t runs = 0, once = 0, begin = 0;
-  bool is_far_before = false;
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const Eigen::Array3d change = (readings[i] - readings[i - 1]).cwiseAbs();
-    if (change.maxCoeff() == 0.0) continue;
-    const bool is_far = (change > kFarSteps * step_raw.array()).any();
-    if (is_far && is_far_before) {
-      ++runs;
-      once += i - begin == 1 ? 1 : 0;
-    }
-    begin = i;
-    is_far_before = is_far;
-  }
-  return runs >= kFewestRuns && 2 * once < runs;
-}
-
-}  // namespace
-
 std::size_t LeaveOutHeld(const Eigen::Vector3d& step_raw, ReadingTrack* track) {
   std::vector<Eigen::Vector3d>& readings = track->reading_raw;
-  if (!AreHeld(readings, step_raw)) return 0;
+  if (UsualRepeats(readings, step_raw).value_or(1.0) < 2.0) return 0;
   const std::size_t count = readings.size();
   std::size_t kept = 1;
   for (std::size_t i = 1; i < count; ++i) {
@@ -54,13 +30,29 @@ std::size_t LeaveOutHeld(const Eigen::Vector3d& step_raw, ReadingTrack* track) {
   return count - kept;
 }
 
+double StepOfRows(Triad triad, const std::vector<StaticPose>& poses) {
+  std::vector<double> distances;
+  const StaticPose* last = nullptr;
+  for (const StaticPose& pose : poses) {
+    if (!pose.triads[triad]) continue;
+    if (last != nullptr) {
+      const Eigen::Vector3d step = pose.triads[triad]->mean_raw - last->triads[triad]->mean_raw;
+      for (const double distance : step.cwiseAbs()) distances.push_back(distance);
+    }
+    last = &pose;
+  }
+  return CommonStep(distances);
+}
+
 void LeaveOutRepeats(PoseSet* set) {
+  constexpr double kByChance = 0.25;
   PerTriad<std::optional<Eigen::Vector3d>> before;
-  double repeats = 0.0;
+  double repeats = 0.0, all = 0.0;
   for (StaticPose& pose : set->poses) {
     for (const Triad triad : kTriads) {
       Boxed<TriadPose>& seen = pose.triads[triad];
       if (!seen) continue;
+      all += 1.0;
       if (before[triad] == seen->mean_raw) {
         seen.reset();
         repeats += 1.0;
@@ -75,12 +67,13 @@ void LeaveOutRepeats(PoseSet* set) {
       return static_cast<bool>(seen);
     });
   });
-  set->findings.push_back(
-      Finding(FindingCode::kRepeatedRows,
-              Counted(static_cast<std::int64_t>(repeats), "reading") +
-                  " repeat the row before to the last digit, and count once: the log is faster "
-                  "than the sensor, or that is stuck")
-          .With("rows", repeats));
+  Finding finding(FindingCode::kRepeatedRows,
+                  Counted(static_cast<std::int64_t>(repeats), "reading") +
+                      " repeat the row before to the last digit, and count once: the log is faster "
+                      "than the sensor, or that is stuck");
+  // A coarse sensor does so by chance.
+  if (repeats < kByChance * all) finding.As(Severity::kNote);
+  set->findings.push_back(finding.With("rows", repeats));
 }
 
 }  // namespace truetriad

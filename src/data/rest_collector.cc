@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "data/joints.h"
+#include "data/repeats.h"
 #include "data/rest_movement.h"
 
 namespace truetriad {
@@ -81,7 +82,6 @@ RestCollector::RestCollector(std::unique_ptr<RestFinder> finder,
                              Triad leading)
     : finder_(std::move(finder)),
       selection_(selection),
-      info_(info),
       monitors_(monitors),
       leading_(leading),
       rates_(selection.rates, info, leading, *monitors[leading]),
@@ -125,8 +125,11 @@ Status RestCollector::Finish(PoseSet* set) {
   if (set->poses.empty() && selection_.rates.empty()) return finder_->NoPose(*set);
   PerTriad<Eigen::Vector3d> step_raw;
   step_raw.items.fill(Eigen::Vector3d::Zero());
-  for (const StreamInfo& stream : info_.streams) {
+  for (StreamSummary& stream : set->streams) {
     step_raw[stream.triad] = monitors_[stream.triad]->rest_step_raw();
+    if (selection_.kind != PoseSelectionKind::kEveryRow) continue;
+    stream.resolution_raw.setConstant(StepOfRows(stream.triad, set->poses));
+    step_raw[stream.triad] = stream.resolution_raw;
   }
   FillCovariances(moments, step_raw, set);
   TRUETRIAD_ASSIGN_OR_RETURN(const bool had_flat, RemoveFlatReadings(step_raw, &moments, set));

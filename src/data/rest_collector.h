@@ -31,7 +31,6 @@ class RestCollector : public Collector {
  private:
   std::unique_ptr<RestFinder> finder_;
   PoseSelection selection_;
-  RecordingInfo info_;
   PerTriad<StreamMonitor*> monitors_;
   Triad leading_;
   RateMeans rates_;

@@ -97,16 +97,21 @@ MovingRests FindMoving(Triad triad,
   }
   if (found.known < kFewestRests) return found;
   const double range = RangeOf(triad, set);
+  // Where noise is below a step a reading goes from one to the next as by chance.
+  const StreamSummary* const stream = set.Find(triad);
+  const Eigen::Array3d step =
+      stream != nullptr ? stream->resolution_raw.array() : Eigen::Array3d(0.0, 0.0, 0.0);
   Eigen::Array3d limit;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     limit[static_cast<Eigen::Index>(axis)] =
         std::max(kMovedShare * range,
                  kClearFactor * std::max(UpperMedian(wanders[axis]), UpperMedian(noises[axis])));
   }
+  limit = limit.max(step);
   for (std::size_t i = 0; i < movements.size(); ++i) {
     if (!movements[i].known) continue;
     const Eigen::Array3d wander_limit =
-        (kClearFactor * movements[i].noise).max(kWanderShare * range);
+        (kClearFactor * movements[i].noise).max(kWanderShare * range).max(step);
     found.moves[i] =
         (movements[i].ends > limit).any() || (movements[i].wander > wander_limit).any();
     if (!found.moves[i]) continue;

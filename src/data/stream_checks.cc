@@ -151,28 +151,32 @@ Eigen::Vector3d StreamMonitor::resolution_raw() const {
   return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
 }
 
+// The reading that is repeated by a majority of all that are, if any is (Boyer and Moore 1981).
 void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
-  for (std::size_t i = 2; i < values.size(); ++i) {
-    if (values[i - 1] != values[i - 2]) continue;
-    repeats_[axis] += 1.0;
+  Repeated& most = repeated_[static_cast<std::size_t>(axis)];
+  for (std::size_t i = 1; i < values.size(); ++i) {
     const double change = std::abs(values[i] - values[i - 1]);
-    if (change > 0.0) {
-      change_after_repeat_raw_[axis] = std::min(change_after_repeat_raw_[axis], change);
+    if (change == 0.0) {
+      if (most.votes == 0) most = {.value = values[i]};
+      most.votes += values[i] == most.value ? 1 : -1;
+    } else if (values[i - 1] == most.value) {
+      ++most.left;
+      most.least_change = std::min(most.least_change, change);
     }
   }
 }
 
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
-  // A quarter of the readings: less come twice by chance, or where a sensor is stuck.
-  constexpr double kRestingShare = 0.25;
+  // So often that it is no fault of the bus.
+  constexpr std::int64_t kFewestTimes = 8;
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;
-  const double looked_at = static_cast<double>(std::min(samples_, kStepReadings));
   double band = 0.0;  // All axes are of one make.
-  for (int axis = 0; axis < 3; ++axis) {
-    const double change = change_after_repeat_raw_[axis];
-    const bool rests = repeats_[axis] > kRestingShare * looked_at && change < 1e300;
-    if (rests && change > kFarSteps * step[axis]) band = std::max(band, change);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Repeated& most = repeated_[axis];
+    if (most.left < kFewestTimes) continue;
+    const bool is_apart = most.least_change > kFarSteps * step[static_cast<Eigen::Index>(axis)];
+    if (is_apart) band = std::max(band, most.least_change);
   }
   return step.cwiseMax(2.0 * band);
 }
@@ -263,11 +267,14 @@ bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t c
     double variance = 0.0, repeat_share = 0.0;
   };
   std::vector<Quiet> noisy;
+  std::size_t coarse = 0;  // An axis repeats itself while another one does not.
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   for (std::size_t i = 0; i < count; ++i) {
     const TriadWindow& window = windows[i];
     if (window.count == 0) continue;
     low = low.cwiseMin(window.mean_raw), high = high.cwiseMax(window.mean_raw);
+    const auto flat = window.scatter_raw.diagonal().array() == 0.0;
+    coarse += window.count > 2 && flat.any() && !flat.all() ? 1 : 0;
     if (window.count < 3 || i == 0 || windows[i - 1].count == 0) continue;
     const auto steps = static_cast<double>(window.count - 1);
     const double variance = window.scatter_raw.trace() / steps;
@@ -276,6 +283,7 @@ bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t c
     if (!((window.mean_raw - windows[i - 1].mean_raw).squaredNorm() < variance)) continue;
     noisy.push_back({variance, static_cast<double>(window.repeats) / steps});
   }
+  if (coarse >= kFewestNoisyWindows) return false;
   // The quietest quarter is at rest, unless it is motion as well.
   const std::size_t quarter = noisy.size() / 4;
   if (quarter < kFewestNoisyWindows) return false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -35,8 +36,8 @@ class StreamMonitor {
   double spacing_ns() const;
   /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
   Eigen::Vector3d resolution_raw() const;
-  /// Likewise of a gyroscope at rest: of one that reads nothing below some rate twice that, the
-  /// smallest change from a reading that it repeats.
+  /// Likewise of a gyroscope at rest: of one that reads nothing below some rate twice that, which
+  /// is the smallest change from the reading that it repeats.
   Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
@@ -71,9 +72,13 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  // Readings that came twice, and the smallest change from one.
-  Eigen::Vector3d repeats_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d change_after_repeat_raw_ = Eigen::Vector3d::Constant(1e300);
+  // A reading that comes in a row: how often it was left for another one, and for how near a one.
+  struct Repeated {
+    double value = 0.0;
+    std::int64_t votes = 0, left = 0;
+    double least_change = 1e300;
+  };
+  std::array<Repeated, 3> repeated_{};  // By axis.
   LengthSpread lengths_;
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
 };

@@ -343,13 +343,12 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
 }
 
 void SweepCutter::LeaveOutStuckTemperature(PoseSet* set) {
-  std::vector<double> degc;
-  for (const Cell& cell : cells_) degc.push_back(cell.degc());
-  const double origin_s = cells_.empty() ? 0.0 : cells_.front().time_s();
-  for (const auto& [begin, end] : StuckTemperatures(degc)) {
+  std::vector<double> time_s, degc;
+  for (const Cell& cell : cells_) time_s.push_back(cell.time_s()), degc.push_back(cell.degc());
+  for (const auto& [begin, end] : StuckTemperatures(time_s, degc)) {
     if (!Acts(Mechanism::kStuckTemperature)) return;
-    const double from_s = cells_[begin].time_s() - origin_s;
-    const double to_s = cells_[end - 1].time_s() - origin_s;
+    const double from_s = time_s[begin] - time_s.front();
+    const double to_s = time_s[end - 1] - time_s.front();
     set->findings.push_back(Finding(FindingCode::kStuckReadings,
                                     "the thermometer repeats " + Fixed1(degc[begin]) +
                                         " degC from " + Fixed1(from_s) + " to " + Fixed1(to_s) +

@@ -533,7 +533,7 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   const double single = median_over(1);
   const double several = median_over(std::clamp<std::size_t>(steps / 8, 1, kBurstSamples));
   // Nothing waits longer in a sensor's memory: such groups were taken when the logger was awake.
-  constexpr double kLongestIntervalNs = 1e9;
+  constexpr double kLongestIntervalNs = 2e8;
   return single < kTogether * several && several < kLongestIntervalNs ? several : single;
 }
 

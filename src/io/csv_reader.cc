@@ -310,8 +310,20 @@ void CsvReader::NameColumns(std::string_view header, const std::vector<std::stri
   const std::size_t fields = SplitFields(rows[0], layout_.separator).size();
   std::vector<std::string_view> names = SplitFields(header, FindSeparator(header));
   if (names.size() != fields) names = SplitFields(header, layout_.separator);
-  // A separator may end the header and no row.
-  if (names.size() == fields + 1 && names.back().empty()) names.pop_back();
+  // Separators may end the header, or each row: there is nothing behind them.
+  const auto is_empty = [&](std::size_t column) {
+    return std::ranges::all_of(rows, [&](std::string_view row) {
+      const std::vector<std::string_view> of_row = SplitFields(row, layout_.separator);
+      return of_row.size() == fields && of_row[column].empty();
+    });
+  };
+  while (names.size() > fields && names.back().empty()) names.pop_back();
+  while (names.size() < fields && is_empty(names.size())) names.emplace_back();
+  for (std::size_t column = fields; column == names.size() - empty_at_end_ && column > 0 &&
+                                    names[column - 1].empty() && is_empty(column - 1);
+       --column) {
+    ++empty_at_end_;
+  }
   has_unnamed_count_ = LeavesOutRowNumbers(names, rows, layout_.separator);
   if (has_unnamed_count_) header_.emplace_back();
   for (const std::string_view name : names) header_.emplace_back(name);

@@ -56,6 +56,8 @@ class CsvReader {
   const CsvLayout& layout() const { return layout_; }  ///< With the separator that was found.
   const std::vector<std::string>& header() const { return header_; }  ///< Empty without.
   std::int64_t header_line() const { return header_line_; }
+  /// Columns at the end that have neither a name nor a value.
+  std::size_t empty_at_end() const { return empty_at_end_; }
   /// True where rows begin with a field that the header does not name at all, and it counts them;
   /// the header then begins with an empty name.
   bool has_unnamed_count() const { return has_unnamed_count_; }
@@ -122,6 +124,7 @@ class CsvReader {
   std::vector<std::string> header_;
   std::int64_t header_line_ = 0;
   bool has_unnamed_count_ = false;
+  std::size_t empty_at_end_ = 0;
   bool may_begin_with_row_numbers_ = false;
   std::vector<Column> columns_;
   std::vector<std::int64_t> rows_;

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "data/repeats.h"
 #include "io/recording_layout.h"
-#include "math/common_step.h"
 #include "math/distributions.h"
 #include "truetriad/io/recording.h"
 
@@ -415,21 +415,6 @@ void Extend(const StaticPose& pose, StreamSummary* stream) {
   stream->maximum_raw = first ? mean : stream->maximum_raw.cwiseMax(mean);
 }
 
-/// The step that a triad's readings were rounded to, on all axes; 0 where they show none.
-double StepOf(Triad triad, const std::vector<StaticPose>& poses) {
-  std::vector<double> distances;
-  const StaticPose* last = nullptr;
-  for (const StaticPose& pose : poses) {
-    if (!pose.triads[triad]) continue;
-    if (last != nullptr) {
-      const Eigen::Vector3d step = pose.triads[triad]->mean_raw - last->triads[triad]->mean_raw;
-      for (const double distance : step.cwiseAbs()) distances.push_back(distance);
-    }
-    last = &pose;
-  }
-  return CommonStep(distances);
-}
-
 void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   if (!pose.temperature_degc) return;
   const double degc = *pose.temperature_degc;
@@ -542,7 +527,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
   for (Finding& left : impossible.Left()) poses.findings.push_back(std::move(left));
   for (const StaticPose& pose : poses.poses) extend(pose);
   for (StreamSummary& stream : poses.streams) {
-    stream.resolution_raw.setConstant(StepOf(stream.triad, poses.poses));
+    stream.resolution_raw.setConstant(StepOfRows(stream.triad, poses.poses));
   }
   std::erase_if(poses.poses, is_empty);
   poses.poses.shrink_to_fit();

@@ -136,8 +136,13 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
                  "has no header; name the columns with their units in the first line, like "
                  "`time[s],accel_x[m/s^2],…`, or map them in a manifest recording.yaml");
   }
+  const std::size_t named = csv.header().size() - csv.empty_at_end();
   for (const std::string& field : csv.header()) {
     HeaderColumn column = ParseHeaderColumn(field);
+    if (header.columns_.size() >= named) {
+      header.columns_.push_back(std::move(column));
+      continue;
+    }
     for (const HeaderColumn& other : header.columns_) {
       if (LowerCase(other.name) == LowerCase(column.name)) {
         FilePlace place = header.place_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/motion_start.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -53,11 +54,12 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
                                                Triad vector,
                                                const TriadModel<double>& model_of_vector,
                                                const std::vector<Moment>& nodes,
+                                               double mean_s,
                                                const MotionTrack& track) {
   const auto direction_at = [&](const Moment& node) {
     return model_of_vector.TruthFromRaw(node.seen(vector).mean_raw).normalized();
   };
-  const auto nodes_a_turn = static_cast<std::size_t>(kTurnS / kMeanS);
+  const auto nodes_a_turn = std::max<std::size_t>(2, std::lround(kTurnS / mean_s));
   std::vector<DirectionMove> moves;
   for (std::size_t begin = 0; begin + nodes_a_turn < nodes.size(); begin += nodes_a_turn) {
     DirectionMove move;
@@ -90,7 +92,9 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track) {
-  const std::vector<Moment> nodes = track.Gather(kMeanS, nullptr);
+  // A slow sensor has a reading at each node, by a fifth to spare.
+  const double mean_s = std::max(kMeanS, 1.2 * track.spacing_s(LeadingTriad(options)));
+  const std::vector<Moment> nodes = track.Gather(mean_s, nullptr);
   CalibrateOptions vectors = options;
   vectors.triads[Triad::kGyroscope].enabled = false;
   const PoseSet means = MeansOf(poses, nodes, track, options);
@@ -98,8 +102,12 @@ Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
   auto starts = FindStartValues(means, vectors);
   if (!starts) return starts;
   const Triad leading = LeadingTriad(options);
-  const auto gyroscope = GyroscopeFromMotion(
-      options.triads[Triad::kGyroscope], leading, *starts->front().models[leading], nodes, track);
+  const auto gyroscope = GyroscopeFromMotion(options.triads[Triad::kGyroscope],
+                                             leading,
+                                             *starts->front().models[leading],
+                                             nodes,
+                                             mean_s,
+                                             track);
   if (!gyroscope) return gyroscope.error();
   for (StartValues& start : *starts) {
     start.models[Triad::kGyroscope] = *gyroscope;

@@ -120,10 +120,10 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
   };
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
-      const double step = gyroscope.resolution_raw[axis];
-      for (const auto& [begin, end] : RunsAtLimit(limit, step, axis, rate_raw_)) {
-        if (Acts(Mechanism::kMotionSaturated)) mark(begin, end);
-      }
+      const auto runs = RunsAtLimit(limit, gyroscope.resolution_raw[axis], axis, rate_raw_);
+      // The end of a range is come to again and again, the largest of many rates once.
+      if (runs.size() < 2 || !Acts(Mechanism::kMotionSaturated)) continue;
+      for (const auto& [begin, end] : runs) mark(begin, end);
     }
   }
   for (const auto& [begin, end] : StuckRuns(rate_raw_, gyroscope.resolution_raw)) {

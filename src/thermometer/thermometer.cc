@@ -148,8 +148,12 @@ std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
-    const std::vector<double>& degc) {
-  std::vector<double> steps;
+    const std::vector<double>& time_s, const std::vector<double>& degc) {
+  // After a longer gap a temperature may be any.
+  constexpr double kLongestGap = 5.0;
+  std::vector<double> steps, spacings_s;
+  for (std::size_t i = 1; i < time_s.size(); ++i) spacings_s.push_back(time_s[i] - time_s[i - 1]);
+  const double longest_s = spacings_s.empty() ? 0.0 : kLongestGap * Median(spacings_s);
   for (std::size_t i = 1; i < degc.size(); ++i) {
     const double step = std::abs(degc[i] - degc[i - 1]);
     if (step > kSame) steps.push_back(step);
@@ -164,7 +168,8 @@ std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
     // The cell of the jump itself may be partly before it.
     const double after = degc[std::min(i + 1, degc.size() - 1)];
     const double jump = std::max(std::abs(degc[i] - degc[begin]), std::abs(after - degc[begin]));
-    if (i - begin > 1 && jump > limit) stuck.emplace_back(begin + 1, i);
+    const bool follows = time_s[i] - time_s[i - 1] <= longest_s;
+    if (i - begin > 1 && jump > limit && follows) stuck.emplace_back(begin + 1, i);
     begin = i;
   }
   return stuck;

@@ -59,7 +59,8 @@ std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step
 
 /// Cells [first, second) that repeat the one before, after which the temperature is further than
 /// any chamber goes from a cell to the next: the thermometer was stuck.
-std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(const std::vector<double>& degc);
+std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
+    const std::vector<double>& time_s, const std::vector<double>& degc);
 
 /// `degc` with straight lines in place of what is marked.
 std::vector<double> Bridged(const std::vector<double>& time_s,
