@@ -281,15 +281,25 @@ TEST_F(Recording, PassesOverRowNumbersThatTheHeaderLeavesOut) {
 }
 
 TEST_F(Recording, DoesNotTakeANumberTooManyForThatOfItsRow) {
-  // No numbers of rows; a named column that counts; an empty field at the end; one row of them.
+  // No numbers of rows; a named column that counts; one row of them.
   for (const std::string text :
        {"time[s],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3,9\n0.5,4,5,6,9\n",
         "time[s],accel_x[g],accel_y[g],accel_z[g]\n5,0,1,2,3\n7,1,4,5,6\n",
         "n,accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3,9\n1,4,5,6,9\n",
-        "time[s],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3,\n1,4,5,6,\n",
         "time[s],accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n1,4,5,6\n"}) {
     EXPECT_THAT(ErrorOf(text), HasSubstr("fields; expected")) << text;
   }
+}
+
+TEST_F(Recording, TakesSeparatorsAtTheEndForNothing) {
+  const std::string header = "time[s],accel_x[g],accel_y[g],accel_z[g]";
+  for (const std::string& text : {header + ",\n0,1,2,3\n1,4,5,6\n",
+                                 header + ",,\n0,1,2,3\n1,4,5,6\n",
+                                 header + "\n0,1,2,3,\n1,4,5,6,\n",
+                                 header + ",\n0,1,2,3,,\n1,4,5,6,,\n"}) {
+    EXPECT_EQ(ErrorOf(text), "") << text;
+  }
+  EXPECT_THAT(ErrorOf(header + ",,\n0,1,2,3,8,9\n1,4,5,6,8,9\n"), HasSubstr("without a name"));
 }
 
 // Rows of a piece that begins at zero, 10 ms apart.
