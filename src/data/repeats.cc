@@ -45,7 +45,6 @@ double StepOfRows(Triad triad, const std::vector<StaticPose>& poses) {
 }
 
 void LeaveOutRepeats(PoseSet* set) {
-  constexpr double kByChance = 0.25;
   PerTriad<std::optional<Eigen::Vector3d>> before;
   double repeats = 0.0, all = 0.0;
   for (StaticPose& pose : set->poses) {
@@ -72,7 +71,7 @@ void LeaveOutRepeats(PoseSet* set) {
                       " repeat the row before to the last digit, and count once: the log is faster "
                       "than the sensor, or that is stuck");
   // A coarse sensor does so by chance.
-  if (repeats < kByChance * all) finding.As(Severity::kNote);
+  if (2.0 * repeats < all) finding.As(Severity::kNote);
   set->findings.push_back(finding.With("rows", repeats));
 }
 
