@@ -228,7 +228,7 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
 
 namespace {
 
-// Of an experiment whose options or poses were changed: what it resolves to is written anew.
+// Writes again what an experiment with other options or poses resolves to.
 Experiment ResolvedAgain(Experiment changed) {
   if (changed.draft == nullptr) return changed;
   ExperimentDraft draft = *changed.draft;

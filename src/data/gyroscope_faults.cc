@@ -86,10 +86,12 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
 
 std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
                                      const Eigen::Vector3d& step_raw) {
+  std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, kStuckReadings);
+  if (runs.empty()) return runs;
   const auto repeats = static_cast<std::size_t>(UsualRepeats(readings, step_raw).value_or(1.0));
-  std::vector<EqualReadings> runs =
-      RunsOfEquals(readings, std::nullopt, kStuckReadings * std::max<std::size_t>(repeats, 1));
-  std::erase_if(runs, [&](const EqualReadings& run) { return ComesBack(readings, run, step_raw); });
+  std::erase_if(runs, [&](const EqualReadings& run) {
+    return run.end - run.begin < kStuckReadings * repeats || ComesBack(readings, run, step_raw);
+  });
   return runs;
 }
 

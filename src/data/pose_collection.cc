@@ -191,10 +191,6 @@ class MotionCollector : public Collector {
 
 using Monitors = PerTriad<StreamMonitor*>;
 
-bool IsIgnored(const PoseSelection& selection, Triad triad, Triad leading) {
-  return selection.ignores_gyroscope && triad == Triad::kGyroscope && leading != triad;
-}
-
 std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
                                          const StaticDetectorOptions& options,
                                          const RecordingInfo& info,
@@ -202,9 +198,8 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
                                          Triad leading) {
   std::unique_ptr<RestFinder> finder;
   RecordingInfo of_rests = info;
-  std::erase_if(of_rests.streams, [&](const StreamInfo& stream) {
-    return IsIgnored(selection, stream.triad, leading);
-  });
+  std::erase_if(of_rests.streams,
+                [&](const StreamInfo& stream) { return selection.Ignores(stream.triad); });
   StaticDetectorOptions detection = options;
   detection.has_turns = selection.moves;
   switch (selection.kind) {
@@ -239,7 +234,7 @@ Status DescribeRecording(const SampleSource& source,
   set->has_time = info.has_time;
   std::int64_t first_ns = monitors[leading]->first_ns(), last_ns = first_ns;
   for (const StreamInfo& stream : info.streams) {
-    if (IsIgnored(selection, stream.triad, leading)) continue;
+    if (selection.Ignores(stream.triad)) continue;
     const StreamMonitor& monitor = *monitors[stream.triad];
     TRUETRIAD_ASSIGN_OR_RETURN(StreamSummary summary, monitor.Summary(source.counts(stream.triad)));
     if (info.has_time) even.Describe(&summary, &set->findings);
@@ -278,12 +273,14 @@ void DropDeadTemperature(PoseSet* set) {
 }  // namespace
 
 Result<PoseSet> CollectPoses(SampleSource& source,
-                             const PoseSelection& selection,
+                             const PoseSelection& stated,
                              const StaticDetectorOptions& options,
                              const ProgressCallback& progress) {
   const RecordingInfo& info = source.info();
-  const std::optional<Triad> leading = LeadingTriad(info, selection.kind);
+  const std::optional<Triad> leading = LeadingTriad(info, stated.kind);
   if (!leading) return Error(ErrorCode::kMissingSensor, {info.path}, "has no sensor columns");
+  PoseSelection selection = stated;
+  if (selection.Ignores(*leading)) selection.ignores_gyroscope = false;
 
   PerTriad<std::optional<StreamMonitor>> monitors;
   Monitors monitor_of;

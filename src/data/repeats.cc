@@ -12,6 +12,7 @@
 #include "math/common_step.h"
 
 namespace truetriad {
+
 std::size_t LeaveOutHeld(const Eigen::Vector3d& step_raw, ReadingTrack* track) {
   std::vector<Eigen::Vector3d>& readings = track->reading_raw;
   if (UsualRepeats(readings, step_raw).value_or(1.0) < 2.0) return 0;

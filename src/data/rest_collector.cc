@@ -83,7 +83,6 @@ RestCollector::RestCollector(std::unique_ptr<RestFinder> finder,
     : finder_(std::move(finder)),
       selection_(selection),
       monitors_(monitors),
-      leading_(leading),
       rates_(selection.rates, info, leading, *monitors[leading]),
       records_moves_((selection.moves || !selection.turns.empty()) && info.has_time &&
                      info.Find(Triad::kGyroscope) != nullptr),
@@ -100,9 +99,9 @@ Status RestCollector::Add(const std::vector<SampleBlock>& blocks) {
     if (records_moves_) moves_.Add(block);
     if (compares_clocks_) clock_lags_.Add(block);
   }
-  if (selection_.ignores_gyroscope && leading_ != Triad::kGyroscope) {
+  if (selection_.ignores_gyroscope) {
     std::vector<SampleBlock> of_rests = blocks;
-    std::erase_if(of_rests, [](const auto& block) { return block.triad == Triad::kGyroscope; });
+    std::erase_if(of_rests, [&](const auto& block) { return selection_.Ignores(block.triad); });
     TRUETRIAD_RETURN_IF_ERROR(finder_->Add(of_rests));
   } else {
     TRUETRIAD_RETURN_IF_ERROR(finder_->Add(blocks));

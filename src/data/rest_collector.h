@@ -32,7 +32,6 @@ class RestCollector : public Collector {
   std::unique_ptr<RestFinder> finder_;
   PoseSelection selection_;
   PerTriad<StreamMonitor*> monitors_;
-  Triad leading_;
   RateMeans rates_;
   bool records_moves_;
   MoveRecorder moves_;

@@ -97,7 +97,7 @@ MovingRests FindMoving(Triad triad,
   }
   if (found.known < kFewestRests) return found;
   const double range = RangeOf(triad, set);
-  // Where noise is below a step a reading goes from one to the next as by chance.
+  // Noise below a step moves a reading to the next step by chance.
   const StreamSummary* const stream = set.Find(triad);
   const Eigen::Array3d step =
       stream != nullptr ? stream->resolution_raw.array() : Eigen::Array3d(0.0, 0.0, 0.0);

@@ -144,8 +144,8 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   MeasureActivity(buffer, count, usable);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
-  // What the unit turns by at the ends of its rests is missing from the turns between them; without
-  // turns it is lost in the mean of a short rest, whose middle tells little by itself.
+  // A turn lacks the angle that lies at the ends of the rests beside it. Where no turns are wanted
+  // the whole of a short rest tells more than its middle.
   const std::size_t fewest = (options_.has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {

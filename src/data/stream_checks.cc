@@ -74,7 +74,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
       const std::span<const double> values = axes[static_cast<std::size_t>(axis)];
       const double largest = std::max(std::abs(low), std::abs(high));
       resolution_raw_[axis] = SmallestStep(values, values.front(), largest, resolution_raw_[axis]);
-      WatchRepeats(values, axis);
+      if (info_.triad == Triad::kGyroscope) WatchRepeats(values, axis);
     }
   }
   if (!finite) return CheckFinite(block);
@@ -167,7 +167,7 @@ void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
 }
 
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
-  // So often that it is no fault of the bus.
+  // A sensor that is stuck leaves its reading once, a faulty bus a few times.
   constexpr std::int64_t kFewestTimes = 8;
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;

@@ -41,7 +41,7 @@ std::string FromWhere(std::string_view source, const std::string& where) {
     from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
             "') AS \"" + name + '"';
   }
-  // What a run's unit amounts to.
+  // A run has the columns of its unit's standing beside its own.
   const auto add_of_unit = [&](const std::string& name, const auto&) {
     if (source != kRunTable || name == kRunTable) return;
     from.append(", (SELECT ").append(name);

@@ -208,7 +208,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
     counts.runs = runs;
     return EndLine(counts);
   };
-  // What was exported of this store before may be replaced; what shards write says of which it is.
+  // An earlier export of this store may be replaced. A shard's file names that store, too.
   const std::optional<LinesHeader> there = HeaderOf(path);
   const bool is_export = there && there->store == header.store && !there->shards.only;
   return WriteRuns(store, WithStanding(which), path, head, lines_of, end_of, is_export);

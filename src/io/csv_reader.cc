@@ -319,9 +319,9 @@ void CsvReader::NameColumns(std::string_view header, const std::vector<std::stri
   };
   while (names.size() > fields && names.back().empty()) names.pop_back();
   while (names.size() < fields && is_empty(names.size())) names.emplace_back();
-  for (std::size_t column = fields; column == names.size() - empty_at_end_ && column > 0 &&
-                                    names[column - 1].empty() && is_empty(column - 1);
-       --column) {
+  while (names.size() == fields && empty_at_end_ < fields) {
+    const std::size_t last = fields - 1 - empty_at_end_;
+    if (!names[last].empty() || !is_empty(last)) break;
     ++empty_at_end_;
   }
   has_unnamed_count_ = LeavesOutRowNumbers(names, rows, layout_.separator);

@@ -221,7 +221,8 @@ std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded
   } else if (!has_gyroscope && !has_accelerometer && has_magnetometer) {
     ways.push_back({.kind = PoseSelectionKind::kEveryRow});
   }
-  if (LooksTumbled(loaded.poses)) std::ranges::rotate(ways, ways.end() - 1);
+  const bool may_lack_rests = ways.back().kind != PoseSelectionKind::kDetect;
+  if (may_lack_rests && LooksTumbled(loaded.poses)) std::ranges::rotate(ways, ways.end() - 1);
   return ways;
 }
 
@@ -264,16 +265,21 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
     return CalibrateWithClocks(without.Of(stated), std::nullopt, progress, opener);
   }
   const std::vector<Way> ways = WaysFor(stated, *looked);
+  const auto by = [&](const Way& way) {
+    const bool is_as_looked = way.kind == PoseSelectionKind::kDetect && !way.ignores_gyroscope;
+    return CalibrateWithClocks(way.Of(stated),
+                               is_as_looked ? std::optional(*std::move(looked)) : std::nullopt,
+                               progress,
+                               opener);
+  };
   const bool is_tumbled = ways.front().kind != PoseSelectionKind::kDetect;
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      Attempt likeliest,
-      CalibrateWithClocks(ways.front().Of(stated), *std::move(looked), progress, opener));
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt likeliest, by(ways.front()));
   if (is_tumbled ? likeliest.calibration.IsUsable() : !LacksRests(likeliest.calibration.findings)) {
     return likeliest;
   }
   const auto why = std::ranges::find_if(likeliest.calibration.findings, &Finding::IsRefusal);
   for (const Way& way : std::span(ways).subspan(1)) {
-    Result<Attempt> other = CalibrateWithClocks(way.Of(stated), std::nullopt, progress, opener);
+    Result<Attempt> other = by(way);
     if (!other) continue;
     const Finding* const why_not = WhatIsLacking(other->calibration);
     if (why_not != nullptr) {

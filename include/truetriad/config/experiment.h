@@ -47,7 +47,7 @@ struct PosesConfig {
   double motion_spacing_s = 0.1;   ///< Of kMotion.
   SweepWindows sweep;              ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;              ///< The gyroscope's readings between the poses are wanted, too.
-  bool ignores_gyroscope = false;  ///< Which says nothing of rests then.
+  bool ignores_gyroscope = false;  ///< It says nothing of rests.
   KnownMotionsConfig known_motions;
   TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
@@ -112,10 +112,10 @@ struct Experiment {
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
 /// The experiment with other `time_offset_s`, its `resolved_yaml` too.
+Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
+
 /// The same with poses of another kind: kDetect, kEveryRow or kMotion.
 Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
-
-Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
 
 /// The experiment for a recording that has these sensors alone: what it says of the others falls
 /// away, in its `resolved_yaml` too.

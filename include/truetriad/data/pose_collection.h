@@ -76,6 +76,8 @@ struct PoseSelection {
   /// By how much the times of each triad are later than when its readings were taken: is taken off
   /// them first of all. Needs times where it is not zero.
   PerTriad<double> time_offset_s{};
+
+  bool Ignores(Triad triad) const { return ignores_gyroscope && triad == Triad::kGyroscope; }
 };
 
 /// How rests are found. The defaults need no tuning for any unit or rate.

@@ -42,7 +42,7 @@ Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
 Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
   const SharedLayout& layout = run.graph.layout;
   if (!run.options.check_units || solved.system.rank() < solved.system.size()) return {};
-  const Eigen::MatrixXd covariance = solved.system.covariance();
+  const Eigen::MatrixXd& covariance = solved.system.covariance();
   double square = 0.0, dof = 0.0;
   for (const Triad triad : kTriads) {
     const StreamSummary* const stream = run.poses.Find(triad);
@@ -52,10 +52,9 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
     }
     const Eigen::MatrixXd rows = layout.basis.middleRows<3>(layout.bias[triad]);
     const Eigen::Matrix3d of_bias = rows * covariance * rows.transpose();
-    const PivotedCholesky root(of_bias);
     if (!(of_bias.diagonal().minCoeff() > 0.0)) continue;
     const Eigen::Vector3d bias = run.graph.bias(triad);
-    square += bias.dot(root.SolveVector(bias));
+    square += bias.dot(PivotedCholesky(of_bias).SolveVector(bias));
     dof += 3.0;
   }
   if (dof == 0.0 || ChiSquareCdf(square, dof) >= kByChance) return {};
