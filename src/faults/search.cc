@@ -26,9 +26,6 @@ constexpr double kLevelOfRun = 0.01;
 constexpr std::size_t kMostFaults = 8;
 // Of one fault by itself.
 constexpr double kNoteLevel = kLevelOfRun;
-// So many of its σ for each of the fault's own: of h that is clear by 5 σ a step of 60 σ would
-// follow, and where that is a little curved it is wrong (a cave instrument's gains, by 28 σ).
-constexpr double kHardlyTold = 12.0;
 // Directions that do not show are as large as those that do: axes are of one make.
 constexpr double kUnseenOverSeen = 1.0;
 // log 1000.
@@ -80,9 +77,10 @@ struct Taken {
   TakenFault fault;
 };
 
-// s of a component s (1 - s), the smaller of both.
-double ShareOf(double component) {
-  return 0.5 * (1.0 - std::sqrt(std::max(1.0 - 4.0 * component, 0.0)));
+// s of a component s (1 - s), the smaller of both; unset above 1/4, which no lost rows make.
+std::optional<double> ShareOf(double component) {
+  if (component > 0.25) return std::nullopt;
+  return 0.5 * (1.0 - std::sqrt(1.0 - 4.0 * component));
 }
 
 class FaultSearch {
@@ -295,7 +293,6 @@ void FaultSearch::TestInFull(Candidate* candidate) {
   const ColumnSums sums = FormOf(*candidate).SumsOf(WeightsOf(*candidate));
   candidate->test = TestOf(model_.system(), model_.excess(), Y, sums);
   candidate->kappa = KappaOf(column, candidate->test.T);
-  if (candidate->kappa > kHardlyTold) candidate->test = {};
 }
 
 double FaultSearch::KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T) const {
@@ -447,8 +444,9 @@ bool FaultSearch::TakeLostRows(double clearest_score) {
   const FaultSystem::Alignment aligned = model_.system().AlignmentOf(unit);
   if (aligned.log_p > std::log(kLevelOfRun)) return false;
   if (!is_estimated || !model_.system().is_dense()) {
-    if (aligned.log_p - lost_rows_level_ >= std::min(clearest_score, 0.0)) return false;
-    findings_.lost_rows = LostRowsFound{ShareOf(aligned.component), aligned.log_p};
+    const auto share = ShareOf(aligned.component);
+    if (!share || aligned.log_p - lost_rows_level_ >= std::min(clearest_score, 0.0)) return false;
+    findings_.lost_rows = LostRowsFound{*share, aligned.log_p};
     return true;
   }
   const double without = model_.system().LogLikelihood();
@@ -457,8 +455,10 @@ bool FaultSearch::TakeLostRows(double clearest_score) {
   const double with_rows = model_.system().LogLikelihood();
   const double ratio = 2.0 * (with_rows - without);
   const double log_p = std::log(0.5) + LogChiSquareUpper(std::max(ratio, 0.0), 1.0);
-  if (log_p - lost_rows_level_ < std::min(clearest_score, 0.0) && with_rows > LikelihoodOfBest(v)) {
-    findings_.lost_rows = LostRowsFound{0.0, log_p};
+  const auto share = ShareOf(model_.excess().v.tail<1>()[0]);
+  if (share && log_p - lost_rows_level_ < std::min(clearest_score, 0.0) &&
+      with_rows > LikelihoodOfBest(v)) {
+    findings_.lost_rows = LostRowsFound{*share, log_p};
     return true;
   }
   model_.SetTurnVariances({});
@@ -546,7 +546,8 @@ void FaultSearch::StateTaken() {
   }
   for (const Taken& taken : left_in_) findings_.faults.push_back(taken.fault);
   const bool is_in_model = model_.excess().v.size() > std::ssize(noise_->estimated);
-  if (is_in_model) findings_.lost_rows->share = ShareOf(model_.excess().v.tail<1>()[0]);
+  if (!is_in_model) return;
+  findings_.lost_rows->share = ShareOf(model_.excess().v.tail<1>()[0]).value_or(0.5);
 }
 
 void FaultSearch::StateCovariance() {

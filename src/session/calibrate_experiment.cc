@@ -236,6 +236,7 @@ const Finding* WhatIsLacking(const Calibration& calibration) {
 // them holds for the unit however it is taken.
 bool LacksRests(const Findings& findings) {
   constexpr std::array kCodes = {FindingCode::kNoRest,
+                                 FindingCode::kTurnsUnexplained,
                                  FindingCode::kTooFewPoses,
                                  FindingCode::kTooFewDirections,
                                  FindingCode::kNotAnEllipsoid,

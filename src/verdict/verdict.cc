@@ -26,7 +26,8 @@ namespace truetriad {
 namespace {
 
 // In this order: what a change in the middle of the run does to the fit may look like anything
-// else; along a direction that is not determined the optimiser only creeps.
+// else; turns that miss by far determine nothing; along a direction that is not determined the
+// optimiser only creeps.
 constexpr std::array<Check, 13> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
@@ -34,9 +35,9 @@ constexpr std::array<Check, 13> kUsability = {&CheckFinite,
                                               &CheckFaultsAllow,
                                               &CheckTemperatureModelled,
                                               &CheckOutliers,
+                                              &CheckTurnsTold,
                                               &CheckDetermined,
                                               &CheckConverged,
-                                              &CheckTurnsTold,
                                               &CheckGains,
                                               &CheckNotCorrected,
                                               &CheckMounting};

@@ -12,6 +12,7 @@
 #include "faults/search.h"
 #include "noise/joint_test.h"
 #include "support/accel_mag_trials.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad::trials {
 
@@ -34,6 +35,7 @@ struct TrialPlan {
   bool states_covariances = true;
   bool has_faces = false;  // four rests on each face of a block, the accelerometer alone
   bool is_accelerometer_alone = false;  // with a face, edge or corner of a cube up
+  bool has_faces_alone = false;         // each up in turn, by hand, with any heading
 };
 
 // The accelerometer alone, in attitudes that are still to be stated.
@@ -73,6 +75,18 @@ inline void StandOnACube(FaultTrial* trial) {
   }
 }
 
+// Some degree off, as hands are.
+inline void SetDownOnFaces(FaultTrial* trial, Random* random) {
+  constexpr double kHandRad = 0.02;
+  for (std::size_t k = 0; k < trial->attitudes.size(); ++k) {
+    const Eigen::Vector3d up = FaceAxes(static_cast<int>(k) % kFaceCount).col(0);
+    trial->attitudes[k] =
+        Eigen::AngleAxisd(2.0 * std::numbers::pi * random->Uniform(), Eigen::Vector3d::UnitZ()) *
+        Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()) *
+        RotationExp(Eigen::Vector3d(kHandRad * random->Normal3()));
+  }
+}
+
 inline FaultTrial MakeFaultTrial(const TrialPlan& plan, Random* random) {
   constexpr Triad kG = Triad::kGyroscope;
   FaultTrial trial;
@@ -94,6 +108,7 @@ inline FaultTrial MakeFaultTrial(const TrialPlan& plan, Random* random) {
   }
   if (plan.has_faces) SitOnFaces(&trial, random);
   if (plan.is_accelerometer_alone) StandOnACube(&trial);
+  if (plan.has_faces_alone) SetDownOnFaces(&trial, random);
   SyntheticNoise drawn = trial.noise;
   if (plan.is_exact) drawn.rest_sigma = drawn.excess_sigma = {};
   trial.poses = SimulatePoses(trial.unit, trial.attitudes, drawn, random);
