@@ -321,7 +321,7 @@ double FaultSearch::Confirmed(const Candidate& candidate) {
   const FaultSystem& system = model_.system();
   const StackedRows Y = system.Projected(seen);
   const ColumnSums sums{
-      seen.Transposed(Y), seen.TransposedVector(system.q()), system.Squares(seen)};
+      seen.Transposed(Y), seen.TransposedVector(system.q()), system.Squares(seen), column.noise};
   const Eigen::MatrixXd T = SeenDirections(sums);
   const double X = TransposeTimesVector(T, sums.gradient).squaredNorm();
   const auto rank = static_cast<double>(T.cols());
