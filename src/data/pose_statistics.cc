@@ -242,6 +242,51 @@ double RoundingVariance(double variance, double step) {
   return rounding * std::exp(-4.0 * kPi * kPi * before_rounding / (step * step));
 }
 
+namespace {
+
+struct MeanAndVariance {
+  double mean = 0.0, variance = 0.0;
+};
+
+// Of normal readings about `place`, rounded; all in steps.
+MeanAndVariance Rounded(double place, double sigma) {
+  const auto below = [&](double edge) { return NormalCdf((edge - place) / sigma); };
+  const double reach = std::ceil(6.0 * sigma) + 1.0;  // beyond it there is less than 1e-9
+  double sum = 0.0, square = 0.0;
+  for (double k = std::round(place) - reach; k <= std::round(place) + reach; k += 1.0) {
+    const double share = below(k + 0.5) - below(k - 0.5);
+    sum += share * (k - place);
+    square += share * (k - place) * (k - place);
+  }
+  return {place + sum, square - sum * sum};
+}
+
+// The variance of rounded readings whose mean is this, by the noise beneath.
+double VarianceOfRounded(double mean, double sigma) {
+  double low = mean - 1.0, high = mean + 1.0;
+  while (high - low > 1e-6) {
+    const double middle = 0.5 * (low + high);
+    (Rounded(middle, sigma).mean < mean ? low : high) = middle;
+  }
+  return Rounded(0.5 * (low + high), sigma).variance;
+}
+
+}  // namespace
+
+double RoundingVarianceAt(double mean, double variance, double step) {
+  if (!(step > 0.0)) return 0.0;
+  // Noise of a step leaves 1e-17 of it.
+  const double wanted = variance / (step * step);
+  if (wanted > 1.0) return RoundingVariance(variance, step);
+  const double place = std::remainder(mean / step, 1.0);
+  double low = 0.0, high = 1.0;
+  while (high - low > 1e-3) {
+    const double middle = 0.5 * (low + high);
+    (VarianceOfRounded(place, middle) < wanted ? low : high) = middle;
+  }
+  return RoundingVariance((low * low + 1.0 / 12.0) * step * step, step);
+}
+
 void TriadPoseAccumulator::Line::Add(double at, double batch_samples, const Eigen::Array3d& value) {
   count += 1.0;
   samples += batch_samples;

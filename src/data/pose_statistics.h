@@ -167,4 +167,9 @@ void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
 /// steps jump by a whole one: what is asked for is the noise of all poses, not of one.
 double RoundingVariance(double variance, double step);
 
+/// The same where all poses lie at one place between two steps, as a gyroscope's rests do: their
+/// readings have this mean and variance. Half-way between two steps readings scatter by half a step
+/// however small the noise is: that noise is taken which, rounded, has this mean and variance.
+double RoundingVarianceAt(double mean, double variance, double step);
+
 }  // namespace truetriad

@@ -135,10 +135,12 @@ void RecordingSearch::FindRounding() {
   const StreamSummary* stream = poses_.Find(Triad::kGyroscope);
   const bool has_rests = graph_.layout.Has(Triad::kGyroscope) && !poses_.poses.empty();
   if (stream == nullptr || !has_rests || !Acts(Mechanism::kRounding)) return;
+  const Eigen::Vector3d bias = graph_.bias(Triad::kGyroscope);
+  const Eigen::Array3d noise = stream->noise_sigma_raw;
   Eigen::Vector3d shift;
   for (int axis = 0; axis < 3; ++axis) {
-    const double noise = stream->noise_sigma_raw[axis];
-    shift[axis] = std::sqrt(RoundingVariance(noise * noise, stream->rest_step_raw[axis]));
+    shift[axis] = std::sqrt(
+        RoundingVarianceAt(bias[axis], noise[axis] * noise[axis], stream->rest_step_raw[axis]));
   }
   const Eigen::VectorXd moved = MovedBy(graph_.layout.bias[Triad::kGyroscope], shift);
   is_coarse_ = InSigmas(moved) >= kRoundingSigmas;

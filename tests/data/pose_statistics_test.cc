@@ -12,6 +12,7 @@
 #include "data/recorded_temperature.h"
 #include "data/synthetic_recording.h"
 #include "data/window_statistics.h"
+#include "math/random.h"
 
 namespace truetriad {
 namespace pose_statistics_test {
@@ -103,6 +104,28 @@ TEST(PoseStatistics, DoNotAverageAwayTheStepOfACoarseSensor) {
 }
 
 // A calibration whose mean is above its highest temperature is refused when it is read.
+// Whatever the noise is, and wherever between two steps a gyroscope rests.
+TEST(PoseStatistics, AllowForRoundingAtOnePlace) {
+  constexpr int kCount = 20000;
+  Random random(3);
+  for (const double sigma : {0.02, 0.1, 0.2, 0.3, 0.4, 0.6, 0.9}) {
+    for (double place = -0.5; place < 0.5; place += 0.05) {
+      double sum = 0.0, square = 0.0;
+      for (int i = 0; i < kCount; ++i) {
+        const double reading = std::round(place + sigma * random.Normal());
+        sum += reading;
+        square += reading * reading;
+      }
+      const double mean = sum / kCount, variance = square / kCount - mean * mean;
+      const double rounding = RoundingVarianceAt(mean, variance, 1.0);
+      EXPECT_LT(std::abs(mean - place), 5.0 * std::sqrt(rounding + sigma * sigma / kCount))
+          << sigma << " at " << place;
+      // Noise of a step hides it; the place is no matter then.
+      EXPECT_LT(sigma > 0.5 ? rounding : 0.0, 1e-4) << sigma << " at " << place;
+    }
+  }
+}
+
 TEST(RecordedTemperature, HasItsMeanBetweenItsEnds) {
   PoseSet poses;
   for (int i = 0; i < 24; ++i) {
