@@ -319,7 +319,8 @@ class PageData {
       const auto unit = places_.find(one.serial);
       if (unit == places_.end()) continue;
       const PageUnit& of = units_[unit->second];
-      const std::string end = last[one.serial] != one.id ? "later" : of.is_decided ? "" : of.run;
+      const bool holds = of.is_decided || one.wrong_serial;
+      const std::string end = last[one.serial] != one.id ? "later" : holds ? "" : of.run;
       Json& list = decided_.try_emplace(one.run, Json::array()).first->second;
       const std::string why = (one.wrong_serial ? "wrong serial number: " : "") + one.why;
       list.push_back({one.created, one.who, VerdictName(one.verdict), why, end});

@@ -94,19 +94,26 @@ std::string ShellWord(const std::string& text) {
   return quoted + '\'';
 }
 
-/// What releases the readings of `other` for `run`, in the store of the plan.
+/// What somebody types to decide about a unit in the store of the plan.
+std::string DisposeCommand(const std::string& serial,
+                           const WorkPlan& plan,
+                           const std::string& decision) {
+  std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
+  if (JsonLinesPath(store)) store = "STORE";
+  return "`truetriad fleet dispose " + ShellWord(serial) + " --store=" + ShellWord(store) +
+         " --who=NAME " + decision + '`';
+}
+
+/// What releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
-  const std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
-  if (JsonLinesPath(store)) {
-    return "measure this unit, or, where that one's number was wrong, collect the runs into a "
-           "store "
-           "and say so there by `truetriad fleet dispose --wrong-serial`";
-  }
-  return "measure this unit, or, where that one's number was wrong, say so by `truetriad fleet "
-         "dispose " +
-         ShellWord(other.serial) + " --store=" + ShellWord(store) +
-         " --who=NAME --verdict=FAIL --wrong-serial --why=" + ShellWord("is " + run.serial) +
-         "` and run this log again";
+  const bool is_lines = JsonLinesPath(plan.store.substr(plan.store.find(' ') + 1)).has_value();
+  return std::string("measure this unit, or, where that one's number was wrong, ") +
+         (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
+         DisposeCommand(other.serial,
+                        plan,
+                        "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.run) +
+                            " --why=" + ShellWord("is " + run.serial)) +
+         " and run this log again";
 }
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on
@@ -334,6 +341,7 @@ class FleetEngine {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
            " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
     }
+    WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
       Warn(run.serial + ": run " + run.id +
            (is_new_recording ? ", of another recording," : ", by other limits,") +
@@ -367,6 +375,24 @@ class FleetEngine {
     }
     if (is_good) ++yield.final_good;
     item->second = is_good;
+  }
+
+  /// Says why a refusal stands, though another recording than it was about counts now.
+  void WarnOfRefusal(const UnitRun& run,
+                     const std::optional<Standing>& before,
+                     const Standing& unit,
+                     bool is_new_recording) const {
+    const bool stays = before && before->final_verdict == Verdict::kFail &&
+                       !unit.disposed_by.empty() && before->disposed_by == unit.disposed_by;
+    if (!stays || !is_new_recording || run.id != unit.run || IsRed(run.verdict)) return;
+    const bool is_file = run.recorded.empty() || run.recorded_by == kRecordedBy[2];
+    Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
+         unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
+         unit.disposed_why + "), since " +
+         (is_file ? "only its file says when it was measured"
+                  : "it was measured at " + run.recorded + ", before that") +
+         "; name a later log with column `recorded` in a list, or decide anew by " +
+         DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
   /// AgreeFolders of all units held back: folders were away, or a process was killed, when that was

@@ -161,7 +161,8 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
          "tag.name = 'station' WHERE " +
          condition +
-         " AND NOT EXISTS (SELECT 1 FROM run AS later WHERE later.log = run.log AND later.serial = "
+         " AND run.run NOT IN (SELECT run FROM given_up) AND NOT EXISTS (SELECT 1 FROM run AS "
+         "later WHERE later.log = run.log AND later.serial = "
          "run.serial AND later.log_bytes = run.log_bytes AND later.log_modified_ns = "
          "run.log_modified_ns AND later.run > run.run AND later.recorded_by = 'list' AND "
          "later.recorded <> run.recorded AND later.verdict <> 'NO_RESULT')) AS placed WHERE nth = "

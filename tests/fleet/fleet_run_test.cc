@@ -361,10 +361,17 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
   fs::create_directories(folder_.Path("again"));
   units_[0] = {.log = folder_.Write("again/u0.csv",
                                     LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
-  // Measured later than the first, not in the same second.
+  // Later than the first by its file alone, not in the same second.
   fs::last_write_time(units_[0].log, fs::file_time_type::clock::now() + std::chrono::seconds(2));
   ASSERT_TRUE(Run());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
+  EXPECT_THAT(warnings_,
+              ElementsAre(AllOf(HasSubstr("does not lift the decision of R. Roe (FAIL: bent)"),
+                                HasSubstr("only its file says when"),
+                                HasSubstr("`truetriad fleet dispose u0 --store="))));
+  units_[0].recorded = "2999-11-25T12:00:00Z";
+  warnings_.clear();
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr(" lifts the decision of R. Roe (FAIL: bent)")));
 }
 
 TEST_F(Engine, SaysAtWhichRateAndForHowLong) {

@@ -57,7 +57,7 @@ TEST_F(JsonLines, KeepALineARunToTheLastBit) {
   EXPECT_THAT(
       Text(),
       ::testing::StartsWith("{\"format\":\"truetriad/"
-                            "runs\",\"schema_version\":4,\"shards\":8,\"shard\":2,\"store\":\"2"));
+                            "runs\",\"schema_version\":5,\"shards\":8,\"shard\":2,\"store\":\"2"));
   UnitRun expected = SampleRun("2", "unit 2");
   expected.shard = "2/8";
   std::string found;

@@ -43,6 +43,9 @@ DEFINE_string(why, "", "TEXT: why, in one line");
 DEFINE_bool(wrong_serial,
             false,
             "what was read is another unit's, whose log may then be run under its own number");
+DEFINE_string(run,
+              "",
+              "RUN: the run whose serial number was wrong, where the unit has several recordings");
 
 namespace truetriad {
 namespace {
@@ -220,8 +223,10 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   constexpr std::size_t kMostCopies = 10;
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
-         "; find out which unit was measured, and refuse the other with `truetriad fleet dispose "
-         "SERIAL --wrong-serial`");
+         "; find out which unit was measured, and give the run of the other up by `truetriad fleet "
+         "dispose SERIAL --store=" +
+         fleet::ShownStore(FLAGS_store) +
+         " --who=NAME --verdict=FAIL --wrong-serial --run=RUN --why=WHY`");
   }
   if (collected.copies.size() > kMostCopies) {
     Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
@@ -274,6 +279,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                           .who = FLAGS_who,
                                           .why = FLAGS_why,
                                           .verdict = *verdict,
+                                          .run = FLAGS_run,
                                           .wrong_serial = FLAGS_wrong_serial};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -360,13 +366,13 @@ Command FleetDisposeCommand() {
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
       .details =
-          R"(It holds until a later decision, or until a later run counts that is of another recording; fleet run
-then says so. FAIL withdraws what was exported of all runs of the unit,
-and `export` refuses it; PASS is a concession. Calibrations, reports and exports state either;
-the store's runs stay as they are. Readings stay those of the unit as which they were first read, unless it
-is refused with --wrong-serial.
+          R"(It holds until a later decision, or until a later run counts that is of another recording, and for FAIL
+says itself, or by a list, that it was measured later; fleet run then says so. FAIL withdraws what was
+exported of all runs of the unit, and `export` refuses it; PASS is a concession. Calibrations, reports and
+exports state either; the store's runs stay as they are. Readings stay those of the unit as which they
+were first read, until that recording is given up with --wrong-serial.
 )",
-      .flags = "unit! store! verdict! wrong-serial who! why!",
+      .flags = "unit! store! verdict! wrong-serial run who! why!",
       .values = {{"verdict", VerdictsOfPeople()}},
       .words = {"unit"},
       .run = RunFleetDispose};
