@@ -72,7 +72,7 @@ class LineReader {
             bool is_measured) {
     Record record{.unit = {.serial = run.serial,
                            .run = run.id,
-                           .recorded = run.recorded,
+                           .recorded = run.standing ? run.standing->recorded : run.recorded,
                            .verdict = std::string(VerdictName(run.verdict)),
                            .code = code},
                   .course = std::move(course),
@@ -187,7 +187,7 @@ UnitCourse CourseOf(const UnitRun& run) {
   const Standing& unit = run.standing ? *run.standing : alone;
   return {.first_verdict = unit.first_verdict,
           .final_verdict = unit.final_verdict,
-          .recorded_by = run.recorded_by,
+          .recorded_by = run.standing ? unit.recorded_by : run.recorded_by,
           .is_conceded = IsRed(run.verdict) && !IsRed(unit.final_verdict),
           .attempts = static_cast<int>(unit.attempts)};
 }
@@ -282,7 +282,16 @@ Result<LineReading> ReadUnits(Store& store, const std::string& where) {
                     is_measured);
         return {};
       }));
-  return reader.Finish();
+  LineReading reading = reader.Finish();
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table recordings,
+      store.Query("SELECT station, count(*)" + FromWhere(kRunTable, where) +
+                  " AND run IN (SELECT run FROM measured WHERE run = first_run AND run NOT IN "
+                  "(SELECT run FROM given_up)) GROUP BY station"));
+  for (const auto& row : recordings.rows) {
+    reading.recordings_at[row[0].value_or("")] = NumberOf<int>(row[1], 0);
+  }
+  return reading;
 }
 
 Result<LineReading> ReadRuns(Store& store, const std::string& where) {

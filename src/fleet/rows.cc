@@ -101,9 +101,8 @@ CREATE VIEW standing AS
       WHERE its.run = recording.first_run AND said.run = recording.said_by
       ORDER BY recording.is_given_up, said.recorded, its.run LIMIT 1)
       AS first_verdict,
-    (SELECT count(*) FROM measured AS one
-      WHERE one.serial = unit.serial AND one.first_run = one.run
-        AND one.run NOT IN (SELECT run FROM given_up)) AS attempts,
+    (SELECT count(*) FROM measured AS own
+      WHERE own.serial = unit.serial AND own.first_run = own.run AND NOT {is_given_up}) AS attempts,
     COALESCE(decision.verdict, run.verdict) AS final_verdict,
     decision.who AS disposed_by,
     CASE WHEN decision.wrong_serial = 1 THEN 'wrong serial number: ' ELSE '' END || decision.why
@@ -111,18 +110,18 @@ CREATE VIEW standing AS
     decision.created AS disposed_at
   FROM unit
   CROSS JOIN run
-  LEFT JOIN run AS timed ON timed.run = (
-      SELECT recording.said_by FROM {recordings} AS recording WHERE recording.run = run.run
-    )
   LEFT JOIN disposition AS decision ON decision.disposition = (
       SELECT max(one.disposition)
       FROM run AS its CROSS JOIN disposition AS one
       WHERE its.serial = unit.serial AND one.run = its.run
-        AND (one.wrong_serial = 0 OR run.run IN (SELECT run FROM given_up))
+        AND (one.wrong_serial = 0 OR EXISTS (
+          SELECT 1 FROM measured AS own CROSS JOIN measured AS about
+          WHERE own.run = run.run AND about.run = one.run AND about.first_run = own.first_run
+        ))
     )
     AND EXISTS (
-      SELECT 1 FROM measured AS its CROSS JOIN measured AS made
-      WHERE its.run = run.run AND made.run = decision.run AND (
+      SELECT 1 FROM measured AS its CROSS JOIN measured AS made CROSS JOIN run AS timed
+      WHERE its.run = run.run AND made.run = decision.run AND timed.run = {said_by} AND (
           its.first_run IN (made.run, made.first_run) OR (
             decision.verdict = 'FAIL'
             AND (its.first_run <= decision.disposition OR its.first_run <= decision.run
@@ -171,12 +170,25 @@ CREATE VIEW standing AS
   );
 )sql";
 
-/// Of a unit, in `standing`: the first and the newest run of each recording, and the one that says
-/// when it was measured.
+/// Of a unit, in `standing`, of a run `own`: whether its recording was given up.
+constexpr std::string_view kIsGivenUp =
+    "(COALESCE((SELECT one.wrong_serial FROM run AS its CROSS JOIN disposition AS one CROSS JOIN "
+    "measured AS about WHERE its.serial = unit.serial AND one.run = its.run AND about.run = "
+    "its.run "
+    "AND about.first_run = own.first_run ORDER BY one.disposition DESC LIMIT 1), 0) = 1)";
+
+/// Likewise, the first and the newest run of each recording, and the one that says when it was
+/// measured.
 constexpr std::string_view kRecordings =
     "(SELECT first_run, max(run) AS run, COALESCE(max(CASE WHEN recorded_by = 'list' THEN run "
-    "END), first_run) AS said_by, first_run IN (SELECT run FROM given_up) AS is_given_up "
-    "FROM measured WHERE serial = unit.serial GROUP BY first_run)";
+    "END), first_run) AS said_by, {is_given_up} AS is_given_up FROM measured AS own WHERE "
+    "own.serial = unit.serial GROUP BY first_run)";
+
+/// Likewise, the last of these of the run that counts alone.
+constexpr std::string_view kSaidBy =
+    "(SELECT COALESCE(max(CASE WHEN same.recorded_by = 'list' THEN same.run END), "
+    "max(own.first_run)) FROM measured AS own CROSS JOIN measured AS same WHERE own.run = run.run "
+    "AND same.serial = unit.serial AND same.first_run = own.first_run)";
 
 /// The columns of `run` in `standing`.
 std::string RunColumns() {
@@ -184,8 +196,12 @@ std::string RunColumns() {
   const UnitRun none;
   Fields(
       [&columns](const std::string& name, const auto&) {
-        const bool is_of_recording = name.starts_with("recorded");
-        columns += (columns.empty() ? "run." : is_of_recording ? ", timed." : ", run.") + name;
+        columns += columns.empty() ? "" : ", ";
+        columns += name.starts_with("recorded") ? "(SELECT timed." + name +
+                                                      " FROM run AS timed WHERE timed.run = "
+                                                      "{said_by}) AS " +
+                                                      name
+                                                : "run." + name;
       },
       none);
   return columns;
@@ -338,6 +354,8 @@ std::string TablesSql(const TypeNames& types) {
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{recordings}", kRecordings},
         {"{run_columns}", run_columns},
+        {"{said_by}", kSaidBy},
+        {"{is_given_up}", kIsGivenUp},
         {"{text}", types.text},
         {"{real}", types.real},
         {"{bytes}", types.bytes}}) {

@@ -54,9 +54,13 @@ std::string ChecksThatCount() {
          "one.recording AND prior.station_check < one.station_check)) ";
 }
 
-/// Of the station $1, by when the golden unit was recorded.
-std::string LastCheck() {
-  return ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1";
+/// Of each golden unit of the station $1 the last, by when it was recorded.
+std::string LastChecks() {
+  return "SELECT " + ColumnsOf<StationCheck>() +
+         " FROM (SELECT counted.*, row_number() OVER (PARTITION BY serial ORDER BY recorded DESC, "
+         "station_check DESC) AS nth FROM (" +
+         ChecksThatCount() +
+         "AND station = $1) AS counted) AS last WHERE nth = 1 ORDER BY recorded, station_check";
 }
 
 template <typename Thing>
@@ -370,6 +374,16 @@ Result<std::string> Store::LatestRun(const UnitRun& run) {
   return FieldIn(latest).value_or("");
 }
 
+Result<std::string> Store::FailedSinceGood(const UnitRun& run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table failed,
+      Asked("SELECT max(run) FROM run WHERE serial = $1 AND verdict = 'FAIL' AND run > "
+            "COALESCE((SELECT max(good.run) FROM run AS good WHERE good.serial = $1 AND "
+            "good.run <> $2 AND good.verdict IN ('PASS', 'NO_LIMITS')), '')",
+            {run.serial, run.id}));
+  return FieldIn(failed).value_or("");
+}
+
 Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
   std::vector<Value> values = {std::string_view(run.serial)};
   for (const SensorReadings& one : run.readings) {
@@ -596,7 +610,11 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Cell> row,
                                Row(first_check, {added.station, added.recording}));
     if (row.empty() || row[0] == added.id) {
-      TRUETRIAD_ASSIGN_OR_RETURN(row, Row(LastCheck(), {added.station}));
+      TRUETRIAD_ASSIGN_OR_RETURN(const Table last,
+                                 database_->Ask(LastChecks(), std::vector<Value>{added.station}));
+      const auto own = std::ranges::find(
+          last.rows, added.serial, [](const auto& of) { return of[2].value_or(""); });
+      row = *own;
     }
     if (row.at(0) != added.id) counting = FromRow<StationCheck>(row);
     return {};
@@ -639,24 +657,25 @@ Result<std::vector<StationCheck>> Store::StationChecks() {
   return Things<StationCheck>(ChecksThatCount() + "ORDER BY recorded, station_check");
 }
 
-Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
+Result<std::vector<StationCheck>> Store::LastStationChecks(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> last,
-                             Things<StationCheck>(LastCheck(), {station}));
-  return last.empty() ? std::nullopt : std::optional(last.front());
+  return Things<StationCheck>(LastChecks(), {station});
 }
 
 Status Store::TakeStandings(const std::string& condition, std::vector<UnitRun>* runs) {
   if (runs->empty()) return {};
   std::unordered_map<std::string_view, UnitRun*> by_name;
   for (UnitRun& run : *runs) by_name[run.id] = &run;
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table table,
-      Query("SELECT " + ColumnsOf<Standing>() + " FROM standing WHERE " + condition));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Query("SELECT " + ColumnsOf<Standing>() +
+                                   ", recorded, recorded_by FROM standing WHERE " + condition));
   for (const auto& row : table.rows) {
     const auto found = by_name.find(*row[0]);
     if (found == by_name.end()) continue;
-    TRUETRIAD_ASSIGN_OR_RETURN(found->second->standing, CheckedFromRow<Standing>(row));
+    TRUETRIAD_ASSIGN_OR_RETURN(Standing standing, CheckedFromRow<Standing>(row));
+    standing.recorded = (row.end() - 2)->value_or(""),
+    standing.recorded_by = row.back().value_or("");
+    found->second->standing = std::move(standing);
   }
   return {};
 }

@@ -206,6 +206,9 @@ class Store {
   Status StateRetestPolicy(const RetestPolicy& policy);
   /// Unset: nobody has said it.
   Result<std::optional<RetestPolicy>> StatedRetestPolicy();
+  /// The last run of the run's unit that missed limits since any of its others was good; empty:
+  /// there is none.
+  Result<std::string> FailedSinceGood(const UnitRun& run);
   /// A name that was made with the store and is no other's.
   Result<std::string> Identity();
   /// Those of one unit, each with what was said of it as if it were the unit's.
@@ -229,11 +232,11 @@ class Store {
   Result<Disposition> Dispose(const Disposition& disposition);
   /// Adds a check, with a later name where the clock has gone back. What counts in its stead, where
   /// something does: of the same recording, which counts by its first check at a station, or of a
-  /// later one.
+  /// later one of the same golden unit.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
-  /// Those that count, in their order; of all stations, or the last of one.
+  /// Those that count, in their order: of all stations, or of one the last of each golden unit.
   Result<std::vector<StationCheck>> StationChecks();
-  Result<std::optional<StationCheck>> LastStationCheck(const std::string& station);
+  Result<std::vector<StationCheck>> LastStationChecks(const std::string& station);
   Result<Decisions> ReadDecisions();
   /// Those of another store, of which all runs are here; what is there already is not added again.
   Status AddDecisions(const Decisions& decisions);

@@ -214,12 +214,13 @@ Decision OfPerson(const Standing& unit) {
 
 /// That of another run, by which this one may not leave either.
 Decision OfRunThatCounts(const Standing& unit) {
-  return {
-      .verdict = Verdict::kFail,
-      .who = "run " + unit.run,
-      .why = "that run of the unit counts, and is " + std::string(VerdictWords(unit.final_verdict)),
-      .created = TimestampUtc(),
-      .is_automatic = true};
+  return {.verdict = Verdict::kFail,
+          .who = "run " + unit.run,
+          .why = unit.final_verdict == Verdict::kNoResult
+                     ? "that run of the unit counts, and has no calibration"
+                     : "that run of the unit counts, and is FAIL",
+          .created = TimestampUtc(),
+          .is_automatic = true};
 }
 
 /// What the calibration of a run is to state.

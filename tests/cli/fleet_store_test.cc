@@ -168,7 +168,7 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitWhoseLogCannotBeRead) {
   const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + folder +
                                  "/calibration.yaml' --to=px4 --output=u.params");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and is NO RESULT"));
+  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and has no calibration"));
 }
 
 TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
@@ -393,6 +393,18 @@ TEST_F(FleetStore, ExchangesTwoSerialNumbers) {
     EXPECT_EQ(refused.exit_code, 2);
     EXPECT_THAT(refused.err, HasSubstr("wrong serial number: is X1"));
   }
+}
+
+TEST_F(FleetStore, CountsAllUnitsThatAreNotGood) {
+  WriteUnits(3);
+  ASSERT_EQ(Shell(Fleet("-o out")).exit_code, 0);
+  ASSERT_EQ(Shell(kFleetProgram + std::string("dispose u100 --store=out/fleet.db --who=me "
+                                              "--verdict=FAIL --why=bent"))
+                .exit_code,
+            0);
+  folder_.Write("line/u102.csv", "");
+  EXPECT_THAT(Shell(Fleet("-o out")).out, StartsWith("2 OF 3 NOT GOOD"));
+  EXPECT_THAT(Shell(Fleet("-o out --json")).out, HasSubstr("\"not_good\": 2,"));
 }
 
 TEST_F(FleetStore, WarnsOfANewStoreBesideAnOutputsOwn) {

@@ -108,6 +108,12 @@ TEST_P(StoreTest, HasNotDoneALogThatWasRefusedAsAnotherUnits) {
   ASSERT_TRUE(done);
   EXPECT_TRUE(done->Has({.log = "A1.csv"}, {}));
   EXPECT_FALSE(done->Has({.log = "A2.csv"}, {}));
+  // Nor one of another lot than that of its run, where a list says so.
+  Tags tags;
+  for (const std::string lot : {"L17", "L18"}) {
+    tags.lot = lot;
+    EXPECT_EQ(done->Has({.log = "A1.csv", .tags = tags}, {}), lot == "L17");
+  }
   // Nor one whose time a list states that it has not stated before.
   EXPECT_FALSE(done->Has({.log = "A1.csv", .recorded = "2026-11-24T06:00:00Z"}, {}));
 }
@@ -663,9 +669,12 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
 TEST_P(StoreTest, KeepsTheChecksOfStations) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
-  const auto none = (*store)->LastStationCheck("S3");
-  ASSERT_TRUE(none);
-  EXPECT_FALSE(*none);
+  const auto last_of = [&](const std::string& station) {
+    const Result<std::vector<StationCheck>> last = (*store)->LastStationChecks(station);
+    EXPECT_TRUE(last) << last.error().message;
+    return *last;
+  };
+  EXPECT_TRUE(last_of("S3").empty());
   StationCheck check{"2",
                      "S3",
                      "G1",
@@ -688,26 +697,33 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   const auto first = (*store)->AddStationCheck(check);
   ASSERT_TRUE(first && *first);
   EXPECT_EQ((*first)->id, "3");
-  EXPECT_FALSE((*(*store)->LastStationCheck("S3"))->agrees);
+  ASSERT_EQ(last_of("S3").size(), 1U);
+  EXPECT_FALSE(last_of("S3")[0].agrees);
   check.id = "5";
   check.recording = "cc";
   EXPECT_FALSE((*store)->AddStationCheck(check).value());
-  EXPECT_EQ((*(*store)->LastStationCheck("S3"))->repeatability, "accelerometer.bias=1");
+  EXPECT_EQ(last_of("S3")[0].repeatability, "accelerometer.bias=1");
   check.id = "6";
   check.agrees = false;
   check.station = "S4";
   check.p = std::numeric_limits<double>::quiet_NaN();
   ASSERT_TRUE((*store)->AddStationCheck(check));
-  const auto last = (*store)->LastStationCheck("S3");
-  ASSERT_TRUE(last && *last);
-  EXPECT_EQ((*last)->id, "5");
-  EXPECT_TRUE((*last)->agrees);
-  EXPECT_EQ((*last)->p, 0.1 + 0.2);
-  EXPECT_EQ((*last)->largest, 1.0 / 3.0);
-  const auto other = (*store)->LastStationCheck("S4");
-  ASSERT_TRUE(other && *other);
-  EXPECT_FALSE((*other)->agrees);
-  EXPECT_TRUE(std::isnan((*other)->p));
+  ASSERT_EQ(last_of("S3").size(), 1U);
+  const StationCheck last = last_of("S3")[0];
+  EXPECT_EQ(last.id, "5");
+  EXPECT_TRUE(last.agrees);
+  EXPECT_EQ(last.p, 0.1 + 0.2);
+  EXPECT_EQ(last.largest, 1.0 / 3.0);
+  ASSERT_EQ(last_of("S4").size(), 1U);
+  EXPECT_FALSE(last_of("S4")[0].agrees);
+  EXPECT_TRUE(std::isnan(last_of("S4")[0].p));
+  // Each golden unit has its own.
+  check.id = "7";
+  check.serial = "G2";
+  check.recording = "dd";
+  EXPECT_FALSE((*store)->AddStationCheck(check).value());
+  ASSERT_EQ(last_of("S4").size(), 2U);
+  EXPECT_EQ(last_of("S4")[1].serial, "G2");
 }
 
 TEST_P(StoreTest, GivesWholeRunsBack) {
