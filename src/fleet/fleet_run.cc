@@ -501,8 +501,7 @@ class FleetEngine {
     if (listener_.on_note) listener_.on_note(note);
   }
   void Warn(const std::string& warning) {
-    progress_.warnings_said.push_back(Finding(FindingCode::kMessage, warning));
-    progress_.warnings_said.back().severity = Severity::kWarning;
+    progress_.warnings_said.push_back(WarningOf(warning));
     if (listener_.on_warning) listener_.on_warning(warning);
   }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -343,6 +344,20 @@ std::string FolderOf(const std::string& folder, const fs::path& units) {
     if (fs::is_directory(place, failure)) return place.string();
   }
   return folder;
+}
+
+std::optional<Standing> AnotherThatCounts(const fs::path& folder, const std::string& serial) {
+  std::error_code failure;
+  const fs::path run = fs::canonical(folder, failure);
+  const fs::path store = run.parent_path().parent_path().parent_path() / "fleet.db";
+  if (failure || !IsRunId(run.filename().string()) || !fs::exists(store, failure)) return {};
+  const Result<std::unique_ptr<Store>> opened = OpenStoreToRead(store.string());
+  if (!opened) return {};
+  const Result<bool> has_run = (*opened)->Has(run.filename().string());
+  if (!has_run || !*has_run) return {};
+  Result<std::optional<Standing>> unit = (*opened)->StandingOf(serial);
+  if (!unit || !*unit || (*unit)->run == run.filename()) return {};
+  return *std::move(unit);
 }
 
 fs::path UnitsBeside(const std::string& store_url) {

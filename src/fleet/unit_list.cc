@@ -121,13 +121,6 @@ std::string PlaceOfLog(const fs::path& log) {
   return (whole.parent_path().filename() / whole.filename()).generic_string();
 }
 
-/// Without blanks in front and behind, which nobody sees.
-std::string Trimmed(const std::string& text) {
-  constexpr std::string_view kBlanks = " \t";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
-}
-
 /// When a unit was measured, by a line of a list: not in a time to come, since no later run would
 /// count then.
 Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) {
@@ -330,6 +323,12 @@ void MarkSharedNames(std::vector<UnitOrder>* units) {
 }
 
 }  // namespace
+
+std::string Trimmed(const std::string& text) {
+  constexpr std::string_view kBlanks = " \t";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
+}
 
 Status CheckSerialPattern(const std::string& pattern) {
   if (pattern.empty() || pattern.find(kSerialMark) != std::string::npos) return {};

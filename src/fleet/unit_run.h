@@ -127,6 +127,13 @@ Tags TagsFrom(const Json& json);
 /// wrong: it is none.
 UnitRun UnitRunFrom(const Json& json);
 
+/// What is said of a unit, for programs.
+inline Finding WarningOf(const std::string& text) {
+  Finding warning(FindingCode::kMessage, text);
+  warning.severity = Severity::kWarning;
+  return warning;
+}
+
 /// A finding from what ToJson makes of it. An exception of the JSON library: it is none.
 Finding FindingFrom(const Json& json);
 

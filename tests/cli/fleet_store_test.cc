@@ -151,7 +151,14 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
   // What passes later lifts it; what was withdrawn is exported again.
   MeasureAgain(8);
   ASSERT_EQ(run("5").exit_code, 0);
-  EXPECT_EQ(Shell(to_export).exit_code, 0);
+  const Finished exported = Shell(to_export);
+  EXPECT_EQ(exported.exit_code, 0);
+  EXPECT_THAT(exported.err,
+              HasSubstr("is of another run than that which counts; the unit is PASS"));
+  EXPECT_THAT(Shell("'" TRUETRIAD_BINARY "' export \"$(ls -d out/units/u100/* | tail -n 1)\"/"
+                    "calibration.yaml --to=px4 --output=u.params")
+                  .err,
+              Not(HasSubstr("another run")));
 }
 
 // The later log holds nothing: its run has no files.
@@ -386,12 +393,19 @@ TEST_F(FleetStore, ExchangesTwoSerialNumbers) {
     EXPECT_EQ(right.exit_code, 0) << right.out << right.err;
     EXPECT_THAT(Ask(store, "SELECT serial, log, final_verdict FROM standing ORDER BY serial"),
                 ElementsAre("X1,line/u100.csv,PASS", "X2,line/u101.csv,PASS"));
+    const std::string given_up = Ask(store, "SELECT run FROM given_up ORDER BY run").at(0);
+    EXPECT_THAT(Shell(kFleetProgram + ("dispose X2 --store=" + store +
+                                       " --who=R --verdict=FAIL "
+                                       "--wrong-serial --why=again --run=" +
+                                       given_up))
+                    .out,
+                AllOf(StartsWith("X2: run " + given_up), HasSubstr("PASS by run ")));
     // What was given up leaves under no number.
     EXPECT_FALSE(fs::exists(first + "/px4.params"));
     const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + first +
                                    "/calibration.yaml' --to=px4 --output=u.params");
     EXPECT_EQ(refused.exit_code, 2);
-    EXPECT_THAT(refused.err, HasSubstr("wrong serial number: is X1"));
+    EXPECT_THAT(refused.err, HasSubstr("wrong serial number: again"));
   }
 }
 

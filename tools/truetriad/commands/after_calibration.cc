@@ -13,6 +13,7 @@
 
 #include "allan/allan_file.h"
 #include "base/messages.h"
+#include "fleet/unit_folders.h"
 #include "report/content.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
@@ -227,6 +228,11 @@ Json LossJson(const Export& result) {
 Result<VerbResult> RunExport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  const std::filesystem::path folder = std::filesystem::absolute(FLAGS_calibration).parent_path();
+  if (const auto unit = fleet::AnotherThatCounts(folder, calibration.serial)) {
+    Warn(FLAGS_calibration + ": is of another run than that which counts; the unit is " +
+         fleet::ReasonOf(*unit));
+  }
   if (options.allan) {
     // Noise is often taken of another unit of the same type, but not without a word.
     const Status same =

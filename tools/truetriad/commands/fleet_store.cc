@@ -17,6 +17,7 @@
 #include "fleet/run_table.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
+#include "fleet/unit_list.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -232,7 +233,11 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
     Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
          " further units with the readings of another");
   }
-  for (const std::string& note : collected.notes) Warn(note);
+  Findings warnings;
+  for (const std::string& note : collected.notes) {
+    Warn(note);
+    warnings.push_back(fleet::WarningOf(note));
+  }
   const std::string store = fleet::ShownStore(FLAGS_store);
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
@@ -251,7 +256,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
                  {"copies", collected.copies},
                  {"unfinished", collected.unfinished},
                  {"unreached", collected.unsafe},
-                 {"store", store}}};
+                 {"store", store}},
+      .findings = std::move(warnings)};
 }
 
 std::vector<std::string> VerdictsOfPeople() {
@@ -274,7 +280,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStore(FLAGS_store));
   const fleet::Disposition disposition = {.id = fleet::NewRunId(),
-                                          .serial = FLAGS_unit,
+                                          .serial = fleet::Trimmed(FLAGS_unit),
                                           .created = TimestampUtc(),
                                           .who = FLAGS_who,
                                           .why = FLAGS_why,
@@ -290,9 +296,17 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
     Warn(one.error.message + "; `export` does not know of this decision there");
     unreached.push_back(one.error.message);
   }
-  std::string text = FLAGS_unit + " is " + FLAGS_verdict +
-                     (added.wrong_serial ? ", its serial number was wrong" : "") + " (run " +
-                     added.run + ")\n";
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
+                             store->StandingOf(added.serial));
+  // A run that is given up may leave the unit another recording.
+  const bool has_another = added.wrong_serial && unit && unit->run != added.run;
+  std::string text = has_another ? added.serial + ": run " + added.run +
+                                       ", whose serial number was wrong, is given up; " +
+                                       fleet::ReasonOf(*unit)
+                                 : added.serial + " is " + FLAGS_verdict +
+                                       (added.wrong_serial ? ", its serial number was wrong" : "") +
+                                       " (run " + added.run + ")";
+  text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
   if (verdict == Verdict::kPass) text += "Export again what is to leave.\n";
   // The store knows of it, but files of a unit that may not leave are as they were.
