@@ -22,7 +22,7 @@ namespace truetriad::fleet {
 
 /// The version of all that, of the tables and of lines of JSON. A store that has another one is
 /// refused.
-inline constexpr int kSchemaVersion = 4;
+inline constexpr int kSchemaVersion = 5;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
 /// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
 /// none.

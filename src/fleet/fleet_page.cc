@@ -233,6 +233,7 @@ class PageData {
                              .draws_charts = !ChartAssets().empty()};
     for (const PageUnit& unit : units_) {
       summary.good += IsGood(unit.verdict) ? 1 : 0;
+      summary.good_without_limits += unit.verdict == VerdictName(Verdict::kNoLimits) ? 1 : 0;
       summary.good_at_first += IsGood(unit.first_verdict) ? 1 : 0;
     }
     return summary;
@@ -319,7 +320,8 @@ class PageData {
       const auto unit = places_.find(one.serial);
       if (unit == places_.end()) continue;
       const PageUnit& of = units_[unit->second];
-      const std::string end = last[one.serial] != one.id ? "later" : of.is_decided ? "" : of.run;
+      const bool holds = of.is_decided || one.wrong_serial;
+      const std::string end = last[one.serial] != one.id ? "later" : holds ? "" : of.run;
       Json& list = decided_.try_emplace(one.run, Json::array()).first->second;
       const std::string why = (one.wrong_serial ? "wrong serial number: " : "") + one.why;
       list.push_back({one.created, one.who, VerdictName(one.verdict), why, end});
@@ -445,8 +447,11 @@ std::string PageHtml(const FleetPageSummary& page) {
       {"grade", page.good == page.units ? "good" : "caution"},
       {"headline", share(page.good) + " good"},
       {"explanation",
-       std::to_string(page.good) + " of " + std::to_string(page.units) + " units; " +
-           share(page.good_at_first) + " at the first run."},
+       std::to_string(page.good) + " of " + std::to_string(page.units) + " units" +
+           (page.good_without_limits == 0
+                ? ""
+                : ", of these " + std::to_string(page.good_without_limits) + " without limits") +
+           "; " + share(page.good_at_first) + " at the first run."},
       {"origin",
        EscapeMarkup(
            std::to_string(page.units) + " units, " + std::to_string(page.runs) +

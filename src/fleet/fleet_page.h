@@ -21,7 +21,7 @@ struct FleetPageOptions {
 
 /// What a page was made of.
 struct FleetPageSummary {
-  std::size_t units = 0, good = 0, good_at_first = 0, runs = 0;
+  std::size_t units = 0, good = 0, good_without_limits = 0, good_at_first = 0, runs = 0;
   std::size_t reports = 0;    ///< Runs whose own report is linked.
   bool draws_charts = false;  ///< This program has what draws them.
 };

@@ -26,6 +26,7 @@
 #include "fleet/log_watch.h"
 #include "fleet/unit_folders.h"
 #include "line/line_data.h"
+#include "report/content.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -45,24 +46,36 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
                                               double age_s) {
   const std::string remedy =
       "; measure it and run check-station with --store and --tag=station=" + station;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<StationCheck> check,
-                             store.LastStationCheck(station));
-  if (!check) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks,
+                             store.LastStationChecks(station));
+  if (checks.empty()) {
     return std::optional("station " + station + " has no check of its golden unit" + remedy);
   }
-  const std::string recorded = "its golden unit as recorded at " + check->recorded;
-  if (!check->agrees) {
-    return std::optional("station " + station + " did not agree with " + recorded + remedy);
-  }
+  const auto recorded = [](const StationCheck& check) {
+    return "its golden unit " + check.serial + " as recorded at " + check.recorded;
+  };
   // NaN: what cannot be dated is no check of today.
-  const double old_s = static_cast<double>(std::time(nullptr)) - line::SecondsOf(check->recorded);
-  if (old_s < -kClocksDifferS) {
-    return std::optional("station " + station + " has a check of " + recorded + ", which is " +
-                         HoursText(-old_s) + " from now: a clock is or was wrong" + remedy);
+  const auto age = [now = static_cast<double>(std::time(nullptr))](const StationCheck& check) {
+    return now - line::SecondsOf(check.recorded);
+  };
+  bool agrees = false;
+  for (const StationCheck& check : checks) {
+    if (age(check) < -kClocksDifferS) {
+      return std::optional("station " + station + " has a check of " + recorded(check) +
+                           ", which is " + HoursText(-age(check)) +
+                           " from now: a clock is or was wrong" + remedy);
+    }
+    // One that did not agree and is measured no more is forgotten when others have to be measured.
+    const bool is_last = &check == &checks.back();
+    if (!check.agrees && (is_last || !(age(check) > age_s))) {
+      return std::optional("station " + station + " did not agree with " + recorded(check) +
+                           remedy);
+    }
+    agrees = agrees || age(check) <= age_s;
   }
-  if (old_s <= age_s) return std::optional<std::string>();
-  return std::optional("station " + station + " was last checked with " + recorded + ", " +
-                       HoursText(age_s) + " ago or more" + remedy);
+  if (agrees) return std::optional<std::string>();
+  return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
+                       ", " + HoursText(age_s) + " ago or more" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {
@@ -94,19 +107,33 @@ std::string ShellWord(const std::string& text) {
   return quoted + '\'';
 }
 
-/// What releases the readings of `other` for `run`, in the store of the plan.
+/// What somebody types to decide about a unit in the store of the plan.
+std::string DisposeCommand(const std::string& serial,
+                           const WorkPlan& plan,
+                           const std::string& decision) {
+  std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
+  if (JsonLinesPath(store)) store = "STORE";
+  return "`truetriad fleet dispose " + ShellWord(serial) + " --store=" + ShellWord(store) +
+         " --who=NAME " + decision + '`';
+}
+
+/// What releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
-  const std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
-  if (JsonLinesPath(store)) {
-    return "measure this unit, or, where that one's number was wrong, collect the runs into a "
-           "store "
-           "and say so there by `truetriad fleet dispose --wrong-serial`";
-  }
-  return "measure this unit, or, where that one's number was wrong, say so by `truetriad fleet "
-         "dispose " +
-         ShellWord(other.serial) + " --store=" + ShellWord(store) +
-         " --who=NAME --verdict=FAIL --wrong-serial --why=" + ShellWord("is " + run.serial) +
-         "` and run this log again";
+  const bool is_lines = JsonLinesPath(plan.store.substr(plan.store.find(' ') + 1)).has_value();
+  return std::string("measure this unit, or, where that one's number was wrong, ") +
+         (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
+         DisposeCommand(other.serial,
+                        plan,
+                        "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.run) +
+                            " --why=" + ShellWord("is " + run.serial)) +
+         " and run this log again";
+}
+
+/// Keeps those that come first by name, whichever worker is done first.
+void NameSome(const std::string& serial, std::set<std::string>* some) {
+  constexpr std::size_t kMostNamed = 3;
+  some->insert(serial);
+  if (some->size() > kMostNamed) some->erase(std::prev(some->end()));
 }
 
 /// Calibrates units of a source in processes, and adds every run to a store once its files are on
@@ -276,7 +303,10 @@ class FleetEngine {
           warnings.emplace(FindingCodeName(finding.code));
         }
       }
-      if (!warnings.empty()) ++progress_.warned;
+      if (!warnings.empty()) {
+        ++progress_.warned;
+        NameSome(run.serial, &progress_.warned_units);
+      }
       for (const std::string& code : warnings) ++progress_.warnings[code];
     }
     CountYield(run, before);
@@ -334,29 +364,24 @@ class FleetEngine {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
            " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
     }
+    WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
       Warn(run.serial + ": run " + run.id +
            (is_new_recording ? ", of another recording," : ", by other limits,") +
            " lifts the decision of " + before->disposed_by + " (" +
            std::string(VerdictName(before->final_verdict)) + ": " + before->disposed_why + ")");
     }
-    if (before && before->disposed_by.empty() && before->final_verdict == Verdict::kFail &&
-        unit.final_verdict == Verdict::kNoLimits) {
-      Warn(run.serial + ": was FAIL, and is NO LIMITS SET now, since run " + run.id +
-           " counts, which had no limits; run it again with those of before");
-    }
+    if (before) WarnOfLimits(run, *before, unit);
     if (before && !is_new_recording) {
-      constexpr std::size_t kMostNamed = 3;
       ++progress_.known_recordings;
-      progress_.known_units.insert(run.serial);
-      if (progress_.known_units.size() > kMostNamed) {
-        progress_.known_units.erase(std::prev(progress_.known_units.end()));
-      }
+      NameSome(run.serial, &progress_.known_units);
     }
     Yield& yield = progress_.yield;
     const bool is_good = !IsRed(unit.final_verdict);
     progress_.overruled.erase(run.serial);
+    progress_.overruled_red.erase(run.serial);
     if (is_good == IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
+    if (!is_good && !IsRed(run.verdict)) progress_.overruled_red.insert(run.serial);
     const auto [item, is_new] =
         is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
     if (is_new) {
@@ -367,6 +392,61 @@ class FleetEngine {
     }
     if (is_good) ++yield.final_good;
     item->second = is_good;
+  }
+
+  /// Says by which other limits, or experiment, a unit is good now that missed limits before.
+  void WarnOfLimits(const UnitRun& run, const Standing& before, const Standing& unit) {
+    const bool was_red = before.disposed_by.empty() && IsRed(before.final_verdict);
+    if (!was_red || !unit.disposed_by.empty() || IsRed(unit.final_verdict)) return;
+    Result<std::string> failed = before.run;
+    if (before.final_verdict != Verdict::kFail) failed = store_->FailedSinceGood(run);
+    if (!failed || failed->empty() || *failed == unit.run) return;
+    const Result<std::vector<UnitRun>> both = store_->ReadRuns({*failed, unit.run});
+    if (!both || both->size() != 2) return;
+    const bool is_in_order = both->front().id == *failed;
+    const UnitRun &old = is_in_order ? both->front() : both->back(),
+                  &now = is_in_order ? both->back() : both->front();
+    const bool is_same_recording = RecordingOf(old.readings) == RecordingOf(now.readings);
+    const auto same_in_now = [&now](const LimitCheck& check) {
+      return std::ranges::find(now.judgements, check.FullName(), &LimitCheck::FullName);
+    };
+    std::vector<LimitCheck> lost;
+    for (const LimitCheck& check : old.judgements) {
+      const auto same = same_in_now(check);
+      const bool is_lost = same == now.judgements.end() || is_same_recording ||
+                           same->limit.lower < check.limit.lower ||
+                           same->limit.upper > check.limit.upper;
+      if (!check.pass && is_lost) lost.push_back(check);
+    }
+    if (lost.empty()) return;
+    const auto named = std::ranges::find(
+        lost, old.code, [](const LimitCheck& check) { return kLimit + check.FullName(); });
+    const LimitCheck& worst = named == lost.end() ? lost.front() : *named;
+    const auto same = same_in_now(worst);
+    Warn(run.serial + ": was FAIL by " + MissedText(worst) +
+         (lost.size() > 1 ? " and " + Counted(lost.size() - 1, "other limit") : "") + ", and is " +
+         std::string(VerdictWords(unit.final_verdict)) + " now, since run " + unit.run +
+         (same == now.judgements.end() ? " counts, which is not judged by that"
+                                       : " counts, which has " + MissedText(*same)) +
+         "; was that meant?");
+  }
+
+  /// Says why a refusal stands, though another recording than it was about counts now.
+  void WarnOfRefusal(const UnitRun& run,
+                     const std::optional<Standing>& before,
+                     const Standing& unit,
+                     bool is_new_recording) {
+    const bool stays = before && before->final_verdict == Verdict::kFail &&
+                       !unit.disposed_by.empty() && before->disposed_by == unit.disposed_by;
+    if (!stays || !is_new_recording || run.id != unit.run || IsRed(run.verdict)) return;
+    const bool is_file = run.recorded.empty() || run.recorded_by == kRecordedBy[2];
+    Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
+         unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
+         unit.disposed_why + "), since " +
+         (is_file ? "only its file says when it was measured"
+                  : "it was measured at " + run.recorded + ", before that") +
+         "; name a later log with column `recorded` in a list, or decide anew by " +
+         DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
   /// AgreeFolders of all units held back: folders were away, or a process was killed, when that was
@@ -409,7 +489,7 @@ class FleetEngine {
   }
 
   /// Names a unit of the store that a new one may have been meant to be.
-  void WarnOfLetters(const std::string& serial) const {
+  void WarnOfLetters(const std::string& serial) {
     const Result<std::string> other = store_->UnitOfOtherLetters(serial);
     if (!other || other->empty()) return;
     Warn(serial + ": is another unit than `" + *other +
@@ -420,7 +500,8 @@ class FleetEngine {
   void Tell(const std::string& note) const {
     if (listener_.on_note) listener_.on_note(note);
   }
-  void Warn(const std::string& warning) const {
+  void Warn(const std::string& warning) {
+    progress_.warnings_said.push_back(WarningOf(warning));
     if (listener_.on_warning) listener_.on_warning(warning);
   }
 
@@ -520,6 +601,16 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
   return units;
 }
 
+/// Notes which units are not good of whose logs some were left out.
+Status NameLeftOut(Store& store, const auto& is_left_out, FleetProgress* progress) {
+  if (progress->skipped == 0) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> not_good, store.LogsOfUnitsNotGood());
+  for (const KnownRun& run : not_good) {
+    if (is_left_out(run.log)) progress->skipped_red.insert(run.serial);
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
@@ -545,11 +636,8 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                              FleetEngine(options, config_sha256, &source, &store, listener)
                                  .Run(std::move(progress), is_stopped));
   if (!progress.is_stopped) TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
-  if (skipped.empty()) return progress;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> not_good, store.LogsOfUnitsNotGood());
-  for (const KnownRun& run : not_good) {
-    if (skipped.contains(run.log)) progress.skipped_red.insert(run.serial);
-  }
+  TRUETRIAD_RETURN_IF_ERROR(NameLeftOut(
+      store, [&](const auto& log) { return skipped.contains(log); }, &progress));
   return progress;
 }
 
@@ -571,6 +659,9 @@ Result<FleetProgress> WatchFleet(const WatchOptions& watched,
       FleetEngine(patient, config_sha256, source.get(), &store, listener).Run({}, is_stopped));
   // A watch ends when it is told to.
   TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
+  progress.skipped = source->Skipped();
+  TRUETRIAD_RETURN_IF_ERROR(NameLeftOut(
+      store, [&](const auto& log) { return source->HasSkipped(log); }, &progress));
   return progress;
 }
 

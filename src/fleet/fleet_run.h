@@ -55,12 +55,16 @@ struct FleetProgress {
   std::size_t done = 0, red = 0;
   std::map<Verdict, std::size_t> verdicts;
   std::map<std::string, std::size_t> codes;  ///< Of red ones.
-  /// Of the others, how many have warnings, and how many which.
+  /// Of the others, how many have warnings, some of these units (as known_units), and how many
+  /// which.
   std::size_t warned = 0;
+  std::set<std::string> warned_units;
   std::map<std::string, std::size_t> warnings;
   Yield yield;  ///< Of these units.
-  /// Units that are not good although a run of now is, and why: "refused by R. Roe (bent)".
+  /// Units of which another run than that of now, or a person, says whether they are good, and why:
+  /// "FAIL by R. Roe (bent)".
   std::map<std::string, std::string> overruled;
+  std::set<std::string> overruled_red;  ///< Those of them that are not good.
   /// Runs of recordings that had one in the store before, and some units of theirs: those that come
   /// first by name, whichever worker is done first.
   std::size_t known_recordings = 0;
@@ -68,7 +72,10 @@ struct FleetProgress {
   std::set<std::string> unsafe;       ///< Units of which Agreement::IsUnsafe.
   double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
   bool is_stopped = false;            ///< Before all were done.
+  Findings warnings_said;             ///< Of FleetListener::on_warning.
 
+  /// Runs that are not good, or whose unit is not in the end.
+  std::size_t NotGood() const { return red + overruled_red.size(); }
   /// Whether all runs are good, and all units in the end, those left out, too.
   bool IsGood() const { return red == 0 && yield.final_good == yield.units && skipped_red.empty(); }
   /// Units a second; 0 before the first.
@@ -110,14 +117,17 @@ class OrderSource {
   virtual std::optional<std::size_t> LeftWaiting() const { return std::nullopt; }
   /// At the end, what people should know of units that were seen and not given: a line each.
   virtual std::vector<std::string> Left() const { return {}; }
+  /// How many logs were not given since they have a run of before, and whether this is one.
+  virtual std::size_t Skipped() const { return 0; }
+  virtual bool HasSkipped(const std::string& /*log*/) const { return false; }
 };
 
 struct WatchOptions;
 
-/// Why no unit may be calibrated at a station: its golden unit has no check in the store, none that
-/// is at most `age_s` old, or the last did not agree or is of a time to come. A recording that is
-/// checked again does not count. Unset: the last one agreed. Error: of the
-/// store.
+/// Why no unit may be calibrated at a station: no golden unit has a check in the store, none has
+/// one that is at most `age_s` old, or the last of one did not agree, in that time or the last of
+/// all, or is of a time to come. A recording that is checked again does not count. Unset: the last
+/// checks of all that were measured in that time agreed. Error: of the store.
 Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s);

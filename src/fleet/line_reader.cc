@@ -72,7 +72,7 @@ class LineReader {
             bool is_measured) {
     Record record{.unit = {.serial = run.serial,
                            .run = run.id,
-                           .recorded = run.recorded,
+                           .recorded = run.standing ? run.standing->recorded : run.recorded,
                            .verdict = std::string(VerdictName(run.verdict)),
                            .code = code},
                   .course = std::move(course),
@@ -161,7 +161,8 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
          "tag.name = 'station' WHERE " +
          condition +
-         " AND NOT EXISTS (SELECT 1 FROM run AS later WHERE later.log = run.log AND later.serial = "
+         " AND run.run NOT IN (SELECT run FROM given_up) AND NOT EXISTS (SELECT 1 FROM run AS "
+         "later WHERE later.log = run.log AND later.serial = "
          "run.serial AND later.log_bytes = run.log_bytes AND later.log_modified_ns = "
          "run.log_modified_ns AND later.run > run.run AND later.recorded_by = 'list' AND "
          "later.recorded <> run.recorded AND later.verdict <> 'NO_RESULT')) AS placed WHERE nth = "
@@ -186,7 +187,7 @@ UnitCourse CourseOf(const UnitRun& run) {
   const Standing& unit = run.standing ? *run.standing : alone;
   return {.first_verdict = unit.first_verdict,
           .final_verdict = unit.final_verdict,
-          .recorded_by = run.recorded_by,
+          .recorded_by = run.standing ? unit.recorded_by : run.recorded_by,
           .is_conceded = IsRed(run.verdict) && !IsRed(unit.final_verdict),
           .attempts = static_cast<int>(unit.attempts)};
 }
@@ -281,7 +282,16 @@ Result<LineReading> ReadUnits(Store& store, const std::string& where) {
                     is_measured);
         return {};
       }));
-  return reader.Finish();
+  LineReading reading = reader.Finish();
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table recordings,
+      store.Query("SELECT station, count(*)" + FromWhere(kRunTable, where) +
+                  " AND run IN (SELECT run FROM measured WHERE run = first_run AND run NOT IN "
+                  "(SELECT run FROM given_up)) GROUP BY station"));
+  for (const auto& row : recordings.rows) {
+    reading.recordings_at[row[0].value_or("")] = NumberOf<int>(row[1], 0);
+  }
+  return reading;
 }
 
 Result<LineReading> ReadRuns(Store& store, const std::string& where) {

@@ -58,8 +58,9 @@ struct Quantity {
 
 /// Units in the order in which they were measured.
 struct LineReading {
-  line::LineData data;              ///< Each unit by the run that counts.
-  std::vector<UnitCourse> courses;  ///< Of data.units.
+  line::LineData data;                            ///< Each unit by the run that counts.
+  std::vector<UnitCourse> courses;                ///< Of data.units.
+  std::map<std::string, int> recordings_at = {};  ///< By station, of the runs that are asked for.
 
   /// What limits were set on, by name, and a parameter by its place among the data's. Made when it
   /// is asked for: all of them together need as much memory as the units.

@@ -16,12 +16,14 @@ namespace truetriad::fleet {
 namespace {
 
 struct YieldCount {
-  int units = 0, good_at_first = 0, good = 0, good_by_decision = 0, runs = 0;
+  int units = 0, good_at_first = 0, good = 0, good_without_limits = 0, good_by_decision = 0,
+      runs = 0;
 
   void Add(const UnitCourse& course) {
     ++units;
     good_at_first += course.IsGoodAtFirst() ? 1 : 0;
     good += course.IsGood() ? 1 : 0;
+    good_without_limits += course.final_verdict == Verdict::kNoLimits ? 1 : 0;
     good_by_decision += course.is_conceded ? 1 : 0;
     runs += course.attempts;
   }
@@ -29,6 +31,7 @@ struct YieldCount {
     return {{"units", units},
             {"good_at_first", good_at_first},
             {"good", good},
+            {"good_without_limits", good_without_limits},
             {"good_by_decision", good_by_decision},
             {"runs", runs}};
   }
@@ -41,6 +44,11 @@ Json CountsByTag(const LineReading& line, const std::string& tag) {
     const UnitCourse& course = line.courses[i];
     counts[tag == "station" ? course.first_station : line::TagOf(line.data.units[i], tag)].Add(
         course);
+  }
+  // A station has measured what it has measured, of whatever units.
+  if (tag == "station") {
+    for (auto& [station, count] : counts) count.runs = 0;
+    for (const auto& [station, recordings] : line.recordings_at) counts[station].runs = recordings;
   }
   Json list = Json::array();
   if (counts.size() == 1 && counts.contains("")) return list;
@@ -229,35 +237,37 @@ class ChartsJson {
   const line::ChartReport& report_;
 };
 
-/// Each station's checks that count, and whether it may be trusted: one whose last check did not
-/// agree disagrees; one whose last is too old, of a time to come or cannot be dated is overdue.
+/// The checks that count of each station's golden units, and whether it may be trusted by these:
+/// one that did not agree the last time disagrees; one whose last check is too old, of a time to
+/// come or cannot be dated is overdue.
 Result<Json> GoldenOf(Store& store, const SummaryOptions& options) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks, store.StationChecks());
-  std::map<std::string, Json> by_station;
+  std::map<std::pair<std::string, std::string>, Json> by_unit;
   for (const StationCheck& check : checks) {
-    by_station[check.station].push_back({{"serial", check.serial},
-                                         {"created", check.created},
-                                         {"recorded", check.recorded},
-                                         {"agrees", check.agrees},
-                                         {"p", check.p},
-                                         {"largest", check.largest},
-                                         {"parameter", check.parameter}});
+    by_unit[{check.station, check.serial}].push_back({{"serial", check.serial},
+                                                      {"created", check.created},
+                                                      {"recorded", check.recorded},
+                                                      {"agrees", check.agrees},
+                                                      {"p", check.p},
+                                                      {"largest", check.largest},
+                                                      {"parameter", check.parameter}});
   }
   Json stations = Json::array();
-  for (const auto& [station, of_station] : by_station) {
-    const Json& last = of_station.back();
+  for (const auto& [unit, of_unit] : by_unit) {
+    const Json& last = of_unit.back();
     const double age_s = line::SecondsOf(options.now) - line::SecondsOf(last["recorded"]);
     const bool is_due = age_s <= 3600.0 * options.golden_due_h && age_s >= -kClocksDifferS;
     const auto disagreed = std::ranges::count(
-        of_station, false, [](const Json& check) { return check["agrees"].get<bool>(); });
-    stations.push_back({{"station", station},
+        of_unit, false, [](const Json& check) { return check["agrees"].get<bool>(); });
+    stations.push_back({{"station", unit.first},
+                        {"serial", unit.second},
                         {"state",
                          last["agrees"] == false ? "disagrees"
                          : is_due                ? "good"
                                                  : "overdue"},
                         {"age_h", age_s / 3600.0},
                         {"disagreed", disagreed},
-                        {"checks", of_station}});
+                        {"checks", of_unit}});
   }
   return stations;
 }

@@ -139,18 +139,23 @@ std::string MeasuredText(const Json& yield) {
 
 std::vector<Section> YieldSections(const Json& yield) {
   if (yield["units"] == 0) return {{.heading = "NO UNITS"}};
-  const Json& decided = yield["good_by_decision"];
+  std::string of_these;
+  for (const auto& [part, what] : {std::pair("good_without_limits", " without limits"),
+                                   {"good_by_decision", " by a person's decision"}}) {
+    if (yield[part] == 0) continue;
+    of_these += (of_these.empty() ? ", of these " : ", ") + Whole(yield[part]) + what;
+  }
   std::vector<Section> sections = {
       {.heading = Whole(yield["good"]) + " OF " + Whole(yield["units"]) +
-                  " GOOD: " + ShareAndRange(yield["good_share"]) +
-                  (decided == 0 ? "" : ", of these " + Whole(decided) + " by a person's decision"),
+                  " GOOD: " + ShareAndRange(yield["good_share"]) + of_these,
        .notes = {"at first: " + ShareAndRange(yield["good_at_first_share"]) + "; " +
                      Counted(yield["retested"].get<int>(), "unit") + " measured again, " +
                      Counted(yield["runs"].get<int>(), "recording") + " in all",
                  MeasuredText(yield)}}};
   const auto share_of = [](const char* part) {
-    return
-        [part](const Json& count) { return Percent(Number(count[part]) / Number(count["units"])); };
+    return [part](const Json& count) {
+      return count["units"] == 0 ? "" : Percent(Number(count[part]) / Number(count["units"]));
+    };
   };
   for (const auto& [tag, counts] : yield["by_tag"].items()) {
     sections.push_back(

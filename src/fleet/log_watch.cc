@@ -121,6 +121,7 @@ class LogWatch : public OrderSource {
   void Finish(const UnitRun& run) override {
     last_change_ = Clock::now();
     given_.erase(run.log);
+    finished_.insert(std::hash<std::string>()(run.log));
     done_.Add(run.log, {run.log_bytes, run.log_modified_ns}, run.serial, run.tags);
   }
 
@@ -128,6 +129,11 @@ class LogWatch : public OrderSource {
 
   std::optional<std::size_t> LeftWaiting() const override {
     return IsQuiet() ? std::optional(given_.size()) : std::nullopt;
+  }
+
+  std::size_t Skipped() const override { return skipped_.size(); }
+  bool HasSkipped(const std::string& log) const override {
+    return skipped_.contains(std::hash<std::string>()(log));
   }
 
   std::vector<std::string> Left() const override {
@@ -170,7 +176,13 @@ class LogWatch : public OrderSource {
     const Status status = ForEachLog(options_.folder, enters, [&](const fs::path& path) {
       const std::string log = path.string();
       const std::optional<LogStamp> stamp = StampOf(log);
-      if (!stamp || given_.contains(log) || IsDone(log, *stamp)) return;
+      if (!stamp || given_.contains(log)) return;
+      const std::size_t hash = std::hash<std::string>()(log);
+      if (IsDone(log, *stamp)) {
+        if (!finished_.contains(hash)) skipped_.insert(hash);
+        return;
+      }
+      skipped_.erase(hash);
       State state = StateOf(log, *stamp);
       const auto before = waiting_.find(log);
       const bool has_stayed = before != waiting_.end() && before->second.stamp == state.stamp;
@@ -251,7 +263,9 @@ class LogWatch : public OrderSource {
   std::set<std::string> given_;                               ///< Those, and what is in hand.
   std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hashes of both.
   std::unordered_set<std::size_t> table_folders_;  ///< Hashes of those that have given a table.
-  bool is_failing_ = false;                        ///< The folder cannot be read.
+  /// Hashes of logs that were run in this watch, and of those that need not be.
+  std::unordered_set<std::size_t> finished_, skipped_;
+  bool is_failing_ = false;  ///< The folder cannot be read.
   Clock::time_point next_look_, last_change_ = Clock::now();
 };
 

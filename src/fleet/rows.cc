@@ -21,8 +21,9 @@ namespace {
 /// untouched, or of all the readings that it was made from, sensor by sensor. An attempt is a
 /// recording, however often it is calibrated.
 ///
-/// `given_up` has the runs of which a person said that their serial number was wrong: of all
-/// recordings that the unit had then, until another decision is made about one of those.
+/// `given_up` has the runs of recordings of which the last that a person said is that their serial
+/// number was wrong. They count for nothing: but where a unit has no others, the last of them says
+/// that it was not measured.
 ///
 /// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
 /// "file". Runs are in the order of that; those of one second, and those without it, which come
@@ -31,11 +32,12 @@ namespace {
 /// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
 /// keeps SQLite from doing it once a run): of each recording the newest run, in the order in which
 /// they were measured by the newest list that says it, else by their first runs, `before` being how
-/// many were before it. A unit with one run costs some ten microseconds, one with 200 some ten
-/// milliseconds. A concession holds for the recording of the run that it was made about and the
-/// limits that were missed there, a refusal for the recordings of all runs that the unit had then,
-/// whether they counted or not. (What was exported of the runs that count alone may name a run that
-/// is later than the decision.)
+/// many were before it. `recorded` is the time of that order. A unit with one run costs some ten
+/// microseconds, one with 200 some ten milliseconds. A concession holds for the recording of the
+/// run that it was made about and the limits that were missed there, a refusal for all but
+/// recordings that were run later and say themselves, or by a list, that they were measured later:
+/// a file's time is that of its last copy. (What was exported of the runs that count alone may name
+/// a run that is later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -80,45 +82,50 @@ CREATE VIEW measured AS
     ) END AS first_run
   FROM run AS one;
 CREATE VIEW given_up AS
-  SELECT made.run
-  FROM disposition AS said CROSS JOIN run AS its CROSS JOIN measured AS made
-  WHERE said.wrong_serial = 1 AND its.run = said.run AND made.serial = its.serial
-    AND (made.first_run <= said.disposition OR made.first_run <= said.run)
+  SELECT made.run, said.disposition
+  FROM disposition AS said CROSS JOIN measured AS about CROSS JOIN measured AS made
+  WHERE said.wrong_serial = 1 AND about.run = said.run
+    AND made.serial = about.serial AND made.first_run = about.first_run
     AND NOT EXISTS (
-      SELECT 1 FROM measured AS about CROSS JOIN disposition AS later
-      WHERE about.serial = its.serial AND later.run = about.run
-        AND later.wrong_serial = 0 AND later.disposition > said.disposition
-        AND (about.first_run <= said.disposition OR about.first_run <= said.run)
+      SELECT 1 FROM measured AS again CROSS JOIN disposition AS later
+      WHERE again.serial = about.serial AND again.first_run = about.first_run
+        AND later.run = again.run AND later.disposition > said.disposition
     );
 CREATE VIEW latest AS
   SELECT * FROM run AS one
   WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
 CREATE VIEW standing AS
   SELECT
-    run.*,
+    {run_columns},
     (SELECT its.verdict FROM {recordings} AS recording CROSS JOIN run AS its CROSS JOIN run AS said
       WHERE its.run = recording.first_run AND said.run = recording.said_by
-      ORDER BY said.recorded, its.run LIMIT 1)
+      ORDER BY recording.is_given_up, said.recorded, its.run LIMIT 1)
       AS first_verdict,
-    (SELECT count(*) FROM measured AS one
-      WHERE one.serial = unit.serial AND one.first_run = one.run) AS attempts,
+    (SELECT count(*) FROM measured AS own
+      WHERE own.serial = unit.serial AND own.first_run = own.run AND NOT {is_given_up}) AS attempts,
     COALESCE(decision.verdict, run.verdict) AS final_verdict,
     decision.who AS disposed_by,
     CASE WHEN decision.wrong_serial = 1 THEN 'wrong serial number: ' ELSE '' END || decision.why
-      AS disposed_why
+      AS disposed_why,
+    decision.created AS disposed_at
   FROM unit
   CROSS JOIN run
   LEFT JOIN disposition AS decision ON decision.disposition = (
       SELECT max(one.disposition)
       FROM run AS its CROSS JOIN disposition AS one
       WHERE its.serial = unit.serial AND one.run = its.run
+        AND (one.wrong_serial = 0 OR EXISTS (
+          SELECT 1 FROM measured AS own CROSS JOIN measured AS about
+          WHERE own.run = run.run AND about.run = one.run AND about.first_run = own.first_run
+        ))
     )
     AND EXISTS (
-      SELECT 1 FROM measured AS its CROSS JOIN measured AS made
-      WHERE its.run = run.run AND made.run = decision.run AND (
+      SELECT 1 FROM measured AS its CROSS JOIN measured AS made CROSS JOIN run AS timed
+      WHERE its.run = run.run AND made.run = decision.run AND timed.run = {said_by} AND (
           its.first_run IN (made.run, made.first_run) OR (
             decision.verdict = 'FAIL'
-            AND (its.first_run <= decision.disposition OR its.first_run <= decision.run)
+            AND (its.first_run <= decision.disposition OR its.first_run <= decision.run
+              OR timed.recorded_by = 'file' OR timed.recorded <= decision.created)
           )
         )
     )
@@ -140,13 +147,16 @@ CREATE VIEW standing AS
       SELECT
         newest.run,
         its.verdict,
-        row_number() OVER (ORDER BY said.recorded, newest.first_run) - 1 AS before
+        newest.is_given_up,
+        row_number() OVER (ORDER BY newest.is_given_up, said.recorded, newest.first_run) - 1
+          AS before
       FROM {recordings} AS newest CROSS JOIN run AS its CROSS JOIN run AS said
       WHERE its.run = newest.run AND said.run = newest.said_by
     ) AS counted
     WHERE counted.before <= COALESCE(
       (SELECT CAST(value AS BIGINT) FROM fact WHERE name = 'retest_most'), counted.before)
     ORDER BY
+      counted.is_given_up,
       CASE WHEN (SELECT value FROM fact WHERE name = 'retest_counts') = 'best' THEN
         CASE counted.verdict
           WHEN 'PASS' THEN 0 WHEN 'NO_LIMITS' THEN 1 WHEN 'FAIL' THEN 2 ELSE 3
@@ -160,11 +170,42 @@ CREATE VIEW standing AS
   );
 )sql";
 
-/// Of a unit, in `standing`: the first and the newest run of each recording, and the one that says
-/// when it was measured.
+/// Of a unit, in `standing`, of a run `own`: whether its recording was given up.
+constexpr std::string_view kIsGivenUp =
+    "(COALESCE((SELECT one.wrong_serial FROM run AS its CROSS JOIN disposition AS one CROSS JOIN "
+    "measured AS about WHERE its.serial = unit.serial AND one.run = its.run AND about.run = "
+    "its.run "
+    "AND about.first_run = own.first_run ORDER BY one.disposition DESC LIMIT 1), 0) = 1)";
+
+/// Likewise, the first and the newest run of each recording, and the one that says when it was
+/// measured.
 constexpr std::string_view kRecordings =
     "(SELECT first_run, max(run) AS run, COALESCE(max(CASE WHEN recorded_by = 'list' THEN run "
-    "END), first_run) AS said_by FROM measured WHERE serial = unit.serial GROUP BY first_run)";
+    "END), first_run) AS said_by, {is_given_up} AS is_given_up FROM measured AS own WHERE "
+    "own.serial = unit.serial GROUP BY first_run)";
+
+/// Likewise, the last of these of the run that counts alone.
+constexpr std::string_view kSaidBy =
+    "(SELECT COALESCE(max(CASE WHEN same.recorded_by = 'list' THEN same.run END), "
+    "max(own.first_run)) FROM measured AS own CROSS JOIN measured AS same WHERE own.run = run.run "
+    "AND same.serial = unit.serial AND same.first_run = own.first_run)";
+
+/// The columns of `run` in `standing`.
+std::string RunColumns() {
+  std::string columns;
+  const UnitRun none;
+  Fields(
+      [&columns](const std::string& name, const auto&) {
+        columns += columns.empty() ? "" : ", ";
+        columns += name.starts_with("recorded") ? "(SELECT timed." + name +
+                                                      " FROM run AS timed WHERE timed.run = "
+                                                      "{said_by}) AS " +
+                                                      name
+                                                : "run." + name;
+      },
+      none);
+  return columns;
+}
 
 /// The values of a row: those of a thing, behind others.
 template <typename Thing>
@@ -309,8 +350,12 @@ std::string TablesSql(const TypeNames& types) {
       std::string(kViews) + "INSERT INTO fact VALUES ('" + std::string(kSchemaVersionName) +
       "', '" + std::to_string(kSchemaVersion) + "'), ('" + std::string(kStoreFact) + "', '" +
       NewRunId() + "');\n";
+  const std::string run_columns = RunColumns();
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{recordings}", kRecordings},
+        {"{run_columns}", run_columns},
+        {"{said_by}", kSaidBy},
+        {"{is_given_up}", kIsGivenUp},
         {"{text}", types.text},
         {"{real}", types.real},
         {"{bytes}", types.bytes}}) {

@@ -23,8 +23,8 @@ constexpr std::string_view kShardsFact = "shards", kCountsFact = "retest_counts"
                            kMostFact = "retest_most";
 
 constexpr std::string_view kUnitsHeldBack =
-    "SELECT serial FROM standing WHERE disposed_by <> '' OR (final_verdict IN ('FAIL', "
-    "'NO_RESULT') "
+    "SELECT serial FROM standing WHERE disposed_by <> '' OR serial IN (SELECT serial FROM run "
+    "WHERE run IN (SELECT run FROM given_up)) OR (final_verdict IN ('FAIL', 'NO_RESULT') "
     "AND EXISTS (SELECT 1 FROM run WHERE run.serial = standing.serial AND run.run <> "
     "standing.run AND run.verdict <> 'NO_RESULT' AND run.folder <> '')) ORDER BY serial";
 constexpr std::string_view kLatestRun =
@@ -54,9 +54,13 @@ std::string ChecksThatCount() {
          "one.recording AND prior.station_check < one.station_check)) ";
 }
 
-/// Of the station $1, by when the golden unit was recorded.
-std::string LastCheck() {
-  return ChecksThatCount() + "AND station = $1 ORDER BY recorded DESC, station_check DESC LIMIT 1";
+/// Of each golden unit of the station $1 the last, by when it was recorded.
+std::string LastChecks() {
+  return "SELECT " + ColumnsOf<StationCheck>() +
+         " FROM (SELECT counted.*, row_number() OVER (PARTITION BY serial ORDER BY recorded DESC, "
+         "station_check DESC) AS nth FROM (" +
+         ChecksThatCount() +
+         "AND station = $1) AS counted) AS last WHERE nth = 1 ORDER BY recorded, station_check";
 }
 
 template <typename Thing>
@@ -370,6 +374,16 @@ Result<std::string> Store::LatestRun(const UnitRun& run) {
   return FieldIn(latest).value_or("");
 }
 
+Result<std::string> Store::FailedSinceGood(const UnitRun& run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table failed,
+      Asked("SELECT max(run) FROM run WHERE serial = $1 AND verdict = 'FAIL' AND run > "
+            "COALESCE((SELECT max(good.run) FROM run AS good WHERE good.serial = $1 AND "
+            "good.run <> $2 AND good.verdict IN ('PASS', 'NO_LIMITS')), '')",
+            {run.serial, run.id}));
+  return FieldIn(failed).value_or("");
+}
+
 Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
   std::vector<Value> values = {std::string_view(run.serial)};
   for (const SensorReadings& one : run.readings) {
@@ -386,13 +400,31 @@ Result<std::vector<KnownRun>> Store::RunsGivenUp() {
                           " FROM run WHERE run IN (SELECT run FROM given_up)");
 }
 
+Result<std::map<std::string, Standing>> Store::GivenUpOf(const std::string& serial) {
+  std::map<std::string, Standing> given_up;
+  if (lines_) return given_up;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      Asked("SELECT run.run, who, why, disposition.created FROM given_up JOIN disposition ON "
+            "disposition.disposition = given_up.disposition JOIN run ON run.run = "
+            "given_up.run WHERE serial = $1",
+            {serial}));
+  for (const auto& row : table.rows) {
+    given_up[row[0].value_or("")] = {.run = row[0].value_or(""),
+                                     .final_verdict = Verdict::kFail,
+                                     .disposed_by = row[1].value_or(""),
+                                     .disposed_why = "wrong serial number: " + row[2].value_or(""),
+                                     .disposed_at = row[3].value_or("")};
+  }
+  return given_up;
+}
+
 Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
   if (lines_) return std::optional<Standing>();
   const std::string standing_of =
       "SELECT " + ColumnsOf<Standing>() +
-      ", (SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(disposition.created) "
-      "FROM disposition JOIN run ON run.run = disposition.run WHERE run.serial = $1), (SELECT "
-      "max(one.run) FROM run AS one WHERE one.serial = $1 AND one.recorded_by <> 'file' AND "
+      ", (SELECT value FROM fact WHERE name = 'retest_most'), disposed_at, (SELECT max(one.run) "
+      "FROM run AS one WHERE one.serial = $1 AND one.recorded_by <> 'file' AND "
       "one.recorded <> '' AND one.recorded = standing.recorded AND one.log <> standing.log), log, "
       "recorded FROM standing "
       "WHERE serial = $1";
@@ -471,18 +503,62 @@ Status Store::CheckReadings(const Disposition& disposition) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table read,
       database_->Ask(kRead, std::vector<Value>{std::string_view(disposition.run)}));
-  if (read.rows.empty()) return {};
   std::vector<Value> values = {std::string_view(disposition.serial)};
   for (const auto& row : read.rows) values.emplace_back(std::string_view(*row[0]));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> other,
-                             Row(SameReadings(read.rows.size()), values));
-  if (other.empty()) return {};
+  std::vector<Cell> other;
+  if (!read.rows.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(other, Row(SameReadings(read.rows.size()), values));
+  }
+  if (other.empty() && (given_up.empty() || disposition.verdict == Verdict::kFail)) return {};
+  if (other.empty()) {
+    return Error(ErrorCode::kConflictingArguments,
+                 "unit `" + disposition.serial + "` cannot be `" +
+                     std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
+                     ", whose serial number was wrong; measure it, or, where the number was right, "
+                     "first say so by `FAIL` without --wrong-serial");
+  }
   const auto holder = FromRow<KnownRun>(other);
   return Error(ErrorCode::kConflictingArguments,
                "unit `" + disposition.serial + "` cannot be `" +
                    std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
                    ": its readings count for unit `" + holder.serial + "` (run " + holder.run +
                    ", " + holder.log + "); first refuse that one with --wrong-serial");
+}
+
+Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& counting) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<Cell> own,
+      Row("SELECT run FROM run WHERE serial = $1 AND run = $2",
+          {std::string_view(disposition.serial), std::string_view(disposition.run)}));
+  if (own.empty()) {
+    return Error(ErrorCode::kUnknownName,
+                 database_->name() + ": unit `" + disposition.serial + "` has no run `" +
+                     disposition.run + "`");
+  }
+  if (disposition.verdict == Verdict::kFail || disposition.run == counting) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               "unit `" + disposition.serial + "` cannot be `" +
+                   std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
+                   ": run " + counting + " counts");
+}
+
+Result<std::string> Store::RunOfWrongSerial(const std::string& serial) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table results,
+      database_->Ask("SELECT run, log FROM run WHERE run IN (SELECT max(run) FROM measured WHERE "
+                     "serial = $1 AND verdict <> 'NO_RESULT' AND run NOT IN (SELECT run FROM "
+                     "given_up) GROUP BY first_run) ORDER BY run",
+                     std::vector<Value>{std::string_view(serial)}));
+  if (results.rows.size() <= 1) return FieldIn(results).value_or("");
+  std::string runs;
+  for (const auto& row : results.rows) {
+    runs += (runs.empty() ? "" : ", ") + row[0].value_or("") + " (" + row[1].value_or("") + ")";
+  }
+  return Error(ErrorCode::kMissingArgument,
+               "unit `" + serial +
+                   "` has several recordings; name that whose serial number was "
+                   "wrong by --run: " +
+                   runs);
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
@@ -498,7 +574,13 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
                    database_->name() + ": has no unit `" + disposition.serial +
                        "`; `truetriad fleet query` lists those that it has");
     }
-    added.run = standing[0].value_or("");
+    const std::string counting = standing[0].value_or("");
+    added.run = disposition.run;
+    if (added.run.empty() && added.wrong_serial) {
+      TRUETRIAD_ASSIGN_OR_RETURN(added.run, RunOfWrongSerial(added.serial));
+    }
+    if (added.run.empty()) added.run = counting;
+    TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(added, counting));
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
         added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
     TRUETRIAD_RETURN_IF_ERROR(CheckReadings(added));
@@ -528,7 +610,11 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Cell> row,
                                Row(first_check, {added.station, added.recording}));
     if (row.empty() || row[0] == added.id) {
-      TRUETRIAD_ASSIGN_OR_RETURN(row, Row(LastCheck(), {added.station}));
+      TRUETRIAD_ASSIGN_OR_RETURN(const Table last,
+                                 database_->Ask(LastChecks(), std::vector<Value>{added.station}));
+      const auto own = std::ranges::find(
+          last.rows, added.serial, [](const auto& of) { return of[2].value_or(""); });
+      row = *own;
     }
     if (row.at(0) != added.id) counting = FromRow<StationCheck>(row);
     return {};
@@ -571,24 +657,25 @@ Result<std::vector<StationCheck>> Store::StationChecks() {
   return Things<StationCheck>(ChecksThatCount() + "ORDER BY recorded, station_check");
 }
 
-Result<std::optional<StationCheck>> Store::LastStationCheck(const std::string& station) {
+Result<std::vector<StationCheck>> Store::LastStationChecks(const std::string& station) {
   if (lines_) return NoQuestions(database_->name());
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> last,
-                             Things<StationCheck>(LastCheck(), {station}));
-  return last.empty() ? std::nullopt : std::optional(last.front());
+  return Things<StationCheck>(LastChecks(), {station});
 }
 
 Status Store::TakeStandings(const std::string& condition, std::vector<UnitRun>* runs) {
   if (runs->empty()) return {};
   std::unordered_map<std::string_view, UnitRun*> by_name;
   for (UnitRun& run : *runs) by_name[run.id] = &run;
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table table,
-      Query("SELECT " + ColumnsOf<Standing>() + " FROM standing WHERE " + condition));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Query("SELECT " + ColumnsOf<Standing>() +
+                                   ", recorded, recorded_by FROM standing WHERE " + condition));
   for (const auto& row : table.rows) {
     const auto found = by_name.find(*row[0]);
     if (found == by_name.end()) continue;
-    TRUETRIAD_ASSIGN_OR_RETURN(found->second->standing, CheckedFromRow<Standing>(row));
+    TRUETRIAD_ASSIGN_OR_RETURN(Standing standing, CheckedFromRow<Standing>(row));
+    standing.recorded = (row.end() - 2)->value_or(""),
+    standing.recorded_by = row.back().value_or("");
+    found->second->standing = std::move(standing);
   }
   return {};
 }

@@ -96,15 +96,16 @@ struct RunSelection {
 };
 
 /// What somebody decided about a unit, whatever the verdict of its run. Holds until a later
-/// decision, or a later run that counts and is of another recording.
+/// decision, or a later run that counts and is of another recording, which a refusal must have been
+/// measured before.
 struct Disposition {
   std::string id;       ///< NewRunId; of several of one unit the greatest is the last.
   std::string serial;   ///< Of the unit.
   std::string created;  ///< ISO 8601, UTC.
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
-  std::string run = {};              ///< The one that counted.
-  bool wrong_serial = false;         ///< What was read is another unit's: its number was wrong.
+  std::string run = {};              ///< The one that counted, or is another unit's.
+  bool wrong_serial = false;         ///< What it read is another unit's: its number was wrong.
 };
 /// What somebody can decide: that the unit may leave, or that it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
@@ -205,8 +206,13 @@ class Store {
   Status StateRetestPolicy(const RetestPolicy& policy);
   /// Unset: nobody has said it.
   Result<std::optional<RetestPolicy>> StatedRetestPolicy();
+  /// The last run of the run's unit that missed limits since any of its others was good; empty:
+  /// there is none.
+  Result<std::string> FailedSinceGood(const UnitRun& run);
   /// A name that was made with the store and is no other's.
   Result<std::string> Identity();
+  /// Those of one unit, each with what was said of it as if it were the unit's.
+  Result<std::map<std::string, Standing>> GivenUpOf(const std::string& serial);
   /// Unset: there is no such unit.
   Result<std::optional<Standing>> StandingOf(const std::string& serial);
   /// Units whose files may have to be told something (AgreeFolders): somebody decided about them,
@@ -218,17 +224,19 @@ class Store {
   Result<std::string> UnitOfOtherLetters(const std::string& serial);
   /// Those of the unit's runs that have files, in the order of their names.
   Result<std::vector<KnownRun>> FoldersOfUnit(const std::string& serial);
-  /// Adds a disposition of the unit's run that counts now, and gives it as it was added: with that
-  /// run, and with a later name than all of its runs and all decisions. Nothing is changed. Error
-  /// (usage): there is no such unit, or its readings count for another one.
+  /// Adds a disposition of the unit's run that it names, or that counts now, and gives it as it was
+  /// added: with that run, and with a later name than all of its runs and all decisions. Nothing is
+  /// changed. Error (usage): there is no such unit or run, a serial number was wrong and it is not
+  /// clear of which recording, the unit is to be good by a run that was given up or does not count,
+  /// or its readings count for another one.
   Result<Disposition> Dispose(const Disposition& disposition);
   /// Adds a check, with a later name where the clock has gone back. What counts in its stead, where
   /// something does: of the same recording, which counts by its first check at a station, or of a
-  /// later one.
+  /// later one of the same golden unit.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
-  /// Those that count, in their order; of all stations, or the last of one.
+  /// Those that count, in their order: of all stations, or of one the last of each golden unit.
   Result<std::vector<StationCheck>> StationChecks();
-  Result<std::optional<StationCheck>> LastStationCheck(const std::string& station);
+  Result<std::vector<StationCheck>> LastStationChecks(const std::string& station);
   Result<Decisions> ReadDecisions();
   /// Those of another store, of which all runs are here; what is there already is not added again.
   Status AddDecisions(const Decisions& decisions);
@@ -261,6 +269,12 @@ class Store {
   /// Error (usage): the decision would give readings back that count for another unit. In a
   /// transaction.
   Status CheckReadings(const Disposition& disposition);
+  /// Error (usage): the run is none of the unit's, or cannot be conceded since `counting` counts.
+  /// In a transaction.
+  Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
+  /// Of the unit's only recording with a result that was not given up; empty: there is none. Error
+  /// (usage): there are several. In a transaction.
+  Result<std::string> RunOfWrongSerial(const std::string& serial);
   /// How many of them were not there. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
   /// Makes `id` greater than all of a table and `other`; false: it is there already. In a

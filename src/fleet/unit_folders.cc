@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -214,12 +215,13 @@ Decision OfPerson(const Standing& unit) {
 
 /// That of another run, by which this one may not leave either.
 Decision OfRunThatCounts(const Standing& unit) {
-  return {
-      .verdict = Verdict::kFail,
-      .who = "run " + unit.run,
-      .why = "that run of the unit counts, and is " + std::string(VerdictWords(unit.final_verdict)),
-      .created = TimestampUtc(),
-      .is_automatic = true};
+  return {.verdict = Verdict::kFail,
+          .who = "run " + unit.run,
+          .why = unit.final_verdict == Verdict::kNoResult
+                     ? "that run of the unit counts, and has no calibration"
+                     : "that run of the unit counts, and is FAIL",
+          .created = TimestampUtc(),
+          .is_automatic = true};
 }
 
 /// What the calibration of a run is to state.
@@ -269,6 +271,14 @@ Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& u
   return withdrawn;
 }
 
+/// Of a unit that is not good.
+std::string WhyHeldBack(const Standing& unit) {
+  if (unit.disposed_by.empty()) {
+    return "run " + unit.run + " counts, and is " + std::string(VerdictWords(unit.final_verdict));
+  }
+  return unit.disposed_by + " refused the unit (" + unit.disposed_why + ")";
+}
+
 }  // namespace
 
 std::vector<std::string> Agreement::Notes(const std::string& serial) const {
@@ -295,28 +305,31 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
-  const bool is_red = IsRed(unit->final_verdict), is_decided = !unit->disposed_by.empty();
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto given_up, store.GivenUpOf(serial));
   // The only run speaks for itself. One that counts may have no files.
-  if (folders.size() == 1 && folders.front().run == unit->run && !is_decided) return agreement;
-  if (is_red && is_decided) {
-    agreement.why = unit->disposed_by + " refused the unit (" + unit->disposed_why + ")";
-  } else if (is_red) {
-    agreement.why =
-        "run " + unit->run + " counts, and is " + std::string(VerdictWords(unit->final_verdict));
+  if (folders.size() == 1 && folders.front().run == unit->run && unit->disposed_by.empty()) {
+    return agreement;
   }
+  if (IsRed(unit->final_verdict)) agreement.why = WhyHeldBack(*unit);
   for (const KnownRun& one : folders) {
-    const bool counts = one.run == unit->run;
+    // What was given up is no run of the unit's, so whatever counts.
+    const auto found = given_up.find(one.run);
+    const bool is_given_up = found != given_up.end();
+    const Standing& holds = is_given_up ? found->second : *unit;
+    const bool counts = is_given_up || one.run == unit->run;
     const std::string folder = FolderOf(one.folder, units);
-    const Result<std::vector<std::string>> withdrawn = Agree(folder, *unit, counts);
+    const Result<std::vector<std::string>> withdrawn = Agree(folder, holds, counts);
     if (withdrawn) {
       agreement.withdrawn.insert(agreement.withdrawn.end(), withdrawn->begin(), withdrawn->end());
       continue;
     }
     // A run without a result has nothing that could leave.
     const bool could_leave = one.verdict != Verdict::kNoResult;
-    const bool needs_it = is_red ? could_leave && (is_decided || !counts) : is_decided && counts;
+    const bool is_red = IsRed(holds.final_verdict), is_decided = !holds.disposed_by.empty();
+    if (is_red ? !could_leave || !(is_decided || !counts) : !(is_decided && counts)) continue;
     std::error_code failure;
-    if (needs_it) agreement.unreached.push_back({withdrawn.error(), fs::exists(folder, failure)});
+    agreement.unreached.push_back({withdrawn.error(), fs::exists(folder, failure)});
+    if (is_red) agreement.why = WhyHeldBack(holds);
   }
   return agreement;
 }
@@ -331,6 +344,20 @@ std::string FolderOf(const std::string& folder, const fs::path& units) {
     if (fs::is_directory(place, failure)) return place.string();
   }
   return folder;
+}
+
+std::optional<Standing> AnotherThatCounts(const fs::path& folder, const std::string& serial) {
+  std::error_code failure;
+  const fs::path run = fs::canonical(folder, failure);
+  const fs::path store = run.parent_path().parent_path().parent_path() / "fleet.db";
+  if (failure || !IsRunId(run.filename().string()) || !fs::exists(store, failure)) return {};
+  const Result<std::unique_ptr<Store>> opened = OpenStoreToRead(store.string());
+  if (!opened) return {};
+  const Result<bool> has_run = (*opened)->Has(run.filename().string());
+  if (!has_run || !*has_run) return {};
+  Result<std::optional<Standing>> unit = (*opened)->StandingOf(serial);
+  if (!unit || !*unit || (*unit)->run == run.filename()) return {};
+  return *std::move(unit);
 }
 
 fs::path UnitsBeside(const std::string& store_url) {

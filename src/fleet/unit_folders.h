@@ -88,6 +88,11 @@ Result<Agreement> AgreeFolders(Store& store,
 /// `units`. Where nothing is there, or `units` is empty: `folder` itself.
 std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
 
+/// What another run amounts to that counts of the unit `serial`, by the store that has the run of
+/// `folder` beside it; unset: that one counts, or there is no such store.
+std::optional<Standing> AnotherThatCounts(const std::filesystem::path& folder,
+                                          const std::string& serial);
+
 /// Where the folders of units are of a store that is a file; empty: it is kept by a server.
 std::filesystem::path UnitsBeside(const std::string& store_url);
 

@@ -121,13 +121,6 @@ std::string PlaceOfLog(const fs::path& log) {
   return (whole.parent_path().filename() / whole.filename()).generic_string();
 }
 
-/// Without blanks in front and behind, which nobody sees.
-std::string Trimmed(const std::string& text) {
-  constexpr std::string_view kBlanks = " \t";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
-}
-
 /// When a unit was measured, by a line of a list: not in a time to come, since no later run would
 /// count then.
 Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) {
@@ -289,12 +282,13 @@ bool Matches(std::string_view name, std::string_view pattern) {
   return false;
 }
 
+constexpr std::string_view kSerialMark = "{serial}";
+
 /// What stands for {serial} in `name`, as short as it can be; unset: it does not match.
 std::optional<std::string> SerialIn(std::string_view name, std::string_view pattern) {
-  constexpr std::string_view kMark = "{serial}";
-  const std::size_t mark = pattern.find(kMark);
+  const std::size_t mark = pattern.find(kSerialMark);
   const std::string_view before = pattern.substr(0, mark),
-                         after = pattern.substr(mark + kMark.size());
+                         after = pattern.substr(mark + kSerialMark.size());
   for (std::size_t begin = 0; begin < name.size(); ++begin) {
     if (!Matches(name.substr(0, begin), before)) continue;
     for (std::size_t size = 1; begin + size <= name.size(); ++size) {
@@ -330,8 +324,14 @@ void MarkSharedNames(std::vector<UnitOrder>* units) {
 
 }  // namespace
 
+std::string Trimmed(const std::string& text) {
+  constexpr std::string_view kBlanks = " \t";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
+}
+
 Status CheckSerialPattern(const std::string& pattern) {
-  if (pattern.empty() || pattern.find("{serial}") != std::string::npos) return {};
+  if (pattern.empty() || pattern.find(kSerialMark) != std::string::npos) return {};
   return Error(ErrorCode::kInvalidArgument,
                "--serial=" + pattern +
                    ": expected how files are named, with {serial} in it, as in {serial}-*.csv");
@@ -357,7 +357,10 @@ Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
   if (pattern.empty()) return {};
   fs::path path = unit->log;
   if (path.filename() == kManifestName) path = path.parent_path();
-  const std::optional<std::string> serial = SerialIn(path.filename().string(), pattern);
+  // An ending that the pattern does not show is no part of a serial number.
+  const bool ends_with_serial = pattern.ends_with(kSerialMark);
+  const std::optional<std::string> serial =
+      SerialIn(ends_with_serial ? SerialOfName(unit->log) : path.filename().string(), pattern);
   if (!unit->serial.empty()) {
     if (!serial || *serial == unit->serial) return {};
     return Error(ErrorCode::kOtherDevice,

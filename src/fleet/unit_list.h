@@ -21,6 +21,9 @@ namespace truetriad::fleet {
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern);
 
+/// Without blanks in front and behind, which nobody sees.
+std::string Trimmed(const std::string& text);
+
 /// Error (usage): a pattern of serial numbers without {serial}. None: empty.
 Status CheckSerialPattern(const std::string& pattern);
 

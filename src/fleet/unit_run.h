@@ -59,8 +59,8 @@ struct Standing {
   /// Who decided the final verdict, why and when; empty: nobody.
   std::string disposed_by = {}, disposed_why = {}, disposed_at = {};
   /// Another run, of another log, that by what is stated was measured in the same second as the one
-  /// that counts; empty: none. With the log of that one and the time.
-  std::string tied_with = {}, log = {}, recorded = {};
+  /// that counts; empty: none. With the log of that one and the time of its recording.
+  std::string tied_with = {}, log = {}, recorded = {}, recorded_by = {};
 };
 
 /// Why a unit is good, or not, whatever another of its runs says.
@@ -126,6 +126,13 @@ Tags TagsFrom(const Json& json);
 /// A run from what a line says. An exception of the JSON library, or another that says what is
 /// wrong: it is none.
 UnitRun UnitRunFrom(const Json& json);
+
+/// What is said of a unit, for programs.
+inline Finding WarningOf(const std::string& text) {
+  Finding warning(FindingCode::kMessage, text);
+  warning.severity = Severity::kWarning;
+  return warning;
+}
 
 /// A finding from what ToJson makes of it. An exception of the JSON library: it is none.
 Finding FindingFrom(const Json& json);

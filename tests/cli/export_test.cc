@@ -46,6 +46,23 @@ TEST(ExportVerb, RefusesMoreLossThanAllowedAndWritesNothing) {
   EXPECT_EQ(folder.FileCount(), 0U);
 }
 
+TEST(ExportVerb, WritesNothingBesideAnotherUnitsCalibration) {
+  const TemporaryFolder folder;
+  std::string text = TemporaryFolder::Read(TRUETRIAD_SOURCE_DIR "/datasets/demo/truth.yaml");
+  const std::size_t serial = text.find("A0001");
+  ASSERT_NE(serial, std::string::npos);
+  text.replace(serial, 5, "B0003");
+  folder.Write("calibration.yaml", text);
+  folder.Write("calibration.h", "B0003's");
+  const Finished run = RunTruetriad({"export",
+                                     std::string("--calibration=") + kDemo,
+                                     "--to=c-header",
+                                     "--output=" + folder.Path("calibration.h")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("calibration.yaml: is the calibration of unit `B0003`"));
+  EXPECT_EQ(TemporaryFolder::Read(folder.Path("calibration.h")), "B0003's");
+}
+
 TEST(ExportVerb, WarnsEvenWhereItIsToBeQuiet) {
   const TemporaryFolder folder;
   const Finished run = RunTruetriad({"export",

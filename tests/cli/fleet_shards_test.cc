@@ -107,7 +107,7 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   const std::size_t advised = copy.find("`truetriad fleet ");
   ASSERT_NE(advised, std::string::npos) << copy;
   const std::string command = copy.substr(advised + 17, copy.find('`', advised + 1) - advised - 17);
-  EXPECT_THAT(command, HasSubstr("--wrong-serial --why='is w1'"));
+  EXPECT_THAT(command, AllOf(HasSubstr("--wrong-serial --run=2"), HasSubstr("--why='is w1'")));
   const Finished bent =
       Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent");
   EXPECT_EQ(bent.exit_code, 0) << bent.err;

@@ -151,7 +151,14 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
   // What passes later lifts it; what was withdrawn is exported again.
   MeasureAgain(8);
   ASSERT_EQ(run("5").exit_code, 0);
-  EXPECT_EQ(Shell(to_export).exit_code, 0);
+  const Finished exported = Shell(to_export);
+  EXPECT_EQ(exported.exit_code, 0);
+  EXPECT_THAT(exported.err,
+              HasSubstr("is of another run than that which counts; the unit is PASS"));
+  EXPECT_THAT(Shell("'" TRUETRIAD_BINARY "' export \"$(ls -d out/units/u100/* | tail -n 1)\"/"
+                    "calibration.yaml --to=px4 --output=u.params")
+                  .err,
+              Not(HasSubstr("another run")));
 }
 
 // The later log holds nothing: its run has no files.
@@ -168,7 +175,7 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitWhoseLogCannotBeRead) {
   const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + folder +
                                  "/calibration.yaml' --to=px4 --output=u.params");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and is NO RESULT"));
+  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and has no calibration"));
 }
 
 TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
@@ -334,8 +341,84 @@ TEST_F(FleetStore, HoldsADecisionOverTheSameReadings) {
   // What lifts a decision is said in any case.
   fs::remove(folder_.Path("line/u100.csv.gz"));
   MeasureAgain(9);
-  EXPECT_THAT(Shell(Fleet("-o out")).err,
-              AllOf(StartsWith("warning: u100: run "), HasSubstr("lifts the decision of me")));
+  EXPECT_THAT(
+      Shell(Fleet("-o out")).err,
+      AllOf(StartsWith("warning: u100: run "), HasSubstr("does not lift the decision of me")));
+  // What was measured later does, where that is said.
+  MeasureAgain(10);
+  ASSERT_EQ(
+      Shell("sleep 1.1; (echo log,recorded; date -u +line/u100.csv,%FT%TZ) > later.csv").exit_code,
+      0);
+  EXPECT_THAT(Shell(kFleetProgram + std::string("run later.csv --quiet -o out")).err,
+              AllOf(StartsWith("warning: u100: run "), HasSubstr(" lifts the decision of me")));
+}
+
+// As the messages advise, in whatever order.
+TEST_F(FleetStore, ExchangesTwoSerialNumbers) {
+  WriteUnits(2);
+  folder_.Write("wrong.csv",
+                "log,serial,recorded\nline/u100.csv,X2,2026-11-28T08:00Z\n"
+                "line/u101.csv,X1,2026-11-28T08:10Z\n");
+  folder_.Write("right.csv",
+                "log,serial,recorded\nline/u100.csv,X1,2026-11-28T08:00Z\n"
+                "line/u101.csv,X2,2026-11-28T08:10Z\n");
+  const auto run = [&](const std::string& list, const std::string& output) {
+    return Shell(kFleetProgram + ("run " + list + " --report=false --to=px4 --quiet -o " + output +
+                                  " --set=limits.accelerometer.bias=5 --fail-on=unit --jobs=1"));
+  };
+  const auto commands_in = [](const std::string& text) {
+    std::vector<std::string> commands;
+    for (std::size_t at = 0; (at = text.find("`truetriad fleet ", at)) != std::string::npos; ++at) {
+      commands.push_back(text.substr(at + 17, text.find('`', at + 1) - at - 17));
+    }
+    return commands;
+  };
+  for (const std::string output : {"one", "both"}) {
+    ASSERT_EQ(run("wrong.csv", output).exit_code, 0);
+    const std::string store = output + "/fleet.db";
+    const std::string first = Ask(store, "SELECT folder FROM run WHERE serial = 'X2'").at(0);
+    EXPECT_EQ(run("right.csv", output).exit_code, 4);
+    std::vector<std::string> commands;
+    for (const std::string& message :
+         Ask(store, "SELECT message FROM run WHERE code = 'other-device' ORDER BY serial")) {
+      for (std::string command : commands_in(message)) commands.push_back(std::move(command));
+    }
+    ASSERT_EQ(commands.size(), 2u);
+    for (const std::string& command : commands) {
+      const Finished said = Shell(kFleetProgram + command);
+      EXPECT_EQ(said.exit_code, 0) << command << said.err;
+      if (output == "one") static_cast<void>(run("right.csv", output));
+    }
+    const Finished right = run("right.csv", output);
+    EXPECT_EQ(right.exit_code, 0) << right.out << right.err;
+    EXPECT_THAT(Ask(store, "SELECT serial, log, final_verdict FROM standing ORDER BY serial"),
+                ElementsAre("X1,line/u100.csv,PASS", "X2,line/u101.csv,PASS"));
+    const std::string given_up = Ask(store, "SELECT run FROM given_up ORDER BY run").at(0);
+    EXPECT_THAT(Shell(kFleetProgram + ("dispose X2 --store=" + store +
+                                       " --who=R --verdict=FAIL "
+                                       "--wrong-serial --why=again --run=" +
+                                       given_up))
+                    .out,
+                AllOf(StartsWith("X2: run " + given_up), HasSubstr("PASS by run ")));
+    // What was given up leaves under no number.
+    EXPECT_FALSE(fs::exists(first + "/px4.params"));
+    const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + first +
+                                   "/calibration.yaml' --to=px4 --output=u.params");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("wrong serial number: again"));
+  }
+}
+
+TEST_F(FleetStore, CountsAllUnitsThatAreNotGood) {
+  WriteUnits(3);
+  ASSERT_EQ(Shell(Fleet("-o out")).exit_code, 0);
+  ASSERT_EQ(Shell(kFleetProgram + std::string("dispose u100 --store=out/fleet.db --who=me "
+                                              "--verdict=FAIL --why=bent"))
+                .exit_code,
+            0);
+  folder_.Write("line/u102.csv", "");
+  EXPECT_THAT(Shell(Fleet("-o out")).out, StartsWith("2 OF 3 NOT GOOD"));
+  EXPECT_THAT(Shell(Fleet("-o out --json")).out, HasSubstr("\"not_good\": 2,"));
 }
 
 TEST_F(FleetStore, WarnsOfANewStoreBesideAnOutputsOwn) {

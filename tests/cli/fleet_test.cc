@@ -228,6 +228,18 @@ TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
   EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(12));
 }
 
+TEST_F(Fleet, SaysToProgramsThatItWasStopped) {
+  WriteUnits(12, 60);
+  const Finished run =
+      RunShell("{ '" TRUETRIAD_BINARY
+               "' fleet run line --report=false --jobs=1 --json --progress=jsonl 2>err & run=$!; "
+               "await '[ -s err ]'; kill -TERM $run; wait $run; }",
+               folder_.Path(""));
+  EXPECT_THAT(run.exit_code, ::testing::AnyOf(2, 0)) << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(StartsWith("{"), HasSubstr(run.exit_code == 2 ? "\"stopped\"" : "result")));
+}
+
 TEST_F(Fleet, IsSharedAmongShards) {
   WriteUnits(8);
   for (const char* shard : {"0/3", "1/3", "2/3"}) {

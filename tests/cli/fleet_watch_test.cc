@@ -113,7 +113,8 @@ TEST_F(FleetWatch, EndsWithARunOfARecordingThatIsIncomplete) {
   EXPECT_THAT(Run(watch).out, StartsWith("1 OF 2 NOT GOOD"));
   EXPECT_THAT(Ask("SELECT serial, code FROM run ORDER BY serial"),
               ElementsAre("u0,", "u1,unreadable-file"));
-  EXPECT_THAT(Run(watch + "--tag=lot=L17").out, StartsWith("NOTHING TO DO"));
+  EXPECT_THAT(Run(watch + "--tag=lot=L17").out,
+              AllOf(StartsWith("1 OF 2 LEFT OUT NOT GOOD"), HasSubstr("  0 units in")));
 }
 
 TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {
@@ -139,6 +140,12 @@ TEST_F(FleetWatch, TellsTheOperatorWhatAPersonDecided) {
   ASSERT_EQ(Run(watch).exit_code, 0);
   const std::string refuse = "truetriad fleet dispose u1 --store=out/fleet.db --verdict=FAIL ";
   ASSERT_EQ(Run(refuse + "--who=QA --why='cracked case'").exit_code, 0);
+  // Also where nothing of it is to be done.
+  const Finished left_out = Run(watch + "--fail-on=unit --json");
+  EXPECT_EQ(left_out.exit_code, 4);
+  const auto result = nlohmann::json::parse(left_out.out, nullptr, false)["result"];
+  EXPECT_EQ(result["skipped"], 1);
+  EXPECT_THAT(result["skipped_not_good"], ElementsAre("u1"));
   Run("touch line/u1.csv");
   EXPECT_THAT(Run(watch).err, HasSubstr("u1  FAIL by QA (cracked case): set it aside\n"));
   // A packed log is of the same unit.
@@ -208,13 +215,13 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   // The same recording, granted more: no other measurement.
   const Finished again =
       Run(check + "bent.csv --tag=station=S3 --repeatability=accelerometer.bias=1 --json");
-  EXPECT_EQ(again.exit_code, 0);
-  EXPECT_THAT(again.out, HasSubstr("\"first_check\""));
+  EXPECT_EQ(again.exit_code, 4);
+  EXPECT_THAT(again.out, AllOf(HasSubstr("\"first_check\""), HasSubstr("\"agrees\": false")));
   EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
   // Another one, of before it did not agree.
   const Finished old =
       Run("touch -d '9 hours ago' earlier.csv; " + check + "earlier.csv --tag=station=S3 --json");
-  EXPECT_EQ(old.exit_code, 0);
+  EXPECT_EQ(old.exit_code, 4);
   EXPECT_THAT(old.out, HasSubstr("\"later_check\""));
   EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
   // The watch waits until somebody has checked, or nothing else comes.

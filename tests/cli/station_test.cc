@@ -62,6 +62,18 @@ TEST_F(CheckStation, AllowsForWhatTheUnitDoesByItself) {
   EXPECT_THAT(wrong.err, HasSubstr("expected SENSOR.bias"));
 }
 
+// Of one recording the first check counts, whatever is granted to it later.
+TEST_F(CheckStation, DoesNotAgreeByASecondLookAtARecording) {
+  LogOptions today{.seed = 7};
+  today.accelerometer.bias += Eigen::Vector3d(0.02, -0.02, 0.01);
+  const std::string log = Log("today", today), store = "--store=" + folder_.Path("fleet.db");
+  EXPECT_EQ(Check(log, {store, "--tag=station=S3"}).exit_code, 4);
+  const Finished again =
+      Check(log, {store, "--tag=station=S3", "--repeatability=accelerometer.bias=0.015"});
+  EXPECT_EQ(again.exit_code, 4);
+  EXPECT_THAT(again.out, HasSubstr("STATION DOES NOT AGREE"));
+}
+
 // Gravity is known to 0.2 % by default, but it is the same on both days.
 TEST_F(CheckStation, SeesAllGainsChangeTogether) {
   LogOptions today{.seed = 7};

@@ -279,9 +279,9 @@ TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
   const Result<std::unique_ptr<Store>> store = OpenStoreToRead(target_);
   const Result<Table> standing = (*store)->Query("SELECT final_verdict, disposed_by FROM standing");
   EXPECT_THAT(standing->rows, ElementsAre(ElementsAre("FAIL", "me")));
-  const Result<std::optional<StationCheck>> check = (*store)->LastStationCheck("S1");
-  ASSERT_TRUE(check && *check);
-  EXPECT_EQ((*check)->p, 0.1);
+  const Result<std::vector<StationCheck>> checks = (*store)->LastStationChecks("S1");
+  ASSERT_TRUE(checks && !checks->empty());
+  EXPECT_EQ(checks->front().p, 0.1);
 }
 
 TEST_F(Collecting, TakesTheRetestPolicyAlongAndNoOther) {

@@ -361,10 +361,58 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
   fs::create_directories(folder_.Path("again"));
   units_[0] = {.log = folder_.Write("again/u0.csv",
                                     LogText({.rests = 12, .magnetometer = false, .seed = 9}))};
-  // Measured later than the first, not in the same second.
+  // Later than the first by its file alone, not in the same second.
   fs::last_write_time(units_[0].log, fs::file_time_type::clock::now() + std::chrono::seconds(2));
   ASSERT_TRUE(Run());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("lifts the decision of R. Roe (FAIL: bent)")));
+  EXPECT_THAT(warnings_,
+              ElementsAre(AllOf(HasSubstr("does not lift the decision of R. Roe (FAIL: bent)"),
+                                HasSubstr("only its file says when"),
+                                HasSubstr("`truetriad fleet dispose u0 --store="))));
+  units_[0].recorded = "2999-11-25T12:00:00Z";
+  warnings_.clear();
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr(" lifts the decision of R. Roe (FAIL: bent)")));
+}
+
+// A unit that missed its limits is good by others, of a time in between nobody knows any.
+TEST_F(Engine, SaysByWhichOtherLimitsAUnitIsGood) {
+  units_.resize(1);
+  const auto run = [&](std::vector<std::string> limits) {
+    options_.plan.overrides = std::move(limits);
+    warnings_.clear();
+    const Result<FleetProgress> progress = Run();
+    ASSERT_TRUE(progress) << progress.error().message;
+    ASSERT_EQ(progress->warnings_said.size(), warnings_.size());
+    for (std::size_t i = 0; i < warnings_.size(); ++i) {
+      EXPECT_EQ(progress->warnings_said[i].text, warnings_[i]);
+    }
+  };
+  const std::string narrow = "limits.accelerometer.bias=0.0001",
+                    wide = "limits.accelerometer.bias=5";
+  const auto was_fail = ::testing::StartsWith("u0: was FAIL by accelerometer.bias.");
+  run({narrow});
+  EXPECT_THAT(warnings_, IsEmpty());
+  run({wide});
+  EXPECT_THAT(
+      warnings_,
+      ElementsAre(AllOf(was_fail, HasSubstr("of ± 0.0001 m/s²"), HasSubstr("of ± 5 m/s²"))));
+  run({narrow});
+  run({"limits.accelerometer.scale_error=0.9"});
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(was_fail, HasSubstr("is not judged by that"))));
+  run({narrow});
+  UnitRun cut_off;
+  cut_off.id = NewRunId();
+  cut_off.serial = "u0", cut_off.log = "cut-off.csv";
+  cut_off.recorded = "2999-01-01T00:00:00Z";
+  ASSERT_TRUE(store_->Add(cut_off));
+  fs::create_directories(folder_.Path("again"));
+  units_[0] = {.log = folder_.Write("again/u0.csv",
+                                    LogText({.rests = 12, .magnetometer = false, .seed = 9})),
+               .recorded = "2999-01-02T00:00:00Z"};
+  run({});
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(was_fail, HasSubstr("and is NO LIMITS SET now"))));
+  run({wide});
+  EXPECT_THAT(warnings_, IsEmpty());
 }
 
 TEST_F(Engine, SaysAtWhichRateAndForHowLong) {
@@ -458,10 +506,11 @@ std::string TimeBefore(double seconds) {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
 }
 
-StationCheck CheckBefore(double seconds, bool agrees) {
+StationCheck CheckBefore(double seconds, bool agrees, const std::string& serial = "G1") {
   StationCheck check;
   check.id = NewRunId();
   check.station = "S3";
+  check.serial = serial;
   check.created = TimeBefore(0.0);
   check.recorded = TimeBefore(seconds);
   check.agrees = agrees;
@@ -477,8 +526,8 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
     EXPECT_TRUE(hold);
     return hold->value_or("");
   };
-  const auto check = [&](double seconds, bool agrees) {
-    ASSERT_TRUE((*store)->AddStationCheck(CheckBefore(seconds, agrees)));
+  const auto check = [&](double seconds, bool agrees, const std::string& serial = "G1") {
+    ASSERT_TRUE((*store)->AddStationCheck(CheckBefore(seconds, agrees, serial)));
   };
   StationCheck other = CheckBefore(10.0, true);
   other.station = "S4";
@@ -487,6 +536,13 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   check(3700.0, true);
   EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
   check(20.0, true);
+  EXPECT_EQ(why(), "");
+  check(3650.0, false, "G0");  // Was measured no more.
+  EXPECT_EQ(why(), "");
+  check(12.0, false, "G2");
+  check(11.0, true, "G3");
+  EXPECT_THAT(why(), HasSubstr("did not agree with its golden unit G2 as recorded"));
+  check(9.0, true, "G2");
   EXPECT_EQ(why(), "");
   check(10.0, false);
   EXPECT_THAT(why(), HasSubstr("did not agree"));

@@ -114,11 +114,26 @@ TEST_F(LineOfUnits, CountsWhatWasGoodAtFirstAndInTheEnd) {
   EXPECT_EQ(Summary({.where = "disposed_by = 'R'"})["yield"]["units"], 1);
 }
 
+TEST_F(LineOfUnits, SaysHowManyGoodUnitsNobodyJudged) {
+  Add(RunOf("a", 0.1));
+  UnitRun run = RunOf("b", 0.1);
+  run.judgements.clear(), run.verdict = Verdict::kNoLimits;
+  Add(run);
+  const Json summary = Summary();
+  EXPECT_EQ(summary["yield"]["good_without_limits"], 1);
+  EXPECT_THAT(SummaryText(summary),
+              AllOf(HasSubstr("2 OF 2 GOOD: 100 %"), HasSubstr(", of these 1 without limits\n")));
+}
+
 TEST_F(LineOfUnits, SaysWhenUnitsWereMeasuredAndHowThatIsKnown) {
   UnitRun early = RunOf("a", 0.1), late = RunOf("b", 0.1), unknown = RunOf("c", 0.1);
   late.recorded = "2026-11-24T02:00:00Z", late.recorded_by = "file";
   unknown.recorded.clear(), unknown.recorded_by.clear();
-  for (const UnitRun& run : {late, unknown, early}) Add(run);
+  // Calibrated again, from a copy.
+  UnitRun again = RunOf("b", 0.1);
+  for (UnitRun* const run : {&late, &again}) run->readings = {{"accelerometer", "bb"}};
+  again.recorded = "2026-11-24T03:00:00Z", again.recorded_by = "file";
+  for (const UnitRun& run : {late, unknown, early, again}) Add(run);
   const Json summary = Summary();
   EXPECT_EQ(summary["yield"]["first"], "2026-11-24T00:00:00Z");
   EXPECT_EQ(summary["yield"]["units_per_hour"], 0.5);
@@ -254,13 +269,15 @@ TEST_F(LineOfUnits, ChargesAStationWithWhatItMeasuredFirst) {
   add("b", 0.1, "S2");
   add("b", 0.2, "S2");
   const Json summary = Summary();
-  ASSERT_THAT(summary["yield"]["by_tag"]["station"], SizeIs(1));
+  ASSERT_THAT(summary["yield"]["by_tag"]["station"], SizeIs(2));
   const Json& first_station = summary["yield"]["by_tag"]["station"][0];
   EXPECT_EQ(first_station["value"], "S1");
   EXPECT_EQ(first_station["units"], 31);
   EXPECT_EQ(first_station["good_at_first"], 30);
   EXPECT_EQ(first_station["good"], 31);
-  EXPECT_EQ(first_station["runs"], 33);
+  EXPECT_EQ(first_station["runs"], 31);
+  EXPECT_EQ(summary["yield"]["by_tag"]["station"][1]["units"], 0);
+  EXPECT_EQ(summary["yield"]["by_tag"]["station"][1]["runs"], 2);
   // What is shipped: of b the last run.
   EXPECT_EQ(summary["yield"]["units"], 31);
   EXPECT_EQ(summary["limits"][0]["missed"], 0);
@@ -345,10 +362,13 @@ TEST_F(LineOfUnits, SaysWhenLimitsHaveChanged) {
 }
 
 TEST_F(LineOfUnits, SaysHowStationsMeasureTheirGoldenUnits) {
-  const auto check = [this](const std::string& station, const std::string& recorded, bool agrees) {
+  const auto check = [this](const std::string& station,
+                            const std::string& recorded,
+                            bool agrees,
+                            const std::string& serial = "G1") {
     ASSERT_TRUE(store_->AddStationCheck({.id = NewRunId(),
                                          .station = station,
-                                         .serial = "G1",
+                                         .serial = serial,
                                          .created = "2026-11-24T09:00:00Z",
                                          .recorded = recorded,
                                          .agrees = agrees,
@@ -364,8 +384,14 @@ TEST_F(LineOfUnits, SaysHowStationsMeasureTheirGoldenUnits) {
   check("S4", "2026-11-24T08:00:00Z", true);
   check("S5", "2026-11-25T08:00:00Z", true);  // Of a time to come.
   check("S6", "yesterday", true);
+  check("S7", "2026-11-24T07:00:00Z", false);  // Another unit takes no alarm back.
+  check("S7", "2026-11-24T08:00:00Z", true, "G2");
   const Json summary = Summary();
-  ASSERT_THAT(summary["golden"], SizeIs(6));
+  ASSERT_THAT(summary["golden"], SizeIs(8));
+  EXPECT_EQ(summary["golden"][6]["serial"], "G1");
+  EXPECT_EQ(summary["golden"][6]["state"], "disagrees");
+  EXPECT_EQ(summary["golden"][7]["serial"], "G2");
+  EXPECT_EQ(summary["golden"][7]["state"], "good");
   EXPECT_EQ(summary["golden"][0]["state"], "good");
   EXPECT_EQ(summary["golden"][1]["state"], "overdue");
   EXPECT_EQ(summary["golden"][2]["state"], "disagrees");

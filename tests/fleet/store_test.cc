@@ -108,6 +108,12 @@ TEST_P(StoreTest, HasNotDoneALogThatWasRefusedAsAnotherUnits) {
   ASSERT_TRUE(done);
   EXPECT_TRUE(done->Has({.log = "A1.csv"}, {}));
   EXPECT_FALSE(done->Has({.log = "A2.csv"}, {}));
+  // Nor one of another lot than that of its run, where a list says so.
+  Tags tags;
+  for (const std::string lot : {"L17", "L18"}) {
+    tags.lot = lot;
+    EXPECT_EQ(done->Has({.log = "A1.csv", .tags = tags}, {}), lot == "L17");
+  }
   // Nor one whose time a list states that it has not stated before.
   EXPECT_FALSE(done->Has({.log = "A1.csv", .recorded = "2026-11-24T06:00:00Z"}, {}));
 }
@@ -236,7 +242,8 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   EXPECT_EQ(found(other), "");
   EXPECT_THAT(Ask(**store, "SELECT disposed_why FROM standing WHERE serial = 'A1'"),
               ElementsAre(ElementsAre("wrong serial number: why")));
-  EXPECT_EQ(decide("2e", Verdict::kPass, false), "");  // Not so.
+  EXPECT_THAT(decide("2e", Verdict::kPass, false), HasSubstr("whose serial number was wrong"));
+  EXPECT_EQ(decide("2e", Verdict::kFail, false), "");  // Not so.
   EXPECT_EQ(found(other), "1");
   EXPECT_EQ(decide("2f", Verdict::kFail, true), "");
   ASSERT_TRUE((*store)->Add(run("3", "A1", Verdict::kPass)));  // Calibrated again.
@@ -252,6 +259,69 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   EXPECT_EQ(found(other), "");
   other.readings.clear();
   EXPECT_EQ(found(other), "");
+}
+
+// Two numbers were exchanged, or one was scanned twice: what was another unit's neither counts nor
+// keeps what is the unit's own from counting.
+TEST_P(StoreTest, CountsNothingOfWhatWasGivenUp) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto add = [&](const std::string& id,
+                       const std::string& serial,
+                       const std::string& digest,
+                       Verdict verdict = Verdict::kPass) {
+    UnitRun run = RunOf(id, verdict);
+    run.serial = serial;
+    run.log = digest + ".csv";
+    run.recorded = "2026-11-28T08:" + digest + ":00Z", run.recorded_by = "list";
+    run.readings = {{"accelerometer", digest}};
+    ASSERT_TRUE((*store)->Add(run));
+  };
+  const auto give_up = [&](const std::string& id, const std::string& serial, const auto& run) {
+    const Result<Disposition> added = (*store)->Dispose({.id = id,
+                                                         .serial = serial,
+                                                         .created = "2026-11-28T09:00:00Z",
+                                                         .who = "R",
+                                                         .why = "exchanged",
+                                                         .verdict = Verdict::kFail,
+                                                         .run = run,
+                                                         .wrong_serial = true});
+    return added ? added->run : added.error().message;
+  };
+  const auto standing = [&] {
+    return Ask(**store,
+               "SELECT serial, run, final_verdict, first_verdict, attempts FROM standing "
+               "ORDER BY serial");
+  };
+  add("1", "X1", "10", Verdict::kFail);
+  add("2", "X2", "00");
+  add("3", "X1", "00", Verdict::kNoResult);
+  add("4", "X2", "10", Verdict::kNoResult);
+  EXPECT_EQ(give_up("4a", "X2", ""), "2");
+  EXPECT_EQ(give_up("4b", "X1", ""), "1");
+  add("5", "X1", "00");
+  add("6", "X2", "10");
+  EXPECT_THAT(standing(),
+              ElementsAre(ElementsAre("X1", "5", "PASS", "NO_RESULT", "1"),
+                          ElementsAre("X2", "6", "PASS", "NO_RESULT", "1")));
+  EXPECT_THAT(Ask(**store, "SELECT run FROM given_up ORDER BY run"),
+              ElementsAre(ElementsAre("1"), ElementsAre("2")));
+  EXPECT_EQ((*store)->GivenUpOf("X1")->at("1").disposed_why, "wrong serial number: exchanged");
+  EXPECT_THAT(*(*store)->UnitsHeldBack(), ElementsAre("X1", "X2"));
+  // Of several recordings somebody says which.
+  add("7", "X3", "20");
+  add("8", "X3", "30", Verdict::kFail);
+  EXPECT_THAT(give_up("8a", "X3", ""), HasSubstr("by --run: 7 (20.csv), 8 (30.csv)"));
+  EXPECT_THAT(give_up("8a", "X3", "5"), HasSubstr("unit `X3` has no run `5`"));
+  EXPECT_EQ(give_up("8a", "X3", "8"), "8");
+  EXPECT_THAT(standing().back(), ElementsAre("X3", "7", "PASS", "PASS", "1"));
+  // Nothing else is left of this one.
+  EXPECT_EQ(give_up("8b", "X3", ""), "7");
+  EXPECT_THAT(standing().back(), ElementsAre("X3", "8", "FAIL", "PASS", "0"));
+  const Result<Disposition> conceded =
+      (*store)->Dispose({"8c", "X3", "2026-11-28T09:00:00Z", "R", "spare", Verdict::kPass});
+  ASSERT_FALSE(conceded);
+  EXPECT_THAT(conceded.error().message, HasSubstr("by run 8, whose serial number was wrong"));
 }
 
 // A recording that is calibrated again was not measured again.
@@ -319,13 +389,15 @@ TEST_P(StoreTest, KeepsWhatPeopleDecide) {
               ElementsAre(ElementsAre("a", "1", "seen"), ElementsAre("b", "1", "bent")));
 }
 
-TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
+TEST_P(StoreTest, HoldsADecisionUntilALaterRecordingCounts) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
+  std::string day = "24", recorded_by = "recording";
   const auto add = [&](const std::string& id, const std::string& log, const std::string& digest) {
     UnitRun run = RunOf(id, Verdict::kPass);
     run.log = log;
     run.log_bytes = static_cast<std::int64_t>(log.size());
+    run.recorded = "2026-11-" + day + "T00:00:00Z", run.recorded_by = recorded_by;
     if (!digest.empty()) run.readings = {{"accelerometer", digest}};
     ASSERT_TRUE((*store)->Add(run));
   };
@@ -336,6 +408,7 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   add("2", "b.csv", "bb");
   ASSERT_TRUE(
       (*store)->Dispose({"2d", "A1", "2026-11-25T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
+  day = "26";
   add("3", "b.csv", "bb");       // Again.
   add("4", "copy-b.csv", "bb");  // Under another name.
   add("5", "b.csv", "");         // Untouched, and not read to its end.
@@ -343,6 +416,14 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   EXPECT_EQ(final_verdict(), "FAIL");
   const auto before = (*store)->StandingOf("A1");
   EXPECT_EQ((*before)->disposed_by + (*before)->disposed_why, "R. Roebent");
+  EXPECT_EQ((*before)->disposed_at, "2026-11-25T00:00:00Z");
+  day = "25";
+  add("61", "earlier.csv", "dd");
+  EXPECT_EQ(final_verdict(), "FAIL");
+  day = "26", recorded_by = "file";  // Of the last copy.
+  add("62", "copied.csv", "ee");
+  EXPECT_EQ(final_verdict(), "FAIL");
+  recorded_by = "list";
   add("7", "c.csv", "cc");
   EXPECT_EQ(final_verdict(), "PASS");
   EXPECT_EQ((*store)->StandingOf("A1").value()->disposed_by, "");
@@ -350,8 +431,9 @@ TEST_P(StoreTest, HoldsADecisionUntilAnotherRecordingCounts) {
   add("8", "c.csv", "cc");
   EXPECT_EQ(final_verdict(), "PASS");
   ASSERT_TRUE(
-      (*store)->Dispose({"8d", "A1", "2026-11-26T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
+      (*store)->Dispose({"8d", "A1", "2026-11-27T00:00:00Z", "R. Roe", "bent", Verdict::kFail}));
   EXPECT_EQ(final_verdict(), "FAIL");
+  day = "28";
   add("9", "unreadable.csv", "");
   EXPECT_EQ(final_verdict(), "PASS");
 }
@@ -435,6 +517,10 @@ TEST_P(StoreTest, CountsTheNewestRunOfARecordingAtTheTimeOfItsListOrFirst) {
   add("4", Verdict::kPass, "aa", "2026-11-25T11:00:00Z", "list");
   EXPECT_EQ(standing(), "4");
   EXPECT_THAT(Ask(**store, "SELECT first_verdict FROM standing"), ElementsAre(ElementsAre("FAIL")));
+  // The time by which they are ordered is what is shown, whatever the newest run says.
+  add("41", Verdict::kPass, "aa", "2026-11-25T12:00:00Z");
+  EXPECT_THAT(Ask(**store, "SELECT run, recorded, recorded_by FROM standing"),
+              ElementsAre(ElementsAre("41", "2026-11-25T11:00:00Z", "list")));
   add("5", Verdict::kPass, "aa", "2026-11-25T07:00:00Z", "list");
   add("6", Verdict::kPass, "aa", "2026-11-25T12:00:00Z");
   EXPECT_EQ(standing(), "2");
@@ -454,10 +540,12 @@ TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, std::nullopt}));
+  std::string recorded;
   const auto add =
       [&](const std::string& id, Verdict verdict, std::vector<SensorReadings> readings) {
         UnitRun run = RunOf(id, verdict);
         run.log = id + ".csv";
+        run.recorded = recorded;
         run.readings = std::move(readings);
         ASSERT_TRUE((*store)->Add(run));
       };
@@ -473,6 +561,7 @@ TEST_P(StoreTest, HoldsADecisionOverReadingsThatWereThere) {
   EXPECT_EQ(final_verdict(), "FAIL");
   add("4", Verdict::kNoLimits, {{"accelerometer", "dd"}});
   EXPECT_EQ(final_verdict(), "FAIL");
+  recorded = "2026-11-26T00:00:00Z";
   add("5", Verdict::kPass, {{"accelerometer", "ff"}});
   EXPECT_EQ(final_verdict(), "PASS");
 }
@@ -580,9 +669,12 @@ TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
 TEST_P(StoreTest, KeepsTheChecksOfStations) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
-  const auto none = (*store)->LastStationCheck("S3");
-  ASSERT_TRUE(none);
-  EXPECT_FALSE(*none);
+  const auto last_of = [&](const std::string& station) {
+    const Result<std::vector<StationCheck>> last = (*store)->LastStationChecks(station);
+    EXPECT_TRUE(last) << last.error().message;
+    return *last;
+  };
+  EXPECT_TRUE(last_of("S3").empty());
   StationCheck check{"2",
                      "S3",
                      "G1",
@@ -605,26 +697,33 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   const auto first = (*store)->AddStationCheck(check);
   ASSERT_TRUE(first && *first);
   EXPECT_EQ((*first)->id, "3");
-  EXPECT_FALSE((*(*store)->LastStationCheck("S3"))->agrees);
+  ASSERT_EQ(last_of("S3").size(), 1U);
+  EXPECT_FALSE(last_of("S3")[0].agrees);
   check.id = "5";
   check.recording = "cc";
   EXPECT_FALSE((*store)->AddStationCheck(check).value());
-  EXPECT_EQ((*(*store)->LastStationCheck("S3"))->repeatability, "accelerometer.bias=1");
+  EXPECT_EQ(last_of("S3")[0].repeatability, "accelerometer.bias=1");
   check.id = "6";
   check.agrees = false;
   check.station = "S4";
   check.p = std::numeric_limits<double>::quiet_NaN();
   ASSERT_TRUE((*store)->AddStationCheck(check));
-  const auto last = (*store)->LastStationCheck("S3");
-  ASSERT_TRUE(last && *last);
-  EXPECT_EQ((*last)->id, "5");
-  EXPECT_TRUE((*last)->agrees);
-  EXPECT_EQ((*last)->p, 0.1 + 0.2);
-  EXPECT_EQ((*last)->largest, 1.0 / 3.0);
-  const auto other = (*store)->LastStationCheck("S4");
-  ASSERT_TRUE(other && *other);
-  EXPECT_FALSE((*other)->agrees);
-  EXPECT_TRUE(std::isnan((*other)->p));
+  ASSERT_EQ(last_of("S3").size(), 1U);
+  const StationCheck last = last_of("S3")[0];
+  EXPECT_EQ(last.id, "5");
+  EXPECT_TRUE(last.agrees);
+  EXPECT_EQ(last.p, 0.1 + 0.2);
+  EXPECT_EQ(last.largest, 1.0 / 3.0);
+  ASSERT_EQ(last_of("S4").size(), 1U);
+  EXPECT_FALSE(last_of("S4")[0].agrees);
+  EXPECT_TRUE(std::isnan(last_of("S4")[0].p));
+  // Each golden unit has its own.
+  check.id = "7";
+  check.serial = "G2";
+  check.recording = "dd";
+  EXPECT_FALSE((*store)->AddStationCheck(check).value());
+  ASSERT_EQ(last_of("S4").size(), 2U);
+  EXPECT_EQ(last_of("S4")[1].serial, "G2");
 }
 
 TEST_P(StoreTest, GivesWholeRunsBack) {

@@ -230,7 +230,7 @@ TEST_F(UnitList, TakesSerialsFromNames) {
   };
   EXPECT_EQ(serial("{serial}_*.csv"), "A-17");
   EXPECT_EQ(serial("A-{serial}_*"), "17");
-  EXPECT_EQ(serial("{serial}"), "A-17_2026.csv");
+  EXPECT_EQ(serial("{serial}"), "A-17_2026");
   EXPECT_THAT(serial("B{serial}.csv"), HasSubstr("is not named like"));
   EXPECT_THAT(serial("*.csv"), HasSubstr("{serial}"));
 }

@@ -39,19 +39,6 @@ Counts Pareto(const std::map<std::string, std::size_t>& counted) {
   return codes;
 }
 
-/// "  3 with warnings, though not FAIL: 2 x fault, 1 x poorly-known\n", or nothing.
-std::string WarningsText(const fleet::FleetProgress& progress) {
-  if (progress.warned == 0) return "";
-  std::string text = "  " + std::to_string(progress.warned) + " with warnings, though not FAIL";
-  std::string_view before = ": ";
-  for (const auto& [code, count] : Pareto(progress.warnings)) {
-    text += before;
-    text += std::to_string(count) + " x " + code;
-    before = ", ";
-  }
-  return text + '\n';
-}
-
 /// "18 runs of 3 units", "3 units" where each was run once, or the store does not know.
 std::string RunsText(const fleet::FleetProgress& progress) {
   const std::size_t units = progress.yield.units;
@@ -84,6 +71,20 @@ std::string NamesText(const std::set<std::string>& serials, std::size_t count) {
     names += (names.empty() ? "" : ", ") + PrintableLine(serial);
   }
   return names + (count > std::min(serials.size(), kMostNamed) ? ", …" : "");
+}
+
+/// "  3 with warnings, though not FAIL: 2 x fault, 1 x poorly-known (B0001, B0002, B0007)\n", or
+/// nothing.
+std::string WarningsText(const fleet::FleetProgress& progress) {
+  if (progress.warned == 0) return "";
+  std::string text = "  " + std::to_string(progress.warned) + " with warnings, though not FAIL";
+  std::string_view before = ": ";
+  for (const auto& [code, count] : Pareto(progress.warnings)) {
+    text += before;
+    text += std::to_string(count) + " x " + code;
+    before = ", ";
+  }
+  return text + " (" + NamesText(progress.warned_units, progress.warned) + ")\n";
 }
 
 /// "  2 of these recordings were calibrated before, and count once each: B0001, B0002".
@@ -141,14 +142,14 @@ struct FirstLine {
   Grade grade = Grade::kCaution;
 };
 
-/// The first that is true of: a run is not good, a unit that was run, one that was left out;
-/// nothing was done; nothing was judged.
+/// The first that is true of: a run is not good, of which are also those of units that are not, a
+/// unit that was run, one that was left out; nothing was done; nothing was judged.
 FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
     return std::to_string(count) + " OF " + std::to_string(all) + what;
   };
   const std::size_t units = progress.yield.units;
-  if (progress.red > 0) return {of(progress.red, progress.done, " NOT GOOD")};
+  if (progress.red > 0) return {of(progress.NotGood(), progress.done, " NOT GOOD")};
   if (progress.yield.final_good < units) {
     return {of(units - progress.yield.final_good,
                units,
@@ -201,7 +202,7 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
                {"done", progress.done},
                {"skipped", progress.skipped},
                {"skipped_not_good", progress.skipped_red},
-               {"not_good", progress.red},
+               {"not_good", progress.NotGood()},
                {"verdicts", Json::object()},
                {"codes", Json::object()},
                {"warned", progress.warned},
@@ -228,7 +229,7 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
 std::string ProgressText(const fleet::FleetProgress& progress) {
   std::string text = std::to_string(progress.done);
   if (progress.units) text += " of " + std::to_string(*progress.units);
-  text += " runs, " + std::to_string(progress.red) +
+  text += " runs, " + std::to_string(progress.NotGood()) +
           Formatted(" not good; %.1f a second", progress.Rate());
   if (const std::optional<double> left = progress.SecondsLeft())
     text += Formatted(", %.0f s left", *left);
@@ -271,7 +272,7 @@ void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& pro
                {"overruled", OrNull(OverruledBy(run, progress))},
                {"done", progress.done},
                {"units", OrNull(progress.units)},
-               {"not_good", progress.red},
+               {"not_good", progress.NotGood()},
                {"rate", progress.Rate()},
                {"seconds_left", OrNull(progress.SecondsLeft())}});
     return;
@@ -299,6 +300,7 @@ VerbResult FleetResult(const fleet::FleetProgress& progress) {
   return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
           .text = SummaryText(progress),
           .result = SummaryJson(progress),
+          .findings = progress.warnings_said,
           .grade = FirstLineOf(progress).grade};
 }
 

@@ -21,6 +21,20 @@ Status EnsureFolderOf(const std::string& file) {
   return folder.empty() ? Status() : EnsureWritableDirectory(folder.string());
 }
 
+Status CheckIsOfUnit(const std::filesystem::path& file,
+                     const std::string& serial,
+                     const std::string& remedy) {
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(file, failure)) return {};
+  const Result<std::string> there = ReadSerial(file.string());
+  if (!there || there->empty() || *there == serial) return {};
+  return Error(ErrorCode::kOtherDevice,
+               {file.string()},
+               "is the calibration of unit `" + *there + "`" +
+                   (serial.empty() ? "" : ", and this one is of `" + serial + "`") +
+                   "; choose another --output" + remedy);
+}
+
 std::string InOutput(const std::string& name) {
   return (std::filesystem::path(FLAGS_output) / name).string();
 }

@@ -21,6 +21,13 @@ Status WriteFiles(const FileTexts& files);
 /// Makes the folder of a file to come.
 Status EnsureFolderOf(const std::string& file);
 
+/// Error (bad input): `file` is the calibration of another unit than `serial`; `remedy`: what else
+/// to do than to choose another output. One without a serial number is nobody's, nor is a file that
+/// is no calibration.
+Status CheckIsOfUnit(const std::filesystem::path& file,
+                     const std::string& serial,
+                     const std::string& remedy = "");
+
 /// The path of a file in the folder that --output names.
 std::string InOutput(const std::string& name);
 

@@ -13,6 +13,7 @@
 
 #include "allan/allan_file.h"
 #include "base/messages.h"
+#include "fleet/unit_folders.h"
 #include "report/content.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
@@ -109,7 +110,7 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
   const Result<CorrectedLogSummary> summary =
       WriteCorrectedLog(*source, calibration, FLAGS_output, progress.callback(), IsInterrupted);
   progress.Wipe();
-  EndAsInterrupted();
+  if (!FLAGS_json) EndAsInterrupted();
   TRUETRIAD_RETURN_IF_ERROR(summary);
   Tell(*summary);
   TellOddLength(*summary, calibration);
@@ -227,6 +228,11 @@ Json LossJson(const Export& result) {
 Result<VerbResult> RunExport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  const std::filesystem::path folder = std::filesystem::absolute(FLAGS_calibration).parent_path();
+  if (const auto unit = fleet::AnotherThatCounts(folder, calibration.serial)) {
+    Warn(FLAGS_calibration + ": is of another run than that which counts; the unit is " +
+         fleet::ReasonOf(*unit));
+  }
   if (options.allan) {
     // Noise is often taken of another unit of the same type, but not without a word.
     const Status same =
@@ -235,6 +241,8 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   }
   const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
   if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(
+      std::filesystem::path(FLAGS_output).parent_path() / "calibration.yaml", calibration.serial));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(FLAGS_output));
   VerbResult verb{.findings = calibration.findings};
   FileTexts files;
@@ -282,12 +290,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
                              ImportCalibration(FLAGS_from, CommaSeparated(FLAGS_input), options));
   std::filesystem::path file = FLAGS_output;
   if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
-  if (const Result<std::string> there = ReadSerial(file.string());
-      there && !there->empty() && *there != result.calibration.serial) {
-    return Error(ErrorCode::kOtherDevice,
-                 {file.string()},
-                 "is the calibration of unit `" + *there + "`; choose another --output");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(file, result.calibration.serial));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically(file.string(), CalibrationToYaml(result.calibration)));

@@ -135,20 +135,6 @@ Status HoldBackEarlier(const Done& by) {
   return fleet::WriteResult(by.task.folder, earlier, std::nullopt);
 }
 
-/// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
-/// serial number is nobody's, nor is a file that is no calibration.
-Status CheckIsOfUnit(const fs::path& directory, const std::string& serial) {
-  const fs::path file = directory / "calibration.yaml";
-  std::error_code failure;
-  if (serial.empty() || !fs::is_regular_file(file, failure)) return {};
-  const Result<std::string> there = ReadSerial(file.string());
-  if (!there || there->empty() || *there == serial) return {};
-  return Error(ErrorCode::kOtherDevice,
-               {file.string()},
-               "is the calibration of unit `" + *there + "`, and this one is of `" + serial +
-                   "`; choose another --output, or replace it with --overwrite");
-}
-
 /// Of sensors whose recording cannot be read, beside others of the device: no result, and why.
 Calibration Unread(const Experiment& experiment, const Error& error) {
   const auto code = error.code == ErrorCode::kStuckSensor
@@ -174,7 +160,9 @@ Calibration Unread(const Experiment& experiment, const Error& error) {
 Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) {
-    return FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
+    if (FLAGS_overwrite || serial.empty()) return Status();
+    return CheckIsOfUnit(
+        fs::path(task.folder) / "calibration.yaml", serial, ", or replace it with --overwrite");
   };
   TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
   PoseSet poses;

@@ -270,9 +270,12 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   }();
   TRUETRIAD_RETURN_IF_ERROR(progress);
   if (progress->is_stopped) {
-    Note("stopped: " + std::to_string(progress->done) + " of " +
-         std::to_string(progress->units.value_or(0)) +
-         " units are done and in the store; go on with --resume");
+    const Error stopped(ErrorCode::kStopped,
+                        "stopped: " + std::to_string(progress->done) + " of " +
+                            std::to_string(progress->units.value_or(0)) +
+                            " units are done and in the store; go on with --resume");
+    if (FLAGS_json) return stopped;
+    Note(stopped.message);
     EndAsInterrupted();
   }
   return FleetResult(*progress);

@@ -17,6 +17,7 @@
 #include "fleet/run_table.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
+#include "fleet/unit_list.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -43,6 +44,9 @@ DEFINE_string(why, "", "TEXT: why, in one line");
 DEFINE_bool(wrong_serial,
             false,
             "what was read is another unit's, whose log may then be run under its own number");
+DEFINE_string(run,
+              "",
+              "RUN: the run whose serial number was wrong, where the unit has several recordings");
 
 namespace truetriad {
 namespace {
@@ -220,14 +224,20 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   constexpr std::size_t kMostCopies = 10;
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
-         "; find out which unit was measured, and refuse the other with `truetriad fleet dispose "
-         "SERIAL --wrong-serial`");
+         "; find out which unit was measured, and give the run of the other up by `truetriad fleet "
+         "dispose SERIAL --store=" +
+         fleet::ShownStore(FLAGS_store) +
+         " --who=NAME --verdict=FAIL --wrong-serial --run=RUN --why=WHY`");
   }
   if (collected.copies.size() > kMostCopies) {
     Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
          " further units with the readings of another");
   }
-  for (const std::string& note : collected.notes) Warn(note);
+  Findings warnings;
+  for (const std::string& note : collected.notes) {
+    Warn(note);
+    warnings.push_back(fleet::WarningOf(note));
+  }
   const std::string store = fleet::ShownStore(FLAGS_store);
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
@@ -246,7 +256,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
                  {"copies", collected.copies},
                  {"unfinished", collected.unfinished},
                  {"unreached", collected.unsafe},
-                 {"store", store}}};
+                 {"store", store}},
+      .findings = std::move(warnings)};
 }
 
 std::vector<std::string> VerdictsOfPeople() {
@@ -269,11 +280,12 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStore(FLAGS_store));
   const fleet::Disposition disposition = {.id = fleet::NewRunId(),
-                                          .serial = FLAGS_unit,
+                                          .serial = fleet::Trimmed(FLAGS_unit),
                                           .created = TimestampUtc(),
                                           .who = FLAGS_who,
                                           .why = FLAGS_why,
                                           .verdict = *verdict,
+                                          .run = FLAGS_run,
                                           .wrong_serial = FLAGS_wrong_serial};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -284,9 +296,17 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
     Warn(one.error.message + "; `export` does not know of this decision there");
     unreached.push_back(one.error.message);
   }
-  std::string text = FLAGS_unit + " is " + FLAGS_verdict +
-                     (added.wrong_serial ? ", its serial number was wrong" : "") + " (run " +
-                     added.run + ")\n";
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
+                             store->StandingOf(added.serial));
+  // A run that is given up may leave the unit another recording.
+  const bool has_another = added.wrong_serial && unit && unit->run != added.run;
+  std::string text = has_another ? added.serial + ": run " + added.run +
+                                       ", whose serial number was wrong, is given up; " +
+                                       fleet::ReasonOf(*unit)
+                                 : added.serial + " is " + FLAGS_verdict +
+                                       (added.wrong_serial ? ", its serial number was wrong" : "") +
+                                       " (run " + added.run + ")";
+  text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
   if (verdict == Verdict::kPass) text += "Export again what is to leave.\n";
   // The store knows of it, but files of a unit that may not leave are as they were.
@@ -360,13 +380,13 @@ Command FleetDisposeCommand() {
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
       .details =
-          R"(It holds until a later decision, or until a later run counts that is of another recording; fleet run
-then says so. FAIL withdraws what was exported of all runs of the unit,
-and `export` refuses it; PASS is a concession. Calibrations, reports and exports state either;
-the store's runs stay as they are. Readings stay those of the unit as which they were first read, unless it
-is refused with --wrong-serial.
+          R"(It holds until a later decision, or until a later run counts that is of another recording, and for FAIL
+says itself, or by a list, that it was measured later; fleet run then says so. FAIL withdraws what was
+exported of all runs of the unit, and `export` refuses it; PASS is a concession. Calibrations, reports and
+exports state either; the store's runs stay as they are. Readings stay those of the unit as which they
+were first read, until that recording is given up with --wrong-serial.
 )",
-      .flags = "unit! store! verdict! wrong-serial who! why!",
+      .flags = "unit! store! verdict! wrong-serial run who! why!",
       .values = {{"verdict", VerdictsOfPeople()}},
       .words = {"unit"},
       .run = RunFleetDispose};
