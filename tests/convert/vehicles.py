@@ -80,9 +80,9 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ, gap_s=0.0):
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerometers=3, gyroscopes=3, **how):
+def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=(), accelerometers=3, gyroscopes=3, **how):
     """parameters: {}: the log has none; earlier: those that changed; mounted: the body's axes of the compasses;
-    broken: what the topics of some instances say."""
+    broken: what the topics of some instances say; absent: topics and instances that are not logged."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -105,6 +105,8 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerom
         for topic, triads, truth in (("sensor_accel", ACCELEROMETERS[:accelerometers], 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
                                      ("sensor_mag", MAGNETOMETERS, 3)):
             for instance, triad in enumerate(triads):
+                if (topic, instance) in absent:
+                    continue
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))
                 sensors.append((triad, truth, (broken or {}).get((topic, instance))))
         for row in motion(**how):

@@ -360,6 +360,24 @@ class Vehicles(unittest.TestCase):
         done = self.calibrate(log, "--instance=0", "--overwrite", code=2)
         self.assertIn("that recording is not kept", done.stderr)
 
+    def test_each_instance_is_asked_for_its_own_sensors(self):
+        for topic, kind, triads in (("sensor_accel", "ACC", vehicles.ACCELEROMETERS), ("sensor_gyro", "GYRO", vehicles.GYROSCOPES),
+                                    ("sensor_mag", "MAG", vehicles.MAGNETOMETERS)):
+            log = self.log(vehicles.ulog, f"{kind}.ulg", rests=14, absent={(topic, 0)},
+                           parameters={f"CAL_{kind}{i}_ID": triad.number for i, triad in enumerate(triads)})
+            # What is stated of a sensor holds for those that have one.
+            sensor = {"ACC": "accelerometer", "GYRO": "gyroscope", "MAG": "magnetometer"}[kind]
+            self.calibrate(log, "--to=px4", "--overwrite", f"--set=sensors.{sensor}.model=full")
+            found = self.parameters("px4.params", "\t", 2)
+            self.assertNotIn(f"CAL_{kind}0_ID", found)
+            for i, triad in list(enumerate(triads))[1:]:
+                self.assertEqual(found[f"CAL_{kind}{i}_ID"], triad.number)
+                self.check_vector(found, f"CAL_{kind}{i}_", "OFF", triad.bias, 0.01)
+        # One that has nothing of what is asked for is left out.
+        self.calibrate(log, "--overwrite", "--set=sensors={magnetometer: {}}")
+        self.assertEqual(json.loads((self.out / "calibration.json").read_text())["device"]["ids"],
+                         {"magnetometer": vehicles.MAGNETOMETERS[1].number})
+
     def test_a_position_has_its_gravity(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)
         self.calibrate(log, "--set=reference.position={ latitude_deg: 60, longitude_deg: 25, height_m: 0, date: 2026-01-31 }")

@@ -185,7 +185,7 @@ Result<Done> Calibrated(Task task) {
                                                        progress.callback(),
                                                        std::exchange(task.first, std::nullopt),
                                                        &poses);
-  if (!made && task.has_others && made.error().kind() == ErrorKind::kBadInput) {
+  if (!made && task.has_others && made.error().kind() != ErrorKind::kUsage) {
     task.refusal = made.error();
     task.has_report = false;
     made = Unread(task.experiment, *task.refusal);
@@ -366,16 +366,23 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// Without an experiment: one for what is in the recordings.
-Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::string& folder) {
+/// Without an experiment: one for what is in the recordings, where `others` of the unit have
+/// sensors that may be named, too.
+Result<Task> InitialTask(const std::vector<std::string>& inputs,
+                         const std::string& folder,
+                         const PerTriad<bool>& others) {
   Task task;
   ProgressLine progress("looking at " + inputs.front());
   TRUETRIAD_ASSIGN_OR_RETURN(FirstLook look,
                              InitialExperiment(inputs, folder, progress.callback()));
   task.initial_yaml = std::move(look.experiment_yaml);
   task.first = std::move(look.loaded);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
+  for (const Triad triad : kTriads) {
+    if (!others[triad]) continue;
+    overrides.insert(overrides.begin(), "sensors." + std::string(TriadName(triad)) + "={}");
+  }
   const std::string path = (fs::path(folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
                              ReadExperimentText(task.initial_yaml, "experiment.yaml", overrides));
@@ -541,14 +548,41 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
   return recordings;
 }
 
-/// The experiment for further sensors of the same unit, as far as they were recorded.
-Result<Task> ForFurther(const Experiment& experiment, const std::string& recording) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(recording));
-  PerTriad<bool> recorded = {{false, false, false}};
-  for (const StreamInfo& stream : source->info().streams) recorded[stream.triad] = true;
-  Task task;
-  task.experiment = OfSensors(experiment, recorded);
-  return task;
+/// By instance, the sensors that others alone have; of one alone, and of what cannot be read, none.
+std::map<int, PerTriad<bool>> SensorsOfOthers(
+    const std::map<int, std::vector<std::string>>& recordings) {
+  std::map<int, PerTriad<bool>> recorded;
+  PerTriad<bool> any{};
+  for (const auto& [instance, inputs] : recordings) {
+    if (recordings.size() == 1) break;
+    const Result<std::unique_ptr<SampleSource>> source = OpenRecording(inputs.front());
+    if (!source) continue;
+    PerTriad<bool>& its = recorded[instance];
+    for (const StreamInfo& stream : (*source)->info().streams)
+      its[stream.triad] = any[stream.triad] = true;
+  }
+  for (auto& [instance, its] : recorded) {
+    for (const Triad triad : kTriads) its[triad] = any[triad] && !its[triad];
+  }
+  return recorded;
+}
+
+/// The task for one instance of the sensors: by `experiment`, or where there is none by its own
+/// recordings. Sensors that `others` alone have are not asked of it.
+Result<Task> TaskFor(const std::vector<std::string>& inputs,
+                     const std::string& folder,
+                     const std::optional<Experiment>& experiment,
+                     const PerTriad<bool>& others) {
+  Result<Task> made = Task();
+  if (experiment) {
+    made->experiment = *experiment;
+  } else {
+    made = InitialTask(inputs, folder, others);
+  }
+  PerTriad<bool> asked;
+  for (const Triad triad : kTriads) asked[triad] = !others[triad];
+  if (made && others != PerTriad<bool>()) made->experiment = OfSensors(made->experiment, asked);
+  return made;
 }
 
 /// One for each instance of the sensors in the logs, the first in the folder itself. `converted`:
@@ -573,21 +607,22 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   }
   const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder, converted));
+  std::map<int, PerTriad<bool>> others = SensorsOfOthers(recordings);
+  bool is_drawn = false;  // The folder has an experiment, that of the first which has one.
   for (const auto& [instance, inputs] : recordings) {
     const bool is_first = tasks.empty();
-    Result<Task> made = Task();
-    if (!experiment) {
-      made = InitialTask(inputs, folder);
-    } else if (is_first) {
-      made->experiment = *experiment;
-    } else {
-      made = ForFurther(*experiment, inputs.front());
-    }
-    const bool is_refused = !made && made.error().kind() == ErrorKind::kBadInput;
+    Result<Task> made = TaskFor(inputs, folder, experiment, others[instance]);
+    const auto is_asked = [&](Triad triad) {
+      return made->experiment.options.triads[triad].enabled;
+    };
+    if (made && others[instance] != PerTriad<bool>() && std::ranges::none_of(kTriads, is_asked))
+      continue;  // What is asked for is in others alone.
+    const bool is_refused = !made && made.error().kind() != ErrorKind::kUsage;
     if (!made && (!is_refused || recordings.size() == 1)) return made.error();
     Task& task = tasks.emplace_back(is_refused ? Task() : *std::move(made));
     if (is_refused) task.refusal = made.error();
-    if (!experiment && !is_refused) experiment = task.experiment;
+    if (is_drawn) task.initial_yaml.clear();
+    is_drawn = is_drawn || !task.initial_yaml.empty();
     task.folder =
         is_first ? folder : (fs::path(folder) / ("instance-" + std::to_string(instance))).string();
     task.experiment.inputs = inputs;
