@@ -48,11 +48,12 @@ function decoder(subscription, stream) {
   };
   // A combined topic states the times of its sensors relative to its own.
   const isCombined = fields.has('accelerometer_timestamp_relative');
-  const time = (!isCombined && field('timestamp_sample')) || field('timestamp');
-  if (!time || time.step !== 8) return null;
+  const times = [isCombined ? null : field('timestamp_sample'), field('timestamp')].filter((time) => time?.step === 8);
+  if (times.length === 0) return null;
   const decode = {
     unit: stream.unit,
-    timeUs: (message) => BigInt(time.read(message, 2 + time.at)),
+    // Some drivers leave that of the sample zero.
+    timeUs: (message) => times.map((time) => BigInt(time.read(message, 2 + time.at))).find((us) => us > 0n) ?? 0n,
     axes: null,
     temperature: null,
     relative: stream.relative && field(stream.relative) ? reader(field(stream.relative)) : null,
@@ -472,10 +473,16 @@ function sendManifest(log, instance, entries, devices) {
   const stated = log.latest.size > 0 ? Object.entries(ids) : [];
   const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
+  const thermalSlots = among(({ thermal }) => thermal);
+  // Terms of other sensors that the vehicle has, and would use once it is to use those of this one.
+  const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
+    const { thermal } = kSensors[triad];
+    return log.latest.get(`${thermal}_ENABLE`) !== 1 && log.latest.get(`${thermal}${n}_ID`) && n !== thermalSlots[triad];
+  })]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
     recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
-    firmware: 'px4', ids, slots: among(({ name }) => `CAL_${name}`), thermalSlots: among(({ thermal }) => thermal),
+    firmware: 'px4', ids, slots: among(({ name }) => `CAL_${name}`), thermalSlots, idleThermalSlots: idle,
     magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
 }
 
