@@ -122,8 +122,9 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=()
 APPLIED_OFFSETS, APPLIED_SCALES = (0.05, -0.07, 0.02), (1.002, 0.999, 1.001)
 
 
-def dataflash(path, parameters=None, board=None, **how):
-    """board: the vehicle's axes of the inertial sensors."""
+def dataflash(path, parameters=None, board=None, later=None, early=0, **how):
+    """board: the vehicle's axes of the inertial sensors; later: parameters that change at the end; early: rows of the
+    first gyroscope's own message before any temperature."""
     more, board = parameters or {}, board or diagonal(1.0, 1.0, 1.0)
     draw = random.Random(1)
     with open(path, "wb") as file:
@@ -154,7 +155,11 @@ def dataflash(path, parameters=None, board=None, **how):
         offsets = {parameters[f"COMPASS_DEV_ID{n}"]: parameters[f"COMPASS_OFS{n}_X"] for n in ("", "2")}
         for name, value in parameters.items():
             message(129, "Q16sff", 0, name.encode(), value, 0.0)
+        for k in range(early):
+            message(132, "QBQfff", 1_900_000 + k, 0, 1_900_000 + k, 0.0, 0.0, 0.0)
         for k, (us, force, rate, field) in enumerate(motion(**how)):
+            if early:
+                message(132, "QBQfff", us, 0, us, *product(board, GYROSCOPES[0].raw(in_body(board, rate), draw)))
             for i in range(3):
                 raw = ACCELEROMETERS[i].raw(in_body(board, force), draw)
                 if f"INS_TCAL{i + 1}_ACC1_X" in more:  # P(40 degC) - P(CALTEMP)
@@ -168,3 +173,5 @@ def dataflash(path, parameters=None, board=None, **how):
                 reading = [round(1e3 * y) for y in MAGNETOMETERS[i].raw(field, draw)]
                 added = int(offsets.get(MAGNETOMETERS[i].number, 0))
                 message(131, "QBhhhhhh", us, i, reading[0] + added, *reading[1:], added, 0, 0)
+        for name, value in (later or {}).items():
+            message(129, "Q16sff", us, name.encode(), value, 0.0)

@@ -5,6 +5,7 @@
 
 #include "io/input_guard.h"
 #include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "tools/truetriad/flags.h"
 #include "truetriad/io/calibration_file.h"
 
@@ -14,6 +15,58 @@ Status WriteFiles(const FileTexts& files) {
   WholeFiles whole;
   for (const auto& [path, text] : files) TRUETRIAD_RETURN_IF_ERROR(whole.Write(path, text));
   return whole.Commit();
+}
+
+std::optional<Calibration> CalibrationIn(const std::string& file) {
+  const Result<std::string> text = LookAtSmallFile(file);
+  if (!text) return std::nullopt;
+  Result<Calibration> there = CalibrationFromYaml(*text, file);
+  return there ? std::optional(std::move(*there)) : std::nullopt;
+}
+
+Status CheckMayReplace(const std::string& file,
+                       const std::string& serial,
+                       const Calibration* calibration) {
+  std::error_code failure;
+  if (FLAGS_overwrite || !std::filesystem::is_regular_file(file, failure)) return {};
+  const std::string remedy = "choose another --output, or replace it with --overwrite";
+  const Result<std::string> there = ReadSerial(file);
+  if (!serial.empty() && there && !there->empty() && *there != serial) {
+    return Error(ErrorCode::kOtherDevice,
+                 {file},
+                 "is the calibration of unit `" + *there + "`, and this one is of `" + serial +
+                     "`; " + remedy);
+  }
+  const std::optional<Calibration> whole =
+      calibration == nullptr ? std::nullopt : CalibrationIn(file);
+  return whole ? CheckSameSensors(file, *whole, *calibration, remedy) : Status();
+}
+
+Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names) {
+  std::string moved;
+  for (const std::string& name : names) {
+    const std::filesystem::path from = directory / name;
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(from, failure)) continue;
+    const std::filesystem::path to =
+        directory / (from.stem().string() + ".previous" + from.extension().string());
+    for (const std::string& path : {from.string(), to.string()}) {
+      if (InputGuard::Holds(path)) return InputGuard::Refusal(path);
+    }
+    std::filesystem::rename(from, to, failure);
+    if (failure) {
+      return Error(ErrorCode::kCannotWrite,
+                   {from.string()},
+                   "is the result of an earlier run and cannot be renamed to " + to.string() +
+                       ": " + failure.message());
+    }
+    moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
+  }
+  if (!moved.empty()) {
+    Note((directory.empty() ? "." : directory.string()) +
+         ": results of an earlier run are moved: " + moved);
+  }
+  return {};
 }
 
 Status EnsureFolderOf(const std::string& file) {

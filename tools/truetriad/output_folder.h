@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +20,24 @@ using FileTexts = std::vector<std::pair<std::string, std::string>>;
 
 /// Writes files, all or none.
 Status WriteFiles(const FileTexts& files);
+
+/// What a calibration writes into its folder.
+inline constexpr std::array<const char*, 3> kResults = {
+    "calibration.yaml", "calibration.json", "report.html"};
+
+/// The calibration that a file holds; unset: it is not there, or none.
+std::optional<Calibration> CalibrationIn(const std::string& file);
+
+/// Error (bad input), unless --overwrite is stated: `file` is the calibration of another unit than
+/// `serial`, or of other sensors than `calibration` (null: not known yet). One without a serial
+/// number is nobody's, nor is a file that is no calibration.
+Status CheckMayReplace(const std::string& file,
+                       const std::string& serial,
+                       const Calibration* calibration = nullptr);
+
+/// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
+/// calibration.previous.yaml; says so.
+Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names);
 
 /// Makes the folder of a file to come.
 Status EnsureFolderOf(const std::string& file);

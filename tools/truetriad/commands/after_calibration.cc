@@ -250,6 +250,10 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   verb.result["notes"] = result->notes;
   verb.result["warnings"] = result->warnings;
   for (const std::string& warning : result->warnings) Warn(warning);
+  for (const Finding& finding : result->findings) {
+    Warn(finding.Message());
+    verb.findings.push_back(finding);
+  }
   return verb;
 }
 
@@ -283,12 +287,19 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   std::filesystem::path file = FLAGS_output;
   if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
   if (const Result<std::string> there = ReadSerial(file.string());
-      there && !there->empty() && *there != result.calibration.serial) {
+      !FLAGS_overwrite && there && !there->empty() && *there != result.calibration.serial) {
     return Error(ErrorCode::kOtherDevice,
                  {file.string()},
-                 "is the calibration of unit `" + *there + "`; choose another --output");
+                 "is the calibration of unit `" + *there +
+                     "`; choose another --output, or replace it with --overwrite");
   }
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckMayReplace(file.string(), result.calibration.serial, &result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
+  // It has no uncertainty, nor what the page of a result shows.
+  std::vector<std::string> earlier = {file.filename().string()};
+  if (earlier.front() == kResults.front()) earlier.assign(kResults.begin(), kResults.end());
+  TRUETRIAD_RETURN_IF_ERROR(MoveAside(file.parent_path(), earlier));
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically(file.string(), CalibrationToYaml(result.calibration)));
   for (const std::string& note : result.notes) Note("note: " + note);
@@ -388,7 +399,7 @@ Writes a calibration.yaml for `compare`, `evaluate` and `apply`; every sigma is 
 --output ends in .yaml it names the file, otherwise the folder for calibration.yaml.
 )",
       .list = [] { return ListOf(FormatsThat(/*import=*/true)); },
-      .flags = "from! input=FILE[,FILE]! output=FILE|DIR! units instance id",
+      .flags = "from! input=FILE[,FILE]! output=FILE|DIR! units instance id overwrite",
       .values = {{"from", NamesOf(FormatsThat(/*import=*/true))}},
       .words = {"input"},
       .run = RunImport};
