@@ -508,7 +508,7 @@ class Vehicles(unittest.TestCase):
                        later={"COMPASS_ORIENT2": 2})
         done = self.calibrate(log, code=3)
         self.assertIn("magnetometer: firmware correction unknown: COMPASS_ORIENT2 changed during the log", done.stderr)
-        self.assertIn("(instance 1 of 3)", done.stdout.splitlines()[0])
+        self.assertIn("(instance 1 of 3, without its magnetometer)", done.stdout.splitlines()[0])
 
     def test_compasses_are_logged_by_priority_and_corrected_by_number(self):
         first, second = vehicles.MAGNETOMETERS

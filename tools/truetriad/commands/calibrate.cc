@@ -690,9 +690,11 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   result.grade = GradeOf(worst.calibration);
   std::string files;
   if (all.size() > 1) {
-    result.text.insert(result.text.find('\n'),
-                       " (instance " + std::to_string(worst.task.instance) + " of " +
-                           std::to_string(all.size()) + ")");
+    std::string which =
+        " (instance " + std::to_string(worst.task.instance) + " of " + std::to_string(all.size());
+    for (const Finding& lost : worst.task.lost)
+      which += ", without its " + std::string(TriadName(*lost.sensor));
+    result.text.insert(result.text.find('\n'), which + ")");
   }
   for (const Done& done : all) {
     if (!done.task.initial_yaml.empty())
