@@ -424,6 +424,10 @@ class Vehicles(unittest.TestCase):
         self.check_vector(found, "CAL_GYRO1_", "OFF", vehicles.GYROSCOPES[1].bias, 1e-3)
         self.check_vector(found, "CAL_MAG1_", "OFF", vehicles.MAGNETOMETERS[1].bias, 1e-3)
         self.assertNotIn(acc[1].number, [found.get(f"CAL_ACC{n}_ID") for n in range(4)])
+        # With limits a device that has a broken sensor has no verdict by the others.
+        done = self.calibrate(log, "--overwrite", "--set=limits.magnetometer.residual_rms=2", "--json", code=3)
+        self.assertEqual([one["verdict"] for one in json.loads(done.stdout)["result"]["instances"]],
+                         ["PASS", "NO_RESULT", "NO_LIMITS"])
         # A gyroscope whose offsets changed, of the first instance.
         log = self.log(vehicles.dataflash, "flight.bin", rests=14, later={"INS_GYROFFS_X": 0.01})
         done = self.calibrate(log, "--to=ardupilot", "--overwrite", code=3)

@@ -53,7 +53,10 @@ function decoder(subscription, stream) {
   const decode = {
     unit: stream.unit,
     // Some drivers leave that of the sample zero.
-    timeUs: (message) => times.map((time) => BigInt(time.read(message, 2 + time.at))).find((us) => us > 0n) ?? 0n,
+    timeUs: (message) => {
+      const us = BigInt(times[0].read(message, 2 + times[0].at));
+      return us > 0n || times.length === 1 ? us : BigInt(times[1].read(message, 2 + times[1].at));
+    },
     axes: null,
     temperature: null,
     relative: stream.relative && field(stream.relative) ? reader(field(stream.relative)) : null,

@@ -191,7 +191,7 @@ std::optional<Finding> RefusedSensor(Error error) {
 }
 
 /// Where a sensor whose readings are refused keeps the others of its instance from a result, that
-/// of the others.
+/// of the others; with limits none, since a device whose sensor is broken does not pass.
 Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet* poses) {
   Task rest = *task;
   Result<Calibration> found = made;
@@ -200,6 +200,7 @@ Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet
     if (!why || std::exchange(rest.left_out[*why->sensor], true)) return made;
     rest.lost.push_back(*std::move(why));
     Result<Task> again = task->without(rest.left_out);
+    if (again && !again->experiment.options.limits.limits.empty()) return made;
     if (again) again->left_out = rest.left_out;
     found = again ? CalibrationFor(&*again, poses) : Result<Calibration>(again.error());
     if (again) rest.experiment = again->experiment;
