@@ -405,6 +405,11 @@ class Vehicles(unittest.TestCase):
             for i, triad in list(enumerate(triads))[1:]:
                 self.assertEqual(found[f"CAL_{kind}{i}_ID"], triad.number)
                 self.check_vector(found, f"CAL_{kind}{i}_", "OFF", triad.bias, 0.01)
+        # Nor does it matter which of several logs has a sensor.
+        whole = self.log(vehicles.ulog, "whole.ulg", rests=14, rest_s=3.2,
+                         parameters={f"CAL_MAG{i}_ID": triad.number for i, triad in enumerate(vehicles.MAGNETOMETERS)})
+        self.calibrate(log, whole, "--to=px4", "--overwrite")
+        self.check_vector(self.parameters("px4.params", "\t", 2), "CAL_MAG0_", "OFF", vehicles.MAGNETOMETERS[0].bias, 1e-3)
         # One that has nothing of what is asked for is left out.
         self.calibrate(log, "--overwrite", "--set=sensors={magnetometer: {}}")
         found = json.loads((self.out / "calibration.json").read_text())

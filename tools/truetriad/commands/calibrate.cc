@@ -369,11 +369,11 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// Without an experiment: one for what is in the recordings, where `others` of the unit have
-/// sensors that may be named, too.
+/// Without an experiment: one for what is in the recordings, `any` of which may have sensors that
+/// the first has not.
 Result<Task> InitialTask(const std::vector<std::string>& inputs,
                          const std::string& folder,
-                         const PerTriad<bool>& others,
+                         const PerTriad<bool>& any,
                          const PerTriad<bool>& left_out) {
   Task task;
   ProgressLine progress("looking at " + inputs.front());
@@ -384,7 +384,7 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs,
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
   for (const Triad triad : kTriads) {
-    if (!others[triad]) continue;
+    if (!any[triad] || task.first->poses.Find(triad) != nullptr) continue;
     overrides.insert(overrides.begin(), "sensors." + std::string(TriadName(triad)) + "={}");
   }
   const std::string path = (fs::path(folder) / "experiment.yaml").string();
@@ -552,23 +552,29 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
   return recordings;
 }
 
-/// By instance, the sensors that others alone have; of one alone, and of what cannot be read, none.
-std::map<int, PerTriad<bool>> SensorsOfOthers(
-    const std::map<int, std::vector<std::string>>& recordings) {
-  std::map<int, PerTriad<bool>> recorded;
-  PerTriad<bool> any{};
+/// Which sensors the recordings of a unit have, and of each instance those that others alone have;
+/// nothing where there is one recording.
+struct Recorded {
+  PerTriad<bool> any = {};
+  std::map<int, PerTriad<bool>> others;
+};
+
+Recorded SensorsIn(const std::map<int, std::vector<std::string>>& recordings) {
+  Recorded found;
+  if (recordings.size() == 1 && recordings.begin()->second.size() == 1) return found;
   for (const auto& [instance, inputs] : recordings) {
-    if (recordings.size() == 1) break;
-    const Result<std::unique_ptr<SampleSource>> source = OpenRecording(inputs.front());
-    if (!source) continue;
-    PerTriad<bool>& its = recorded[instance];
-    for (const StreamInfo& stream : (*source)->info().streams)
-      its[stream.triad] = any[stream.triad] = true;
+    for (const std::string& input : inputs) {
+      const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input);
+      if (!source) continue;
+      PerTriad<bool>& its = found.others[instance];
+      for (const StreamInfo& stream : (*source)->info().streams)
+        its[stream.triad] = found.any[stream.triad] = true;
+    }
   }
-  for (auto& [instance, its] : recorded) {
-    for (const Triad triad : kTriads) its[triad] = any[triad] && !its[triad];
+  for (auto& [instance, its] : found.others) {
+    for (const Triad triad : kTriads) its[triad] = found.any[triad] && !its[triad];
   }
-  return recorded;
+  return found;
 }
 
 /// The task for one instance of the sensors: by `experiment`, or where there is none by its own
@@ -577,6 +583,7 @@ std::map<int, PerTriad<bool>> SensorsOfOthers(
 Result<Task> TaskFor(const std::vector<std::string>& inputs,
                      const std::string& folder,
                      const std::optional<Experiment>& experiment,
+                     const PerTriad<bool>& any,
                      PerTriad<bool> others,
                      const PerTriad<bool>& left_out = {}) {
   PerTriad<bool> asked;
@@ -588,7 +595,7 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs,
   if (experiment) {
     made->experiment = *experiment;
   } else {
-    made = InitialTask(inputs, folder, others, left_out);
+    made = InitialTask(inputs, folder, any, left_out);
   }
   if (made && others != PerTriad<bool>()) made->experiment = OfSensors(made->experiment, asked);
   return made;
@@ -616,15 +623,16 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   }
   const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder, converted));
-  std::map<int, PerTriad<bool>> others = SensorsOfOthers(recordings);
+  Recorded recorded = SensorsIn(recordings);
   bool is_drawn = false;  // The folder has an experiment, that of the first which has one.
   for (const auto& [instance, inputs] : recordings) {
     const bool is_first = tasks.empty();
-    Result<Task> made = TaskFor(inputs, folder, experiment, others[instance]);
+    const PerTriad<bool>& others = recorded.others[instance];
+    Result<Task> made = TaskFor(inputs, folder, experiment, recorded.any, others);
     const auto is_asked = [&](Triad triad) {
       return made->experiment.options.triads[triad].enabled;
     };
-    if (made && others[instance] != PerTriad<bool>() && std::ranges::none_of(kTriads, is_asked))
+    if (made && others != PerTriad<bool>() && std::ranges::none_of(kTriads, is_asked))
       continue;  // What is asked for is in others alone.
     const bool is_refused = !made && made.error().kind() != ErrorKind::kUsage;
     if (!made && (!is_refused || recordings.size() == 1)) return made.error();
@@ -638,9 +646,9 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
     task.instance = instance;
     task.has_others = recordings.size() > 1;
     if (!task.has_others) continue;
-    task.without = [inputs = inputs, folder, experiment, its = others[instance]](
+    task.without = [inputs = inputs, folder, experiment, any = recorded.any, others](
                        const PerTriad<bool>& left_out) {
-      Result<Task> without = TaskFor(inputs, folder, experiment, its, left_out);
+      Result<Task> without = TaskFor(inputs, folder, experiment, any, others, left_out);
       if (without) without->experiment.inputs = inputs;
       return without;
     };
