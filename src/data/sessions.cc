@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
+
+#include "base/messages.h"
 
 namespace truetriad {
 namespace {
@@ -59,6 +62,27 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
   pooled->duplicate_times += more.duplicate_times;
 }
 
+// A magnetometer that firmware turns differently was built in otherwise, or one turn is wrong.
+Status CheckSameTurn(const PoseSet& first, const PoseSet& more) {
+  const auto turn_deg = [](const PoseSet& set) {
+    return set.tags.magnetometer_turn_deg.value_or(Eigen::Vector3d::Zero());
+  };
+  const auto text = [&](const PoseSet& set) {
+    const Eigen::Vector3d turn = turn_deg(set);
+    return Format("%g, ", turn[0]) + Format("%g, ", turn[1]) + Format("%g deg", turn[2]);
+  };
+  const bool both_have =
+      first.Find(Triad::kMagnetometer) != nullptr && more.Find(Triad::kMagnetometer) != nullptr;
+  if (!both_have || turn_deg(first) == turn_deg(more)) return {};
+  return Error(
+             ErrorCode::kDoesNotMatch,
+             {more.source},
+             "the magnetometer is turned against the board by (roll, pitch, yaw) " + text(more) +
+                 ", but by " + text(first) + " in " + first.sessions.front().source +
+                 ": the vehicle's rotation of it was changed in between; calibrate each by itself")
+      .About("streams.magnetometer");
+}
+
 // Two sessions that cannot be of one unit, or not be put together.
 Status CheckAgree(const PoseSet& first, const PoseSet& more) {
   const std::string& source = first.sessions.front().source;
@@ -77,6 +101,7 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
                      ", but " + source + " is of " + std::to_string(*id) +
                      "; sessions are of the same sensors: calibrate each by itself");
   }
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameTurn(first, more));
   if (first.has_time != more.has_time) {
     return Error(ErrorCode::kDoesNotMatch,
                  {more.source},
@@ -137,9 +162,31 @@ void AppendPoses(PoseSet more, PoseSet* set) {
   set->sessions.push_back({more.source, numbers + 1, last});
 }
 
+// Firmware has its sensors where the last recording says.
+void TakePlacesOf(const PoseSet& more, PoseSet* set) {
+  bool has_changed = false;
+  for (const Triad triad : kTriads) {
+    const std::optional<std::int64_t>& slot = more.tags.device_slots[triad];
+    std::optional<std::int64_t>& known = set->tags.device_slots[triad];
+    has_changed = has_changed || (slot && known && *slot != *known);
+    if (slot) known = slot;
+    if (!more.tags.thermal_slots[triad]) continue;
+    set->tags.thermal_slots[triad] = more.tags.thermal_slots[triad];
+    set->tags.idle_thermal_slots[triad] = more.tags.idle_thermal_slots[triad];
+  }
+  if (!has_changed) return;
+  set->findings.push_back(
+      Finding(FindingCode::kMessage,
+              "the vehicle's parameters of these sensors have other numbers in " +
+                  ShortName(more.source) + " than before; exports take those of the last log",
+              "give logs in the order of time")
+          .As(Severity::kWarning));
+}
+
 // What is known of the recordings as wholes.
 void PoolRecordings(const PoseSet& more, PoseSet* set) {
   if (set->serial.empty()) set->serial = more.serial;
+  TakePlacesOf(more, set);
   set->tags = OrElse(set->tags, more.tags);
   const double duration_s = set->duration_s + more.duration_s;
   if (duration_s > 0.0) {

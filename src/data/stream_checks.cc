@@ -202,7 +202,8 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
                  "all " + std::to_string(samples_) + " readings of the " + Name(info_.triad) +
                      " are (" + Number(minimum_raw_.x()) + ", " + Number(minimum_raw_.y()) + ", " +
                      Number(minimum_raw_.z()) + ") " + info_.unit.name +
-                     ": the sensor is stuck; check its wiring, its power-up and the columns");
+                     ": the sensor is stuck; check its wiring, its power-up and the columns")
+        .About("streams." + Name(info_.triad));
   }
   if (!has_time_) return summary;
   summary.duplicate_times = duplicate_times_;

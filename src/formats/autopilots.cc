@@ -317,7 +317,8 @@ Status WriteThermal(const Autopilot& autopilot,
                     const SensorNames& names,
                     const WriteRequest& request,
                     bool imu_has_terms,
-                    ParameterText* out) {
+                    ParameterText* out,
+                    std::vector<std::string>* warnings) {
   const Calibration& calibration = request.calibration;
   const std::optional<ThermalTerms>& thermal = calibration.sensors[names.triad]->thermal;
   if (autopilot.is_px4) {
@@ -331,6 +332,18 @@ Status WriteThermal(const Autopilot& autopilot,
     WriteRange(names, thermal->range_degc, out);
     WriteTerms(true, names, *thermal, out);
     out->Integer(names.enable, 1);
+    std::string ended;
+    for (const std::int64_t idle : request.options.idle_thermal_slots[names.triad]) {
+      if (idle == slot) continue;
+      TRUETRIAD_ASSIGN_OR_RETURN(out->slot, SlotOf(autopilot, names.triad, number, idle));
+      out->Integer(number, 0);
+      ended += (ended.empty() ? "" : " and ") + Expanded(number, out->slot);
+    }
+    if (!ended.empty()) {
+      warnings->push_back(std::string(TriadName(names.triad)) +
+                          ": the vehicle has terms of other sensors that it does not use, and " +
+                          names.enable + " 1 would: " + ended + " 0 keeps them out of use");
+    }
   } else if (!names.thermal.empty()) {
     const auto& recorded_degc = calibration.reference.recorded_degc;
     ThermalTerms none;
@@ -384,7 +397,7 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
         WarnOfArduPilot(names, request, warnings);
       }
       TRUETRIAD_RETURN_IF_ERROR(
-          WriteThermal(autopilot, names, request, common_range.has_value(), &out));
+          WriteThermal(autopilot, names, request, common_range.has_value(), &out, warnings));
     }
     if (names.triad == Triad::kGyroscope && common_range) {
       WriteRange(names, *common_range, &out);

@@ -50,6 +50,17 @@ inline Eigen::Matrix3d TurnOf(const Eigen::Vector3d& roll_pitch_yaw_deg) {
   return rotation;
 }
 
+/// The angle of the smallest of them. A sensor that is off by less sits so on its chip or board;
+/// one that is off by more is mounted so.
+inline double SmallestBoardTurnDeg() {
+  double smallest = 180.0;
+  for (const std::array<double, 3>& turn_deg : kBoardRotations) {
+    const double angle = Eigen::AngleAxisd(TurnOf(Eigen::Vector3d(turn_deg.data()))).angle();
+    if (angle > 0.0) smallest = std::min(smallest, angle * kDegPerRad);
+  }
+  return smallest;
+}
+
 /// The angles of a rotation: TurnOf(TurnDegOf(R)) = R.
 inline Eigen::Vector3d TurnDegOf(const Eigen::Matrix3d& rotation) {
   // With the nose straight up or down roll and yaw are one turn, and roll is taken to be zero.

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "base/utf8.h"
+#include "formats/board_rotation.h"
 #include "formats/format.h"
 #include "formats/loss.h"
 #include "formats/parameter_pattern.h"
@@ -27,6 +28,69 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
             RoundedText(rates->largest, 2) + " (RMS " + RoundedText(rates->rms, 2) + ")";
   }
   return text;
+}
+
+/// Adds that `format` loses more than the calibration is uncertain by, the most of each sensor.
+void WarnOfLoss(std::string_view format,
+                const std::vector<PerTriad<std::optional<ExportLoss>>>& losses,
+                std::vector<std::string>* warnings) {
+  std::string most;
+  for (const Triad triad : kTriads) {
+    double largest = 0.0;
+    for (const auto& loss : losses) {
+      const bool is_more = loss[triad] && loss[triad]->in_sigmas && *loss[triad]->in_sigmas > 1.0;
+      if (is_more) largest = std::max(largest, loss[triad]->largest);
+    }
+    if (largest == 0.0) continue;
+    most += (most.empty() ? "" : ", ") + RoundedText(largest, 2) + " " +
+            std::string(TruthUnitName(triad)) + " (" + std::string(TriadName(triad)) + ")";
+  }
+  if (most.empty()) return;
+  warnings->push_back(std::string(format) +
+                      " loses more than the calibration's uncertainty, at most " + most +
+                      "; comments of the file have each sensor's loss");
+}
+
+/// What a format that holds no such turn makes of a sensor that is mounted turned.
+void FindDroppedTurn(Triad triad,
+                     const Restated& restated,
+                     const ExportLoss& loss,
+                     std::string_view format,
+                     Findings* findings) {
+  const double turn_deg = restated.dropped_turn_deg[triad];
+  if (turn_deg < SmallestBoardTurnDeg()) return;
+  findings->push_back(
+      Finding(FindingCode::kMountingFound,
+              std::string(TriadName(triad)) + ": is turned by " + RoundedText(turn_deg, 3) +
+                  " deg against the other sensors' axes, and " + std::string(format) +
+                  " holds no such turn: " + LossText(triad, loss),
+              "correct how it is mounted, or the rotation that the vehicle has for it, and record "
+              "again")
+          .As(Severity::kWarning)
+          .About(triad)
+          .With("turn", turn_deg, "deg"));
+}
+
+/// Warnings of numbers that are stated otherwise than the log has them.
+void WarnOfNumbers(const Calibration& calibration,
+                   const ExportOptions& stated,
+                   std::vector<std::string>* warnings) {
+  const Tags& tags = calibration.tags;
+  for (const Triad triad : kTriads) {
+    if (!calibration.sensors[triad]) continue;
+    const std::string name(TriadName(triad));
+    const auto &id = tags.device_ids[triad], &stated_id = stated.device_ids[triad];
+    const auto& slot = tags.device_slots[triad];
+    if (id && stated_id && *id != *stated_id) {
+      warnings->push_back(name + ": has the device id " + std::to_string(*id) +
+                          " in its log, and --id states " + std::to_string(*stated_id) +
+                          ", another sensor's");
+    } else if (slot && stated.instance && *slot != *stated.instance && *slot != Tags::kNoSlot) {
+      warnings->push_back(
+          name + ": the vehicle has its parameters under the number " + std::to_string(*slot) +
+          ", and --instance=" + std::to_string(*stated.instance) + " writes over those of another");
+    }
+  }
 }
 
 /// "FAIL by R. Roe on 2026-11-25: connector bent", or by which limit; empty: the unit may leave.
@@ -103,6 +167,21 @@ void Append(const std::string& text, std::string* file) {
   }
 }
 
+/// Adds the export of an instance; `which`: begin of its warnings.
+void Add(const Export& exported,
+         const std::string& which,
+         const std::string& file_name,
+         int instance,
+         ExportsBeside* beside) {
+  for (const ExportedFile& file : exported.files) {
+    Append(file.text, &beside->files[file_name + file.suffix]);
+  }
+  for (const std::string& warning : exported.warnings) beside->warnings.push_back(which + warning);
+  for (Finding finding : exported.findings) {
+    beside->findings.push_back(finding.With("instance", instance));
+  }
+}
+
 ReadRequest AsRead(const std::vector<ExportedFile>& files,
                    const ExportOptions& options,
                    const Tags& tags) {
@@ -122,6 +201,7 @@ void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options)
     if (id != tags.device_ids[triad]) continue;
     if (!is_slot_stated) options->slots[triad] = tags.device_slots[triad];
     options->thermal_slots[triad] = tags.thermal_slots[triad];
+    options->idle_thermal_slots[triad] = tags.idle_thermal_slots[triad];
   }
 }
 
@@ -141,11 +221,13 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   const bool is_another =
       format.is_firmware && !firmware.empty() && !Reads(firmware, format.info.name);
   if (!is_another) AddNumbersOf(calibration.tags, stated.instance.has_value(), &options);
+  const bool is_its = format.is_firmware && !is_another;
   TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
   result.notes = restated.notes;
   result.warnings = restated.warnings;
+  if (is_its) WarnOfNumbers(calibration, stated, &result.warnings);
   if (is_another && calibration.tags.device_ids != PerTriad<std::optional<std::int64_t>>()) {
     result.warnings.push_back("the log is of " + firmware + ", and " +
                               std::string(format.info.name) +
@@ -174,10 +256,8 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
                    "more than --max-loss=" + RoundedText(*options.max_loss, 6) +
                        " allows; nothing was written");
     }
-    if (loss.in_sigmas && *loss.in_sigmas > 1.0) {
-      result.warnings.push_back(text + ": " + std::string(format.info.name) +
-                                " loses more than the calibration's uncertainty");
-    }
+    if (format.is_firmware)
+      FindDroppedTurn(triad, restated, loss, format.info.name, &result.findings);
     result.loss[triad] = loss;
   }
   for (const std::string& note : result.notes) comment.push_back(note + ".");
@@ -186,6 +266,20 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
       format.write({restated.held, options, comment, &calibration}, &result.warnings));
   result.files = std::move(files);
   return result;
+}
+
+/// The calibration of `result`, where terms that the others will have in use are not idle.
+Calibration BesideOthers(const std::vector<ResultOfInstance>& results,
+                         const ResultOfInstance& result) {
+  Calibration calibration = *result.calibration;
+  for (const ResultOfInstance& other : results) {
+    for (const Triad triad : kTriads) {
+      if (!other.calibration->IsUsable() || !other.calibration->sensors[triad]) continue;
+      const std::optional<std::int64_t>& slot = other.calibration->tags.thermal_slots[triad];
+      if (slot) std::erase(calibration.tags.idle_thermal_slots[triad], *slot);
+    }
+  }
+  return calibration;
 }
 
 /// Why the parameters of a sensor of `result` would be mixed with those of another, where `format`
@@ -227,7 +321,10 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
 Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format,
                                  const ExportOptions& options) {
-  return ExportUnlessHeldBack(calibration, format, options, WhyHeldBack(calibration));
+  Result<Export> result =
+      ExportUnlessHeldBack(calibration, format, options, WhyHeldBack(calibration));
+  if (result) WarnOfLoss(format, {result->loss}, &result->warnings);
+  return result;
 }
 
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
@@ -248,6 +345,7 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                 " is not written: " + may_leave.error().message);
       continue;
     }
+    std::vector<PerTriad<std::optional<ExportLoss>>> losses;
     for (const ResultOfInstance& result : results) {
       const std::string& folder = info.first_instance ? results.front().folder : result.folder;
       options.file_name = (std::filesystem::path(folder) / info.file_name).string();
@@ -263,8 +361,11 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
         continue;
       }
       const std::string why = WhyHeldBack(*result.calibration);
-      const Result<Export> exported = ExportUnlessHeldBack(
-          *result.calibration, format, options, why.empty() ? why_of_device : why, instance);
+      const Result<Export> exported = ExportUnlessHeldBack(BesideOthers(results, result),
+                                                           format,
+                                                           options,
+                                                           why.empty() ? why_of_device : why,
+                                                           instance);
       if (!exported) {
         const ErrorCode why_not = exported.error().code;
         const bool has_nothing =
@@ -274,13 +375,10 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
         beside.warnings.push_back(which + "is not written: " + exported.error().message);
         continue;
       }
-      for (const ExportedFile& file : exported->files) {
-        Append(file.text, &beside.files[options.file_name + file.suffix]);
-      }
-      for (const std::string& warning : exported->warnings) {
-        beside.warnings.push_back(which + warning);
-      }
+      Add(*exported, which, options.file_name, result.instance, &beside);
+      losses.push_back(exported->loss);
     }
+    WarnOfLoss(format, losses, &beside.warnings);
   }
   return beside;
 }

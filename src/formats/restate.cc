@@ -208,11 +208,8 @@ std::string AxisMapText(const Eigen::Matrix3d& map) {
 }
 
 /// Reduces the matrix to the form that the format holds.
-Status HoldMatrix(Triad triad,
-                  const Format& format,
-                  TriadCalibration* sensor,
-                  std::vector<std::string>* notes,
-                  std::vector<std::string>* warnings) {
+Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, Restated* restated) {
+  std::vector<std::string>*const notes = &restated->notes, *const warnings = &restated->warnings;
   const MatrixForm form = format.capacity[triad].matrix;
   if (form == MatrixForm::kFull) return {};
   if (form == MatrixForm::kNothing) {
@@ -223,6 +220,8 @@ Status HoldMatrix(Triad triad,
   }
   const Eigen::Matrix3d correction = sensor->model.Correction();
   const Eigen::Matrix3d map = NearestAxisMap(correction);
+  const Svd3 svd = SvdOf3(correction);
+  const Eigen::Matrix3d R = svd.U * svd.V.transpose();
   const bool mirrored = correction.determinant() < 0.0;
   const bool straight = map.isIdentity(0.0);
   const std::string target(format.info.name);
@@ -238,9 +237,8 @@ Status HoldMatrix(Triad triad,
     warnings->emplace_back("the " + Name(triad) + "'s axes are swapped: set its mounting in " +
                            target + ", or " + feed);
   }
+  restated->dropped_turn_deg[triad] = AngleDeg(map.transpose() * R);
   if (form == MatrixForm::kSymmetric) {
-    const Svd3 svd = SvdOf3(correction);
-    const Eigen::Matrix3d R = svd.U * svd.V.transpose();
     Eigen::Matrix3d P = svd.V * svd.values.asDiagonal() * svd.V.transpose();
     P = (0.5 * (P + P.transpose())).eval();
     notes->emplace_back(Name(triad) + ": dropped: a rotation by " + RoundedText(AngleDeg(R), 3) +
@@ -421,8 +419,7 @@ Result<Restated> Restate(const Calibration& calibration,
       sensor.reset();
       continue;
     }
-    TRUETRIAD_RETURN_IF_ERROR(
-        HoldMatrix(triad, format, &*sensor, &restated.notes, &restated.warnings));
+    TRUETRIAD_RETURN_IF_ERROR(HoldMatrix(triad, format, &*sensor, &restated));
     TRUETRIAD_RETURN_IF_ERROR(HoldUnits(triad, format, options, &restated));
   }
   return restated;

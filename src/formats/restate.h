@@ -25,6 +25,8 @@ struct Restated {
   // The body frame of each sensor of `whole` in that of the calibration.
   PerTriad<Eigen::Matrix3d> rotation = {
       {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
+  // By how much a sensor is turned against the body frame where the format does not hold it.
+  PerTriad<double> dropped_turn_deg = {};
   std::vector<std::string> notes;  // what was dropped or turned
   std::vector<std::string> warnings;
 };

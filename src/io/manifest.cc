@@ -173,7 +173,9 @@ void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream) {
 }
 
 /// Which corrections the readings already have, one entry for all triads or one a triad.
-void ReadApplied(YamlReader applied, std::vector<ManifestStream>* streams) {
+void ReadApplied(YamlReader applied,
+                 const PerTriad<bool>& left_out,
+                 std::vector<ManifestStream>* streams) {
   if (!applied) return;
   if (!applied.IsMap()) {
     ReadAppliedCorrection(applied);
@@ -181,6 +183,7 @@ void ReadApplied(YamlReader applied, std::vector<ManifestStream>* streams) {
   }
   for (const Triad triad : kTriads) {
     YamlReader entry = applied.Child(TriadName(triad));
+    if (left_out[triad]) continue;
     const std::optional<AppliedCorrection> correction = ReadAppliedCorrection(entry);
     for (ManifestStream& stream : *streams) {
       if (stream.layout.info.triad != triad || !correction) continue;
@@ -232,7 +235,7 @@ void ReadIdentity(YamlReader* yaml, std::string* serial, Tags* tags) {
   ReadRunTags(yaml->Child("run"), tags);
 }
 
-Result<Manifest> ReadManifest(const std::string& path) {
+Result<Manifest> ReadManifest(const std::string& path, const PerTriad<bool>& left_out = {}) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(path));
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, path));
   YamlReader& yaml = file;
@@ -262,7 +265,9 @@ Result<Manifest> ReadManifest(const std::string& path) {
       streams.Expect(!manifest.streams.empty(),
                      "expected at least one of accelerometer, gyroscope, magnetometer");
     });
-    ReadApplied(visit.Child("applied"), &manifest.streams);
+    std::erase_if(manifest.streams,
+                  [&](const ManifestStream& stream) { return left_out[stream.layout.info.triad]; });
+    ReadApplied(visit.Child("applied"), left_out, &manifest.streams);
     const auto has_time = [](const ManifestStream& stream) {
       return stream.layout.time.kind != TimeColumn::Kind::kNone;
     };
@@ -373,8 +378,8 @@ RecordingInfo IdentityInManifest(const std::string& path) {
   return info;
 }
 
-Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Manifest manifest, ReadManifest(path));
+Result<RecordingLayout> OpenManifest(const std::string& path, const OpenRecordingOptions& options) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Manifest manifest, ReadManifest(path, options.left_out));
   RecordingLayout layout;
   layout.manifest = InputFile{path, manifest.sha256, 0};
   layout.info.path = path;
@@ -394,7 +399,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
 
   // Not every file of a recording needs to number the poses, but one has to.
   std::optional<ColumnReference> pose = manifest.pose_column;
-  if (!pose_column.empty()) pose = ColumnReference{pose_column, std::nullopt};
+  if (!options.pose_column.empty()) pose = ColumnReference{options.pose_column, std::nullopt};
   bool found = false;
   for (FileLayout& file : layout.files) {
     for (StreamLayout& stream : file.streams) {

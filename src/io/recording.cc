@@ -477,7 +477,7 @@ class RecordingSource : public SampleSource {
 Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
                                                     const OpenRecordingOptions& options) {
   TRUETRIAD_ASSIGN_OR_RETURN(RecordingLayout layout,
-                             IsManifest(path) ? OpenManifest(path, options.pose_column)
+                             IsManifest(path) ? OpenManifest(path, options)
                                               : OpenSelfDescribing(path, options.pose_column));
   if (!options.ambient) {
     // Columns that nobody asked for are not parsed.

@@ -14,6 +14,7 @@
 #include "truetriad/base/units.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
+#include "truetriad/io/recording.h"
 
 namespace truetriad {
 
@@ -66,7 +67,7 @@ bool IsManifest(const std::string& path);
 Result<RecordingLayout> OpenSelfDescribing(const std::string& path, const std::string& pose_column);
 
 /// Opens a manifest and the files it names. docs/recordings.md.
-Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column);
+Result<RecordingLayout> OpenManifest(const std::string& path, const OpenRecordingOptions& options);
 
 /// The tables that a manifest names, each once, and its file of poses, as seen from here. Errors
 /// (bad input): as OpenManifest, but for those of the tables.

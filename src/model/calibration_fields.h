@@ -56,6 +56,19 @@ void Fields(V& visit, const NumbersFrom<Numbers>& of) {
   }
 }
 
+/// Several numbers of each sensor.
+template <typename Lists>
+struct ListsOfNumbers {
+  Lists& lists;
+};
+template <typename Lists>
+ListsOfNumbers(Lists&) -> ListsOfNumbers<Lists>;
+template <class V, typename Lists>
+void Fields(V& visit, const ListsOfNumbers<Lists>& of) {
+  for (const Triad triad : kTriads)
+    visit.If(!of.lists[triad].empty(), TriadName(triad), of.lists[triad]);
+}
+
 /// What `device:` says of its firmware.
 template <class V>
 void FirmwareFields(V& visit, Like<Tags> auto& tags) {
@@ -68,6 +81,9 @@ void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   const char* const no_slot = "must be 0 or more, or -1 where no slot is free";
   numbers("slots", tags.device_slots, Tags::kNoSlot, no_slot);
   numbers("thermal_slots", tags.thermal_slots, Tags::kNoSlot, no_slot);
+  auto& idle = tags.idle_thermal_slots;
+  visit.If(
+      idle != Tags().idle_thermal_slots, "idle_thermal_slots", ListsOfNumbers{idle}, Style::kFlow);
   visit("magnetometer_turn_deg", tags.magnetometer_turn_deg);
 }
 inline bool HasRunTags(const Tags& tags) {

@@ -6,6 +6,7 @@
 #include "truetriad/data/sessions.h"
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -130,6 +131,37 @@ TEST(Sessions, InDifferentUnitsOfMeasurementAreRefused) {
   const Result<PoseSet> joined = JoinSessions(recorded.sessions);
   ASSERT_FALSE(joined);
   EXPECT_THAT(joined.error().message, HasSubstr("the accelerometer is in g, but in m/s^2"));
+}
+
+TEST(Sessions, WithAMagnetometerThatFirmwareTurnsDifferentlyAreRefused) {
+  Random random(2);
+  Recorded recorded = Record(DrawNineAxes(&random), 2, 1.0, &random);
+  for (PoseSet& session : recorded.sessions) session.tags.firmware = "px4";
+  recorded.sessions[0].tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
+  for (const auto& other : {std::optional<Eigen::Vector3d>(), {Eigen::Vector3d(180.0, 0.0, 0.0)}}) {
+    recorded.sessions[1].tags.magnetometer_turn_deg = other;
+    const Result<PoseSet> joined = JoinSessions(recorded.sessions);
+    ASSERT_FALSE(joined);
+    EXPECT_THAT(joined.error().message, HasSubstr("session 2: the magnetometer is turned"));
+    EXPECT_THAT(joined.error().message, HasSubstr("but by 0, 0, 90 deg in session 1"));
+  }
+  recorded.sessions[1].tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
+  EXPECT_TRUE(JoinSessions(recorded.sessions));
+}
+
+TEST(Sessions, HaveTheirParametersWhereTheLastSays) {
+  Random random(2);
+  Recorded recorded = Record(DrawNineAxes(&random), 2, 1.0, &random);
+  for (PoseSet& session : recorded.sessions) session.tags.firmware = "px4";
+  recorded.sessions[0].tags.device_slots = {{0, 1, 2}};
+  recorded.sessions[1].tags.device_slots = {{2, 1, 0}};
+  recorded.sessions[0].tags.station = "first";
+  const PoseSet joined = Joined(recorded.sessions);
+  EXPECT_EQ(joined.tags.device_slots, recorded.sessions[1].tags.device_slots);
+  EXPECT_EQ(joined.tags.station, "first");
+  EXPECT_THAT(
+      joined.findings,
+      Contains(testing::Field(&Finding::text, HasSubstr("have other numbers in session 2"))));
 }
 
 // Exact but for the rounding of sums and the nominal noise that weighs readings without any.

@@ -80,9 +80,9 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ, gap_s=0.0):
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerometers=3, gyroscopes=3, **how):
+def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=(), accelerometers=3, gyroscopes=3, **how):
     """parameters: {}: the log has none; earlier: those that changed; mounted: the body's axes of the compasses;
-    broken: what the topics of some instances say."""
+    broken: what the topics of some instances say; absent: topics and instances that are not logged."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -105,6 +105,8 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerom
         for topic, triads, truth in (("sensor_accel", ACCELEROMETERS[:accelerometers], 1), ("sensor_gyro", GYROSCOPES[:gyroscopes], 2),
                                      ("sensor_mag", MAGNETOMETERS, 3)):
             for instance, triad in enumerate(triads):
+                if (topic, instance) in absent:
+                    continue
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))
                 sensors.append((triad, truth, (broken or {}).get((topic, instance))))
         for row in motion(**how):
@@ -120,8 +122,9 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, accelerom
 APPLIED_OFFSETS, APPLIED_SCALES = (0.05, -0.07, 0.02), (1.002, 0.999, 1.001)
 
 
-def dataflash(path, parameters=None, board=None, **how):
-    """board: the vehicle's axes of the inertial sensors."""
+def dataflash(path, parameters=None, board=None, later=None, early=0, **how):
+    """board: the vehicle's axes of the inertial sensors; later: parameters that change at the end; early: rows of the
+    first gyroscope's own message before any temperature."""
     more, board = parameters or {}, board or diagonal(1.0, 1.0, 1.0)
     draw = random.Random(1)
     with open(path, "wb") as file:
@@ -152,7 +155,11 @@ def dataflash(path, parameters=None, board=None, **how):
         offsets = {parameters[f"COMPASS_DEV_ID{n}"]: parameters[f"COMPASS_OFS{n}_X"] for n in ("", "2")}
         for name, value in parameters.items():
             message(129, "Q16sff", 0, name.encode(), value, 0.0)
+        for k in range(early):
+            message(132, "QBQfff", 1_900_000 + k, 0, 1_900_000 + k, 0.0, 0.0, 0.0)
         for k, (us, force, rate, field) in enumerate(motion(**how)):
+            if early:
+                message(132, "QBQfff", us, 0, us, *product(board, GYROSCOPES[0].raw(in_body(board, rate), draw)))
             for i in range(3):
                 raw = ACCELEROMETERS[i].raw(in_body(board, force), draw)
                 if f"INS_TCAL{i + 1}_ACC1_X" in more:  # P(40 degC) - P(CALTEMP)
@@ -166,3 +173,5 @@ def dataflash(path, parameters=None, board=None, **how):
                 reading = [round(1e3 * y) for y in MAGNETOMETERS[i].raw(field, draw)]
                 added = int(offsets.get(MAGNETOMETERS[i].number, 0))
                 message(131, "QBhhhhhh", us, i, reading[0] + added, *reading[1:], added, 0, 0)
+        for name, value in (later or {}).items():
+            message(129, "Q16sff", us, name.encode(), value, 0.0)

@@ -271,7 +271,8 @@ class Vehicles(unittest.TestCase):
                        parameters={f"INS_{name}2OFFS_X": math.nan for name in ("ACC", "GYR")})
         done = self.calibrate(log, code=3)
         self.assertNotIn("u000A", done.stdout)
-        self.assertIn("if the readings are raw; ", done.stdout)
+        for sensor in ("accelerometer", "gyroscope"):
+            self.assertIn(f"applied.{sensor}: the corrections", " ".join(done.stdout.split()))
 
     def test_parameters_of_another_sensor_are_not_compared_with_it(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)
@@ -347,18 +348,129 @@ class Vehicles(unittest.TestCase):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, broken=broken)
         done = self.calibrate(log, "--to=px4", "--json", code=3)
         refusals = [one for one in json.loads(done.stdout)["findings"] if one["severity"] == "refusal"]
-        self.assertEqual([one["values"]["instance"]["value"] for one in refusals], [0, 2], refusals)
+        self.assertEqual([one["values"]["instance"]["value"] for one in refusals], [2], refusals)
         warnings = [one["text"] for one in json.loads(done.stdout)["findings"] if one["code"] == "no-readings"]
         self.assertIn("instance 1: magnetometer: ", warnings[0])
-        self.assertIn("instance 0: ", refusals[0]["text"])
-        self.assertIn("the sensor is stuck", refusals[0]["text"])
+        stuck = [one["text"] for one in json.loads(done.stdout)["findings"] if one["code"] == "stuck-readings"]
+        self.assertIn("instance 0: left out", stuck[0])
+        self.assertIn("the sensor is stuck", stuck[0])
         found = self.parameters("px4.params", "\t", 2)
+        self.check_vector(found, "CAL_GYRO0_", "OFF", vehicles.GYROSCOPES[0].bias, 1e-3)
         self.assertEqual(found["CAL_ACC1_ID"], vehicles.ACCELEROMETERS[1].number)
-        self.assertNotIn("CAL_ACC0_ID", found)
-        self.assertNotIn("CAL_ACC2_ID", found)
+        self.assertNotIn("CAL_ACC0_XOFF", found)
+        self.assertNotIn("CAL_ACC2_XOFF", found)
         # Alone it is no recording, and what an error names is said to be gone.
         done = self.calibrate(log, "--instance=0", "--overwrite", code=2)
         self.assertIn("that recording is not kept", done.stderr)
+
+    def test_idle_terms_of_other_sensors_stay_out_of_use(self):
+        numbers = [triad.number for triad in vehicles.ACCELEROMETERS]
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14,
+                       parameters={"TC_A_ENABLE": 0} | {f"TC_A{n}_ID": number for n, number in enumerate(numbers)})
+        self.calibrate(log, "--instance=0")
+        self.assertIn("idle_thermal_slots: { accelerometer: [1, 2] }", (self.out / "calibration.yaml").read_text())
+        on = self.log(vehicles.ulog, "on.ulg", rests=14, parameters={"TC_A_ENABLE": 1, "TC_A1_ID": numbers[1]})
+        self.calibrate(on, "--instance=0", "--overwrite")
+        self.assertNotIn("idle_thermal_slots", (self.out / "calibration.yaml").read_text())
+
+    def test_what_is_imported_takes_the_place_of_no_result_silently(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14)
+        self.calibrate(log, "--to=px4")
+        # Of nobody by its serial number.
+        text = (self.out / "calibration.yaml").read_text()
+        (self.out / "calibration.yaml").write_text(text.replace(f'serial: "{vehicles.SERIAL}"', 'serial: ""', 1))
+        vehicle, result = self.folder / "vehicle.params", (self.out / "calibration.yaml").read_text()
+        vehicle.write_text((self.out / "px4.params").read_text())
+        for target in (self.out, self.out / "calibration.yaml"):
+            done = truetriad("import", vehicle, "--from=px4", "--instance=1", "-o", target)
+            self.assertEqual(done.returncode, 2, done.stdout)
+            self.assertIn("replace it with --overwrite", done.stderr)
+        self.assertEqual((self.out / "calibration.yaml").read_text(), result)
+        done = truetriad("import", vehicle, "--from=px4", "-o", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("calibration.yaml to calibration.previous.yaml", done.stderr)
+        self.assertEqual((self.out / "calibration.previous.yaml").read_text(), result)
+        self.assertFalse((self.out / "report.html").exists())
+
+    def test_each_instance_is_asked_for_its_own_sensors(self):
+        for topic, kind, triads in (("sensor_accel", "ACC", vehicles.ACCELEROMETERS), ("sensor_gyro", "GYRO", vehicles.GYROSCOPES),
+                                    ("sensor_mag", "MAG", vehicles.MAGNETOMETERS)):
+            log = self.log(vehicles.ulog, f"{kind}.ulg", rests=14, absent={(topic, 0)},
+                           parameters={f"CAL_{kind}{i}_ID": triad.number for i, triad in enumerate(triads)})
+            # What is stated of a sensor holds for those that have one.
+            sensor = {"ACC": "accelerometer", "GYRO": "gyroscope", "MAG": "magnetometer"}[kind]
+            self.calibrate(log, "--to=px4", "--overwrite", f"--set=sensors.{sensor}.model=full")
+            found = self.parameters("px4.params", "\t", 2)
+            self.assertNotIn(f"CAL_{kind}0_ID", found)
+            for i, triad in list(enumerate(triads))[1:]:
+                self.assertEqual(found[f"CAL_{kind}{i}_ID"], triad.number)
+                self.check_vector(found, f"CAL_{kind}{i}_", "OFF", triad.bias, 0.01)
+        # Nor does it matter which of several logs has a sensor.
+        whole = self.log(vehicles.ulog, "whole.ulg", rests=14, rest_s=3.2,
+                         parameters={f"CAL_MAG{i}_ID": triad.number for i, triad in enumerate(vehicles.MAGNETOMETERS)})
+        self.calibrate(log, whole, "--to=px4", "--overwrite")
+        self.check_vector(self.parameters("px4.params", "\t", 2), "CAL_MAG0_", "OFF", vehicles.MAGNETOMETERS[0].bias, 1e-3)
+        # One that has nothing of what is asked for is left out.
+        self.calibrate(log, "--overwrite", "--set=sensors={magnetometer: {}}")
+        found = json.loads((self.out / "calibration.json").read_text())
+        self.assertEqual(list(found["sensors"]), ["magnetometer"])
+        self.assertEqual(found["device"]["ids"]["magnetometer"], vehicles.MAGNETOMETERS[1].number)
+
+    def test_a_broken_sensor_does_not_take_the_others_of_its_instance_along(self):
+        acc = vehicles.ACCELEROMETERS
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, broken={("sensor_accel", 1): (0.0, 0.0, 0.0)})
+        done = self.calibrate(log, "--to=px4", "--json", code=3)
+        said = json.loads(done.stdout)
+        self.assertEqual([one["exit"] for one in said["result"]["instances"]], [0, 3, 0])
+        self.assertEqual(said["result"]["instances"][1]["ids"]["accelerometer"], acc[1].number)
+        lost = [one for one in said["findings"] if one.get("sensor") == "accelerometer" and "left out" in one["text"]]
+        self.assertEqual([one["values"]["instance"]["value"] for one in lost], [1])
+        found = self.parameters("px4.params", "\t", 2)
+        self.check_vector(found, "CAL_GYRO1_", "OFF", vehicles.GYROSCOPES[1].bias, 1e-3)
+        self.check_vector(found, "CAL_MAG1_", "OFF", vehicles.MAGNETOMETERS[1].bias, 1e-3)
+        self.assertNotIn(acc[1].number, [found.get(f"CAL_ACC{n}_ID") for n in range(4)])
+        # With limits a device that has a broken sensor has no verdict by the others.
+        done = self.calibrate(log, "--overwrite", "--set=limits.magnetometer.residual_rms=2", "--json", code=3)
+        self.assertEqual([one["verdict"] for one in json.loads(done.stdout)["result"]["instances"]],
+                         ["PASS", "NO_RESULT", "NO_LIMITS"])
+        # A gyroscope whose offsets changed, of the first instance.
+        log = self.log(vehicles.dataflash, "flight.bin", rests=14, later={"INS_GYROFFS_X": 0.01})
+        done = self.calibrate(log, "--to=ardupilot", "--overwrite", code=3)
+        found = self.parameters("ardupilot.param", ",", 0)
+        self.assertEqual(found["INS_ACC_ID"], acc[0].number)
+        self.assertNotIn("INS_GYR_ID", found)
+
+    def test_a_sensor_that_is_mounted_turned_is_named_and_losses_are_one_line(self):
+        c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, mounted=[[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        done = self.calibrate(log, "--to=px4", "--json")
+        said = json.loads(done.stdout)
+        turned = [(one["sensor"], one["values"]["instance"]["value"]) for one in said["findings"]
+                  if one["severity"] == "warning" and "holds no such turn" in one["text"]]
+        self.assertEqual(turned, [("magnetometer", 0), ("magnetometer", 1)])
+        self.assertEqual(sum("loses more than" in one for one in said["result"]["export_warnings"]), 1)
+        log = self.log(vehicles.ulog, "straight.ulg", rests=14)
+        done = self.calibrate(log, "--to=px4", "--overwrite")
+        self.assertNotIn("no such turn", done.stdout + done.stderr)
+        self.assertEqual(done.stderr.count("loses more than"), 1)
+        done = truetriad("export", self.out / "calibration.yaml", "--to=px4", "--instance=2", "--id=gyroscope:12345", "-o", self.out / "one.params")
+        self.assertIn("accelerometer: the vehicle has its parameters under the number 0, and --instance=2", done.stderr)
+        self.assertIn("and --id states 12345, another sensor's", done.stderr)
+
+    def test_logs_that_were_joined_are_refused_by_name(self):
+        for writer, name in ((vehicles.ulog, "flight.ulg"), (vehicles.dataflash, "flight.bin")):
+            log = self.log(writer, name, rests=2)
+            size = log.stat().st_size
+            log.write_bytes(2 * log.read_bytes())
+            self.assertIn(f"another log begins at byte {size}: ", self.calibrate(log, code=2).stderr)
+
+    def test_rows_before_the_first_temperature_are_left_out_where_it_corrects(self):
+        log = self.log(vehicles.dataflash, "flight.bin", rests=14, early=3, parameters={
+            "INS_TCAL1_ENABLE": 1, "INS_TCAL1_TMIN": 0, "INS_TCAL1_TMAX": 70, "INS_ACC1_CALTEMP": 30, "INS_GYR1_CALTEMP": 30} |
+            {f"INS_TCAL1_{kind}{power}_{axis}": 1000 if f"{kind}{power}{axis}" == "ACC1X" else 0
+             for kind in ("ACC", "GYR") for power in (1, 2, 3) for axis in "XYZ"})
+        done = self.calibrate(log, "--to=ardupilot")
+        self.assertIn("4 rows before the first temperature skipped", done.stderr)
 
     def test_a_position_has_its_gravity(self):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14)
@@ -399,6 +511,13 @@ class Vehicles(unittest.TestCase):
         done = truetriad("import", "--from=ardupilot", self.out / "ardupilot.param", "--instance=3",
                          "--output", self.folder / "carried.yaml")
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_compass_that_is_turned_while_it_is_logged_is_refused_by_name(self):
+        log = self.log(vehicles.dataflash, "flight.bin", rests=14, parameters={"COMPASS_ORIENT2": 0, "COMPASS_EXTERN2": 1},
+                       later={"COMPASS_ORIENT2": 2})
+        done = self.calibrate(log, code=3)
+        self.assertIn("magnetometer: firmware correction unknown: COMPASS_ORIENT2 changed during the log", done.stderr)
+        self.assertIn("(instance 1 of 3, without its magnetometer)", done.stdout.splitlines()[0])
 
     def test_compasses_are_logged_by_priority_and_corrected_by_number(self):
         first, second = vehicles.MAGNETOMETERS

@@ -287,6 +287,25 @@ class Converters(unittest.TestCase):
                          [(1000 * t, [f"{x / 2:g}", "1", "-1.5"]) for t, x in
                           ((9625, 0), (9750, 1), (9875, 2), (10000, 3), (10125, 10), (10250, 11), (10375, 12))])
 
+    def test_ulog_fifo_takes_the_place_of_its_own_sensor_alone(self):
+        plain = lambda i, device: ("sensor_accel", i, struct.pack("<QI3f", 1000, device, device, 0, 0))
+        fields = "uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;int16_t x;int16_t y;int16_t z;uint8_t samples;"
+        fifo = lambda i, device: ("sensor_accel_fifo", i, struct.pack("<QIff3hB", 1000, device, 125.0, 0.5, 2 * device, 2, 2, 1))
+        # The FIFO of the second device; of one that has no other topic; of devices that are not stated.
+        for rows, expected in (([plain(0, 7), plain(1, 8), fifo(0, 8)], {"": ("7", "0"), "-1": ("8", "1")}),
+                               ([plain(0, 7), fifo(0, 9), fifo(1, 7)], {"": ("7", "1"), "-1": ("9", "1")}),
+                               ([plain(0, 0), plain(1, 0), fifo(1, 0)], {"": ("0", "0"), "-1": ("0", "1")})):
+            self.convert("ulog", self.made_ulog({"sensor_accel": ONE_DEVICE, "sensor_accel_fifo": fields}, rows))
+            for suffix, (x, y) in expected.items():
+                self.assertEqual([row[1][:2] for row in self.rows(f"accelerometer{suffix}.csv")], [[x, y]])
+            self.assertFalse((self.out / "accelerometer-2.csv").exists())
+
+    def test_ulog_takes_the_other_stamp_where_that_of_the_sample_is_zero(self):
+        fields = ONE_DEVICE.replace("uint32_t", "uint64_t timestamp_sample;uint32_t", 1)
+        rows = [("sensor_mag", 0, struct.pack("<QQI3f", 1000 + i, sample, 7, i, 0, 0)) for i, sample in enumerate((0, 0, 900))]
+        self.convert("ulog", self.made_ulog({"sensor_mag": fields}, rows[:2]))
+        self.assertEqual([row[0] for row in self.rows("magnetometer.csv")], [1000000, 1001000])
+
     def test_ulog_says_where_the_vehicle_has_a_sensor_at_the_end(self):
         rows = [("sensor_accel", 0, struct.pack("<QI3f", 1000 * i, 7, i, -i, 2)) for i in range(9)]
         stated = (("CAL_ACC0_ID", 777), ("CAL_ACC1_ID", 7), ("TC_A0_ID", 0), ("TC_A2_ID", 0),

@@ -578,6 +578,33 @@ TEST(Px4, HoldsAllInstancesInOneFile) {
                   "px4.params: instance 1: is not written: this calibration is not usable")));
 }
 
+TEST(Px4, KeepsIdleTermsOfOtherSensorsOutOfUse) {
+  Calibration unit = InOtherSlots({.bias_order = 1});
+  unit.tags.thermal_slots = {{1, 1, 1}};
+  unit.tags.idle_thermal_slots[Triad::kAccelerometer] = {0, 2};
+  const Result<Export> alone = ExportCalibration(unit, "px4");
+  ASSERT_TRUE(alone) << alone.error().message;
+  const Parameters found = Px4File(alone->files[0].text);
+  EXPECT_EQ(found.at("TC_A1_ID"), 1310988.0F);
+  EXPECT_EQ(found.at("TC_A_ENABLE"), 1.0F);
+  EXPECT_EQ(found.at("TC_A0_ID"), 0.0F);
+  EXPECT_EQ(found.at("TC_A2_ID"), 0.0F);
+  EXPECT_THAT(found, Not(Contains(Key("TC_G0_ID"))));
+  EXPECT_THAT(alone->warnings, Contains(HasSubstr("TC_A0_ID and TC_A2_ID 0 keeps them out of")));
+  // Those of a sensor that is exported beside it are its own.
+  Calibration other = unit;
+  other.tags.device_ids = {{1310996, 2621715, 396833}};
+  other.tags.device_slots = {{0, 1, 0}};
+  other.tags.thermal_slots = {{2, 2, 2}};
+  const Result<ExportsBeside> both =
+      ExportBeside({{&unit, "out", 0}, {&other, "out/instance-1", 1}}, {"px4"}, {});
+  ASSERT_TRUE(both) << both.error().message;
+  const Parameters all = Px4File(both->files.at("out/px4.params"));
+  EXPECT_EQ(all.at("TC_A0_ID"), 0.0F);
+  EXPECT_EQ(all.at("TC_A1_ID"), 1310988.0F);
+  EXPECT_EQ(all.at("TC_A2_ID"), 1310996.0F);
+}
+
 TEST(Px4, WritesTheMagnetometerOverTemperatureInGauss) {
   Calibration unit = RandomUnitCalibration({.symmetric_mag = true, .bias_order = 1}, 15);
   unit.sensors[Triad::kMagnetometer]->thermal->bias[0] = Eigen::Vector3d(1.0, -0.5, 0.25);  // uT

@@ -22,6 +22,7 @@ DECLARE_string(poses);
 DECLARE_string(set);
 DECLARE_string(tag);
 DECLARE_string(report);
+DECLARE_bool(overwrite);
 DECLARE_string(fail_on);
 DECLARE_string(instance);
 DECLARE_string(units);

@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/output_folder.h"
 
+#include <string_view>
 #include <system_error>
 
 #include "io/input_guard.h"
 #include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "tools/truetriad/flags.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
+
+namespace {
+
+constexpr std::string_view kReplaceRemedy =
+    "choose another --output, or replace it with --overwrite";
+
+}  // namespace
 
 Status WriteFiles(const FileTexts& files) {
   WholeFiles whole;
@@ -16,23 +25,65 @@ Status WriteFiles(const FileTexts& files) {
   return whole.Commit();
 }
 
-Status EnsureFolderOf(const std::string& file) {
-  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-  return folder.empty() ? Status() : EnsureWritableDirectory(folder.string());
+std::optional<Calibration> CalibrationIn(const std::string& file) {
+  const Result<std::string> text = LookAtSmallFile(file);
+  if (!text) return std::nullopt;
+  Result<Calibration> there = CalibrationFromYaml(*text, file);
+  return there ? std::optional(std::move(*there)) : std::nullopt;
 }
 
-Status CheckIsOfUnit(const std::filesystem::path& file,
-                     const std::string& serial,
-                     const std::string& remedy) {
+Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial) {
   std::error_code failure;
-  if (!std::filesystem::is_regular_file(file, failure)) return {};
+  if (FLAGS_overwrite || !std::filesystem::is_regular_file(file, failure)) return {};
   const Result<std::string> there = ReadSerial(file.string());
   if (!there || there->empty() || *there == serial) return {};
   return Error(ErrorCode::kOtherDevice,
                {file.string()},
                "is the calibration of unit `" + *there + "`" +
-                   (serial.empty() ? "" : ", and this one is of `" + serial + "`") +
-                   "; choose another --output" + remedy);
+                   (serial.empty() ? "" : ", and this one is of `" + serial + "`") + "; " +
+                   std::string(kReplaceRemedy));
+}
+
+Status CheckMayReplace(const std::string& file,
+                       const std::string& serial,
+                       const Calibration* calibration) {
+  if (!serial.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(file, serial));
+  if (FLAGS_overwrite || calibration == nullptr) return {};
+  const std::optional<Calibration> whole = CalibrationIn(file);
+  return whole ? CheckSameSensors(file, *whole, *calibration, std::string(kReplaceRemedy))
+               : Status();
+}
+
+Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names) {
+  std::string moved;
+  for (const std::string& name : names) {
+    const std::filesystem::path from = directory / name;
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(from, failure)) continue;
+    const std::filesystem::path to =
+        directory / (from.stem().string() + ".previous" + from.extension().string());
+    for (const std::string& path : {from.string(), to.string()}) {
+      if (InputGuard::Holds(path)) return InputGuard::Refusal(path);
+    }
+    std::filesystem::rename(from, to, failure);
+    if (failure) {
+      return Error(ErrorCode::kCannotWrite,
+                   {from.string()},
+                   "is the result of an earlier run and cannot be renamed to " + to.string() +
+                       ": " + failure.message());
+    }
+    moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
+  }
+  if (!moved.empty()) {
+    Note((directory.empty() ? "." : directory.string()) +
+         ": results of an earlier run are moved: " + moved);
+  }
+  return {};
+}
+
+Status EnsureFolderOf(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  return folder.empty() ? Status() : EnsureWritableDirectory(folder.string());
 }
 
 std::string InOutput(const std::string& name) {

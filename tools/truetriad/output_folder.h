@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,15 +21,28 @@ using FileTexts = std::vector<std::pair<std::string, std::string>>;
 /// Writes files, all or none.
 Status WriteFiles(const FileTexts& files);
 
+/// What a calibration writes into its folder.
+inline constexpr std::array<const char*, 3> kResults = {
+    "calibration.yaml", "calibration.json", "report.html"};
+
+/// The calibration that a file holds; unset: it is not there, or none.
+std::optional<Calibration> CalibrationIn(const std::string& file);
+
+/// Error (bad input), unless --overwrite is stated: `file` is the calibration of another unit than
+/// `serial`. One without a serial number is nobody's, nor is a file that is no calibration.
+Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial);
+/// The same where the serial number is known, and of other sensors than those of `calibration`
+/// (null: not known yet).
+Status CheckMayReplace(const std::string& file,
+                       const std::string& serial,
+                       const Calibration* calibration = nullptr);
+
+/// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
+/// calibration.previous.yaml; says so.
+Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names);
+
 /// Makes the folder of a file to come.
 Status EnsureFolderOf(const std::string& file);
-
-/// Error (bad input): `file` is the calibration of another unit than `serial`; `remedy`: what else
-/// to do than to choose another output. One without a serial number is nobody's, nor is a file that
-/// is no calibration.
-Status CheckIsOfUnit(const std::filesystem::path& file,
-                     const std::string& serial,
-                     const std::string& remedy = "");
 
 /// The path of a file in the folder that --output names.
 std::string InOutput(const std::string& name);

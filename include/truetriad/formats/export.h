@@ -58,6 +58,8 @@ struct ExportOptions {
   /// Where a consumer with several sets of parameters holds those of the sensor with this number,
   /// and its temperature terms (Tags); unset: those of the calibration, else its first.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
+  /// Its temperature terms that are of other sensors and must not come into use with those of this.
+  PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
   /// A unit that may not leave is exported, and the files say so.
@@ -99,6 +101,7 @@ struct Export {
   PerTriad<std::optional<ExportLoss>> loss;
   std::vector<std::string> notes;     ///< What the format cannot hold, and what its user must do.
   std::vector<std::string> warnings;  ///< What makes the result worse than the calibration.
+  Findings findings;                  ///< As these, what is wrong with a sensor.
 };
 
 /// The result of some of a device's sensors, and the folder that it is in.
@@ -112,6 +115,7 @@ struct ResultOfInstance {
 struct ExportsBeside {
   std::map<std::string, std::string> files;
   std::vector<std::string> warnings;  ///< As of Export.
+  Findings findings;                  ///< As well; the value "instance" says whose.
   bool is_whole = true;               ///< No format has left out a usable result.
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
@@ -21,6 +22,8 @@ struct OpenRecordingOptions {
   /// piece of recording begins: its times are taken on from the last, and SampleSource::joints
   /// names the place. Otherwise times that go back are an error.
   bool may_be_joined = false;
+  /// Sensors of a manifest that are not read, whatever is wrong with them.
+  PerTriad<bool> left_out = {};
 };
 
 /// Opens a self-describing CSV (plain or .gz) or a recording manifest (.yaml).

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -27,6 +28,9 @@ struct Tags {
   /// temperature terms, where these have numbers of their own.
   PerTriad<std::optional<std::int64_t>> device_slots, thermal_slots;
   static constexpr std::int64_t kNoSlot = -1;  // No set of parameters has this number.
+  /// `device.idle_thermal_slots`: those with terms that firmware has and does not use. It uses the
+  /// terms of all sensors of a kind, or of none.
+  PerTriad<std::vector<std::int64_t>> idle_thermal_slots;
   /// `device.magnetometer_turn_deg`: roll, pitch and yaw that turn the recording's axes into those
   /// in which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
   std::optional<Eigen::Vector3d> magnetometer_turn_deg;
@@ -62,6 +66,8 @@ inline Tags OrElse(Tags own, const Tags& other) {
     for (const auto of : {&Tags::device_ids, &Tags::device_slots, &Tags::thermal_slots}) {
       if (!(own.*of)[triad]) (own.*of)[triad] = (other.*of)[triad];
     }
+    std::vector<std::int64_t>& idle = own.idle_thermal_slots[triad];
+    if (idle.empty()) idle = other.idle_thermal_slots[triad];
   }
   if (!own.magnetometer_turn_deg) own.magnetometer_turn_deg = other.magnetometer_turn_deg;
   return own;

@@ -48,11 +48,15 @@ function decoder(subscription, stream) {
   };
   // A combined topic states the times of its sensors relative to its own.
   const isCombined = fields.has('accelerometer_timestamp_relative');
-  const time = (!isCombined && field('timestamp_sample')) || field('timestamp');
-  if (!time || time.step !== 8) return null;
+  const times = [isCombined ? null : field('timestamp_sample'), field('timestamp')].filter((time) => time?.step === 8);
+  if (times.length === 0) return null;
   const decode = {
     unit: stream.unit,
-    timeUs: (message) => BigInt(time.read(message, 2 + time.at)),
+    // Some drivers leave that of the sample zero.
+    timeUs: (message) => {
+      const us = BigInt(times[0].read(message, 2 + times[0].at));
+      return us > 0n || times.length === 1 ? us : BigInt(times[1].read(message, 2 + times[1].at));
+    },
     axes: null,
     temperature: null,
     relative: stream.relative && field(stream.relative) ? reader(field(stream.relative)) : null,
@@ -153,14 +157,16 @@ function takeMoments(moments, subscription, message) {
 
 const byNameAndInstance = (a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance);
 
-/** The topics with readings that the log holds: [{ name, instance, id, rows, subscription }]. */
+/** The topics with readings that the log holds, and the recording, by its number, that each becomes a part of. */
 function present(log) {
   const found = [];
   for (const [id, subscription] of log.subscriptions) {
     if (subscription.rows === 0 || !subscription.layout) continue;
     const streams = kTopics[subscription.name];
-    if (!streams || !streams.some((stream) => decoder(subscription, stream))) continue;
-    found.push({ id, name: subscription.name, instance: subscription.instance, rows: subscription.rows });
+    const decode = streams?.map((stream) => decoder(subscription, stream)).find((one) => one);
+    if (!decode) continue;
+    const { name, instance, first } = subscription;
+    found.push({ id, name, instance, recording: instance, device: decode.device ? decode.device(first) : 0 });
   }
   return found.sort(byNameAndInstance);
 }
@@ -172,6 +178,24 @@ function list(log) {
     const use = !kTopics[name] ? '' : kRawTopics.includes(name) ? '  readings' : '  corrected readings';
     print(`${printable(name).padEnd(30)} ${String(instance).padStart(8)} ${String(rows).padStart(9)}${use}`);
   }
+}
+
+/**
+ * Of two topics that say the same of a sensor, by its device id or else their instance, the one with every
+ * reading, in the recording of the other. A log may have FIFOs of some sensors alone, numbered by themselves.
+ */
+function withEachReading(raw) {
+  const isSame = (fifo, { name, device, instance }) => fifo.name === `${name}_fifo` &&
+    (fifo.device && device ? fifo.device === device : fifo.instance === instance);
+  const kept = raw.filter((topic) => !raw.some((fifo) => isSame(fifo, topic)));
+  const fifos = kept.filter(({ name }) => name.endsWith('_fifo'));
+  for (const fifo of fifos) fifo.recording = raw.find((topic) => isSame(fifo, topic))?.recording;
+  for (const fifo of fifos.filter(({ recording }) => recording === undefined)) {
+    const others = kept.filter(({ name }) => kTopics[name][0].triad === kTopics[fifo.name][0].triad);
+    fifo.recording = fifo.instance;
+    while (others.some((other) => other !== fifo && other.recording === fifo.recording)) ++fifo.recording;
+  }
+  return kept;
 }
 
 /** The topics to convert. */
@@ -193,12 +217,8 @@ function choose(log, file, topics, rotations) {
     }
     return found.filter((topic) => topics.includes(topic.name));
   }
-  let raw = found.filter((topic) => kRawTopics.includes(topic.name));
-  // Of the two that say the same, the one with every reading.
-  for (const topic of ['sensor_accel', 'sensor_gyro']) {
-    if (raw.some(({ name }) => name === `${topic}_fifo`)) raw = raw.filter(({ name }) => name !== topic);
-  }
-  if (raw.length > 0) return raw;
+  const raw = found.filter((topic) => kRawTopics.includes(topic.name));
+  if (raw.length > 0) return withEachReading(raw);
   const corrected = names.filter((name) => !kRawTopics.includes(name));
   const usable = corrected.find((name) => isUndone(log, name, rotations));
   throw new Refusal(
@@ -251,12 +271,9 @@ function slotsOf(parameters, prefix, devices) {
 }
 
 /** The devices of a kind of sensor that `topics` are of, by their instances. */
-function devicesOf(log, topics, triad) {
+function devicesOf(topics, triad) {
   return topics.filter(({ name }) => kTopics[name].length === 1 && kTopics[name][0].triad === triad)
-    .map(({ id, name }) => {
-      const subscription = log.subscriptions.get(id);
-      return decoder(subscription, kTopics[name][0])?.device?.(subscription.first);
-    }).filter((device) => device > 0);
+    .map(({ device }) => device).filter((device) => device > 0);
 }
 
 /**
@@ -350,17 +367,17 @@ function openStreams(log, topics, slots, moments, rotations) {
     for (const stream of kTopics[topic.name]) {
       const decode = decoder(subscription, stream);
       if (!decode) continue;
-      const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
-      const device = decode.device ? decode.device(subscription.first) : 0;
+      const suffix = topic.recording > 0 ? `-${topic.recording}` : '';
+      const { device } = topic;
       const turn = topic.name !== 'sensor_mag' ? undefined
-        : magnetometerTurn(log, device, slots.get(device) ?? topic.instance, rotations);
+        : magnetometerTurn(log, device, slots.get(device) ?? topic.recording, rotations);
       const isPlain = !stream.corrected && !stream.fifo && decode.unit !== 'counts';
       const driver = isPlain ? appliedByDriver(log, stream.triad, device) : undefined;
       const chip = moments.get(topic.id);
       const map = !stream.corrected ? afterTurn(turn, driver)
         : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad, rotations);
       const table = new Table(
-        { recording: topic.instance, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
+        { recording: topic.recording, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
       const entry = { file: log.file, topic, decode, table, device: undefined, deviceBefore: 0, scales: new Set(),
         lastNs: null, repeated: 0, applied: map, turn, driver, chip: chip && { turn: chip.turn(rotations) } };
@@ -459,10 +476,16 @@ function sendManifest(log, instance, entries, devices) {
   const stated = log.latest.size > 0 ? Object.entries(ids) : [];
   const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
+  const thermalSlots = among(({ thermal }) => thermal);
+  // Terms of other sensors that the vehicle has, and would use once it is to use those of this one.
+  const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
+    const { thermal } = kSensors[triad];
+    return log.latest.get(`${thermal}_ENABLE`) !== 1 && log.latest.get(`${thermal}${n}_ID`) && n !== thermalSlots[triad];
+  })]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
     recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
-    firmware: 'px4', ids, slots: among(({ name }) => `CAL_${name}`), thermalSlots: among(({ thermal }) => thermal),
+    firmware: 'px4', ids, slots: among(({ name }) => `CAL_${name}`), thermalSlots, idleThermalSlots: idle,
     magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
 }
 
@@ -482,16 +505,15 @@ async function run(options) {
   if (log.changed.has('sys_uuid')) {
     throw new Refusal(`${options.input}: has logs of several vehicles (sys_uuid); give each vehicle's log by itself`, 'other-device');
   }
-  let topics = choose(log, options.input, options.topics, options.rotations);
-  const devices = Object.fromEntries(Object.keys(kSensors).map((triad) => [triad, devicesOf(log, topics, triad)]));
+  let topics = choose(log, options.input, options.topics, options.rotations).sort((a, b) => a.recording - b.recording);
+  const devices = Object.fromEntries(Object.keys(kSensors).map((triad) => [triad, devicesOf(topics, triad)]));
   if (options.instance !== undefined) {
-    const instances = [...new Set(topics.map((topic) => topic.instance))];
-    topics = topics.filter((topic) => topic.instance === options.instance);
+    const instances = [...new Set(topics.map((topic) => topic.recording))];
+    topics = topics.filter((topic) => topic.recording === options.instance);
     if (topics.length === 0) {
       throw new Refusal(`--instance=${options.instance}: there are ${instances.join(', ')}`, 'invalid-argument');
     }
   }
-  topics.sort((a, b) => a.instance - b.instance);
   const opened = openStreams(log, topics, slotsOf(log.latest, 'CAL_MAG', devices.magnetometer), moments, options.rotations);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);
@@ -499,8 +521,8 @@ async function run(options) {
     for (const entry of opened.get(message.readUInt16LE(0)) ?? []) takeRow(entry, message);
   });
   const entries = [...opened.values()].flat();
-  for (const instance of new Set(entries.map(({ topic }) => topic.instance))) {
-    sendManifest(again, instance, entries.filter(({ topic }) => topic.instance === instance), devices);
+  for (const instance of new Set(entries.map(({ topic }) => topic.recording))) {
+    sendManifest(again, instance, entries.filter(({ topic }) => topic.recording === instance), devices);
   }
   for (const { table, topic, repeated, applied: map, device, turn, driver, chip } of entries) {
     const parts = [];

@@ -264,6 +264,10 @@ class Ulog {
       // One byte that looks like a type is no proof: two messages in a row are.
       const proven = found && (!inDamage || found.type === 'S' || found.end === limit ||
                                messageAt(found.end, limit) !== null);
+      if (!proven && at + kMagic.length <= filled && window.subarray(at, at + kMagic.length).equals(kMagic)) {
+        throw new Refusal(`${this.file}: another log begins at byte ${start + at}: logs of several starts of the vehicle were ` +
+          'joined; give each by itself', 'wrong-format');
+      }
       if (!proven) {
         if (!inDamage) ++this.damagedPlaces;
         inDamage = true;

@@ -270,6 +270,7 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
         for (const auto of : {&Tags::device_ids, &Tags::device_slots, &Tags::thermal_slots}) {
           (held.*of)[triad] = (device.*of)[triad];
         }
+        held.idle_thermal_slots[triad] = device.idle_thermal_slots[triad];
         if (triad == Triad::kMagnetometer)
           held.magnetometer_turn_deg = device.magnetometer_turn_deg;
         if (!columns.applied.empty()) {

@@ -168,6 +168,7 @@ DataflashLog::Record DataflashLog::Next() {
       const std::size_t next = ahead.find(kMagic0, 1);
       const std::size_t skip = next == std::string_view::npos ? ahead.size() : next;
       skipped_bytes_ += skip;
+      read_bytes_ += skip;
       bytes_->Skip(skip);
       continue;
     }
@@ -177,6 +178,7 @@ DataflashLog::Record DataflashLog::Next() {
     const std::string_view record = ahead.substr(0, length);
     const auto type = static_cast<std::uint8_t>(record[2]);
     if (type == kFormatType) Describe(record);
+    read_bytes_ += length;
     return {formats_[type].get(), record};
   }
   return {};
@@ -184,7 +186,11 @@ DataflashLog::Record DataflashLog::Next() {
 
 void DataflashLog::Describe(std::string_view record) {
   std::unique_ptr<MessageFormat> format = ParseFormat(record);
-  if (!format || format->type == kFormatType) return;
+  if (!format) return;
+  if (format->type == kFormatType) {
+    if (std::exchange(has_begun_, true) && next_log_ == 0) next_log_ = read_bytes_;
+    return;
+  }
   // The first word counts: a second one for the same type is damaged.
   std::unique_ptr<MessageFormat>& known = formats_[static_cast<std::size_t>(format->type)];
   if (!known) known = std::move(format);

@@ -59,6 +59,8 @@ class DataflashLog {
   std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Of no whole record.
   std::uint64_t damages() const { return damages_; }              ///< Places where they lie.
   double progress() const { return bytes_->progress(); }
+  /// Where another log begins behind the first; 0: nowhere.
+  std::uint64_t next_log() const { return next_log_; }
   /// Whether the file could not be read to its end.
   bool read_failed() const { return bytes_->read_failed(); }
 
@@ -73,6 +75,8 @@ class DataflashLog {
   std::uint64_t records_ = 0;
   std::uint64_t skipped_bytes_ = 0;
   std::uint64_t damages_ = 0;
+  std::uint64_t read_bytes_ = 0, next_log_ = 0;
+  bool has_begun_ = false;  ///< The format of formats was read, which each log begins with.
   bool in_damage_ = false;
 };
 

@@ -73,9 +73,7 @@ Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
 /// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
 Result<std::string> Thermal(const Parameters& parameters, std::string_view sensor, int instance) {
   const std::string prefix = InertialName("TCAL", "@_", instance);
-  const auto enabled = parameters.find(prefix + "ENABLE");
-  // 1: corrects. 2: learns, and does not correct meanwhile. Absent: firmware before 4.1.
-  if (enabled == parameters.end() || enabled->second != 1.0) return std::string();
+  if (!IsCorrectedByTemperature(parameters, instance)) return std::string();
   TRUETRIAD_ASSIGN_OR_RETURN(const double low, Value(parameters, prefix + "TMIN"));
   TRUETRIAD_ASSIGN_OR_RETURN(const double high, Value(parameters, prefix + "TMAX"));
   TRUETRIAD_ASSIGN_OR_RETURN(const double calibrated,
@@ -146,6 +144,12 @@ Result<std::string> CompassCorrection(const Parameters& parameters, int instance
 
 }  // namespace
 
+bool IsCorrectedByTemperature(const Parameters& parameters, int instance) {
+  const auto enabled = parameters.find(InertialName("TCAL", "@_ENABLE", instance));
+  // 1: corrects. 2: learns, and does not correct meanwhile. Absent: firmware before 4.1.
+  return enabled != parameters.end() && enabled->second == 1.0;
+}
+
 Tags DeviceOf(const Parameters& parameters, int instance) {
   Tags device;
   device.firmware = "ardupilot";
@@ -187,9 +191,11 @@ bool IsCorrectionParameter(const Parameters& parameters,
   const std::string thermal = InertialName("TCAL", "@_", instance);
   if (triad == Triad::kMagnetometer) {
     const Result<int> slot = CompassSlot(parameters, instance);
-    for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#"}) {
+    // Where a compass is external, ORIENT turns it in the place of AHRS_ORIENTATION.
+    for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#", "ORIENT#", "EXTERN#"}) {
       if (slot) prefixes.push_back(CompassName(what, *slot));
     }
+    if (slot && *slot == 1) prefixes.emplace_back("COMPASS_EXTERNAL");
     prefixes.push_back(CompassName("PRIO@", instance + 1));
     prefixes.emplace_back("AHRS_ORIENTATION");
   } else {

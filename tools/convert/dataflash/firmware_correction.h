@@ -41,6 +41,9 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters,
                                       Triad triad,
                                       int instance);
 
+/// Whether firmware corrects the inertial sensors `instance` by their temperature.
+bool IsCorrectedByTemperature(const Parameters& parameters, int instance);
+
 /// What the log states of sensors `instance`: their numbers, where their parameters are, and the
 /// turn from the board's axes, in which recordings are, into the vehicle's, in which compasses are
 /// corrected.

@@ -197,6 +197,12 @@ Result<Contents> Survey(const std::string& path) {
   }
   if (log->read_failed())
     return Error(ErrorCode::kDamagedFile, {path}, "could not be read to its end");
+  if (log->next_log() > 0) {
+    return Error(ErrorCode::kWrongFormat,
+                 {path},
+                 "another log begins at byte " + std::to_string(log->next_log()) +
+                     ": logs of several starts of the vehicle were joined; give each by itself");
+  }
   contents.records = log->records();
   contents.skipped_bytes = log->skipped_bytes();
   contents.damages = log->damages();
@@ -336,6 +342,8 @@ class Conversion {
  public:
   Conversion(const Contents& contents, const Choice& choice, RecordingFolder* folder)
       : choice_(choice), compass_(contents, choice.instance) {
+    is_thermal_ = contents.with_temperature.contains(choice.instance) &&
+                  IsCorrectedByTemperature(contents.parameters, choice.instance);
     const auto add = [&](const std::string& kind,
                          const std::string& time_field,
                          const std::string& file,
@@ -362,6 +370,11 @@ class Conversion {
   void Take(const Source& source, const MessageFormat& format, std::string_view record) {
     if (source.instance != choice_.instance) return;
     if (source.kind == "IMU") SetTemperature(format, record);
+    // What was corrected by the temperature cannot be undone without one.
+    if (is_thermal_ && !has_temperature_ && source.kind != "MAG") {
+      ++without_temperature_;
+      return;
+    }
     const auto route = routes_.find(source.kind);
     if (route == routes_.end()) return;
     const std::optional<std::int64_t> time_ns = TimeOf(format, record, route->second.time_field);
@@ -389,12 +402,14 @@ class Conversion {
 
   std::uint64_t restated() const { return compass_.restated(); }
   std::uint64_t without_time() const { return without_time_; }
+  std::uint64_t without_temperature() const { return without_temperature_; }
 
  private:
   void SetTemperature(const MessageFormat& format, std::string_view record) {
     const MessageField* const field = TemperatureOf(format);
     if (field == nullptr) return;
     const double temperature_degc = NumberIn(*field, record);
+    has_temperature_ = true;
     for (auto& [kind, route] : routes_) {
       if (route.table->has_temperature()) route.table->SetTemperature(temperature_degc);
     }
@@ -403,7 +418,8 @@ class Conversion {
   Choice choice_;
   CompassRows compass_;
   std::map<std::string, Route, std::less<>> routes_;
-  std::uint64_t without_time_ = 0;
+  std::uint64_t without_time_ = 0, without_temperature_ = 0;
+  bool is_thermal_ = false, has_temperature_ = false;
 };
 
 void List(const Contents& contents) {
@@ -480,6 +496,10 @@ Status Run(const Arguments& arguments) {
     if (conversion.restated() > 0) {
       Note("magnetometer: " + Count(conversion.restated(), "row", "rows") +
            " logged with changed offsets converted to the first offsets");
+    }
+    if (conversion.without_temperature() > 0) {
+      Note(Count(conversion.without_temperature(), "row", "rows") +
+           " before the first temperature skipped, whose correction by it (INS_TCAL) is not known");
     }
     if (conversion.without_time() > 0) {
       Note(Count(conversion.without_time(), "message", "messages") +

@@ -64,8 +64,9 @@ class ScriptedRecording {
   }
 
   /// {"recording": 0, "source": {…}, "frame": …, "serial": …, "firmware": "px4", "ids":
-  /// {"accelerometer": 1310988}, "slots": {…}, "thermalSlots": {…}, "magnetometerTurn": [nine],
-  /// "siPerCount": {"0": 0.25}}: the last by the numbers of tables.
+  /// {"accelerometer": 1310988}, "slots": {…}, "thermalSlots": {…}, "idleThermalSlots":
+  /// {"accelerometer": [1, 2]}, "magnetometerTurn": [nine], "siPerCount": {"0": 0.25}}: the last by
+  /// the numbers of tables.
   Status Describe(const Json& said) {
     folder_->BeginRecording(said.at("recording"));
     folder_->SetOrigin(said.at("format"), {arguments_.input});
@@ -81,6 +82,9 @@ class ScriptedRecording {
       for (const auto& [triad, number] : numbers.items())
         (device.*of)[*TriadFromName(triad)] = number;
     }
+    const Json idle = said.value("idleThermalSlots", Json::object());
+    for (const auto& [triad, slots] : idle.items())
+      device.idle_thermal_slots[*TriadFromName(triad)] = slots.get<std::vector<std::int64_t>>();
     if (said.contains("magnetometerTurn")) {
       const std::array<double, 9> rows = said.at("magnetometerTurn");
       device.magnetometer_turn_deg =

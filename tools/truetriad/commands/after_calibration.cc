@@ -258,6 +258,10 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   verb.result["notes"] = result->notes;
   verb.result["warnings"] = result->warnings;
   for (const std::string& warning : result->warnings) Warn(warning);
+  for (const Finding& finding : result->findings) {
+    Warn(finding.Message());
+    verb.findings.push_back(finding);
+  }
   return verb;
 }
 
@@ -291,7 +295,13 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   std::filesystem::path file = FLAGS_output;
   if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
   TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(file, result.calibration.serial));
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckMayReplace(file.string(), result.calibration.serial, &result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
+  // It has no uncertainty, nor what the page of a result shows.
+  std::vector<std::string> earlier = {file.filename().string()};
+  if (earlier.front() == kResults.front()) earlier.assign(kResults.begin(), kResults.end());
+  TRUETRIAD_RETURN_IF_ERROR(MoveAside(file.parent_path(), earlier));
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically(file.string(), CalibrationToYaml(result.calibration)));
   for (const std::string& note : result.notes) Note("note: " + note);
@@ -372,7 +382,7 @@ is exported with --outside-limits=allow alone, and the file says so.
       .list = [] { return ListOf(FormatsThat(/*import=*/false)); },
       .flags =
           "calibration! to=FORMAT! output=FILE! max-loss temperature units instance id "
-          "outside-limits allan laboratory",
+          "outside-limits overwrite allan laboratory",
       .values = {{"to", NamesOf(FormatsThat(/*import=*/false))}},
       .words = {"calibration"},
       .run = RunExport};
@@ -391,7 +401,7 @@ Writes a calibration.yaml for `compare`, `evaluate` and `apply`; every sigma is 
 --output ends in .yaml it names the file, otherwise the folder for calibration.yaml.
 )",
       .list = [] { return ListOf(FormatsThat(/*import=*/true)); },
-      .flags = "from! input=FILE[,FILE]! output=FILE|DIR! units instance id",
+      .flags = "from! input=FILE[,FILE]! output=FILE|DIR! units instance id overwrite",
       .values = {{"from", NamesOf(FormatsThat(/*import=*/true))}},
       .words = {"input"},
       .run = RunImport};

@@ -5,6 +5,8 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -38,7 +40,6 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
 DEFINE_string(solver,
               "eliminated",
               "eliminated|ceres: eliminated, or ceres: poses or motion by Ceres as they are, "
@@ -48,9 +49,6 @@ namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<const char*, 3> kResults = {
-    "calibration.yaml", "calibration.json", "report.html"};
 
 /// The same file without the detours that come from paths relative to the experiment.
 std::string ShortPath(const std::string& path) {
@@ -69,15 +67,16 @@ struct Task {
   int instance = 0;              // of the sensors
   bool has_others = false;       // of the same log, which it must not keep from a result
   std::optional<Error> refusal;  // why its recording cannot be read
+  // Of several instances: the same without some sensors, those that keep the others from a result,
+  // and what is wrong with them.
+  std::function<Result<Task>(const PerTriad<bool>& left_out)> without;
+  PerTriad<bool> left_out = {};
+  Findings lost;
 };
 
 /// The calibration that a folder has.
 std::optional<Calibration> ThatIn(const fs::path& folder, const char* name = "calibration.yaml") {
-  const std::string file = (folder / name).string();
-  const Result<std::string> text = LookAtSmallFile(file);
-  if (!text) return std::nullopt;
-  Result<Calibration> there = CalibrationFromYaml(*text, file);
-  return there ? std::optional(std::move(*there)) : std::nullopt;
+  return CalibrationIn((folder / name).string());
 }
 
 /// Of each sensor whose noise is taken from an Allan deviation.
@@ -105,15 +104,17 @@ struct Done {
   std::string Path(const std::string& name) const {
     return (fs::path(task.folder) / name).string();
   }
-  /// What is there stays beside the new result: a result without parameters takes the place of none
-  /// that has them, and one that names no unit of none that names one.
+  /// What is there stays beside the new result: a result without parameters, or without those of a
+  /// sensor, takes the place of none that has them, and one that names no unit of none that names
+  /// one.
   bool StaysBeside() const {
-    if (calibration.IsUsable() && (FLAGS_overwrite || !calibration.serial.empty())) return false;
-    return there && there->IsUsable() && !(calibration.IsUsable() && there->serial.empty());
+    const bool is_whole = calibration.IsUsable() && task.lost.empty();
+    if (is_whole && (FLAGS_overwrite || !calibration.serial.empty())) return false;
+    return there && there->IsUsable() && !(is_whole && there->serial.empty());
   }
   /// Of itself, whatever others hold it back.
   int exit_code() const {
-    if (!calibration.IsUsable()) return kExitNotEnough;
+    if (!calibration.IsUsable() || !task.lost.empty()) return kExitNotEnough;
     const std::vector<Decision>& decisions = calibration.decisions;
     const bool by_others = !decisions.empty() && decisions.back().is_automatic;
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
@@ -135,57 +136,99 @@ Status HoldBackEarlier(const Done& by) {
   return fleet::WriteResult(by.task.folder, earlier, std::nullopt);
 }
 
-/// Of sensors whose recording cannot be read, beside others of the device: no result, and why.
-Calibration Unread(const Experiment& experiment, const Error& error) {
+/// Why a recording cannot be read, as a result says it.
+Finding RefusalOfReading(Error error) {
   const auto code = error.code == ErrorCode::kStuckSensor
                         ? FindingCode::kStuckReadings
                         : FindingCodeFromName(InfoOf(error.code).name);
+  // Several complaints about a file are lines; a finding is one.
+  std::string& message = error.message;
+  for (std::size_t end = 0; (end = message.find('\n', end)) != std::string::npos;)
+    message.replace(end, 1, "; ");
+  Finding refusal = RefusalOf(error, code.value_or(FindingCode::kNoReadings));
+  if (!error.finding) refusal.remedy.clear();  // The error's own message has one.
+  return refusal;
+}
+
+/// Of sensors whose recording cannot be read, beside others of the device: no result, and why.
+Calibration Unread(const Experiment& experiment, const Error& error) {
   Calibration calibration;
   calibration.serial = experiment.serial;
   calibration.software_version = Version();
   calibration.created = TimestampUtc();
-  // Several complaints about a file are lines; a finding is one.
-  Error in_one_line = error;
-  std::string& message = in_one_line.message;
-  for (std::size_t end = 0; (end = message.find('\n', end)) != std::string::npos;)
-    message.replace(end, 1, "; ");
-  Finding refusal = RefusalOf(in_one_line, code.value_or(FindingCode::kNoReadings));
-  if (!error.finding) refusal.remedy.clear();  // The error's own message has one.
-  calibration.findings = {std::move(refusal)};
+  calibration.findings = {RefusalOfReading(error)};
   calibration.outcome = OutcomeOf(calibration.findings);
   calibration.config_yaml = experiment.resolved_yaml;
   return calibration;
 }
 
+/// What opens recordings without some of their sensors; of none: nothing.
+RecordingOpener Leaving(const PerTriad<bool>& left_out) {
+  if (left_out == PerTriad<bool>()) return {};
+  return [left_out](const std::string& input, OpenRecordingOptions options) {
+    options.left_out = left_out;
+    return OpenRecording(input, options);
+  };
+}
+
+Result<Calibration> CalibrationFor(Task* task, PoseSet* poses) {
+  if (task->refusal) return *task->refusal;
+  ProgressLine progress("reading " + task->experiment.inputs.front());
+  return CalibrateExperiment(task->experiment,
+                             progress.callback(),
+                             std::exchange(task->first, std::nullopt),
+                             poses,
+                             Leaving(task->left_out));
+}
+
+/// What is wrong with the sensor whose readings an error refuses; unset: it is about no sensor.
+std::optional<Finding> RefusedSensor(Error error) {
+  // "applied.gyroscope"; of several complaints the key is that of the first.
+  const std::optional<Triad> triad = TriadFromName(error.key.substr(error.key.rfind('.') + 1));
+  if (!triad || error.kind() != ErrorKind::kBadInput) return std::nullopt;
+  error.message.erase(std::min(error.message.find('\n'), error.message.size()));
+  return RefusalOfReading(std::move(error)).About(*triad);
+}
+
+/// Where a sensor whose readings are refused keeps the others of its instance from a result, that
+/// of the others; with limits none, since a device whose sensor is broken does not pass.
+Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet* poses) {
+  Task rest = *task;
+  Result<Calibration> found = made;
+  while (task->without && !found) {
+    std::optional<Finding> why = RefusedSensor(found.error());
+    if (!why || std::exchange(rest.left_out[*why->sensor], true)) return made;
+    rest.lost.push_back(*std::move(why));
+    Result<Task> again = task->without(rest.left_out);
+    if (again && !again->experiment.options.limits.limits.empty()) return made;
+    if (again) again->left_out = rest.left_out;
+    found = again ? CalibrationFor(&*again, poses) : Result<Calibration>(again.error());
+    if (again) rest.experiment = again->experiment;
+  }
+  if (rest.lost.empty()) return made;
+  for (Finding& finding : rest.lost) {
+    finding.text = "left out, so that the other sensors have a result: " + finding.text;
+    found->findings.push_back(finding.As(Severity::kWarning));
+  }
+  rest.refusal.reset();
+  *task = std::move(rest);
+  return found;
+}
+
 Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
-  const auto check_unit = [&](const std::string& serial) {
-    if (FLAGS_overwrite || serial.empty()) return Status();
-    return CheckIsOfUnit(
-        fs::path(task.folder) / "calibration.yaml", serial, ", or replace it with --overwrite");
-  };
-  TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
+  const std::string file = (fs::path(task.folder) / "calibration.yaml").string();
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayReplace(file, task.experiment.serial));
   PoseSet poses;
-  ProgressLine progress("reading " + task.experiment.inputs.front());
-  Result<Calibration> made = task.refusal
-                                 ? Result<Calibration>(*task.refusal)
-                                 : CalibrateExperiment(task.experiment,
-                                                       progress.callback(),
-                                                       std::exchange(task.first, std::nullopt),
-                                                       &poses);
-  if (!made && task.has_others && made.error().kind() == ErrorKind::kBadInput) {
+  Result<Calibration> made = WithoutRefused(CalibrationFor(&task, &poses), &task, &poses);
+  if (!made && task.has_others && made.error().kind() != ErrorKind::kUsage) {
     task.refusal = made.error();
     task.has_report = false;
     made = Unread(task.experiment, *task.refusal);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, std::move(made));
-  TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayReplace(file, calibration.serial, &calibration));
   std::optional<Calibration> there = ThatIn(task.folder);
-  if (there && !FLAGS_overwrite) {
-    const std::string file = (fs::path(task.folder) / "calibration.yaml").string();
-    TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
-        file, *there, calibration, "choose another --output, or replace it with --overwrite"));
-  }
   return Done{std::move(task), std::move(there), std::move(calibration), std::move(poses), {}};
 }
 
@@ -215,34 +258,6 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   done->json = CalibrationTree(done->calibration);
   TRUETRIAD_RETURN_IF_ERROR(files->Write(done->Path("calibration.json"), TextOf(done->json)));
   return files->Write(done->Path("calibration.yaml"), CalibrationToYaml(done->calibration));
-}
-
-/// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
-/// calibration.previous.yaml; says so.
-Status MoveAside(const fs::path& directory, const std::vector<std::string>& names) {
-  std::string moved;
-  for (const std::string& name : names) {
-    const fs::path from = directory / name;
-    std::error_code failure;
-    if (!fs::is_regular_file(from, failure)) continue;
-    const fs::path to =
-        directory / (from.stem().string() + ".previous" + from.extension().string());
-    for (const std::string& path : {from.string(), to.string()}) {
-      if (InputGuard::Holds(path)) return InputGuard::Refusal(path);
-    }
-    fs::rename(from, to, failure);
-    if (failure) {
-      return Error(ErrorCode::kCannotWrite,
-                   {from.string()},
-                   "is the result of an earlier run and cannot be renamed to " + to.string() +
-                       ": " + failure.message());
-    }
-    moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
-  }
-  if (!moved.empty()) {
-    Note(directory.string() + ": results of an earlier run are moved: " + moved);
-  }
-  return {};
 }
 
 /// The number of the sensors whose results are in a folder of this name: "instance-2"; unset: it is
@@ -354,16 +369,24 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// Without an experiment: one for what is in the recordings.
-Result<Task> InitialTask(const std::vector<std::string>& inputs, const std::string& folder) {
+/// Without an experiment: one for what is in the recordings, `any` of which may have sensors that
+/// the first has not.
+Result<Task> InitialTask(const std::vector<std::string>& inputs,
+                         const std::string& folder,
+                         const PerTriad<bool>& any,
+                         const PerTriad<bool>& left_out) {
   Task task;
   ProgressLine progress("looking at " + inputs.front());
-  TRUETRIAD_ASSIGN_OR_RETURN(FirstLook look,
-                             InitialExperiment(inputs, folder, progress.callback()));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      FirstLook look, InitialExperiment(inputs, folder, progress.callback(), Leaving(left_out)));
   task.initial_yaml = std::move(look.experiment_yaml);
   task.first = std::move(look.loaded);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
+  for (const Triad triad : kTriads) {
+    if (!any[triad] || task.first->poses.Find(triad) != nullptr) continue;
+    overrides.insert(overrides.begin(), "sensors." + std::string(TriadName(triad)) + "={}");
+  }
   const std::string path = (fs::path(folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
                              ReadExperimentText(task.initial_yaml, "experiment.yaml", overrides));
@@ -529,14 +552,53 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
   return recordings;
 }
 
-/// The experiment for further sensors of the same unit, as far as they were recorded.
-Result<Task> ForFurther(const Experiment& experiment, const std::string& recording) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(recording));
-  PerTriad<bool> recorded = {{false, false, false}};
-  for (const StreamInfo& stream : source->info().streams) recorded[stream.triad] = true;
-  Task task;
-  task.experiment = OfSensors(experiment, recorded);
-  return task;
+/// Which sensors the recordings of a unit have, and of each instance those that others alone have;
+/// nothing where there is one recording.
+struct Recorded {
+  PerTriad<bool> any = {};
+  std::map<int, PerTriad<bool>> others;
+};
+
+Recorded SensorsIn(const std::map<int, std::vector<std::string>>& recordings) {
+  Recorded found;
+  if (recordings.size() == 1 && recordings.begin()->second.size() == 1) return found;
+  for (const auto& [instance, inputs] : recordings) {
+    for (const std::string& input : inputs) {
+      const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input);
+      if (!source) continue;
+      PerTriad<bool>& its = found.others[instance];
+      for (const StreamInfo& stream : (*source)->info().streams)
+        its[stream.triad] = found.any[stream.triad] = true;
+    }
+  }
+  for (auto& [instance, its] : found.others) {
+    for (const Triad triad : kTriads) its[triad] = found.any[triad] && !its[triad];
+  }
+  return found;
+}
+
+/// The task for one instance of the sensors: by `experiment`, or where there is none by its own
+/// recordings. Sensors that `others` alone have, and those that are `left_out`, are not asked of
+/// it.
+Result<Task> TaskFor(const std::vector<std::string>& inputs,
+                     const std::string& folder,
+                     const std::optional<Experiment>& experiment,
+                     const PerTriad<bool>& any,
+                     PerTriad<bool> others,
+                     const PerTriad<bool>& left_out = {}) {
+  PerTriad<bool> asked;
+  for (const Triad triad : kTriads) {
+    others[triad] = others[triad] || left_out[triad];
+    asked[triad] = !others[triad];
+  }
+  Result<Task> made = Task();
+  if (experiment) {
+    made->experiment = *experiment;
+  } else {
+    made = InitialTask(inputs, folder, any, left_out);
+  }
+  if (made && others != PerTriad<bool>()) made->experiment = OfSensors(made->experiment, asked);
+  return made;
 }
 
 /// One for each instance of the sensors in the logs, the first in the folder itself. `converted`:
@@ -561,42 +623,62 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   }
   const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder, converted));
+  Recorded recorded = SensorsIn(recordings);
+  bool is_drawn = false;  // The folder has an experiment, that of the first which has one.
   for (const auto& [instance, inputs] : recordings) {
     const bool is_first = tasks.empty();
-    Result<Task> made = Task();
-    if (!experiment) {
-      made = InitialTask(inputs, folder);
-    } else if (is_first) {
-      made->experiment = *experiment;
-    } else {
-      made = ForFurther(*experiment, inputs.front());
-    }
-    const bool is_refused = !made && made.error().kind() == ErrorKind::kBadInput;
+    const PerTriad<bool>& others = recorded.others[instance];
+    Result<Task> made = TaskFor(inputs, folder, experiment, recorded.any, others);
+    const auto is_asked = [&](Triad triad) {
+      return made->experiment.options.triads[triad].enabled;
+    };
+    if (made && others != PerTriad<bool>() && std::ranges::none_of(kTriads, is_asked))
+      continue;  // What is asked for is in others alone.
+    const bool is_refused = !made && made.error().kind() != ErrorKind::kUsage;
     if (!made && (!is_refused || recordings.size() == 1)) return made.error();
     Task& task = tasks.emplace_back(is_refused ? Task() : *std::move(made));
     if (is_refused) task.refusal = made.error();
-    if (!experiment && !is_refused) experiment = task.experiment;
+    if (is_drawn) task.initial_yaml.clear();
+    is_drawn = is_drawn || !task.initial_yaml.empty();
     task.folder =
         is_first ? folder : (fs::path(folder) / ("instance-" + std::to_string(instance))).string();
     task.experiment.inputs = inputs;
     task.instance = instance;
     task.has_others = recordings.size() > 1;
+    if (!task.has_others) continue;
+    task.without = [inputs = inputs, folder, experiment, any = recorded.any, others](
+                       const PerTriad<bool>& left_out) {
+      Result<Task> without = TaskFor(inputs, folder, experiment, any, others, left_out);
+      if (without) without->experiment.inputs = inputs;
+      return without;
+    };
   }
   return tasks;
 }
 
-/// All that is to be said of `worst`, and what is more than a note of the others.
-Findings FindingsOf(const std::vector<Done>& all, const Done& worst) {
-  if (all.size() == 1) return worst.calibration.findings;
+/// All that is to be said of the results and of their exports.
+Findings FindingsOf(const std::vector<Done>& all, Findings of_exports) {
   Findings findings;
   for (const Done& done : all) {
-    for (Finding finding : done.calibration.findings) {
-      if (&done != &worst && finding.severity == Severity::kNote) continue;
-      finding.text = "instance " + std::to_string(done.task.instance) + ": " + finding.text;
-      findings.push_back(finding.With("instance", done.task.instance));
-    }
+    for (Finding finding : done.calibration.findings)
+      findings.push_back(all.size() == 1 ? finding : finding.With("instance", done.task.instance));
+  }
+  std::ranges::move(of_exports, std::back_inserter(findings));
+  for (Finding& finding : findings) {
+    const std::optional<double> instance = finding.Value("instance");
+    if (instance && all.size() > 1)
+      finding.text =
+          "instance " + std::to_string(static_cast<int>(*instance)) + ": " + finding.text;
   }
   return findings;
+}
+
+Json IdsJson(const Tags& tags) {
+  Json ids = Json::object();
+  for (const Triad triad : kTriads) {
+    if (tags.device_ids[triad]) ids[std::string(TriadName(triad))] = *tags.device_ids[triad];
+  }
+  return ids;
 }
 
 /// What is said is of the worst; of several, which is the worst, and where the others are.
@@ -606,7 +688,7 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   });
   const bool is_held_back = worst.calibration.verdict() == Verdict::kFail;
   Calibration shown = worst.calibration;
-  shown.findings = FindingsOf(all, worst);
+  shown.findings = FindingsOf(all, exports.findings);
   const int exit_code = exports.is_whole ? worst.exit_code() : kExitNotEnough;
   VerbResult result{.exit_code = is_held_back ? kExitOutsideLimits : exit_code,
                     .text = CalibrationText(shown),
@@ -617,9 +699,11 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
   result.grade = GradeOf(worst.calibration);
   std::string files;
   if (all.size() > 1) {
-    result.text.insert(result.text.find('\n'),
-                       " (instance " + std::to_string(worst.task.instance) + " of " +
-                           std::to_string(all.size()) + ")");
+    std::string which =
+        " (instance " + std::to_string(worst.task.instance) + " of " + std::to_string(all.size());
+    for (const Finding& lost : worst.task.lost)
+      which += ", without its " + std::string(TriadName(*lost.sensor));
+    result.text.insert(result.text.find('\n'), which + ")");
   }
   for (const Done& done : all) {
     if (!done.task.initial_yaml.empty())
@@ -631,6 +715,7 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
       result.result["instances"].push_back({{"instance", done.task.instance},
                                             {"exit", done.exit_code()},
                                             {"verdict", VerdictName(done.calibration.verdict())},
+                                            {"ids", IdsJson(done.calibration.tags)},
                                             {"calibration", done.Path("calibration.yaml")}});
     }
     files += '\n';
@@ -640,6 +725,7 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
     files += "Export:      " + path + '\n';
     result.result["exports"].push_back(path);
   }
+  if (!exports.warnings.empty()) result.result["export_warnings"] = exports.warnings;
   result.text += '\n' + files;
   return result;
 }

@@ -274,7 +274,10 @@ Result<std::string> FindNodeProgram(const std::string& program, const std::strin
                      ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
                      "tools/convert-node)");
   }
-  if (const std::optional<std::string> found = FindCompanion(program)) return *found;
+  // Until its packages are there a build tree has it beside its scripts alone; it says so itself.
+  for (const std::string& name : {program, "convert-node/bin/" + program}) {
+    if (const std::optional<std::string> found = FindCompanion(name)) return *found;
+  }
   return Error(ErrorCode::kMissingProgram,
                flag + ": " + program +
                    " is not beside truetriad; build it with tools/build.sh programs (it needs "
