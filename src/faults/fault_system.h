@@ -17,13 +17,9 @@ struct FaultColumn {
     Eigen::Index row = 0;
     Eigen::MatrixXd value;  // 3 x unknowns
   };
-  // A column to whose mean square the gyroscope's noise adds more than this share finds that noise
-  // again: in 20 clean recordings of slow turns each had a low-pass of 30 σ.
-  static constexpr double kMostNoise = 0.1;
-
   std::vector<Block> blocks;
   Eigen::Index unknowns = 0;
-  double noise = 0.0;  // what the gyroscope's noise adds to the mean square, as a share
+  bool is_noisy = false;  // made of readings that the rows hold as well
 
   // A block without anything is left out.
   void Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>& value);

@@ -28,10 +28,6 @@ Eigen::VectorXd PerOwn(const Eigen::VectorXd& squares) {
   return squares.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
 }
 
-double LeastSeen(const ColumnSums& sums) {
-  return std::max(kSeenShare, sums.noise / FaultColumn::kMostNoise);
-}
-
 }  // namespace
 
 Eigen::MatrixXd SeenDirections(const ColumnSums& sums) {
@@ -39,8 +35,7 @@ Eigen::MatrixXd SeenDirections(const ColumnSums& sums) {
   const SymmetricEigen eigen = EigenOfSymmetric(ScaledBothSides(per_own, sums.information));
   const Eigen::Index count = per_own.size();
   Eigen::Index unseen = 0;
-  const double least = LeastSeen(sums);
-  while (unseen < count && !(eigen.values[unseen] > least)) ++unseen;
+  while (unseen < count && !(eigen.values[unseen] > kSeenShare)) ++unseen;
   Eigen::MatrixXd T(count, count - unseen);
   for (Eigen::Index i = unseen; i < count; ++i) {
     T.col(i - unseen) = per_own.cwiseProduct(eigen.vectors.col(i)) / std::sqrt(eigen.values[i]);
@@ -50,7 +45,7 @@ Eigen::MatrixXd SeenDirections(const ColumnSums& sums) {
 
 // By elimination; where a pivot is small the eigenvalues are asked.
 QuickTest QuickTestOf(const ColumnSums& sums) {
-  const double safe_pivot = 10.0 * LeastSeen(sums);  // all three are seen
+  constexpr double kSafePivot = 1e-3;  // ten times kSeenShare: all three are seen
   if (sums.squares.size() == 3) {
     const Eigen::Vector3d per_own = PerOwn(sums.squares);
     Eigen::Matrix3d A =
@@ -59,7 +54,7 @@ QuickTest QuickTestOf(const ColumnSums& sums) {
     double square = 0.0;
     bool is_safe = true;
     for (int i = 0; i < 3 && is_safe; ++i) {
-      is_safe = A(i, i) > safe_pivot;
+      is_safe = A(i, i) > kSafePivot;
       square += b[i] * b[i] / A(i, i);
       for (int j = i + 1; j < 3; ++j) {
         const double factor = A(j, i) / A(i, i);

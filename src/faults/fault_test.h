@@ -24,7 +24,6 @@ struct ColumnSums {
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
   Eigen::VectorXd squares;
-  double noise = 0.0;  // as FaultColumn
 };
 
 // A fault's test beside all that is in the system. With T such that T^T Z^T P Z T = I over the
@@ -47,8 +46,7 @@ struct FaultTest {
   Eigen::VectorXd h;                                     // -T z
 };
 
-// T: directions of which the rows show less than 1e-4 beside the model, or less than ten times what
-// a gyroscope's noise makes of the columns, are not seen.
+// T: directions of which the rows show less than 1e-4 beside the model are not seen.
 Eigen::MatrixXd SeenDirections(const ColumnSums& sums);
 
 // z^T z and the rank, at the cost of a few products for up to three unknowns.

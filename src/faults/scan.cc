@@ -146,7 +146,6 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
   std::vector<Change> changes;
   changes.reserve(static_cast<std::size_t>(functions) * (functions > 1 ? count : 3));
   ColumnSums sums;
-  sums.noise = columns_.front().noise;
   sums.information = Eigen::MatrixXd::Zero(wide * functions, wide * functions);
   sums.gradient = Eigen::VectorXd::Zero(wide * functions);
   sums.squares = Eigen::VectorXd::Zero(wide * functions);
@@ -189,7 +188,7 @@ FaultColumn ScannedForm::Column(const StretchWeights& asked) const {
     }
   }
   column.unknowns = wide * functions;
-  column.noise = columns_.front().noise;
+  column.is_noisy = columns_.front().is_noisy;
   return column;
 }
 

@@ -137,9 +137,9 @@ class FaultScene {
     double time_s = 0.0;
     std::ptrdiff_t turns = 0;
   };
-  std::vector<Path> path_;                         // of each node, where there are turns
-  std::ptrdiff_t apart_ = 1;                       // moments
-  double rate_variance_ = 0.0, turn_noise_ = 0.0;  // the latter a share of the mean square
+  std::vector<Path> path_;    // of each node, where there are turns
+  std::ptrdiff_t apart_ = 1;  // moments
+  double rate_variance_ = 0.0;
   Eigen::VectorXd tau_;
   std::optional<Eigen::VectorXd> temperature_;
 };
