@@ -346,7 +346,7 @@ std::string FolderOf(const std::string& folder, const fs::path& units) {
   return folder;
 }
 
-std::optional<Standing> AnotherThatCounts(const fs::path& folder, const std::string& serial) {
+std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibration& calibration) {
   std::error_code failure;
   const fs::path run = fs::canonical(folder, failure);
   const fs::path store = run.parent_path().parent_path().parent_path() / "fleet.db";
@@ -355,9 +355,10 @@ std::optional<Standing> AnotherThatCounts(const fs::path& folder, const std::str
   if (!opened) return {};
   const Result<bool> has_run = (*opened)->Has(run.filename().string());
   if (!has_run || !*has_run) return {};
-  Result<std::optional<Standing>> unit = (*opened)->StandingOf(serial);
-  if (!unit || !*unit || (*unit)->run == run.filename()) return {};
-  return *std::move(unit);
+  Result<std::optional<Standing>> unit = (*opened)->StandingOf(calibration.serial);
+  if (!unit || !*unit) return {};
+  const bool counts = (*unit)->run == run.filename();
+  return HeldByStore{**unit, counts, WhatHolds(calibration, **unit, counts)};
 }
 
 fs::path UnitsBeside(const std::string& store_url) {

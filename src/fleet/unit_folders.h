@@ -88,10 +88,17 @@ Result<Agreement> AgreeFolders(Store& store,
 /// `units`. Where nothing is there, or `units` is empty: `folder` itself.
 std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
 
-/// What another run amounts to that counts of the unit `serial`, by the store that has the run of
-/// `folder` beside it; unset: that one counts, or there is no such store.
-std::optional<Standing> AnotherThatCounts(const std::filesystem::path& folder,
-                                          const std::string& serial);
+/// What a store says of the unit of a run: whether that run counts, and the decisions that its
+/// files are to state.
+struct HeldByStore {
+  Standing unit;
+  bool counts = false;
+  std::vector<Decision> decisions;
+};
+/// By the store beside the units, that has the run of `folder`; unset: there is none. The files say
+/// less where they could not be reached when it was decided.
+std::optional<HeldByStore> WhatStoreHolds(const std::filesystem::path& folder,
+                                          const Calibration& calibration);
 
 /// Where the folders of units are of a store that is a file; empty: it is kept by a server.
 std::filesystem::path UnitsBeside(const std::string& store_url);

@@ -161,6 +161,24 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
               Not(HasSubstr("another run")));
 }
 
+TEST_F(FleetStore, ExportsNothingOfAUnitThatWasRefusedWhileItsFilesWereAway) {
+  WriteUnits(1);
+  ASSERT_EQ(Shell(kFleetProgram + std::string("run line --report=false -o out")).exit_code, 0);
+  const Finished decided = Shell(
+      "mv out/units away && " +
+      (kFleetProgram +
+       std::string("dispose u100 --store=out/fleet.db --who='R. Roe' --why=bent --verdict=FAIL; "
+                   "code=$?; mv away out/units; exit $code")));
+  EXPECT_EQ(decided.exit_code, 4);
+  const std::string to_export = "'" TRUETRIAD_BINARY
+                                "' export out/units/u100/*/calibration.yaml --to=record "
+                                "--output=u.html";
+  const Finished refused = Shell(to_export);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("FAIL by R. Roe on "));
+  EXPECT_FALSE(fs::exists(folder_.Path("u.html")));
+}
+
 // The later log holds nothing: its run has no files.
 TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitWhoseLogCannotBeRead) {
   WriteUnits(1);
@@ -241,9 +259,11 @@ TEST_F(FleetStore, EndsAConcessionWithTheNextRunThatCounts) {
   fs::rename(folder, folder_.Path("away"));
   EXPECT_EQ(run("0.0001").exit_code, 4);
   fs::rename(folder_.Path("away"), folder);
-  EXPECT_TRUE(may_leave());
+  EXPECT_FALSE(may_leave());  // The store says so before the file does.
+  const auto says = [&] { return TemporaryFolder::Read(folder + "/calibration.yaml"); };
+  EXPECT_THAT(says(), HasSubstr("spare"));
   EXPECT_EQ(run("0.0001").exit_code, 0);
-  EXPECT_FALSE(may_leave());
+  EXPECT_THAT(says(), Not(HasSubstr("spare")));
   MeasureAgain(8);
   ASSERT_EQ(run("5").exit_code, 0);
   EXPECT_FALSE(may_leave());

@@ -227,11 +227,14 @@ Json LossJson(const Export& result) {
 
 Result<VerbResult> RunExport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
-  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, ReadCalibration(FLAGS_calibration));
   const std::filesystem::path folder = std::filesystem::absolute(FLAGS_calibration).parent_path();
-  if (const auto unit = fleet::AnotherThatCounts(folder, calibration.serial)) {
-    Warn(FLAGS_calibration + ": is of another run than that which counts; the unit is " +
-         fleet::ReasonOf(*unit));
+  if (auto held = fleet::WhatStoreHolds(folder, calibration)) {
+    calibration.decisions = std::move(held->decisions);
+    if (!held->counts) {
+      Warn(FLAGS_calibration + ": is of another run than that which counts; the unit is " +
+           fleet::ReasonOf(held->unit));
+    }
   }
   if (options.allan) {
     // Noise is often taken of another unit of the same type, but not without a word.
