@@ -287,6 +287,14 @@ class Converters(unittest.TestCase):
                          [(1000 * t, [f"{x / 2:g}", "1", "-1.5"]) for t, x in
                           ((9625, 0), (9750, 1), (9875, 2), (10000, 3), (10125, 10), (10250, 11), (10375, 12))])
 
+    def test_ulog_fifo_is_turned_where_it_states_a_rotation(self):
+        fields = ("uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;int16_t x;int16_t y;int16_t z;"
+                  "uint8_t samples;uint8_t rotation;")
+        row = lambda rotation: [("sensor_gyro_fifo", 0, struct.pack("<QIff3hBB", 1000, 7, 125.0, 0.5, 2, 4, 6, 1, rotation))]
+        for rotation, expected in ((0, ["1", "2", "3"]), (8, ["1", "-2", "-3"])):  # ROLL_180
+            self.convert("ulog", self.made_ulog({"sensor_gyro_fifo": fields}, row(rotation)))
+            self.assertEqual(self.rows("gyroscope.csv")[0][1][:3], expected)
+
     def test_ulog_fifo_takes_the_place_of_its_own_sensor_alone(self):
         plain = lambda i, device: ("sensor_accel", i, struct.pack("<QI3f", 1000, device, device, 0, 0))
         fields = "uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;int16_t x;int16_t y;int16_t z;uint8_t samples;"

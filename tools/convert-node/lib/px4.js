@@ -79,7 +79,9 @@ function decoder(subscription, stream) {
   if (stream.fifo) {
     const [dt, scale, samples] = ['dt', 'scale', 'samples'].map((name) => field(name));
     if (!dt || !scale || !samples) return null;
-    decode.fifo = { axes: found, dtUs: reader(dt), scale: reader(scale), samples: reader(samples) };
+    // Where a driver of 2020 states the chip's rotation it has not turned these, as later ones have.
+    const rotation = field('rotation') ? reader(field('rotation')) : () => 0;
+    decode.fifo = { axes: found, dtUs: reader(dt), scale: reader(scale), samples: reader(samples), rotation };
     return decode;
   }
   decode.axes = found.map((axis) => reader(axis));
@@ -380,7 +382,7 @@ function openStreams(log, topics, slots, moments, rotations) {
         { recording: topic.recording, file: `${stream.triad}${suffix}.csv`, triad: stream.triad, unit: decode.unit,
           temperature: decode.temperature !== null, applied: appliedText(map) }, true);
       const entry = { file: log.file, topic, decode, table, device: undefined, deviceBefore: 0, scales: new Set(),
-        lastNs: null, repeated: 0, applied: map, turn, driver, chip: chip && { turn: chip.turn(rotations) } };
+        lastNs: null, repeated: 0, rotations, applied: map, turn, driver, chip: chip && { turn: chip.turn(rotations) } };
       opened.set(topic.id, [...(opened.get(topic.id) ?? []), entry]);
     }
   }
@@ -400,23 +402,29 @@ function takeDevice(entry, device) {
   entry.deviceBefore = device;
 }
 
+/** R v. */
+function turned(rotation, v) {
+  return rotation.map((row) => row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
+}
+
 function takeRow(entry, message) {
   const { decode, table } = entry;
   takeDevice(entry, decode.device ? decode.device(message) : 0);
   let timeUs = decode.timeUs(message);
   if (decode.fifo) {
-    const { axes, dtUs, scale, samples } = decode.fifo;
+    const { axes, dtUs, scale, samples, rotation } = decode.fifo;
+    const turn = entry.rotations[rotation(message)];
     const number = Math.min(samples(message), axes[0].length);
     const spacingNs = Math.round(dtUs(message) * 1000);
     const factor = scale(message);
-    if (!(spacingNs > 0) || !(factor > 0)) return;
+    if (!(spacingNs > 0) || !(factor > 0) || !turn) return;
     for (let i = 0; i < number; ++i) {
       const timeNs = timeUs * 1000n - BigInt((number - 1 - i) * spacingNs);
-      const [x, y, z] = axes.map((axis) => {
+      const counted = axes.map((axis) => {
         const at = 2 + axis.at + i * axis.step;
         return at + axis.step <= message.length ? factor * axis.read(message, at) : NaN;
       });
-      table.add(timeNs, x, y, z);
+      table.add(timeNs, ...turned(turn, counted));
     }
     return;
   }
@@ -434,8 +442,7 @@ function takeRow(entry, message) {
   entry.lastNs = timeNs;
   if (decode.scale && entry.scales.size < 2) entry.scales.add(decode.scale(message));
   const counted = decode.axes.map((axis) => axis(message));
-  const [x, y, z] = entry.chip?.turn
-    ? entry.chip.turn.map((row) => row[0] * counted[0] + row[1] * counted[1] + row[2] * counted[2]) : counted;
+  const [x, y, z] = entry.chip?.turn ? turned(entry.chip.turn, counted) : counted;
   table.add(timeNs, x, y, z, decode.temperature ? decode.temperature(message) : NaN);
 }
 
