@@ -54,26 +54,24 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   const auto recorded = [](const StationCheck& check) {
     return "its golden unit " + check.serial + " as recorded at " + check.recorded;
   };
-  // NaN: what cannot be dated is no check of today.
-  const auto age = [now = static_cast<double>(std::time(nullptr))](const StationCheck& check) {
-    return now - line::SecondsOf(check.recorded);
-  };
-  bool agrees = false;
+  const auto now_s = static_cast<double>(std::time(nullptr));
+  bool has_good = false;
   for (const StationCheck& check : checks) {
-    if (age(check) < -kClocksDifferS) {
+    const GoldenState state = GoldenStateOf(check, now_s, age_s);
+    if (state == GoldenState::kDisagrees) {
+      return std::optional("station " + station + " did not agree with " + recorded(check) +
+                           ", nor has since" + remedy +
+                           "; where that golden unit is broken or retired, give the station "
+                           "another name");
+    }
+    if (state == GoldenState::kToCome) {
       return std::optional("station " + station + " has a check of " + recorded(check) +
-                           ", which is " + HoursText(-age(check)) +
+                           ", which is " + HoursText(line::SecondsOf(check.recorded) - now_s) +
                            " from now: a clock is or was wrong" + remedy);
     }
-    // One that did not agree and is measured no more is forgotten when others have to be measured.
-    const bool is_last = &check == &checks.back();
-    if (!check.agrees && (is_last || !(age(check) > age_s))) {
-      return std::optional("station " + station + " did not agree with " + recorded(check) +
-                           remedy);
-    }
-    agrees = agrees || age(check) <= age_s;
+    has_good = has_good || state == GoldenState::kGood;
   }
-  if (agrees) return std::optional<std::string>();
+  if (has_good) return std::optional<std::string>();
   return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
                        ", " + HoursText(age_s) + " ago or more" + remedy);
 }

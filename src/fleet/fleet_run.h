@@ -124,10 +124,9 @@ class OrderSource {
 
 struct WatchOptions;
 
-/// Why no unit may be calibrated at a station: no golden unit has a check in the store, none has
-/// one that is at most `age_s` old, or the last of one did not agree, in that time or the last of
-/// all, or is of a time to come. A recording that is checked again does not count. Unset: the last
-/// checks of all that were measured in that time agreed. Error: of the store.
+/// Why no unit may be calibrated at a station, by the GoldenState of each of its golden units,
+/// where a check of `age_s` is overdue: one disagrees or is of a time to come, or none is good.
+/// Unset: it may. Error: of the store.
 Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s);

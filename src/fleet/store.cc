@@ -604,19 +604,20 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     counting.reset();
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               database_->Ask(LastChecks(), std::vector<Value>{added.station}));
+    std::vector<StationCheck> last = ThingsIn<StationCheck>(table);
+    const auto own = std::ranges::find(last, added.serial, &StationCheck::serial);
+    if (own != last.end()) {
+      if (own->id != added.id) counting = std::move(*own);
+      return {};
+    }
     const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
                                     " FROM station_check WHERE station = $1 AND recording = $2 "
-                                    "AND recording <> '' ORDER BY station_check LIMIT 1";
-    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Cell> row,
+                                    "ORDER BY station_check LIMIT 1";
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> first,
                                Row(first_check, {added.station, added.recording}));
-    if (row.empty() || row[0] == added.id) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const Table last,
-                                 database_->Ask(LastChecks(), std::vector<Value>{added.station}));
-      const auto own = std::ranges::find(
-          last.rows, added.serial, [](const auto& of) { return of[2].value_or(""); });
-      row = *own;
-    }
-    if (row.at(0) != added.id) counting = FromRow<StationCheck>(row);
+    if (!first.empty()) counting = FromRow<StationCheck>(first);
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);

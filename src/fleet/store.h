@@ -114,10 +114,6 @@ inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail}
 /// UTF-8, the verdict is none of people, or the serial number was wrong and it is not FAIL.
 Status CheckDisposition(const Disposition& disposition);
 
-/// By how many seconds the clocks of two machines may differ: a check that is later than now by
-/// more is of a time to come.
-inline constexpr double kClocksDifferS = 60.0;
-
 /// A station's golden unit, measured again.
 struct StationCheck {
   std::string id;  ///< NewRunId.
@@ -135,6 +131,17 @@ struct StationCheck {
   std::string recording = {};      ///< RecordingOf its readings; empty: not known.
   std::string repeatability = {};  ///< That the golden unit was granted, as it was stated.
 };
+
+/// What a golden unit says of its station.
+enum class GoldenState {
+  kGood,
+  kDisagrees,  ///< Its last recording did not agree, however long ago: that holds until one does.
+  kOverdue,    ///< Its last recording is too old, or nobody knows how old.
+  kToCome,     ///< Its last recording is of a time to come: a clock is or was wrong.
+};
+/// By the last check of the golden unit that counts, `now_s` seconds after the beginning of 1970,
+/// where a recording is too old that is older than `due_s`.
+GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s);
 
 /// What decisions and checks a store has.
 struct Decisions {
@@ -230,9 +237,11 @@ class Store {
   /// clear of which recording, the unit is to be good by a run that was given up or does not count,
   /// or its readings count for another one.
   Result<Disposition> Dispose(const Disposition& disposition);
-  /// Adds a check, with a later name where the clock has gone back. What counts in its stead, where
-  /// something does: of the same recording, which counts by its first check at a station, or of a
-  /// later one of the same golden unit.
+  /// Adds a check, with a later name where the clock has gone back. The check by which the golden
+  /// unit's state at the station is known, where this one is not it: a recording counts by its
+  /// first check at a station, and the last recording of a golden unit says its state. (Where no
+  /// recording of this golden unit counts there: the first check of this one, of another golden
+  /// unit.)
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// Those that count, in their order: of all stations, or of one the last of each golden unit.
   Result<std::vector<StationCheck>> StationChecks();

@@ -537,7 +537,12 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
   check(20.0, true);
   EXPECT_EQ(why(), "");
-  check(3650.0, false, "G0");  // Was measured no more.
+  // However long ago, and whatever other golden units say.
+  check(3650.0, false, "G0");
+  EXPECT_THAT(why(),
+              AllOf(HasSubstr("did not agree with its golden unit G0 as recorded"),
+                    HasSubstr("give the station another name")));
+  check(3640.0, true, "G0");
   EXPECT_EQ(why(), "");
   check(12.0, false, "G2");
   check(11.0, true, "G3");

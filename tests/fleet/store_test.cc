@@ -724,6 +724,17 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   EXPECT_FALSE((*store)->AddStationCheck(check).value());
   ASSERT_EQ(last_of("S4").size(), 2U);
   EXPECT_EQ(last_of("S4")[1].serial, "G2");
+  // Of one that does not count, what counts is the last of its golden unit, or, where that has
+  // none, what was made of the recording first.
+  const auto counting =
+      [&](const std::string& id, const std::string& serial, const std::string& recording) {
+        check.id = id, check.station = "S3", check.serial = serial, check.recording = recording;
+        const auto of = (*store)->AddStationCheck(check);
+        EXPECT_TRUE(of && *of);
+        return of && *of ? (*of)->id : "";
+      };
+  EXPECT_EQ(counting("8", "G1", "aa bb"), "5");
+  EXPECT_EQ(counting("9", "G3", "aa bb"), "3");
 }
 
 TEST_P(StoreTest, GivesWholeRunsBack) {
