@@ -105,7 +105,11 @@ struct Disposition {
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The one that counted, or is another unit's.
-  bool wrong_serial = false;         ///< What it read is another unit's: its number was wrong.
+  /// Whether what the run read is another unit's, since its serial number was wrong, or is its own
+  /// after all; unset: this decision does not say, and leaves what was said before.
+  std::optional<bool> wrong_serial = {};
+
+  bool GivesUp() const { return wrong_serial.value_or(false); }
 };
 /// What somebody can decide: that the unit may leave, or that it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
@@ -281,9 +285,9 @@ class Store {
   /// Error (usage): the run is none of the unit's, or cannot be conceded since `counting` counts.
   /// In a transaction.
   Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
-  /// Of the unit's only recording with a result that was not given up; empty: there is none. Error
-  /// (usage): there are several. In a transaction.
-  Result<std::string> RunOfWrongSerial(const std::string& serial);
+  /// Of the unit's only recording with a result that was given up, or that was not; empty: there is
+  /// none. Error (usage): there are several. In a transaction.
+  Result<std::string> OnlyRecording(const std::string& serial, bool is_given_up);
   /// How many of them were not there. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
   /// Makes `id` greater than all of a table and `other`; false: it is there already. In a

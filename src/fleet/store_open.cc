@@ -125,7 +125,7 @@ Status CheckDisposition(const Disposition& disposition) {
   TRUETRIAD_RETURN_IF_ERROR(CheckLine("who decided it", disposition.who, 200));
   TRUETRIAD_RETURN_IF_ERROR(CheckLine("why", disposition.why, 2000));
   std::string verdicts;
-  if (disposition.wrong_serial && disposition.verdict != Verdict::kFail) {
+  if (disposition.GivesUp() && disposition.verdict != Verdict::kFail) {
     return Error(ErrorCode::kConflictingArguments,
                  "a unit whose serial number was wrong was not measured, so is `FAIL`");
   }
