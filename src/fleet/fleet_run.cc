@@ -377,19 +377,24 @@ class FleetEngine {
     Yield& yield = progress_.yield;
     const bool is_good = !IsRed(unit.final_verdict);
     progress_.overruled.erase(run.serial);
-    progress_.overruled_red.erase(run.serial);
     if (is_good == IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
-    if (!is_good && !IsRed(run.verdict)) progress_.overruled_red.insert(run.serial);
-    const auto [item, is_new] =
-        is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
+    const auto [item, is_new] = units_.try_emplace(std::hash<std::string>()(run.serial));
+    UnitSoFar& so_far = item->second;
     if (is_new) {
       ++yield.units;
       if (!IsRed(unit.first_verdict)) ++yield.first_good;
-    } else if (item->second) {
+    } else if (so_far.is_good) {
       --yield.final_good;
+    } else {
+      progress_.held_back -= so_far.good_runs;
     }
-    if (is_good) ++yield.final_good;
-    item->second = is_good;
+    if (!IsRed(run.verdict)) ++so_far.good_runs;
+    so_far.is_good = is_good;
+    if (is_good) {
+      ++yield.final_good;
+    } else {
+      progress_.held_back += so_far.good_runs;
+    }
   }
 
   /// Says by which other limits, or experiment, a unit is good now that missed limits before.
@@ -513,7 +518,12 @@ class FleetEngine {
   std::deque<UnitRun> ended_;    ///< Not in the store yet.
   Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
   FleetProgress progress_;
-  std::unordered_map<std::size_t, bool> is_final_good_;  ///< By the serial number's hash.
+  /// What is known of a unit that has runs of now.
+  struct UnitSoFar {
+    bool is_good = false;       ///< In the end, as the store has it.
+    std::size_t good_runs = 0;  ///< Of now.
+  };
+  std::unordered_map<std::size_t, UnitSoFar> units_;  ///< By the serial number's hash.
 };
 
 /// Units that are known beforehand, in their order.
