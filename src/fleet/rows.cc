@@ -187,11 +187,9 @@ constexpr std::string_view kRecordings =
     "END), first_run) AS said_by, {is_given_up} AS is_given_up FROM measured AS own WHERE "
     "own.serial = unit.serial GROUP BY serial, first_run)";
 
-/// Likewise, the last of these of the run that counts alone.
+/// Of the run that counts, in `standing`, the run that says when its recording was measured.
 constexpr std::string_view kSaidBy =
-    "(SELECT COALESCE(max(CASE WHEN same.recorded_by = 'list' THEN same.run END), "
-    "max(own.first_run)) FROM measured AS own CROSS JOIN measured AS same WHERE own.run = run.run "
-    "AND same.serial = unit.serial AND same.first_run = own.first_run)";
+    "(SELECT its.said_by FROM {recordings} AS its WHERE its.run = run.run)";
 
 /// The columns of `run` in `standing`.
 std::string RunColumns() {
@@ -357,9 +355,9 @@ std::string TablesSql(const TypeNames& types) {
       NewRunId() + "');\n";
   const std::string run_columns = RunColumns();
   for (const auto& [from, to] :
-       {std::pair<std::string_view, std::string_view>{"{recordings}", kRecordings},
-        {"{run_columns}", run_columns},
+       {std::pair<std::string_view, std::string_view>{"{run_columns}", run_columns},
         {"{said_by}", kSaidBy},
+        {"{recordings}", kRecordings},
         {"{is_given_up}", kIsGivenUp},
         {"{said_of_serial}", kSaidOfSerial},
         {"{text}", types.text},
