@@ -109,15 +109,14 @@ std::string ShellWord(const std::string& text) {
 std::string DisposeCommand(const std::string& serial,
                            const WorkPlan& plan,
                            const std::string& decision) {
-  std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
-  if (JsonLinesPath(store)) store = "STORE";
+  const std::string store = JsonLinesPath(plan.store_name) ? "STORE" : plan.store_name;
   return "`truetriad fleet dispose " + ShellWord(serial) + " --store=" + ShellWord(store) +
          " --who=NAME " + decision + '`';
 }
 
 /// What releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
-  const bool is_lines = JsonLinesPath(plan.store.substr(plan.store.find(' ') + 1)).has_value();
+  const bool is_lines = JsonLinesPath(plan.store_name).has_value();
   return std::string("measure this unit, or, where that one's number was wrong, ") +
          (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
          DisposeCommand(other.serial,
@@ -442,7 +441,7 @@ class FleetEngine {
     const bool stays = before && before->final_verdict == Verdict::kFail &&
                        !unit.disposed_by.empty() && before->disposed_by == unit.disposed_by;
     if (!stays || !is_new_recording || run.id != unit.run || IsRed(run.verdict)) return;
-    const bool is_file = run.recorded.empty() || run.recorded_by == kRecordedBy[2];
+    const bool is_file = run.recorded.empty() || run.recorded_by == kByFile;
     Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
          unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
          unit.disposed_why + "), since " +
