@@ -222,7 +222,8 @@ class Store {
   Result<std::string> FailedSinceGood(const UnitRun& run);
   /// A name that was made with the store and is no other's.
   Result<std::string> Identity();
-  /// Those of one unit, each with what was said of it as if it were the unit's.
+  /// Of one unit, the runs of which a person said that their serial number was wrong, by their
+  /// names, each with that decision as if it were the unit's standing.
   Result<std::map<std::string, Standing>> GivenUpOf(const std::string& serial);
   /// Unset: there is no such unit.
   Result<std::optional<Standing>> StandingOf(const std::string& serial);
