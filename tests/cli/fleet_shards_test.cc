@@ -130,6 +130,13 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   EXPECT_EQ(Fleet("run line/w1.csv -o out").exit_code, 0);
   EXPECT_THAT(Fleet(again + " --wrong-serial=false").err,
               HasSubstr("its readings count for unit `w1`"));
+  // Once they count for no other unit, they are given back.
+  EXPECT_EQ(
+      Fleet("dispose w1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=u1 --wrong-serial")
+          .exit_code,
+      0);
+  EXPECT_THAT(Fleet(again + " --wrong-serial=false").out,
+              StartsWith("u1 is FAIL, its serial number was right (run "));
 }
 
 // However each of them spells the folder.
