@@ -315,7 +315,8 @@ constexpr std::string_view kDecisionsLifted =
     "JOIN standing ON standing.serial = run.serial "
     "WHERE standing.disposed_by IS NULL AND made.disposition = (SELECT max(one.disposition) "
     "FROM disposition AS one JOIN run AS its ON its.run = one.run "
-    "WHERE one.wrong_serial = 0 AND its.serial = standing.serial) ORDER BY standing.serial";
+    "WHERE one.wrong_serial IS DISTINCT FROM 1 AND its.serial = standing.serial) ORDER BY "
+    "standing.serial";
 
 /// Units that are good by another run than their last, which is not: it was measured before that.
 constexpr std::string_view kOverruled =

@@ -125,7 +125,8 @@ struct RowReader {
       }
     } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
       field = RealsFromHex(*cell);
-    } else if constexpr (std::is_same_v<Field, bool>) {
+    } else if constexpr (std::is_same_v<Field, bool> ||
+                         std::is_same_v<Field, std::optional<bool>>) {
       field = *cell != "0";
     } else if constexpr (std::is_assignable_v<Field&, const std::string&>) {
       field = *cell;

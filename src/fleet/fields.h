@@ -22,7 +22,7 @@ namespace truetriad::fleet {
 
 /// The version of all that, of the tables and of lines of JSON. A store that has another one is
 /// refused.
-inline constexpr int kSchemaVersion = 5;
+inline constexpr int kSchemaVersion = 6;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
 /// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
 /// none.
@@ -147,6 +147,11 @@ inline std::vector<std::string_view> TagNames() {
   return names;
 }
 
+template <typename Field>
+inline constexpr bool IsOptional = false;
+template <typename Value>
+inline constexpr bool IsOptional<std::optional<Value>> = true;
+
 /// A thing as an object of JSON.
 template <typename Thing>
 Json TreeOf(const Thing& thing) {
@@ -158,7 +163,7 @@ Json TreeOf(const Thing& thing) {
           json[name] = VerdictName(field);
         } else if constexpr (std::is_same_v<Field, double>) {
           json[name] = std::isfinite(field) ? Json(field) : Json();
-        } else if constexpr (std::is_same_v<Field, std::optional<double>>) {
+        } else if constexpr (IsOptional<Field>) {
           json[name] = field ? Json(*field) : Json();
         } else if constexpr (std::is_same_v<Field, Tags>) {
           json[name] = JsonOf(field);
@@ -183,9 +188,10 @@ void TakeTree(const Json& json, Thing* thing) {
           const std::optional<Verdict> known = VerdictFromName(verdict);
           if (!known) throw std::runtime_error("`" + verdict + "` is no verdict");
           field = *known;
-        } else if constexpr (std::is_same_v<Field, double> ||
-                             std::is_same_v<Field, std::optional<double>>) {
+        } else if constexpr (std::is_same_v<Field, double>) {
           if (!stated.is_null()) field = stated.get<double>();
+        } else if constexpr (IsOptional<Field>) {
+          if (!stated.is_null()) field = stated.get<typename Field::value_type>();
         } else if constexpr (std::is_same_v<Field, Tags>) {
           field = TagsFrom(stated);
         } else {

@@ -12,6 +12,8 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <unordered_map>
@@ -314,16 +316,22 @@ class PageData {
   /// by which it is lifted.
   Status ReadDecisions() {
     TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store_.ReadDecisions());
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               store_.Query("SELECT DISTINCT disposition FROM given_up"));
+    std::set<std::string> giving_up;
+    for (const auto& row : table.rows) giving_up.insert(row[0].value_or(""));
     std::unordered_map<std::string, std::string> last;
     for (const Disposition& one : decisions.dispositions) last[one.serial] = one.id;
     for (const Disposition& one : decisions.dispositions) {
       const auto unit = places_.find(one.serial);
       if (unit == places_.end()) continue;
       const PageUnit& of = units_[unit->second];
-      const bool holds = of.is_decided || one.wrong_serial;
-      const std::string end = last[one.serial] != one.id ? "later" : holds ? "" : of.run;
+      const std::string end = giving_up.contains(one.id)   ? ""
+                              : last[one.serial] != one.id ? "later"
+                              : of.is_decided              ? ""
+                                                           : of.run;
       Json& list = decided_.try_emplace(one.run, Json::array()).first->second;
-      const std::string why = (one.wrong_serial ? "wrong serial number: " : "") + one.why;
+      const std::string why = (one.GivesUp() ? "wrong serial number: " : "") + one.why;
       list.push_back({one.created, one.who, VerdictName(one.verdict), why, end});
     }
     return {};

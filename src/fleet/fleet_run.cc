@@ -54,26 +54,24 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   const auto recorded = [](const StationCheck& check) {
     return "its golden unit " + check.serial + " as recorded at " + check.recorded;
   };
-  // NaN: what cannot be dated is no check of today.
-  const auto age = [now = static_cast<double>(std::time(nullptr))](const StationCheck& check) {
-    return now - line::SecondsOf(check.recorded);
-  };
-  bool agrees = false;
+  const auto now_s = static_cast<double>(std::time(nullptr));
+  bool has_good = false;
   for (const StationCheck& check : checks) {
-    if (age(check) < -kClocksDifferS) {
+    const GoldenState state = GoldenStateOf(check, now_s, age_s);
+    if (state == GoldenState::kDisagrees) {
+      return std::optional("station " + station + " did not agree with " + recorded(check) +
+                           ", nor has since" + remedy +
+                           "; where that golden unit is broken or retired, give the station "
+                           "another name");
+    }
+    if (state == GoldenState::kToCome) {
       return std::optional("station " + station + " has a check of " + recorded(check) +
-                           ", which is " + HoursText(-age(check)) +
+                           ", which is " + HoursText(line::SecondsOf(check.recorded) - now_s) +
                            " from now: a clock is or was wrong" + remedy);
     }
-    // One that did not agree and is measured no more is forgotten when others have to be measured.
-    const bool is_last = &check == &checks.back();
-    if (!check.agrees && (is_last || !(age(check) > age_s))) {
-      return std::optional("station " + station + " did not agree with " + recorded(check) +
-                           remedy);
-    }
-    agrees = agrees || age(check) <= age_s;
+    has_good = has_good || state == GoldenState::kGood;
   }
-  if (agrees) return std::optional<std::string>();
+  if (has_good) return std::optional<std::string>();
   return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
                        ", " + HoursText(age_s) + " ago or more" + remedy);
 }
@@ -111,15 +109,14 @@ std::string ShellWord(const std::string& text) {
 std::string DisposeCommand(const std::string& serial,
                            const WorkPlan& plan,
                            const std::string& decision) {
-  std::string store = plan.store.substr(plan.store.find(' ') + 1);  // Behind its identity.
-  if (JsonLinesPath(store)) store = "STORE";
+  const std::string store = JsonLinesPath(plan.store_name) ? "STORE" : plan.store_name;
   return "`truetriad fleet dispose " + ShellWord(serial) + " --store=" + ShellWord(store) +
          " --who=NAME " + decision + '`';
 }
 
 /// What releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
-  const bool is_lines = JsonLinesPath(plan.store.substr(plan.store.find(' ') + 1)).has_value();
+  const bool is_lines = JsonLinesPath(plan.store_name).has_value();
   return std::string("measure this unit, or, where that one's number was wrong, ") +
          (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
          DisposeCommand(other.serial,
@@ -379,19 +376,24 @@ class FleetEngine {
     Yield& yield = progress_.yield;
     const bool is_good = !IsRed(unit.final_verdict);
     progress_.overruled.erase(run.serial);
-    progress_.overruled_red.erase(run.serial);
     if (is_good == IsRed(run.verdict)) progress_.overruled[run.serial] = ReasonOf(unit);
-    if (!is_good && !IsRed(run.verdict)) progress_.overruled_red.insert(run.serial);
-    const auto [item, is_new] =
-        is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
+    const auto [item, is_new] = units_.try_emplace(std::hash<std::string>()(run.serial));
+    UnitSoFar& so_far = item->second;
     if (is_new) {
       ++yield.units;
       if (!IsRed(unit.first_verdict)) ++yield.first_good;
-    } else if (item->second) {
+    } else if (so_far.is_good) {
       --yield.final_good;
+    } else {
+      progress_.held_back -= so_far.good_runs;
     }
-    if (is_good) ++yield.final_good;
-    item->second = is_good;
+    if (!IsRed(run.verdict)) ++so_far.good_runs;
+    so_far.is_good = is_good;
+    if (is_good) {
+      ++yield.final_good;
+    } else {
+      progress_.held_back += so_far.good_runs;
+    }
   }
 
   /// Says by which other limits, or experiment, a unit is good now that missed limits before.
@@ -439,7 +441,7 @@ class FleetEngine {
     const bool stays = before && before->final_verdict == Verdict::kFail &&
                        !unit.disposed_by.empty() && before->disposed_by == unit.disposed_by;
     if (!stays || !is_new_recording || run.id != unit.run || IsRed(run.verdict)) return;
-    const bool is_file = run.recorded.empty() || run.recorded_by == kRecordedBy[2];
+    const bool is_file = run.recorded.empty() || run.recorded_by == kByFile;
     Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
          unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
          unit.disposed_why + "), since " +
@@ -515,7 +517,12 @@ class FleetEngine {
   std::deque<UnitRun> ended_;    ///< Not in the store yet.
   Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
   FleetProgress progress_;
-  std::unordered_map<std::size_t, bool> is_final_good_;  ///< By the serial number's hash.
+  /// What is known of a unit that has runs of now.
+  struct UnitSoFar {
+    bool is_good = false;       ///< In the end, as the store has it.
+    std::size_t good_runs = 0;  ///< Of now.
+  };
+  std::unordered_map<std::size_t, UnitSoFar> units_;  ///< By the serial number's hash.
 };
 
 /// Units that are known beforehand, in their order.

@@ -64,7 +64,7 @@ struct FleetProgress {
   /// Units of which another run than that of now, or a person, says whether they are good, and why:
   /// "FAIL by R. Roe (bent)".
   std::map<std::string, std::string> overruled;
-  std::set<std::string> overruled_red;  ///< Those of them that are not good.
+  std::size_t held_back = 0;  ///< Runs of now that are good, of units that are not in the end.
   /// Runs of recordings that had one in the store before, and some units of theirs: those that come
   /// first by name, whichever worker is done first.
   std::size_t known_recordings = 0;
@@ -74,8 +74,8 @@ struct FleetProgress {
   bool is_stopped = false;            ///< Before all were done.
   Findings warnings_said;             ///< Of FleetListener::on_warning.
 
-  /// Runs that are not good, or whose unit is not in the end.
-  std::size_t NotGood() const { return red + overruled_red.size(); }
+  /// Runs of now that are not good, or whose unit is not in the end.
+  std::size_t NotGood() const { return red + held_back; }
   /// Whether all runs are good, and all units in the end, those left out, too.
   bool IsGood() const { return red == 0 && yield.final_good == yield.units && skipped_red.empty(); }
   /// Units a second; 0 before the first.
@@ -124,10 +124,9 @@ class OrderSource {
 
 struct WatchOptions;
 
-/// Why no unit may be calibrated at a station: no golden unit has a check in the store, none has
-/// one that is at most `age_s` old, or the last of one did not agree, in that time or the last of
-/// all, or is of a time to come. A recording that is checked again does not count. Unset: the last
-/// checks of all that were measured in that time agreed. Error: of the store.
+/// Why no unit may be calibrated at a station, by the GoldenState of each of its golden units,
+/// where a check of `age_s` is overdue: one disagrees or is of a time to come, or none is good.
+/// Unset: it may. Error: of the store.
 Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -237,37 +238,46 @@ class ChartsJson {
   const line::ChartReport& report_;
 };
 
-/// The checks that count of each station's golden units, and whether it may be trusted by these:
-/// one that did not agree the last time disagrees; one whose last check is too old, of a time to
-/// come or cannot be dated is overdue.
+std::string_view NameOf(GoldenState state) {
+  switch (state) {
+    case GoldenState::kGood:
+      return "good";
+    case GoldenState::kDisagrees:
+      return "disagrees";
+    case GoldenState::kOverdue:
+    case GoldenState::kToCome:
+      return "overdue";
+  }
+  return "";
+}
+
+/// The checks that count of each station's golden units, and what each of these says of the
+/// station.
 Result<Json> GoldenOf(Store& store, const SummaryOptions& options) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks, store.StationChecks());
-  std::map<std::pair<std::string, std::string>, Json> by_unit;
-  for (const StationCheck& check : checks) {
-    by_unit[{check.station, check.serial}].push_back({{"serial", check.serial},
-                                                      {"created", check.created},
-                                                      {"recorded", check.recorded},
-                                                      {"agrees", check.agrees},
-                                                      {"p", check.p},
-                                                      {"largest", check.largest},
-                                                      {"parameter", check.parameter}});
-  }
+  std::map<std::pair<std::string, std::string>, std::vector<StationCheck>> by_unit;
+  for (const StationCheck& check : checks) by_unit[{check.station, check.serial}].push_back(check);
+  const double now_s = line::SecondsOf(options.now);
   Json stations = Json::array();
   for (const auto& [unit, of_unit] : by_unit) {
-    const Json& last = of_unit.back();
-    const double age_s = line::SecondsOf(options.now) - line::SecondsOf(last["recorded"]);
-    const bool is_due = age_s <= 3600.0 * options.golden_due_h && age_s >= -kClocksDifferS;
-    const auto disagreed = std::ranges::count(
-        of_unit, false, [](const Json& check) { return check["agrees"].get<bool>(); });
-    stations.push_back({{"station", unit.first},
-                        {"serial", unit.second},
-                        {"state",
-                         last["agrees"] == false ? "disagrees"
-                         : is_due                ? "good"
-                                                 : "overdue"},
-                        {"age_h", age_s / 3600.0},
-                        {"disagreed", disagreed},
-                        {"checks", of_unit}});
+    Json list = Json::array();
+    for (const StationCheck& check : of_unit) {
+      list.push_back({{"serial", check.serial},
+                      {"created", check.created},
+                      {"recorded", check.recorded},
+                      {"agrees", check.agrees},
+                      {"p", check.p},
+                      {"largest", check.largest},
+                      {"parameter", check.parameter}});
+    }
+    const StationCheck& last = of_unit.back();
+    stations.push_back(
+        {{"station", unit.first},
+         {"serial", unit.second},
+         {"state", NameOf(GoldenStateOf(last, now_s, 3600.0 * options.golden_due_h))},
+         {"age_h", (now_s - line::SecondsOf(last.recorded)) / 3600.0},
+         {"disagreed", std::ranges::count(of_unit, false, &StationCheck::agrees)},
+         {"checks", std::move(list)}});
   }
   return stations;
 }

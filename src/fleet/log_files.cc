@@ -234,13 +234,13 @@ Recorded RecordedIn(std::int64_t time_ns, std::string_view by) {
 
 }  // namespace
 
-Recorded RecordedOf(const LogStamp& stamp) { return RecordedIn(stamp.modified_ns, kRecordedBy[2]); }
+Recorded RecordedOf(const LogStamp& stamp) { return RecordedIn(stamp.modified_ns, kByFile); }
 
 std::optional<Recorded> RecordedOf(const PoseSet& poses) {
   // 9 September 2001: one that counts from power-up would have run for 31.7 years.
   constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
   if (!poses.has_time || poses.start_ns < kLeastNs) return std::nullopt;
-  return RecordedIn(poses.start_ns, kRecordedBy[1]);
+  return RecordedIn(poses.start_ns, kByRecording);
 }
 
 bool IsBeingWritten(const std::string& file) {
@@ -285,7 +285,7 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
     // The other log may have been taken away, as the refusal advises.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) continue;
     // A time that no list has stated is that of the log, and what one says would change it.
-    const bool is_stated = run.recorded_by == kRecordedBy[0];
+    const bool is_stated = run.recorded_by == kByList;
     done.Add(run.log,
              {run.log_bytes, run.log_modified_ns},
              run.serial,

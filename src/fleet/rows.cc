@@ -21,9 +21,10 @@ namespace {
 /// untouched, or of all the readings that it was made from, sensor by sensor. An attempt is a
 /// recording, however often it is calibrated.
 ///
-/// `given_up` has the runs of recordings of which the last that a person said is that their serial
-/// number was wrong. They count for nothing: but where a unit has no others, the last of them says
-/// that it was not measured.
+/// `given_up` has the runs of recordings of which a person said that their serial number was wrong
+/// (`wrong_serial` is 1), and none said later that it was right (0); a decision that says nothing
+/// of it (NULL) changes nothing there. They count for nothing: but where a unit has no others, the
+/// last of them says that it was not measured.
 ///
 /// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
 /// "file". Runs are in the order of that; those of one second, and those without it, which come
@@ -82,15 +83,11 @@ CREATE VIEW measured AS
     ) END AS first_run
   FROM run AS one;
 CREATE VIEW given_up AS
-  SELECT made.run, said.disposition
-  FROM disposition AS said CROSS JOIN measured AS about CROSS JOIN measured AS made
+  SELECT own.run, said.disposition
+  FROM disposition AS said CROSS JOIN measured AS about CROSS JOIN measured AS own
   WHERE said.wrong_serial = 1 AND about.run = said.run
-    AND made.serial = about.serial AND made.first_run = about.first_run
-    AND NOT EXISTS (
-      SELECT 1 FROM measured AS again CROSS JOIN disposition AS later
-      WHERE again.serial = about.serial AND again.first_run = about.first_run
-        AND later.run = again.run AND later.disposition > said.disposition
-    );
+    AND own.serial = about.serial AND own.first_run = about.first_run
+    AND said.disposition = {said_of_serial};
 CREATE VIEW latest AS
   SELECT * FROM run AS one
   WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.serial = one.serial AND later.run > one.run);
@@ -114,7 +111,7 @@ CREATE VIEW standing AS
       SELECT max(one.disposition)
       FROM run AS its CROSS JOIN disposition AS one
       WHERE its.serial = unit.serial AND one.run = its.run
-        AND (one.wrong_serial = 0 OR EXISTS (
+        AND (one.wrong_serial IS DISTINCT FROM 1 OR EXISTS (
           SELECT 1 FROM measured AS own CROSS JOIN measured AS about
           WHERE own.run = run.run AND about.run = one.run AND about.first_run = own.first_run
         ))
@@ -170,25 +167,29 @@ CREATE VIEW standing AS
   );
 )sql";
 
-/// Of a unit, in `standing`, of a run `own`: whether its recording was given up.
-constexpr std::string_view kIsGivenUp =
-    "(COALESCE((SELECT one.wrong_serial FROM run AS its CROSS JOIN disposition AS one CROSS JOIN "
-    "measured AS about WHERE its.serial = unit.serial AND one.run = its.run AND about.run = "
-    "its.run "
-    "AND about.first_run = own.first_run ORDER BY one.disposition DESC LIMIT 1), 0) = 1)";
+/// Of a run `own` of `measured`, the last decision that says of its recording whether the serial
+/// number was wrong.
+constexpr std::string_view kSaidOfSerial =
+    "(SELECT max(one.disposition) FROM run AS its CROSS JOIN disposition AS one CROSS JOIN "
+    "measured AS same WHERE its.serial = own.serial AND one.run = its.run AND one.wrong_serial IS "
+    "NOT NULL AND same.run = its.run AND same.first_run = own.first_run)";
 
-/// Likewise, the first and the newest run of each recording, and the one that says when it was
-/// measured.
+/// Of the same, in `standing`, whether its recording was given up: what `given_up` says of all
+/// units, asked of one.
+constexpr std::string_view kIsGivenUp =
+    "EXISTS (SELECT 1 FROM disposition AS said WHERE said.wrong_serial = 1 AND said.disposition = "
+    "{said_of_serial})";
+
+/// Of a unit, in `standing`, the first and the newest run of each recording, and the one that says
+/// when it was measured.
 constexpr std::string_view kRecordings =
     "(SELECT first_run, max(run) AS run, COALESCE(max(CASE WHEN recorded_by = 'list' THEN run "
     "END), first_run) AS said_by, {is_given_up} AS is_given_up FROM measured AS own WHERE "
-    "own.serial = unit.serial GROUP BY first_run)";
+    "own.serial = unit.serial GROUP BY serial, first_run)";
 
-/// Likewise, the last of these of the run that counts alone.
+/// Of the run that counts, in `standing`, the run that says when its recording was measured.
 constexpr std::string_view kSaidBy =
-    "(SELECT COALESCE(max(CASE WHEN same.recorded_by = 'list' THEN same.run END), "
-    "max(own.first_run)) FROM measured AS own CROSS JOIN measured AS same WHERE own.run = run.run "
-    "AND same.serial = unit.serial AND same.first_run = own.first_run)";
+    "(SELECT its.said_by FROM {recordings} AS its WHERE its.run = run.run)";
 
 /// The columns of `run` in `standing`.
 std::string RunColumns() {
@@ -270,6 +271,8 @@ std::string DefinitionsOf() {
           sql += " {real},\n";
         } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
           sql += " {bytes},\n";
+        } else if constexpr (std::is_same_v<Field, std::optional<bool>>) {
+          sql += " BIGINT,\n";
         } else if constexpr (std::is_arithmetic_v<Field>) {
           sql += " BIGINT NOT NULL,\n";
         } else {
@@ -352,10 +355,11 @@ std::string TablesSql(const TypeNames& types) {
       NewRunId() + "');\n";
   const std::string run_columns = RunColumns();
   for (const auto& [from, to] :
-       {std::pair<std::string_view, std::string_view>{"{recordings}", kRecordings},
-        {"{run_columns}", run_columns},
+       {std::pair<std::string_view, std::string_view>{"{run_columns}", run_columns},
         {"{said_by}", kSaidBy},
+        {"{recordings}", kRecordings},
         {"{is_given_up}", kIsGivenUp},
+        {"{said_of_serial}", kSaidOfSerial},
         {"{text}", types.text},
         {"{real}", types.real},
         {"{bytes}", types.bytes}}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/run_table.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -187,6 +188,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
   std::map<std::string, std::vector<Disposition>> by_serial;
   for (const Disposition& one : decisions.dispositions) by_serial[one.serial].push_back(one);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> given_up, store.RunsGivenUp());
   std::string head = HeaderLine(header);
   for (const StationCheck& check : decisions.checks) head += LineOf(check);
   LineCounts counts{.station_checks = decisions.checks.size()};
@@ -196,8 +198,10 @@ Result<std::size_t> ExportJsonLines(Store& store,
     if (decided == by_serial.end()) return lines;
     // Where the run that it was about is not there, what holds is said of the one that counts.
     const bool holds = which.only_standing && run.standing && !run.standing->disposed_by.empty();
+    const bool is_given_up = std::ranges::find(given_up, run.id, &KnownRun::run) != given_up.end();
     for (Disposition one : decided->second) {
-      if (holds) one.run = run.id;
+      // That another recording's serial number was wrong is not said of this one.
+      if (holds && (!one.wrong_serial || (one.GivesUp() && is_given_up))) one.run = run.id;
       if (one.run != run.id) continue;
       lines += LineOf(one);
       ++counts.dispositions;

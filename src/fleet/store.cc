@@ -488,12 +488,13 @@ Result<std::vector<KnownRun>> Store::FoldersOfUnit(const std::string& serial) {
 }
 
 Status Store::CheckReadings(const Disposition& disposition) {
-  if (disposition.wrong_serial) return {};
+  if (disposition.GivesUp()) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<Cell> given_up,
       Row("SELECT run FROM given_up WHERE run = $1", {std::string_view(disposition.run)}));
-  // To refuse the unit for another reason takes nothing back.
-  if (given_up.empty() && disposition.verdict == Verdict::kFail) return {};
+  // To refuse the unit for another reason gives nothing back.
+  const bool takes_back = disposition.wrong_serial.has_value();
+  if (disposition.verdict == Verdict::kFail && (given_up.empty() || !takes_back)) return {};
   // The run itself may have been refused before it was read.
   constexpr std::string_view kRead =
       "SELECT digest FROM reading WHERE run = (SELECT max(same.run) FROM measured AS own "
@@ -509,13 +510,13 @@ Status Store::CheckReadings(const Disposition& disposition) {
   if (!read.rows.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(other, Row(SameReadings(read.rows.size()), values));
   }
-  if (other.empty() && (given_up.empty() || disposition.verdict == Verdict::kFail)) return {};
+  if (other.empty() && (given_up.empty() || takes_back)) return {};
   if (other.empty()) {
     return Error(ErrorCode::kConflictingArguments,
                  "unit `" + disposition.serial + "` cannot be `" +
                      std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
                      ", whose serial number was wrong; measure it, or, where the number was right, "
-                     "first say so by `FAIL` without --wrong-serial");
+                     "say so by --wrong-serial=false");
   }
   const auto holder = FromRow<KnownRun>(other);
   return Error(ErrorCode::kConflictingArguments,
@@ -542,12 +543,13 @@ Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& c
                    ": run " + counting + " counts");
 }
 
-Result<std::string> Store::RunOfWrongSerial(const std::string& serial) {
+Result<std::string> Store::OnlyRecording(const std::string& serial, bool is_given_up) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table results,
       database_->Ask("SELECT run, log FROM run WHERE run IN (SELECT max(run) FROM measured WHERE "
-                     "serial = $1 AND verdict <> 'NO_RESULT' AND run NOT IN (SELECT run FROM "
-                     "given_up) GROUP BY first_run) ORDER BY run",
+                     "serial = $1 AND verdict <> 'NO_RESULT' AND run " +
+                         std::string(is_given_up ? "" : "NOT ") +
+                         "IN (SELECT run FROM given_up) GROUP BY first_run) ORDER BY run",
                      std::vector<Value>{std::string_view(serial)}));
   if (results.rows.size() <= 1) return FieldIn(results).value_or("");
   std::string runs;
@@ -555,10 +557,10 @@ Result<std::string> Store::RunOfWrongSerial(const std::string& serial) {
     runs += (runs.empty() ? "" : ", ") + row[0].value_or("") + " (" + row[1].value_or("") + ")";
   }
   return Error(ErrorCode::kMissingArgument,
-               "unit `" + serial +
-                   "` has several recordings; name that whose serial number was "
-                   "wrong by --run: " +
-                   runs);
+               "unit `" + serial + "` has several recordings" +
+                   (is_given_up ? " that were given up" : "") +
+                   "; name that whose serial number was " + (is_given_up ? "right" : "wrong") +
+                   " by --run: " + runs);
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {
@@ -577,7 +579,7 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
     const std::string counting = standing[0].value_or("");
     added.run = disposition.run;
     if (added.run.empty() && added.wrong_serial) {
-      TRUETRIAD_ASSIGN_OR_RETURN(added.run, RunOfWrongSerial(added.serial));
+      TRUETRIAD_ASSIGN_OR_RETURN(added.run, OnlyRecording(added.serial, !*added.wrong_serial));
     }
     if (added.run.empty()) added.run = counting;
     TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(added, counting));
@@ -604,19 +606,20 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     counting.reset();
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               database_->Ask(LastChecks(), std::vector<Value>{added.station}));
+    std::vector<StationCheck> last = ThingsIn<StationCheck>(table);
+    const auto own = std::ranges::find(last, added.serial, &StationCheck::serial);
+    if (own != last.end()) {
+      if (own->id != added.id) counting = std::move(*own);
+      return {};
+    }
     const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
                                     " FROM station_check WHERE station = $1 AND recording = $2 "
-                                    "AND recording <> '' ORDER BY station_check LIMIT 1";
-    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Cell> row,
+                                    "ORDER BY station_check LIMIT 1";
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> first,
                                Row(first_check, {added.station, added.recording}));
-    if (row.empty() || row[0] == added.id) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const Table last,
-                                 database_->Ask(LastChecks(), std::vector<Value>{added.station}));
-      const auto own = std::ranges::find(
-          last.rows, added.serial, [](const auto& of) { return of[2].value_or(""); });
-      row = *own;
-    }
-    if (row.at(0) != added.id) counting = FromRow<StationCheck>(row);
+    if (!first.empty()) counting = FromRow<StationCheck>(first);
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);

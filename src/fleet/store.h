@@ -105,7 +105,11 @@ struct Disposition {
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The one that counted, or is another unit's.
-  bool wrong_serial = false;         ///< What it read is another unit's: its number was wrong.
+  /// Whether what the run read is another unit's, since its serial number was wrong, or is its own
+  /// after all; unset: this decision does not say, and leaves what was said before.
+  std::optional<bool> wrong_serial = {};
+
+  bool GivesUp() const { return wrong_serial.value_or(false); }
 };
 /// What somebody can decide: that the unit may leave, or that it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
@@ -113,10 +117,6 @@ inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail}
 /// Error (usage): who or why is blank, longer than 200 or 2000 bytes, more than one line or no
 /// UTF-8, the verdict is none of people, or the serial number was wrong and it is not FAIL.
 Status CheckDisposition(const Disposition& disposition);
-
-/// By how many seconds the clocks of two machines may differ: a check that is later than now by
-/// more is of a time to come.
-inline constexpr double kClocksDifferS = 60.0;
 
 /// A station's golden unit, measured again.
 struct StationCheck {
@@ -135,6 +135,17 @@ struct StationCheck {
   std::string recording = {};      ///< RecordingOf its readings; empty: not known.
   std::string repeatability = {};  ///< That the golden unit was granted, as it was stated.
 };
+
+/// What a golden unit says of its station.
+enum class GoldenState {
+  kGood,
+  kDisagrees,  ///< Its last recording did not agree, however long ago: that holds until one does.
+  kOverdue,    ///< Its last recording is too old, or nobody knows how old.
+  kToCome,     ///< Its last recording is of a time to come: a clock is or was wrong.
+};
+/// By the last check of the golden unit that counts, `now_s` seconds after the beginning of 1970,
+/// where a recording is too old that is older than `due_s`.
+GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s);
 
 /// What decisions and checks a store has.
 struct Decisions {
@@ -211,7 +222,8 @@ class Store {
   Result<std::string> FailedSinceGood(const UnitRun& run);
   /// A name that was made with the store and is no other's.
   Result<std::string> Identity();
-  /// Those of one unit, each with what was said of it as if it were the unit's.
+  /// Of one unit, the runs of which a person said that their serial number was wrong, by their
+  /// names, each with that decision as if it were the unit's standing.
   Result<std::map<std::string, Standing>> GivenUpOf(const std::string& serial);
   /// Unset: there is no such unit.
   Result<std::optional<Standing>> StandingOf(const std::string& serial);
@@ -230,9 +242,11 @@ class Store {
   /// clear of which recording, the unit is to be good by a run that was given up or does not count,
   /// or its readings count for another one.
   Result<Disposition> Dispose(const Disposition& disposition);
-  /// Adds a check, with a later name where the clock has gone back. What counts in its stead, where
-  /// something does: of the same recording, which counts by its first check at a station, or of a
-  /// later one of the same golden unit.
+  /// Adds a check, with a later name where the clock has gone back. The check by which the golden
+  /// unit's state at the station is known, where this one is not it: a recording counts by its
+  /// first check at a station, and the last recording of a golden unit says its state. (Where no
+  /// recording of this golden unit counts there: the first check of this one, of another golden
+  /// unit.)
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// Those that count, in their order: of all stations, or of one the last of each golden unit.
   Result<std::vector<StationCheck>> StationChecks();
@@ -272,9 +286,9 @@ class Store {
   /// Error (usage): the run is none of the unit's, or cannot be conceded since `counting` counts.
   /// In a transaction.
   Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
-  /// Of the unit's only recording with a result that was not given up; empty: there is none. Error
-  /// (usage): there are several. In a transaction.
-  Result<std::string> RunOfWrongSerial(const std::string& serial);
+  /// Of the unit's only recording with a result that was given up, or that was not; empty: there is
+  /// none. Error (usage): there are several. In a transaction.
+  Result<std::string> OnlyRecording(const std::string& serial, bool is_given_up);
   /// How many of them were not there. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
   /// Makes `id` greater than all of a table and `other`; false: it is there already. In a

@@ -13,6 +13,7 @@
 #include "fleet/json_lines.h"
 #include "fleet/store.h"
 #include "io/input_guard.h"
+#include "line/line_data.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -124,7 +125,7 @@ Status CheckDisposition(const Disposition& disposition) {
   TRUETRIAD_RETURN_IF_ERROR(CheckLine("who decided it", disposition.who, 200));
   TRUETRIAD_RETURN_IF_ERROR(CheckLine("why", disposition.why, 2000));
   std::string verdicts;
-  if (disposition.wrong_serial && disposition.verdict != Verdict::kFail) {
+  if (disposition.GivesUp() && disposition.verdict != Verdict::kFail) {
     return Error(ErrorCode::kConflictingArguments,
                  "a unit whose serial number was wrong was not measured, so is `FAIL`");
   }
@@ -135,6 +136,16 @@ Status CheckDisposition(const Disposition& disposition) {
   return Error(ErrorCode::kInvalidArgument,
                "people do not decide `" + std::string(VerdictName(disposition.verdict)) +
                    "`; expected one of " + verdicts);
+}
+
+GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s) {
+  // By how much the clocks of two machines may differ.
+  constexpr double kClocksDifferS = 60.0;
+  if (!last.agrees) return GoldenState::kDisagrees;
+  // NaN: what cannot be dated is no check of today.
+  const double age_s = now_s - line::SecondsOf(last.recorded);
+  if (age_s < -kClocksDifferS) return GoldenState::kToCome;
+  return age_s <= due_s ? GoldenState::kGood : GoldenState::kOverdue;
 }
 
 std::string NameOfStore(const std::string& url) {

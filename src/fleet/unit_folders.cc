@@ -305,11 +305,11 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto given_up, store.GivenUpOf(serial));
   // The only run speaks for itself. One that counts may have no files.
   if (folders.size() == 1 && folders.front().run == unit->run && unit->disposed_by.empty()) {
     return agreement;
   }
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto given_up, store.GivenUpOf(serial));
   if (IsRed(unit->final_verdict)) agreement.why = WhyHeldBack(*unit);
   for (const KnownRun& one : folders) {
     // What was given up is no run of the unit's, so whatever counts.

@@ -13,7 +13,7 @@
 namespace truetriad::fleet {
 
 /// Makes the folder of a run's files, which counts as unfinished from now on, and as one of a run
-/// that goes into `store` (WorkPlan::store). Error (bad input): it cannot be made.
+/// that goes into `store` (WorkPlan::StoreMark). Error (bad input): it cannot be made.
 Status BeginFolder(const std::string& folder, const std::string& store);
 /// Removes it with all that it has, the mark of an unfinished one last: who is killed meanwhile
 /// leaves a folder that still counts as unfinished.
@@ -34,8 +34,8 @@ class FolderClaim {
  public:
   /// Shares `units`, the folder of units' folders, with others that work there. Who is alone there
   /// removes what was left unfinished since the last who was, of runs that were to go into `store`,
-  /// which is called `name` (WorkPlan::store), and are not there. Error (bad input): it cannot be
-  /// written to.
+  /// which is called `name` (WorkPlan::StoreMark), and are not there. Error (bad input): it cannot
+  /// be written to.
   static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
   /// For who leaves out what is done, which two at once would do twice: `folder`, or one shard's
   /// part of it. Error (bad input): somebody else has it.

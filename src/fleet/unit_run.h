@@ -68,7 +68,8 @@ std::string ReasonOf(const Standing& unit);
 
 /// What says when a unit was measured, the first of them that does: the list, the recording's own
 /// times, or that of its file.
-inline constexpr std::array<std::string_view, 3> kRecordedBy = {"list", "recording", "file"};
+inline constexpr std::string_view kByList = "list", kByRecording = "recording", kByFile = "file";
+inline constexpr std::array kRecordedBy = {kByList, kByRecording, kByFile};
 
 /// What a store keeps of one run of one unit. Never changed; a later run of the unit supersedes it.
 struct UnitRun {

@@ -112,7 +112,7 @@ Status WriteFiles(const WorkPlan& plan,
                   const Calibration& calibration,
                   const PoseSet& poses,
                   const std::string& folder) {
-  TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder, plan.store));
+  TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder, plan.StoreMark()));
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports,
                              ExportBeside({{&calibration, folder}},
                                           plan.formats,
@@ -278,7 +278,7 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   }
   if (!order.recorded.empty()) {
     run.recorded = order.recorded;
-    run.recorded_by = kRecordedBy[0];
+    run.recorded_by = kByList;
   }
   return run;
 }
@@ -337,7 +337,8 @@ void Fields(auto&& visit, Like<WorkPlan> auto& plan) {
   visit("has_report", plan.has_report);
   visit("shares_assets", plan.shares_assets);
   visit("folder", plan.folder);
-  visit("store", plan.store);
+  visit("store_identity", plan.store_identity);
+  visit("store_name", plan.store_name);
   visit("shard", plan.shard);
 }
 

@@ -29,8 +29,13 @@ struct WorkPlan {
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedAssets, which are in `folder`.
   std::string folder;          ///< Units' folders are made in it; empty: no files are written.
-  std::string store;           ///< By which the store is known that the runs go into.
-  std::string shard;           ///< UnitRun::shard.
+  /// Of the store that the runs go into: Store::Identity, and NameOfStore.
+  std::string store_identity, store_name;
+  std::string shard;  ///< UnitRun::shard.
+
+  /// By which that store is known: a copy of a store's file has the same identity, and runs of its
+  /// own.
+  std::string StoreMark() const { return store_identity + ' ' + store_name; }
 };
 
 /// Writes kSharedAssets into the folder of units.

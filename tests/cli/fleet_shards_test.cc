@@ -125,8 +125,18 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
               StartsWith("u1: NO RESULT, other-device: line/u1.csv: has the readings of line/w1"));
   EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT serial, verdict FROM latest\"").out,
               AllOf(HasSubstr("u1,NO_RESULT"), HasSubstr("w1,NO_LIMITS")));
-  EXPECT_THAT(Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent").err,
+  const std::string again = "dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent";
+  EXPECT_EQ(Fleet(again).exit_code, 0);
+  EXPECT_EQ(Fleet("run line/w1.csv -o out").exit_code, 0);
+  EXPECT_THAT(Fleet(again + " --wrong-serial=false").err,
               HasSubstr("its readings count for unit `w1`"));
+  // Once they count for no other unit, they are given back.
+  EXPECT_EQ(
+      Fleet("dispose w1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=u1 --wrong-serial")
+          .exit_code,
+      0);
+  EXPECT_THAT(Fleet(again + " --wrong-serial=false").out,
+              StartsWith("u1 is FAIL, its serial number was right (run "));
 }
 
 // However each of them spells the folder.

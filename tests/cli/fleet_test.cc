@@ -228,16 +228,18 @@ TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
   EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(12));
 }
 
+// It is stopped while the second unit is in hand, which ends by its time limit.
 TEST_F(Fleet, SaysToProgramsThatItWasStopped) {
-  WriteUnits(12, 60);
+  WriteUnits(3);
   const Finished run =
-      RunShell("{ '" TRUETRIAD_BINARY
-               "' fleet run line --report=false --jobs=1 --json --progress=jsonl 2>err & run=$!; "
-               "await '[ -s err ]'; kill -TERM $run; wait $run; }",
+      RunShell("{ TRUETRIAD_FLEET_FAULT=hang:u001 '" TRUETRIAD_BINARY
+               "' fleet run line --report=false --jobs=1 --time-limit=3 --json --progress=jsonl "
+               "2>err & run=$!; await '[ -s err ]'; kill -TERM $run; wait $run; }",
                folder_.Path(""));
-  EXPECT_THAT(run.exit_code, ::testing::AnyOf(2, 0)) << run.err;
-  EXPECT_THAT(run.out,
-              AllOf(StartsWith("{"), HasSubstr(run.exit_code == 2 ? "\"stopped\"" : "result")));
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_THAT(run.out, AllOf(StartsWith("{"), HasSubstr("\"stopped\"")));
+  EXPECT_THAT(Ask("SELECT code FROM run ORDER BY serial"),
+              ::testing::ElementsAre("", "time-limit"));
 }
 
 TEST_F(Fleet, IsSharedAmongShards) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 namespace truetriad {
 namespace station_test {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // A golden unit and its reference. The accelerometer alone: its own frame is the body's.
@@ -72,6 +75,28 @@ TEST_F(CheckStation, DoesNotAgreeByASecondLookAtARecording) {
       Check(log, {store, "--tag=station=S3", "--repeatability=accelerometer.bias=0.015"});
   EXPECT_EQ(again.exit_code, 4);
   EXPECT_THAT(again.out, HasSubstr("STATION DOES NOT AGREE"));
+}
+
+// Whichever recording is looked at last.
+TEST_F(CheckStation, AgreesAsTheLastRecordingOfItsGoldenUnit) {
+  LogOptions bent{.seed = 7};
+  bent.accelerometer.bias += Eigen::Vector3d(0.02, -0.02, 0.01);
+  const auto now = std::filesystem::file_time_type::clock::now();
+  const auto check = [&](const std::string& name, LogOptions options, int hours_ago) {
+    const std::string log = Log(name, std::move(options));
+    std::filesystem::last_write_time(log, now - std::chrono::hours(hours_ago));
+    return Check(log, {"--store=" + folder_.Path("fleet.db"), "--tag=station=S3"});
+  };
+  EXPECT_EQ(check("bent", bent, 3).exit_code, 4);
+  const Finished earlier = check("earlier", {.seed = 8}, 4);
+  EXPECT_EQ(earlier.exit_code, 4);
+  EXPECT_THAT(earlier.out, HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"));
+  EXPECT_EQ(check("later", {.seed = 9}, 2).exit_code, 0);
+  const Finished again = check("bent", bent, 3);
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out,
+              AllOf(HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"),
+                    HasSubstr("STATION AGREES")));
 }
 
 // Gravity is known to 0.2 % by default, but it is the same on both days.

@@ -113,13 +113,14 @@ TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
   const Result<std::unique_ptr<Store>> store = OpenStore(target_);
   ASSERT_TRUE(store);
   for (const bool wrong_serial : {false, true}) {
-    ASSERT_TRUE((*store)->Dispose({.id = SampleId(wrong_serial ? "d2" : "d1"),
-                                   .serial = "A1",
-                                   .created = "2026-11-25T00:00:00Z",
-                                   .who = "R. Roe",
-                                   .why = "not it",
-                                   .verdict = Verdict::kFail,
-                                   .wrong_serial = wrong_serial}));
+    ASSERT_TRUE(
+        (*store)->Dispose({.id = SampleId(wrong_serial ? "d2" : "d1"),
+                           .serial = "A1",
+                           .created = "2026-11-25T00:00:00Z",
+                           .who = "R. Roe",
+                           .why = "not it",
+                           .verdict = Verdict::kFail,
+                           .wrong_serial = wrong_serial ? std::optional(true) : std::nullopt}));
     const Result<Collected> again = Collect(sources, target_);
     ASSERT_TRUE(again) << again.error().message;
     EXPECT_THAT(again->copies, ::testing::SizeIs(wrong_serial ? 1 : 3));
@@ -282,6 +283,33 @@ TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
   const Result<std::vector<StationCheck>> checks = (*store)->LastStationChecks("S1");
   ASSERT_TRUE(checks && !checks->empty());
   EXPECT_EQ(checks->front().p, 0.1);
+}
+
+// That another recording's serial number was wrong is not said of the one that counts.
+TEST_F(Collecting, TakesWrongSerialNumbersOfTheRunsThatCountAlong) {
+  const std::string source = Written("a.db", {}, {"1"}), lines = folder_.Path("a.jsonl");
+  const Result<std::unique_ptr<Store>> store = OpenStore(source);
+  Disposition decision{
+      SampleId("d1"), "unit '1", "2026-11-25T12:00:00Z", "me", "exchanged", Verdict::kFail};
+  decision.wrong_serial = true;
+  ASSERT_TRUE((*store)->Dispose(decision));
+  const auto collected = [&](const std::string& target) {
+    EXPECT_TRUE(ExportJsonLines(**store, {.only_standing = true}, lines));
+    const Result<Collected> done = Collect({lines}, folder_.Path(target));
+    EXPECT_TRUE(done) << done.error().message;
+    return (*OpenStoreToRead(folder_.Path(target)))
+        ->Query("SELECT final_verdict, disposed_why, (SELECT count(*) FROM given_up) FROM standing")
+        ->rows;
+  };
+  EXPECT_THAT(collected("one.db"),
+              ElementsAre(ElementsAre("FAIL", "wrong serial number: exchanged", "1")));
+  UnitRun second = SampleRun("2", "unit '1");
+  second.log = "second.csv", second.readings[0].digest = "0b2f";
+  ASSERT_TRUE((*store)->Add(second));
+  decision.id = SampleId("d2"), decision.why = "spare", decision.verdict = Verdict::kPass;
+  decision.wrong_serial.reset();
+  ASSERT_TRUE((*store)->Dispose(decision));
+  EXPECT_THAT(collected("two.db"), ElementsAre(ElementsAre("PASS", "spare", "0")));
 }
 
 TEST_F(Collecting, TakesTheRetestPolicyAlongAndNoOther) {

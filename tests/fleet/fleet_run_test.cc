@@ -294,6 +294,25 @@ TEST_F(Engine, CountsUnitsThatAreLeftOutByTheRunThatCounts) {
   EXPECT_FALSE(progress->IsGood());
 }
 
+// Whichever of them is done first.
+TEST_F(Engine, CountsEveryRunOfAUnitThatIsNotGood) {
+  UnitOrder good = units_[0], bad{.log = folder_.Path("none.csv")};
+  good.serial = bad.serial = "B7";
+  good.recorded = "2026-11-24T06:00:00Z", bad.recorded = "2026-11-24T07:00:00Z";
+  for (const auto& units : {std::vector{good, bad}, std::vector{bad, good}}) {
+    units_ = units;
+    const Result<FleetProgress> progress = Run();
+    ASSERT_TRUE(progress) << progress.error().message;
+    EXPECT_EQ(progress->red, 1u);
+    EXPECT_EQ(progress->NotGood(), 2u);
+    EXPECT_EQ(progress->yield.final_good, 0u);
+  }
+  // And once the unit is good, only what is not good itself.
+  std::swap(good.recorded, bad.recorded);
+  units_ = {bad, good};
+  EXPECT_EQ(Run()->NotGood(), 1u);
+}
+
 TEST_F(Engine, DoesNotBlameAUnitForADiskThatCannotBeWritten) {
   options_.plan.folder = "/proc/none";
   const Result<FleetProgress> progress = Run();
@@ -537,7 +556,12 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
   check(20.0, true);
   EXPECT_EQ(why(), "");
-  check(3650.0, false, "G0");  // Was measured no more.
+  // However long ago, and whatever other golden units say.
+  check(3650.0, false, "G0");
+  EXPECT_THAT(why(),
+              AllOf(HasSubstr("did not agree with its golden unit G0 as recorded"),
+                    HasSubstr("give the station another name")));
+  check(3640.0, true, "G0");
   EXPECT_EQ(why(), "");
   check(12.0, false, "G2");
   check(11.0, true, "G3");

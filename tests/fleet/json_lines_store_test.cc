@@ -57,7 +57,7 @@ TEST_F(JsonLines, KeepALineARunToTheLastBit) {
   EXPECT_THAT(
       Text(),
       ::testing::StartsWith("{\"format\":\"truetriad/"
-                            "runs\",\"schema_version\":5,\"shards\":8,\"shard\":2,\"store\":\"2"));
+                            "runs\",\"schema_version\":6,\"shards\":8,\"shard\":2,\"store\":\"2"));
   UnitRun expected = SampleRun("2", "unit 2");
   expected.shard = "2/8";
   std::string found;
@@ -163,15 +163,15 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
   };
   for (const Case& one : {Case{header + "99,\"shards\":1}\n",
                                "has the schema of version 99, and this program reads and writes "
-                               "version 5; use the truetriad that wrote it"},
+                               "version 6; use the truetriad that wrote it"},
                           Case{"{\"format\":\"truetriad/runs\"}\n", "states no version"},
                           Case{"{\"format\":\"truetriad/runs/3\"}\n", "is no file of runs"},
                           Case{"a log\n1,2\n", "is no file of runs"},
                           Case{"one line without an end", "is no file of runs"},
                           Case{"{}\n", "is no file of runs"},
-                          Case{header + "5}\n", "is no file of runs"},
-                          Case{header + "5,\"shards\":0}\n", "is no file of runs"},
-                          Case{header + "5,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
+                          Case{header + "6}\n", "is no file of runs"},
+                          Case{header + "6,\"shards\":0}\n", "is no file of runs"},
+                          Case{header + "6,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
     const auto store = OpenStore(path);
     ASSERT_FALSE(store) << one.text;

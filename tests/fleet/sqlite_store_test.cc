@@ -97,7 +97,7 @@ TEST_F(SqliteStoreTest, RefusesAnotherVersion) {
       EXPECT_THAT(other.error().message,
                   AllOf(HasSubstr(path_),
                         HasSubstr(found),
-                        HasSubstr("this program reads and writes version 5"),
+                        HasSubstr("this program reads and writes version 6"),
                         HasSubstr("calibrate its logs into another store")));
     }
   }

@@ -230,22 +230,30 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   UnitRun other = run("3", "A3", Verdict::kPass);
   other.log = "A1.csv";  // Its serial number may have been corrected: people say so.
   EXPECT_EQ(found(other), "1");
-  const auto decide = [&](const std::string& id, Verdict verdict, bool wrong_serial) {
-    Disposition one{id, "A1", "2026-11-25T00:00:00Z", "R. Roe", "why", verdict};
-    one.wrong_serial = wrong_serial;
-    const Result<Disposition> added = (*store)->Dispose(one);
-    return added ? "" : added.error().message;
-  };
-  EXPECT_EQ(decide("2c", Verdict::kFail, false), "");  // Bent, say: it was measured all the same.
+  const auto decide =
+      [&](const std::string& id, Verdict verdict, std::optional<bool> wrong_serial = {}) {
+        Disposition one{id, "A1", "2026-11-25T00:00:00Z", "R. Roe", "why", verdict};
+        one.wrong_serial = wrong_serial;
+        const Result<Disposition> added = (*store)->Dispose(one);
+        return added ? "" : added.error().message;
+      };
+  EXPECT_EQ(decide("2c", Verdict::kFail), "");  // Bent, say: it was measured all the same.
   EXPECT_EQ(found(other), "1");
   EXPECT_EQ(decide("2d", Verdict::kFail, true), "");
   EXPECT_EQ(found(other), "");
   EXPECT_THAT(Ask(**store, "SELECT disposed_why FROM standing WHERE serial = 'A1'"),
               ElementsAre(ElementsAre("wrong serial number: why")));
-  EXPECT_THAT(decide("2e", Verdict::kPass, false), HasSubstr("whose serial number was wrong"));
-  EXPECT_EQ(decide("2e", Verdict::kFail, false), "");  // Not so.
+  EXPECT_THAT(decide("2e", Verdict::kPass), HasSubstr("say so by --wrong-serial=false"));
+  // Bent, too: that does not make it this unit's.
+  EXPECT_EQ(decide("2e", Verdict::kFail), "");
+  EXPECT_EQ(found(other), "");
+  EXPECT_THAT(Ask(**store, "SELECT disposed_why FROM standing WHERE serial = 'A1'"),
+              ElementsAre(ElementsAre("why")));
+  EXPECT_EQ(decide("2f", Verdict::kPass, false), "");  // The number was right.
   EXPECT_EQ(found(other), "1");
-  EXPECT_EQ(decide("2f", Verdict::kFail, true), "");
+  EXPECT_THAT(Ask(**store, "SELECT final_verdict FROM standing WHERE serial = 'A1'"),
+              ElementsAre(ElementsAre("PASS")));
+  EXPECT_EQ(decide("2g", Verdict::kFail, true), "");
   ASSERT_TRUE((*store)->Add(run("3", "A1", Verdict::kPass)));  // Calibrated again.
   EXPECT_EQ(found(other), "");
   // Not once another unit has them.
@@ -253,6 +261,8 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   for (const Verdict verdict : kVerdictsOfPeople) {
     EXPECT_THAT(decide("5a", verdict, false), HasSubstr("count for unit `A3` (run 4"));
   }
+  EXPECT_THAT(decide("5a", Verdict::kPass), HasSubstr("count for unit `A3` (run 4"));
+  EXPECT_EQ(decide("5a", Verdict::kFail), "");
   EXPECT_EQ(decide("5b", Verdict::kFail, true), "");
   other = run("3", "A3", Verdict::kPass);
   other.readings[1].digest = "cc";
@@ -724,6 +734,17 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   EXPECT_FALSE((*store)->AddStationCheck(check).value());
   ASSERT_EQ(last_of("S4").size(), 2U);
   EXPECT_EQ(last_of("S4")[1].serial, "G2");
+  // Of one that does not count, what counts is the last of its golden unit, or, where that has
+  // none, what was made of the recording first.
+  const auto counting =
+      [&](const std::string& id, const std::string& serial, const std::string& recording) {
+        check.id = id, check.station = "S3", check.serial = serial, check.recording = recording;
+        const auto of = (*store)->AddStationCheck(check);
+        EXPECT_TRUE(of && *of);
+        return of && *of ? (*of)->id : "";
+      };
+  EXPECT_EQ(counting("8", "G1", "aa bb"), "5");
+  EXPECT_EQ(counting("9", "G3", "aa bb"), "3");
 }
 
 TEST_P(StoreTest, GivesWholeRunsBack) {

@@ -142,8 +142,9 @@ struct FirstLine {
   Grade grade = Grade::kCaution;
 };
 
-/// The first that is true of: a run is not good, of which are also those of units that are not, a
-/// unit that was run, one that was left out; nothing was done; nothing was judged.
+/// Says the first of these that is true: some runs are not good (FleetProgress::NotGood says how
+/// many), some units are not good although all of their runs of now are, some units that were left
+/// out are not good, nothing was done. Else it says how many of the runs were judged by no limits.
 FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
     return std::to_string(count) + " OF " + std::to_string(all) + what;

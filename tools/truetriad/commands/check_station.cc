@@ -142,7 +142,7 @@ bool IsRepeat(const fleet::StationCheck& counting, const Today& today) {
   return !today.recording.empty() && counting.recording == today.recording;
 }
 
-/// What is to be said of a check where another one counts: the station's state is that one's.
+/// What is to be said of a check where another one counts, which says whether the station agrees.
 std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
                             const Today& today) {
   if (!counting) return "";
@@ -189,9 +189,8 @@ Result<VerbResult> Judged(const Experiment& experiment,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
-  // A station does not agree by what is made of one recording the second time.
-  const bool agrees =
-      AgreementOf(comparison) == Agreement::kAgree && (!counting || counting->agrees);
+  // The station is what the check says that counts: of this recording the first, or of a later one.
+  const bool agrees = counting ? counting->agrees : AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
   result.text = OtherCountsText(counting, measured) +
@@ -251,7 +250,7 @@ by, and compares the two. Exit code 4: they do not agree (p of all differences t
 0.01), or it is the recording of the reference itself; 3: today's recording was refused. What the
 unit does by itself between two days, above all its biases, is no fault of the station: state it
 with --repeatability. With --store and --tag=station=NAME the store keeps the outcome, for --require-golden
-of fleet run and fleet watch.
+of fleet run and fleet watch, and the station agrees as the golden unit's last recording there does.
 )",
       .flags = "golden! input=LOG,... config repeatability store set* tag*",
       .more_words = "input",

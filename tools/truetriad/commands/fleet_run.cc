@@ -183,9 +183,8 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   }
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string identity, store->Identity());
-  // A copy of a store's file has the same identity, and runs of its own.
-  plan->store = identity + ' ' + fleet::NameOfStore(StatedStore());
+  TRUETRIAD_ASSIGN_OR_RETURN(plan->store_identity, store->Identity());
+  plan->store_name = fleet::NameOfStore(StatedStore());
   return store;
 }
 
@@ -262,7 +261,7 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
-      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
+      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.StoreMark()));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk;
@@ -309,7 +308,7 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
                              StatedGoldenHold(options.plan, *store, /*needs_station=*/true));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::FolderClaim claim,
-      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
+      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.StoreMark()));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk(/*names_all=*/true);

@@ -43,7 +43,8 @@ DEFINE_string(verdict, "", "VERDICT: what the unit is from now on");
 DEFINE_string(why, "", "TEXT: why, in one line");
 DEFINE_bool(wrong_serial,
             false,
-            "what was read is another unit's, whose log may then be run under its own number");
+            "what was read is another unit's, whose log may then be run under its own number; only "
+            "=false takes that back");
 DEFINE_string(run,
               "",
               "RUN: the run whose serial number was wrong, where the unit has several recordings");
@@ -279,14 +280,16 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(fleet::OpenStoreToRead(FLAGS_store));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStore(FLAGS_store));
-  const fleet::Disposition disposition = {.id = fleet::NewRunId(),
-                                          .serial = fleet::Trimmed(FLAGS_unit),
-                                          .created = TimestampUtc(),
-                                          .who = FLAGS_who,
-                                          .why = FLAGS_why,
-                                          .verdict = *verdict,
-                                          .run = FLAGS_run,
-                                          .wrong_serial = FLAGS_wrong_serial};
+  const bool says_of_serial = !gflags::GetCommandLineFlagInfoOrDie("wrong_serial").is_default;
+  const fleet::Disposition disposition = {
+      .id = fleet::NewRunId(),
+      .serial = fleet::Trimmed(FLAGS_unit),
+      .created = TimestampUtc(),
+      .who = FLAGS_who,
+      .why = FLAGS_why,
+      .verdict = *verdict,
+      .run = FLAGS_run,
+      .wrong_serial = says_of_serial ? std::optional(FLAGS_wrong_serial) : std::nullopt};
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Disposition added, store->Dispose(disposition));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const fleet::Agreement agreed,
@@ -299,12 +302,14 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
                              store->StandingOf(added.serial));
   // A run that is given up may leave the unit another recording.
-  const bool has_another = added.wrong_serial && unit && unit->run != added.run;
+  const bool has_another = added.GivesUp() && unit && unit->run != added.run;
   std::string text = has_another ? added.serial + ": run " + added.run +
                                        ", whose serial number was wrong, is given up; " +
                                        fleet::ReasonOf(*unit)
                                  : added.serial + " is " + FLAGS_verdict +
-                                       (added.wrong_serial ? ", its serial number was wrong" : "") +
+                                       (added.GivesUp()      ? ", its serial number was wrong"
+                                        : added.wrong_serial ? ", its serial number was right"
+                                                             : "") +
                                        " (run " + added.run + ")";
   text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
@@ -316,7 +321,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                {"serial", added.serial},
                                {"run", added.run},
                                {"verdict", FLAGS_verdict},
-                               {"wrong_serial", added.wrong_serial},
+                               {"wrong_serial", added.GivesUp()},
                                {"withdrawn", agreed.withdrawn},
                                {"unreached", unreached}}};
 }
@@ -384,7 +389,8 @@ build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --ve
 says itself, or by a list, that it was measured later; fleet run then says so. FAIL withdraws what was
 exported of all runs of the unit, and `export` refuses it; PASS is a concession. Calibrations, reports and
 exports state either; the store's runs stay as they are. Readings stay those of the unit as which they
-were first read, until that recording is given up with --wrong-serial.
+were first read, until that recording is given up with --wrong-serial, which --wrong-serial=false alone
+takes back.
 )",
       .flags = "unit! store! verdict! wrong-serial run who! why!",
       .values = {{"verdict", VerdictsOfPeople()}},
