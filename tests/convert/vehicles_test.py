@@ -359,9 +359,45 @@ class Vehicles(unittest.TestCase):
         self.assertEqual(found["CAL_ACC1_ID"], vehicles.ACCELEROMETERS[1].number)
         self.assertNotIn("CAL_ACC0_XOFF", found)
         self.assertNotIn("CAL_ACC2_XOFF", found)
-        # Alone it is no recording, and what an error names is said to be gone.
-        done = self.calibrate(log, "--instance=0", "--overwrite", code=2)
+        # Alone it is the same; with limits it is not passed, and what an error names is said to be gone.
+        self.calibrate(log, "--instance=0", "--overwrite", code=3)
+        done = self.calibrate(log, "--instance=0", "--overwrite", "--set=limits.gyroscope.bias=1", code=2)
         self.assertIn("that recording is not kept", done.stderr)
+
+    def test_no_later_result_takes_the_place_of_one_with_more(self):
+        good = self.log(vehicles.ulog, "good.ulg", rests=14)
+        stuck = self.log(vehicles.ulog, "stuck.ulg", rests=14, broken={("sensor_accel", 0): (0.1, 0.2, -9.8)})
+        few = self.log(vehicles.ulog, "few.ulg", rests=1)
+        self.calibrate(good, "--instance=0", "--to=px4")
+        whole = (self.out / "calibration.yaml").read_bytes()
+        kept = (self.out / "recording" / "recording.yaml").read_bytes()
+        for log in (stuck, stuck, few, stuck, few):
+            self.calibrate(log, "--instance=0", code=3)
+            self.assertEqual((self.out / "calibration.previous.yaml").read_bytes(), whole)
+            self.assertEqual((self.out / "recording.previous" / "recording.yaml").read_bytes(), kept)
+        # The second does not replace the first, and stays itself.
+        self.assertNotIn("accelerometer", json.loads((self.out / "calibration.previous-2.json").read_text())["sensors"])
+        # What is written beside a result without a sensor calibrates without it.
+        self.calibrate(stuck, "--instance=0", code=3)
+        self.assertNotIn("accelerometer:", (self.out / "experiment.yaml").read_text().replace("# limits", ""))
+        # Nor does what is imported, however often.
+        self.out = self.folder / "imported"
+        self.calibrate(good, "--instance=0", "--to=px4")
+        whole = (self.out / "calibration.yaml").read_bytes()
+        for _ in range(3):
+            done = truetriad("import", self.out / "px4.params", "--from=px4", f"--output={self.out}", "--overwrite")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual((self.out / "calibration.previous.yaml").read_bytes(), whole)
+
+    def test_sensors_that_only_a_later_log_has_are_in_the_experiment(self):
+        none = self.log(vehicles.ulog, "nomag.ulg", rests=14, absent=[("sensor_mag", 0), ("sensor_mag", 1)], accelerometers=1, gyroscopes=1)
+        with_one = self.log(vehicles.ulog, "mag.ulg", rests=14, absent=[("sensor_mag", 1)], accelerometers=1, gyroscopes=1)
+        self.calibrate(none, with_one)
+        first = json.loads((self.out / "calibration.json").read_text())["sensors"]
+        experiment, self.out = self.out / "experiment.yaml", self.folder / "again"
+        self.calibrate(f"--config={experiment}")
+        self.assertEqual(json.loads((self.out / "calibration.json").read_text())["sensors"], first)
+        self.assertIn("magnetometer", first)
 
     def test_idle_terms_of_other_sensors_stay_out_of_use(self):
         numbers = [triad.number for triad in vehicles.ACCELEROMETERS]
