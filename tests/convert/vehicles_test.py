@@ -557,6 +557,21 @@ class Vehicles(unittest.TestCase):
         self.assertIn("magnetometer: firmware correction unknown: COMPASS_ORIENT2 changed during the log", done.stderr)
         self.assertIn("(instance 1 of 3, without its magnetometer)", done.stdout.splitlines()[0])
 
+    def test_compasses_of_two_logs_are_one_where_what_turned_them_is_undone(self):
+        turned = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+        first = self.log(vehicles.dataflash, "first.bin", rests=14)
+        second = self.log(vehicles.dataflash, "second.bin", rests=14, board=turned, on_board=True, parameters={"AHRS_ORIENTATION": 2})
+        done = self.calibrate(first, second, "--to=ardupilot")
+        self.assertNotIn("without its", done.stdout)
+        x, y, z = vehicles.MAGNETOMETERS[1].bias
+        self.check_vector(self.parameters("ardupilot.param", ",", 0), "COMPASS_OFS2_", "", [1e3 * y, -1e3 * x, -1e3 * z], 1.0)
+        # One that is external is turned by its own parameter, and its readings with it.
+        for orient, code in ((0, 0), (2, 3)):
+            logs = [self.log(vehicles.dataflash, f"{rests}.bin", rests=rests, rest_s=0.2 * rests,
+                             parameters={"COMPASS_EXTERN2": 1, "COMPASS_ORIENT2": n}) for rests, n in ((14, 0), (15, orient))]
+            done = self.calibrate(*logs, "--overwrite", code=code)
+            self.assertEqual("turned against the board by (roll, pitch, yaw) 0, 0, 90 deg" in " ".join(done.stdout.split()), code == 3)
+
     def test_compasses_are_logged_by_priority_and_corrected_by_number(self):
         first, second = vehicles.MAGNETOMETERS
         own = {"COMPASS_DEV_ID": second.number, "COMPASS_DEV_ID2": first.number, "COMPASS_PRIO1_ID": first.number,
