@@ -62,10 +62,10 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
   pooled->duplicate_times += more.duplicate_times;
 }
 
-// A magnetometer that firmware turns differently was built in otherwise, or one turn is wrong.
-Status CheckSameTurn(const PoseSet& first, const PoseSet& more) {
+// A magnetometer that is mounted otherwise, or whose mounting is stated otherwise, reads otherwise.
+Status CheckSameMount(const PoseSet& first, const PoseSet& more) {
   const auto turn_deg = [](const PoseSet& set) {
-    return set.tags.magnetometer_turn_deg.value_or(Eigen::Vector3d::Zero());
+    return set.tags.magnetometer_mount_deg.value_or(Eigen::Vector3d::Zero());
   };
   const auto text = [&](const PoseSet& set) {
     const Eigen::Vector3d turn = turn_deg(set);
@@ -74,12 +74,13 @@ Status CheckSameTurn(const PoseSet& first, const PoseSet& more) {
   const bool both_have =
       first.Find(Triad::kMagnetometer) != nullptr && more.Find(Triad::kMagnetometer) != nullptr;
   if (!both_have || turn_deg(first) == turn_deg(more)) return {};
-  return Error(
-             ErrorCode::kDoesNotMatch,
-             {more.source},
-             "the magnetometer is turned against the board by (roll, pitch, yaw) " + text(more) +
-                 ", but by " + text(first) + " in " + first.sessions.front().source +
-                 ": the vehicle's rotation of it was changed in between; calibrate each by itself")
+  return Error(ErrorCode::kDoesNotMatch,
+               {more.source},
+               "the magnetometer is turned against the board by (roll, pitch, yaw) " + text(more) +
+                   ", but by " + text(first) + " in " + first.sessions.front().source +
+                   ": the vehicle's rotation of it, or of the board, was changed in between; "
+                   "calibrate "
+                   "each by itself")
       .About("streams.magnetometer");
 }
 
@@ -101,7 +102,7 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
                      ", but " + source + " is of " + std::to_string(*id) +
                      "; sessions are of the same sensors: calibrate each by itself");
   }
-  TRUETRIAD_RETURN_IF_ERROR(CheckSameTurn(first, more));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameMount(first, more));
   if (first.has_time != more.has_time) {
     return Error(ErrorCode::kDoesNotMatch,
                  {more.source},
@@ -174,6 +175,8 @@ void TakePlacesOf(const PoseSet& more, PoseSet* set) {
     set->tags.thermal_slots[triad] = more.tags.thermal_slots[triad];
     set->tags.idle_thermal_slots[triad] = more.tags.idle_thermal_slots[triad];
   }
+  if (more.tags.magnetometer_turn_deg)
+    set->tags.magnetometer_turn_deg = more.tags.magnetometer_turn_deg;
   if (!has_changed) return;
   set->findings.push_back(
       Finding(FindingCode::kMessage,

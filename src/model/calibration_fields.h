@@ -85,6 +85,7 @@ void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   visit.If(
       idle != Tags().idle_thermal_slots, "idle_thermal_slots", ListsOfNumbers{idle}, Style::kFlow);
   visit("magnetometer_turn_deg", tags.magnetometer_turn_deg);
+  visit("magnetometer_mount_deg", tags.magnetometer_mount_deg);
 }
 inline bool HasRunTags(const Tags& tags) {
   return std::any_of(kRunTags.begin(), kRunTags.end(), [&tags](const TagKey& tag) {

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "io/yaml_text.h"
+#include "truetriad/io/recording.h"
 #include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {
 
-bool IsSeen(const PoseSet& poses, Triad triad) {
-  const StreamSummary* stream = poses.Find(triad);
-  return stream != nullptr && stream->samples > 0;
+PerTriad<bool> SeenIn(const PoseSet& poses) {
+  PerTriad<bool> seen;
+  for (const StreamSummary& stream : poses.streams) seen[stream.triad] = stream.samples > 0;
+  return seen;
 }
 
 std::string RelativeTo(const std::string& folder, const std::string& path) {
@@ -23,11 +26,12 @@ std::string RelativeTo(const std::string& folder, const std::string& path) {
 }
 
 Result<std::string> ExperimentFor(const LoadedPoses& loaded,
+                                  const PerTriad<bool>& seen,
                                   const std::vector<std::string>& inputs,
                                   const std::string& folder) {
   const PoseSet& poses = loaded.poses;
-  const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
-  const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
+  const bool has_accelerometer = seen[Triad::kAccelerometer];
+  const bool has_magnetometer = seen[Triad::kMagnetometer];
   if (!has_accelerometer && !has_magnetometer) {
     return Error(ErrorCode::kNotEnoughData,
                  {inputs.front()},
@@ -58,7 +62,7 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   }
   text += "sensors:\n";
   for (const Triad triad : kTriads) {
-    if (IsSeen(poses, triad)) text += "  " + std::string(TriadName(triad)) + ": { model: full }\n";
+    if (seen[triad]) text += "  " + std::string(TriadName(triad)) + ": { model: full }\n";
   }
   const bool has_faces = std::all_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
     return !pose.face_up.empty();
@@ -84,7 +88,14 @@ Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
   config.moves = true;  // Where there is a gyroscope, the experiment asks for it.
   FirstLook look;
   TRUETRIAD_ASSIGN_OR_RETURN(look.loaded, LoadPoses(inputs.front(), config, progress, opener));
-  TRUETRIAD_ASSIGN_OR_RETURN(look.experiment_yaml, ExperimentFor(look.loaded, inputs, folder));
+  PerTriad<bool> seen = SeenIn(look.loaded.poses);
+  for (const std::string& input : std::span(inputs).subspan(1)) {
+    const auto source = opener ? opener(input, {}) : OpenRecording(input);
+    if (!source) continue;  // Whoever reads it says why.
+    for (const StreamInfo& stream : (*source)->info().streams) seen[stream.triad] = true;
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(look.experiment_yaml,
+                             ExperimentFor(look.loaded, seen, inputs, folder));
   return look;
 }
 
@@ -92,7 +103,8 @@ Result<Calibration> TryCalibration(const std::string& input,
                                    const LoadedPoses& loaded,
                                    const PosesConfig& config,
                                    const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ExperimentFor(loaded, {input}, ""));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text,
+                             ExperimentFor(loaded, SeenIn(loaded.poses), {input}, ""));
   const bool is_sweep = config.kind == PoseSelectionKind::kSweep;
   std::vector<std::string> overrides;
   if (is_sweep) overrides.emplace_back("poses={ sweep: auto }");

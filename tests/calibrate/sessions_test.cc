@@ -133,20 +133,22 @@ TEST(Sessions, InDifferentUnitsOfMeasurementAreRefused) {
   EXPECT_THAT(joined.error().message, HasSubstr("the accelerometer is in g, but in m/s^2"));
 }
 
-TEST(Sessions, WithAMagnetometerThatFirmwareTurnsDifferentlyAreRefused) {
+TEST(Sessions, WithAMagnetometerThatIsMountedDifferentlyAreRefused) {
   Random random(2);
   Recorded recorded = Record(DrawNineAxes(&random), 2, 1.0, &random);
   for (PoseSet& session : recorded.sessions) session.tags.firmware = "px4";
-  recorded.sessions[0].tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
+  recorded.sessions[0].tags.magnetometer_mount_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
   for (const auto& other : {std::optional<Eigen::Vector3d>(), {Eigen::Vector3d(180.0, 0.0, 0.0)}}) {
-    recorded.sessions[1].tags.magnetometer_turn_deg = other;
+    recorded.sessions[1].tags.magnetometer_mount_deg = other;
     const Result<PoseSet> joined = JoinSessions(recorded.sessions);
     ASSERT_FALSE(joined);
     EXPECT_THAT(joined.error().message, HasSubstr("session 2: the magnetometer is turned"));
     EXPECT_THAT(joined.error().message, HasSubstr("but by 0, 0, 90 deg in session 1"));
   }
-  recorded.sessions[1].tags.magnetometer_turn_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
-  EXPECT_TRUE(JoinSessions(recorded.sessions));
+  recorded.sessions[1].tags.magnetometer_mount_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
+  // Where the firmware corrects it is undone.
+  recorded.sessions[1].tags.magnetometer_turn_deg = Eigen::Vector3d(180.0, 0.0, 0.0);
+  EXPECT_EQ(Joined(recorded.sessions).tags.magnetometer_turn_deg, Eigen::Vector3d(180.0, 0.0, 0.0));
 }
 
 TEST(Sessions, HaveTheirParametersWhereTheLastSays) {

@@ -122,8 +122,8 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=()
 APPLIED_OFFSETS, APPLIED_SCALES = (0.05, -0.07, 0.02), (1.002, 0.999, 1.001)
 
 
-def dataflash(path, parameters=None, board=None, later=None, early=0, **how):
-    """board: the vehicle's axes of the inertial sensors; later: parameters that change at the end; early: rows of the
+def dataflash(path, parameters=None, board=None, later=None, early=0, on_board=False, **how):
+    """board: the vehicle's axes of the inertial sensors, and where it is on_board of the compasses; later: parameters that change at the end; early: rows of the
     first gyroscope's own message before any temperature."""
     more, board = parameters or {}, board or diagonal(1.0, 1.0, 1.0)
     draw = random.Random(1)
@@ -170,7 +170,8 @@ def dataflash(path, parameters=None, board=None, later=None, early=0, **how):
             if k % 10 == 0:  # A filtered copy of the first gyroscope, as INS_RAW_LOG_OPT adds them.
                 message(132, "QBQfff", us, 3, us, *GYROSCOPES[0].raw(rate, draw))
             for i in range(2 if k % 5 == 0 else 0):
-                reading = [round(1e3 * y) for y in MAGNETOMETERS[i].raw(field, draw)]
+                turn = board if on_board else diagonal(1.0, 1.0, 1.0)
+                reading = [round(1e3 * y) for y in product(turn, MAGNETOMETERS[i].raw(in_body(turn, field), draw))]
                 added = int(offsets.get(MAGNETOMETERS[i].number, 0))
                 message(131, "QBhhhhhh", us, i, reading[0] + added, *reading[1:], added, 0, 0)
         for name, value in (later or {}).items():

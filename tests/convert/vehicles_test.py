@@ -359,9 +359,45 @@ class Vehicles(unittest.TestCase):
         self.assertEqual(found["CAL_ACC1_ID"], vehicles.ACCELEROMETERS[1].number)
         self.assertNotIn("CAL_ACC0_XOFF", found)
         self.assertNotIn("CAL_ACC2_XOFF", found)
-        # Alone it is no recording, and what an error names is said to be gone.
-        done = self.calibrate(log, "--instance=0", "--overwrite", code=2)
+        # Alone it is the same; with limits it is not passed, and what an error names is said to be gone.
+        self.calibrate(log, "--instance=0", "--overwrite", code=3)
+        done = self.calibrate(log, "--instance=0", "--overwrite", "--set=limits.gyroscope.bias=1", code=2)
         self.assertIn("that recording is not kept", done.stderr)
+
+    def test_no_later_result_takes_the_place_of_one_with_more(self):
+        good = self.log(vehicles.ulog, "good.ulg", rests=14)
+        stuck = self.log(vehicles.ulog, "stuck.ulg", rests=14, broken={("sensor_accel", 0): (0.1, 0.2, -9.8)})
+        few = self.log(vehicles.ulog, "few.ulg", rests=1)
+        self.calibrate(good, "--instance=0", "--to=px4")
+        whole = (self.out / "calibration.yaml").read_bytes()
+        kept = (self.out / "recording" / "recording.yaml").read_bytes()
+        for log in (stuck, stuck, few, stuck, few):
+            self.calibrate(log, "--instance=0", code=3)
+            self.assertEqual((self.out / "calibration.previous.yaml").read_bytes(), whole)
+            self.assertEqual((self.out / "recording.previous" / "recording.yaml").read_bytes(), kept)
+        # The second does not replace the first, and stays itself.
+        self.assertNotIn("accelerometer", json.loads((self.out / "calibration.previous-2.json").read_text())["sensors"])
+        # What is written beside a result without a sensor calibrates without it.
+        self.calibrate(stuck, "--instance=0", code=3)
+        self.assertNotIn("accelerometer:", (self.out / "experiment.yaml").read_text().replace("# limits", ""))
+        # Nor does what is imported, however often.
+        self.out = self.folder / "imported"
+        self.calibrate(good, "--instance=0", "--to=px4")
+        whole = (self.out / "calibration.yaml").read_bytes()
+        for _ in range(3):
+            done = truetriad("import", self.out / "px4.params", "--from=px4", f"--output={self.out}", "--overwrite")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual((self.out / "calibration.previous.yaml").read_bytes(), whole)
+
+    def test_sensors_that_only_a_later_log_has_are_in_the_experiment(self):
+        none = self.log(vehicles.ulog, "nomag.ulg", rests=14, absent=[("sensor_mag", 0), ("sensor_mag", 1)], accelerometers=1, gyroscopes=1)
+        with_one = self.log(vehicles.ulog, "mag.ulg", rests=14, absent=[("sensor_mag", 1)], accelerometers=1, gyroscopes=1)
+        self.calibrate(none, with_one)
+        first = json.loads((self.out / "calibration.json").read_text())["sensors"]
+        experiment, self.out = self.out / "experiment.yaml", self.folder / "again"
+        self.calibrate(f"--config={experiment}")
+        self.assertEqual(json.loads((self.out / "calibration.json").read_text())["sensors"], first)
+        self.assertIn("magnetometer", first)
 
     def test_idle_terms_of_other_sensors_stay_out_of_use(self):
         numbers = [triad.number for triad in vehicles.ACCELEROMETERS]
@@ -460,9 +496,11 @@ class Vehicles(unittest.TestCase):
     def test_logs_that_were_joined_are_refused_by_name(self):
         for writer, name in ((vehicles.ulog, "flight.ulg"), (vehicles.dataflash, "flight.bin")):
             log = self.log(writer, name, rests=2)
-            size = log.stat().st_size
-            log.write_bytes(2 * log.read_bytes())
-            self.assertIn(f"another log begins at byte {size}: ", self.calibrate(log, code=2).stderr)
+            whole = log.read_bytes()
+            # The last message is cut after a power cut, and the next log's begin seems to be the rest of it.
+            for cut in (0, 1, 7, 40):
+                log.write_bytes(whole[:len(whole) - cut] + whole)
+                self.assertIn(f"another log begins at byte {len(whole) - cut}: ", self.calibrate(log, code=2).stderr, cut)
 
     def test_rows_before_the_first_temperature_are_left_out_where_it_corrects(self):
         log = self.log(vehicles.dataflash, "flight.bin", rests=14, early=3, parameters={
@@ -518,6 +556,21 @@ class Vehicles(unittest.TestCase):
         done = self.calibrate(log, code=3)
         self.assertIn("magnetometer: firmware correction unknown: COMPASS_ORIENT2 changed during the log", done.stderr)
         self.assertIn("(instance 1 of 3, without its magnetometer)", done.stdout.splitlines()[0])
+
+    def test_compasses_of_two_logs_are_one_where_what_turned_them_is_undone(self):
+        turned = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+        first = self.log(vehicles.dataflash, "first.bin", rests=14)
+        second = self.log(vehicles.dataflash, "second.bin", rests=14, board=turned, on_board=True, parameters={"AHRS_ORIENTATION": 2})
+        done = self.calibrate(first, second, "--to=ardupilot")
+        self.assertNotIn("without its", done.stdout)
+        x, y, z = vehicles.MAGNETOMETERS[1].bias
+        self.check_vector(self.parameters("ardupilot.param", ",", 0), "COMPASS_OFS2_", "", [1e3 * y, -1e3 * x, -1e3 * z], 1.0)
+        # One that is external is turned by its own parameter, and its readings with it.
+        for orient, code in ((0, 0), (2, 3)):
+            logs = [self.log(vehicles.dataflash, f"{rests}.bin", rests=rests, rest_s=0.2 * rests,
+                             parameters={"COMPASS_EXTERN2": 1, "COMPASS_ORIENT2": n}) for rests, n in ((14, 0), (15, orient))]
+            done = self.calibrate(*logs, "--overwrite", code=code)
+            self.assertEqual("turned against the board by (roll, pitch, yaw) 0, 0, 90 deg" in " ".join(done.stdout.split()), code == 3)
 
     def test_compasses_are_logged_by_priority_and_corrected_by_number(self):
         first, second = vehicles.MAGNETOMETERS

@@ -246,6 +246,7 @@ TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   Calibration calibration = Awkward();
   calibration.tags.firmware = "px4";
   calibration.tags.magnetometer_turn_deg = Eigen::Vector3d(180.0, 0.0, 22.5);
+  calibration.tags.magnetometer_mount_deg = Eigen::Vector3d(0.0, 0.0, 90.0);
   calibration.tags.device_ids[Triad::kGyroscope] = 1310988;
   calibration.tags.device_slots[Triad::kGyroscope] = 2;
   calibration.tags.thermal_slots[Triad::kGyroscope] = Tags::kNoSlot;
@@ -253,7 +254,8 @@ TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   EXPECT_THAT(text,
               HasSubstr(", firmware: \"px4\", ids: { gyroscope: 1310988 }, "
                         "slots: { gyroscope: 2 }, thermal_slots: { gyroscope: -1 }, "
-                        "magnetometer_turn_deg: [180, 0, 22.5] }\n"));
+                        "magnetometer_turn_deg: [180, 0, 22.5], "
+                        "magnetometer_mount_deg: [0, 0, 90] }\n"));
   const Result<Calibration> reread = Reread(text);
   ASSERT_TRUE(reread) << reread.error().message;
   EXPECT_EQ(reread->tags, calibration.tags);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/output_folder.h"
 
+#include <algorithm>
 #include <string_view>
 #include <system_error>
 
@@ -16,6 +17,16 @@ namespace {
 
 constexpr std::string_view kReplaceRemedy =
     "choose another --output, or replace it with --overwrite";
+
+/// Whether what is known by `earlier` would be lost where only `now` stays: parameters of a sensor,
+/// or how uncertain they are.
+bool HasMore(const Calibration& earlier, const std::optional<Calibration>& now) {
+  if (!earlier.IsUsable() || !now || !now->IsUsable()) return earlier.IsUsable();
+  // What is imported has none.
+  if (now->covariance.matrix.isZero(0.0) && !earlier.covariance.matrix.isZero(0.0)) return true;
+  return std::ranges::any_of(
+      kTriads, [&](Triad triad) { return earlier.sensors[triad] && !now->sensors[triad]; });
+}
 
 }  // namespace
 
@@ -54,14 +65,28 @@ Status CheckMayReplace(const std::string& file,
                : Status();
 }
 
+std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest) {
+  const std::optional<Calibration> now = CalibrationIn(name.string() + rest);
+  for (int i = 1;; ++i) {
+    std::string suffix = i == 1 ? ".previous" : ".previous-" + std::to_string(i);
+    const std::optional<Calibration> earlier = CalibrationIn(name.string() + suffix + rest);
+    if (!earlier || !HasMore(*earlier, now)) return suffix;
+  }
+}
+
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names) {
+  // What goes with a result has its suffix.
+  const std::string of_result = PreviousSuffix(directory / "calibration", ".yaml");
   std::string moved;
   for (const std::string& name : names) {
     const std::filesystem::path from = directory / name;
     std::error_code failure;
     if (!std::filesystem::is_regular_file(from, failure)) continue;
-    const std::filesystem::path to =
-        directory / (from.stem().string() + ".previous" + from.extension().string());
+    const std::string extension = from.extension().string();
+    const std::string suffix = std::ranges::find(kResults, name) != kResults.end()
+                                   ? of_result
+                                   : PreviousSuffix(directory / from.stem(), extension);
+    const std::filesystem::path to = directory / (from.stem().string() + suffix + extension);
     for (const std::string& path : {from.string(), to.string()}) {
       if (InputGuard::Holds(path)) return InputGuard::Refusal(path);
     }

@@ -37,6 +37,9 @@ Status CheckMayReplace(const std::string& file,
                        const std::string& serial,
                        const Calibration* calibration = nullptr);
 
+/// What a result NAME + `rest` becomes that a later one must not replace: NAME.previous + `rest`,
+/// or where another is there that has more than it, NAME.previous-2 + `rest`, and so on.
+std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest);
 /// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
 /// calibration.previous.yaml; says so.
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names);

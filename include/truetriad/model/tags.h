@@ -34,6 +34,9 @@ struct Tags {
   /// `device.magnetometer_turn_deg`: roll, pitch and yaw that turn the recording's axes into those
   /// in which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
   std::optional<Eigen::Vector3d> magnetometer_turn_deg;
+  /// `device.magnetometer_mount_deg`: those that turn its own axes into the recording's, where the
+  /// vehicle's parameters state how it is mounted; unset: no parameter has a part in them.
+  std::optional<Eigen::Vector3d> magnetometer_mount_deg;
 
   bool operator==(const Tags&) const = default;
 };
@@ -69,7 +72,9 @@ inline Tags OrElse(Tags own, const Tags& other) {
     std::vector<std::int64_t>& idle = own.idle_thermal_slots[triad];
     if (idle.empty()) idle = other.idle_thermal_slots[triad];
   }
-  if (!own.magnetometer_turn_deg) own.magnetometer_turn_deg = other.magnetometer_turn_deg;
+  for (const auto of : {&Tags::magnetometer_turn_deg, &Tags::magnetometer_mount_deg}) {
+    if (!(own.*of)) own.*of = other.*of;
+  }
   return own;
 }
 

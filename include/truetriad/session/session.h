@@ -81,7 +81,7 @@ Result<Calibration> CalibrateExperiment(Experiment experiment,
 
 /// What there is to know of recordings of one unit from the first of them.
 struct FirstLook {
-  std::string experiment_yaml;  ///< Every sensor that it holds, with defaults and comments.
+  std::string experiment_yaml;  ///< Every sensor that any holds, with defaults and comments.
   LoadedPoses loaded;
 };
 

@@ -236,6 +236,14 @@ class Ulog {
       return this.isOne(type, message, message.length) ? { type, message, end } : null;
     };
 
+    /** What a cut log ends with may be taken for a message that the begin of another is part of. */
+    const refuseAnother = () => {
+      const next = window.subarray(0, filled).indexOf(kMagic, start === 0 ? kHeaderSize : 0);
+      if (next < 0) return;
+      throw new Refusal(`${this.file}: another log begins at byte ${start + next}: logs of several starts of the vehicle were ` +
+        'joined; give each by itself', 'wrong-format');
+    };
+
     fill();
     if (filled < kHeaderSize || !window.subarray(0, kMagic.length).equals(kMagic)) {
       throw new Refusal(`${this.file}: does not start like a ULog file; it is another format, or its start is missing`, 'wrong-format');
@@ -243,10 +251,14 @@ class Ulog {
     if (window[7] > 1) {
       throw new Refusal(`${this.file}: is ULog version ${window[7]}; supported are versions 0 and 1`, 'wrong-format');
     }
+    refuseAnother();
     at = kHeaderSize;
     let inDamage = false;
     for (;;) {
-      if (filled - at < 2 * kLongestMessage && start + filled < this.size) fill();
+      if (filled - at < 2 * kLongestMessage && start + filled < this.size) {
+        fill();
+        refuseAnother();
+      }
       if (at >= filled) break;
       while (this.barriers.length > 0 && this.barriers[0] <= start + at) this.barriers.shift();
       const limit = this.barriers.length > 0 ? Math.min(filled, this.barriers[0] - start) : filled;
@@ -264,10 +276,6 @@ class Ulog {
       // One byte that looks like a type is no proof: two messages in a row are.
       const proven = found && (!inDamage || found.type === 'S' || found.end === limit ||
                                messageAt(found.end, limit) !== null);
-      if (!proven && at + kMagic.length <= filled && window.subarray(at, at + kMagic.length).equals(kMagic)) {
-        throw new Refusal(`${this.file}: another log begins at byte ${start + at}: logs of several starts of the vehicle were ` +
-          'joined; give each by itself', 'wrong-format');
-      }
       if (!proven) {
         if (!inDamage) ++this.damagedPlaces;
         inDamage = true;

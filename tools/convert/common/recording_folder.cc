@@ -271,8 +271,10 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
           (held.*of)[triad] = (device.*of)[triad];
         }
         held.idle_thermal_slots[triad] = device.idle_thermal_slots[triad];
-        if (triad == Triad::kMagnetometer)
+        if (triad == Triad::kMagnetometer) {
           held.magnetometer_turn_deg = device.magnetometer_turn_deg;
+          held.magnetometer_mount_deg = device.magnetometer_mount_deg;
+        }
         if (!columns.applied.empty()) {
           applied << "  " << TriadName(triad) << ":" << columns.applied;
         }

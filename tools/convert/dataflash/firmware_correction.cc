@@ -70,6 +70,20 @@ Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
   return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
 }
 
+/// Roll, pitch and yaw from an external compass's own axes into the recording's: ORIENT turns its
+/// readings into the vehicle's, and `applied:` turns these into the board's. Unset: it is on the
+/// board, where AHRS_ORIENTATION turns its readings and is undone.
+std::optional<Eigen::Vector3d> MountDegOf(const Parameters& parameters, int slot) {
+  const Result<double> external =
+      Value(parameters, slot == 1 ? "COMPASS_EXTERNAL" : CompassName("EXTERN#", slot));
+  if (!external || *external == 0.0) return std::nullopt;
+  const Result<double> number = Value(parameters, CompassName("ORIENT#", slot));
+  const auto turn_deg = BoardTurnDeg(number ? *number : 0.0, kBoardRotations.size());
+  const Result<Eigen::Matrix3d> board = RotationOf(parameters);
+  if (!turn_deg || !board) return std::nullopt;
+  return TurnDegOf(board->transpose() * TurnOf(*turn_deg));
+}
+
 /// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
 Result<std::string> Thermal(const Parameters& parameters, std::string_view sensor, int instance) {
   const std::string prefix = InertialName("TCAL", "@_", instance);
@@ -164,6 +178,7 @@ Tags DeviceOf(const Parameters& parameters, int instance) {
     device.device_slots[triad] = !is_compass ? instance + 1 : compass ? *compass : Tags::kNoSlot;
   }
   const Result<double> number = Value(parameters, "AHRS_ORIENTATION");
+  if (compass) device.magnetometer_mount_deg = MountDegOf(parameters, *compass);
   if (number) device.magnetometer_turn_deg = BoardTurnDeg(*number, kBoardRotations.size());
   return device;
 }

@@ -87,8 +87,10 @@ class ScriptedRecording {
       device.idle_thermal_slots[*TriadFromName(triad)] = slots.get<std::vector<std::int64_t>>();
     if (said.contains("magnetometerTurn")) {
       const std::array<double, 9> rows = said.at("magnetometerTurn");
-      device.magnetometer_turn_deg =
-          TurnDegOf(Eigen::Map<const Eigen::Matrix3d>(rows.data()).transpose());
+      // Its own axes are those in which it is corrected.
+      const Eigen::Map<const Eigen::Matrix3d> mount(rows.data());
+      device.magnetometer_turn_deg = TurnDegOf(mount.transpose());
+      device.magnetometer_mount_deg = TurnDegOf(mount);
     }
     folder_->SetDevice(device);
     for (const auto& [table, size] : said.at("siPerCount").items())

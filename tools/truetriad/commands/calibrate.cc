@@ -67,8 +67,8 @@ struct Task {
   int instance = 0;              // of the sensors
   bool has_others = false;       // of the same log, which it must not keep from a result
   std::optional<Error> refusal;  // why its recording cannot be read
-  // Of several instances: the same without some sensors, those that keep the others from a result,
-  // and what is wrong with them.
+  // The same without some sensors, those that keep the others from a result, and what is wrong with
+  // them.
   std::function<Result<Task>(const PerTriad<bool>& left_out)> without;
   PerTriad<bool> left_out = {};
   Findings lost;
@@ -108,9 +108,11 @@ struct Done {
   /// sensor, takes the place of none that has them, and one that names no unit of none that names
   /// one.
   bool StaysBeside() const {
-    const bool is_whole = calibration.IsUsable() && task.lost.empty();
-    if (is_whole && (FLAGS_overwrite || !calibration.serial.empty())) return false;
-    return there && there->IsUsable() && !(is_whole && there->serial.empty());
+    if (!there || !there->IsUsable()) return false;
+    const bool loses = std::ranges::any_of(
+        task.lost, [&](const Finding& lost) { return there->sensors[*lost.sensor].has_value(); });
+    if (loses || !calibration.IsUsable()) return true;
+    return !FLAGS_overwrite && calibration.serial.empty() && !there->serial.empty();
   }
   /// Of itself, whatever others hold it back.
   int exit_code() const {
@@ -193,6 +195,7 @@ std::optional<Finding> RefusedSensor(Error error) {
 /// Where a sensor whose readings are refused keeps the others of its instance from a result, that
 /// of the others; with limits none, since a device whose sensor is broken does not pass.
 Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet* poses) {
+  if (made) return made;
   Task rest = *task;
   Result<Calibration> found = made;
   while (task->without && !found) {
@@ -200,10 +203,16 @@ Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet
     if (!why || std::exchange(rest.left_out[*why->sensor], true)) return made;
     rest.lost.push_back(*std::move(why));
     Result<Task> again = task->without(rest.left_out);
-    if (again && !again->experiment.options.limits.limits.empty()) return made;
-    if (again) again->left_out = rest.left_out;
-    found = again ? CalibrationFor(&*again, poses) : Result<Calibration>(again.error());
-    if (again) rest.experiment = again->experiment;
+    if (!again) {
+      found = again.error();
+      continue;
+    }
+    if (!again->experiment.options.limits.limits.empty()) return made;
+    again->left_out = rest.left_out;
+    again->experiment.options.solver = task->experiment.options.solver;
+    found = CalibrationFor(&*again, poses);
+    rest.experiment = again->experiment;
+    rest.initial_yaml = again->initial_yaml;
   }
   if (rest.lost.empty()) return made;
   for (Finding& finding : rest.lost) {
@@ -316,7 +325,7 @@ Status MoveOtherInstancesAside(const std::vector<Done>& all) {
   if (!FLAGS_instance.empty()) return {};
   for (const fs::path& folder : OtherInstances(all)) {
     if (HeldBackByOther(folder, all.front().calibration.serial)) continue;
-    const fs::path to = folder.string() + ".previous";
+    const fs::path to = folder.string() + PreviousSuffix(folder, "/calibration.yaml");
     std::error_code failure;
     fs::remove_all(to, failure);
     if (!failure) fs::rename(folder, to, failure);
@@ -369,8 +378,8 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// Without an experiment: one for what is in the recordings, `any` of which may have sensors that
-/// the first has not.
+/// Without an experiment: one for what is in the recordings. What is asked of sensors that are left
+/// out, or that `any` of other instances has, is understood.
 Result<Task> InitialTask(const std::vector<std::string>& inputs,
                          const std::string& folder,
                          const PerTriad<bool>& any,
@@ -382,10 +391,14 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs,
   task.initial_yaml = std::move(look.experiment_yaml);
   task.first = std::move(look.loaded);
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment own,
+                             ReadExperimentText(task.initial_yaml, "experiment.yaml", {}));
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
   for (const Triad triad : kTriads) {
-    if (!any[triad] || task.first->poses.Find(triad) != nullptr) continue;
-    overrides.insert(overrides.begin(), "sensors." + std::string(TriadName(triad)) + "={}");
+    const std::string name(TriadName(triad));
+    const bool is_recorded = own.options.triads[triad].enabled || task.first->poses.Find(triad);
+    if (is_recorded || (!any[triad] && !left_out[triad])) continue;
+    overrides.insert(overrides.begin(), "sensors." + name + "={}");
   }
   const std::string path = (fs::path(folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
@@ -489,21 +502,21 @@ class FolderGivesWay {
     return !folder_.empty() && file.starts_with(folder_.string() + "/");
   }
 
-  /// The new one stays; the one that was there goes, or is NAME.previous from now on.
-  void Keep(bool is_previous) {
+  /// The new one stays; the one that was there goes, or has a suffix from now on.
+  void Keep(const std::optional<std::string>& suffix) {
     // No longer aside before it goes: what is aside comes back.
     std::error_code ignored;
-    const std::string to = is_previous ? Named(".previous") : TemporaryNameBeside(folder_.string());
+    const std::string to = suffix ? Named(*suffix) : TemporaryNameBeside(folder_.string());
     if (fs::exists(Named(".aside"), ignored)) {
       fs::remove_all(to, ignored);
       fs::rename(Named(".aside"), to, ignored);
-      if (!is_previous) fs::remove_all(to, ignored);
+      if (!suffix) fs::remove_all(to, ignored);
     }
     folder_.clear();
   }
 
  private:
-  std::string Named(const char* suffix) const { return folder_.string() + suffix; }
+  std::string Named(const std::string& suffix) const { return folder_.string() + suffix; }
 
   fs::path folder_;  ///< Empty: nothing comes back.
   bool has_made_parent_ = false;
@@ -624,7 +637,6 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   const std::string folder = FLAGS_output.empty() ? logs.front() + ".truetriad" : FLAGS_output;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto recordings, RecordingsOf(logs, folder, converted));
   Recorded recorded = SensorsIn(recordings);
-  bool is_drawn = false;  // The folder has an experiment, that of the first which has one.
   for (const auto& [instance, inputs] : recordings) {
     const bool is_first = tasks.empty();
     const PerTriad<bool>& others = recorded.others[instance];
@@ -635,17 +647,14 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
     if (made && others != PerTriad<bool>() && std::ranges::none_of(kTriads, is_asked))
       continue;  // What is asked for is in others alone.
     const bool is_refused = !made && made.error().kind() != ErrorKind::kUsage;
-    if (!made && (!is_refused || recordings.size() == 1)) return made.error();
+    if (!made && !is_refused) return made.error();
     Task& task = tasks.emplace_back(is_refused ? Task() : *std::move(made));
     if (is_refused) task.refusal = made.error();
-    if (is_drawn) task.initial_yaml.clear();
-    is_drawn = is_drawn || !task.initial_yaml.empty();
     task.folder =
         is_first ? folder : (fs::path(folder) / ("instance-" + std::to_string(instance))).string();
     task.experiment.inputs = inputs;
     task.instance = instance;
     task.has_others = recordings.size() > 1;
-    if (!task.has_others) continue;
     task.without = [inputs = inputs, folder, experiment, any = recorded.any, others](
                        const PerTriad<bool>& left_out) {
       Result<Task> without = TaskFor(inputs, folder, experiment, any, others, left_out);
@@ -744,15 +753,19 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   const auto is_read = [](const Done& done) { return !done.task.refusal; };
   const auto read = std::find_if(all.begin(), all.end(), is_read);
   if (read == all.end()) return *all.front().task.refusal;
+  bool is_drawn = false;  // The folder has an experiment, that of the first which has one.
   for (Done& done : all) {
+    if (is_drawn) done.task.initial_yaml.clear();
+    is_drawn = is_drawn || !done.task.initial_yaml.empty();
     if (done.calibration.serial.empty()) done.calibration.serial = read->calibration.serial;
     TakeOverDecisions(&done);
   }
   HoldBackTogether(&all);
-  const bool is_beside = all.front().StaysBeside();
+  std::optional<std::string> suffix;
+  if (all.front().StaysBeside()) suffix = PreviousSuffix(all.front().Path("calibration"), ".yaml");
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
   // The recording stays with the calibration that was made from it.
-  for (FolderGivesWay& replaced : *converted) replaced.Keep(is_beside);
+  for (FolderGivesWay& replaced : *converted) replaced.Keep(suffix);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
   // Another way of logging helps against these.
