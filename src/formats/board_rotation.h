@@ -50,8 +50,7 @@ inline Eigen::Matrix3d TurnOf(const Eigen::Vector3d& roll_pitch_yaw_deg) {
   return rotation;
 }
 
-/// The angle of the smallest of them. A sensor that is off by less sits so on its chip or board;
-/// one that is off by more is mounted so.
+/// The angle of the smallest of them: parameters of the vehicle state no smaller turn of a sensor.
 inline double SmallestBoardTurnDeg() {
   double smallest = 180.0;
   for (const std::array<double, 3>& turn_deg : kBoardRotations) {

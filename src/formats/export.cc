@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <set>
 #include <sstream>
 
 #include "base/utf8.h"
@@ -60,7 +63,7 @@ void FindDroppedTurn(Triad triad,
   const double turn_deg = restated.dropped_turn_deg[triad];
   if (turn_deg < SmallestBoardTurnDeg()) return;
   findings->push_back(
-      Finding(FindingCode::kMountingFound,
+      Finding(FindingCode::kMessage,
               std::string(TriadName(triad)) + ": is turned by " + RoundedText(turn_deg, 3) +
                   " deg against the other sensors' axes, and " + std::string(format) +
                   " holds no such turn: " + LossText(triad, loss),
@@ -88,7 +91,7 @@ void WarnOfNumbers(const Calibration& calibration,
     } else if (slot && stated.instance && *slot != *stated.instance && *slot != Tags::kNoSlot) {
       warnings->push_back(
           name + ": the vehicle has its parameters under the number " + std::to_string(*slot) +
-          ", and --instance=" + std::to_string(*stated.instance) + " writes over those of another");
+          " in its log, and --instance=" + std::to_string(*stated.instance) + " states another");
     }
   }
 }
@@ -268,16 +271,28 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   return result;
 }
 
-/// The calibration of `result`, where terms that the others will have in use are not idle.
-Calibration BesideOthers(const std::vector<ResultOfInstance>& results,
-                         const ResultOfInstance& result) {
+/// The calibration of `result`, where idle terms of sensors of the others that are not written must
+/// stay so. `exports`: those of `results`, empty where one is not written.
+Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
+                            const std::vector<std::optional<Export>>& exports,
+                            const ResultOfInstance& result) {
   Calibration calibration = *result.calibration;
-  for (const ResultOfInstance& other : results) {
-    for (const Triad triad : kTriads) {
-      if (!other.calibration->IsUsable() || !other.calibration->sensors[triad]) continue;
-      const std::optional<std::int64_t>& slot = other.calibration->tags.thermal_slots[triad];
-      if (slot) std::erase(calibration.tags.idle_thermal_slots[triad], *slot);
+  for (const Triad triad : kTriads) {
+    std::set<std::int64_t> written, idle;
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      const Calibration& other = *results[i].calibration;
+      const std::optional<std::int64_t>& slot = other.tags.thermal_slots[triad];
+      if (!slot) continue;
+      if (exports[i] && other.sensors[triad]) {
+        written.insert(*slot);
+      } else if (std::ranges::count(other.tags.idle_thermal_slots[triad], *slot) > 0) {
+        idle.insert(*slot);
+      }
     }
+    std::vector<std::int64_t>& all = calibration.tags.idle_thermal_slots[triad];
+    idle.insert(all.begin(), all.end());
+    all.clear();
+    std::ranges::set_difference(idle, written, std::back_inserter(all));
   }
   return calibration;
 }
@@ -316,6 +331,85 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
   return "";
 }
 
+/// What one format holds of a device's results.
+class FormatOfDevice {
+ public:
+  FormatOfDevice(const std::vector<ResultOfInstance>& results,
+                 const FormatInfo& info,
+                 const std::string& why_of_device,
+                 ExportOptions options)
+      : results_(results),
+        info_(info),
+        why_of_device_(why_of_device),
+        options_(std::move(options)),
+        exports_(results.size()) {}
+
+  Status AddTo(ExportsBeside* beside) {
+    for (std::size_t i = 0; i < results_.size(); ++i) TRUETRIAD_RETURN_IF_ERROR(Try(i, beside));
+    std::vector<PerTriad<std::optional<ExportLoss>>> losses;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      if (!exports_[i]) continue;
+      // Only now it is known which are written.
+      const Calibration calibration = BesideUnwritten(results_, exports_, results_[i]);
+      if (info_.first_instance && calibration.tags != results_[i].calibration->tags) {
+        TRUETRIAD_ASSIGN_OR_RETURN(exports_[i], ExportOf(results_[i], calibration));
+      }
+      const std::string file = FileOf(results_[i]), which = Which(results_[i]);
+      Add(*exports_[i], which, file, results_[i].instance, beside);
+      losses.push_back(exports_[i]->loss);
+    }
+    WarnOfLoss(info_.name, losses, &beside->warnings);
+    return {};
+  }
+
+ private:
+  std::string FileOf(const ResultOfInstance& result) const {
+    const std::string& folder = info_.first_instance ? results_.front().folder : result.folder;
+    return (std::filesystem::path(folder) / info_.file_name).string();
+  }
+  /// The begin of warnings.
+  std::string Which(const ResultOfInstance& result) const {
+    return FileOf(result) + ": " +
+           (results_.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
+  }
+  Result<Export> ExportOf(const ResultOfInstance& result, const Calibration& calibration) {
+    options_.file_name = FileOf(result);
+    std::optional<int> instance = info_.first_instance;
+    if (instance) *instance += result.instance;
+    const std::string why = WhyHeldBack(calibration);
+    return ExportUnlessHeldBack(
+        calibration, info_.name, options_, why.empty() ? why_of_device_ : why, instance);
+  }
+  /// The export of one, or a warning that it is not written.
+  Status Try(std::size_t i, ExportsBeside* beside) {
+    const ResultOfInstance& result = results_[i];
+    const std::string shared = info_.first_instance ? SharedSlot(results_, result, info_) : "";
+    if (!shared.empty()) {
+      beside->is_whole = false;
+      beside->warnings.push_back(Which(result) + "is not written: " + shared);
+      return {};
+    }
+    Result<Export> exported = ExportOf(result, *result.calibration);
+    if (exported) {
+      exports_[i] = *std::move(exported);
+      return {};
+    }
+    const ErrorCode why_not = exported.error().code;
+    const bool has_nothing =
+        !result.calibration->IsUsable() || why_not == ErrorCode::kMissingSensor;
+    if (!has_nothing && why_not != ErrorCode::kNotRepresentable) return exported.error();
+    beside->is_whole = beside->is_whole && has_nothing;
+    beside->warnings.push_back(Which(result) + "is not written: " + exported.error().message);
+    return {};
+  }
+
+  const std::vector<ResultOfInstance>& results_;
+  const FormatInfo& info_;
+  const std::string& why_of_device_;
+  ExportOptions options_;
+  std::vector<std::optional<Export>> exports_;  ///< Unset: not written.
+};
+
 }  // namespace
 
 Result<Export> ExportCalibration(const Calibration& calibration,
@@ -345,40 +439,7 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                 " is not written: " + may_leave.error().message);
       continue;
     }
-    std::vector<PerTriad<std::optional<ExportLoss>>> losses;
-    for (const ResultOfInstance& result : results) {
-      const std::string& folder = info.first_instance ? results.front().folder : result.folder;
-      options.file_name = (std::filesystem::path(folder) / info.file_name).string();
-      std::optional<int> instance = info.first_instance;
-      if (instance) *instance += result.instance;
-      const std::string which =
-          options.file_name + ": " +
-          (results.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
-      const std::string shared = instance ? SharedSlot(results, result, info) : "";
-      if (!shared.empty()) {
-        beside.is_whole = false;
-        beside.warnings.push_back(which + "is not written: " + shared);
-        continue;
-      }
-      const std::string why = WhyHeldBack(*result.calibration);
-      const Result<Export> exported = ExportUnlessHeldBack(BesideOthers(results, result),
-                                                           format,
-                                                           options,
-                                                           why.empty() ? why_of_device : why,
-                                                           instance);
-      if (!exported) {
-        const ErrorCode why_not = exported.error().code;
-        const bool has_nothing =
-            !result.calibration->IsUsable() || why_not == ErrorCode::kMissingSensor;
-        if (!has_nothing && why_not != ErrorCode::kNotRepresentable) return exported.error();
-        beside.is_whole = beside.is_whole && has_nothing;
-        beside.warnings.push_back(which + "is not written: " + exported.error().message);
-        continue;
-      }
-      Add(*exported, which, options.file_name, result.instance, &beside);
-      losses.push_back(exported->loss);
-    }
-    WarnOfLoss(format, losses, &beside.warnings);
+    TRUETRIAD_RETURN_IF_ERROR(FormatOfDevice(results, info, why_of_device, options).AddTo(&beside));
   }
   return beside;
 }

@@ -402,9 +402,10 @@ class Vehicles(unittest.TestCase):
     def test_idle_terms_of_other_sensors_stay_out_of_use(self):
         numbers = [triad.number for triad in vehicles.ACCELEROMETERS]
         log = self.log(vehicles.ulog, "flight.ulg", rests=14,
-                       parameters={"TC_A_ENABLE": 0} | {f"TC_A{n}_ID": number for n, number in enumerate(numbers)})
+                       parameters={"TC_A_ENABLE": 0, "TC_A2_ID": 999} | {f"TC_A{n}_ID": number for n, number in enumerate(numbers[:2])})
         self.calibrate(log, "--instance=0")
-        self.assertIn("idle_thermal_slots: { accelerometer: [1, 2] }", (self.out / "calibration.yaml").read_text())
+        # Those of another sensor of the log are replaced with its own result.
+        self.assertIn("idle_thermal_slots: { accelerometer: [0, 2] }", (self.out / "calibration.yaml").read_text())
         on = self.log(vehicles.ulog, "on.ulg", rests=14, parameters={"TC_A_ENABLE": 1, "TC_A1_ID": numbers[1]})
         self.calibrate(on, "--instance=0", "--overwrite")
         self.assertNotIn("idle_thermal_slots", (self.out / "calibration.yaml").read_text())
@@ -490,7 +491,7 @@ class Vehicles(unittest.TestCase):
         self.assertNotIn("no such turn", done.stdout + done.stderr)
         self.assertEqual(done.stderr.count("loses more than"), 1)
         done = truetriad("export", self.out / "calibration.yaml", "--to=px4", "--instance=2", "--id=gyroscope:12345", "-o", self.out / "one.params")
-        self.assertIn("accelerometer: the vehicle has its parameters under the number 0, and --instance=2", done.stderr)
+        self.assertIn("accelerometer: the vehicle has its parameters under the number 0 in its log, and --instance=2 states another", done.stderr)
         self.assertIn("and --id states 12345, another sensor's", done.stderr)
 
     def test_logs_that_were_joined_are_refused_by_name(self):

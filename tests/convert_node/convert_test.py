@@ -310,9 +310,9 @@ class Converters(unittest.TestCase):
 
     def test_ulog_takes_the_other_stamp_where_that_of_the_sample_is_zero(self):
         fields = ONE_DEVICE.replace("uint32_t", "uint64_t timestamp_sample;uint32_t", 1)
-        rows = [("sensor_mag", 0, struct.pack("<QQI3f", 1000 + i, sample, 7, i, 0, 0)) for i, sample in enumerate((0, 0, 900))]
-        self.convert("ulog", self.made_ulog({"sensor_mag": fields}, rows[:2]))
-        self.assertEqual([row[0] for row in self.rows("magnetometer.csv")], [1000000, 1001000])
+        rows = [("sensor_mag", 0, struct.pack("<QQI3f", 1000 + i, sample, 7, i, 0, 0)) for i, sample in enumerate((0, 0, 1500))]
+        self.convert("ulog", self.made_ulog({"sensor_mag": fields}, rows))
+        self.assertEqual([row[0] for row in self.rows("magnetometer.csv")], [1000000, 1001000, 1500000])
 
     def test_ulog_says_where_the_vehicle_has_a_sensor_at_the_end(self):
         rows = [("sensor_accel", 0, struct.pack("<QI3f", 1000 * i, 7, i, -i, 2)) for i in range(9)]

@@ -603,6 +603,14 @@ TEST(Px4, KeepsIdleTermsOfOtherSensorsOutOfUse) {
   EXPECT_EQ(all.at("TC_A0_ID"), 0.0F);
   EXPECT_EQ(all.at("TC_A1_ID"), 1310988.0F);
   EXPECT_EQ(all.at("TC_A2_ID"), 1310996.0F);
+  // Where that is not written, they are idle as well.
+  unit.tags.idle_thermal_slots = {};
+  other.tags.idle_thermal_slots[Triad::kAccelerometer] = {2};
+  other.outcome = Outcome::kNotCalled;
+  const Result<ExportsBeside> one =
+      ExportBeside({{&unit, "out", 0}, {&other, "out/instance-1", 1}}, {"px4"}, {});
+  ASSERT_TRUE(one) << one.error().message;
+  EXPECT_EQ(Px4File(one->files.at("out/px4.params")).at("TC_A2_ID"), 0.0F);
 }
 
 TEST(Px4, WritesTheMagnetometerOverTemperatureInGauss) {

@@ -58,7 +58,8 @@ struct ExportOptions {
   /// Where a consumer with several sets of parameters holds those of the sensor with this number,
   /// and its temperature terms (Tags); unset: those of the calibration, else its first.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
-  /// Its temperature terms that are of other sensors and must not come into use with those of this.
+  /// Which of its temperature terms it does not use, as of Tags; those of other sensors must not come
+  /// into use with those of this.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};

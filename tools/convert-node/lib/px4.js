@@ -484,10 +484,12 @@ function sendManifest(log, instance, entries, devices) {
   const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
   const thermalSlots = among(({ thermal }) => thermal);
-  // Terms of other sensors that the vehicle has, and would use once it is to use those of this one.
+  // Terms that the vehicle would use once it is to use those of this sensor: its own, and those of sensors that the log
+  // has not; those of others in the log are stated with them.
   const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
     const { thermal } = kSensors[triad];
-    return log.latest.get(`${thermal}_ENABLE`) !== 1 && log.latest.get(`${thermal}${n}_ID`) && n !== thermalSlots[triad];
+    const id = log.latest.get(`${thermal}${n}_ID`);
+    return log.latest.get(`${thermal}_ENABLE`) !== 1 && id && (n === thermalSlots[triad] || !devices[triad].includes(id));
   })]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
