@@ -536,7 +536,19 @@ Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const
       mean += of_functions(f, g) * square.block(f * wide, g * wide, wide, wide);
     }
   }
-  return Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
+  Eigen::MatrixXd spread = Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
+  if (candidate.kind->varies == Varies::kField) {
+    // The mean of fields m_k is shorter than they are: |mean|^2 = mean |m_k|^2 - mean |m_k -
+    // mean|^2. Whose strength was stated nobody knows.
+    const double field = graph_->reference()[kField];
+    const Eigen::Matrix3d gains =
+        0.5 * mean.trace() / (field * field) * graph_->sensitivity(candidate.triad);
+    Eigen::VectorXd shorter = Eigen::VectorXd::Zero(graph_->layout.size);
+    shorter.segment<9>(graph_->layout.sensitivity[candidate.triad]) = gains.reshaped();
+    const Eigen::VectorXd moved = graph_->layout.basis.transpose() * shorter;
+    spread += moved * moved.transpose();
+  }
+  return spread;
 }
 
 void FaultSearch::StateTaken() {

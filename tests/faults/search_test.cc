@@ -371,6 +371,29 @@ TEST(FindFaults, WeighsABendAgainstTheOutliersThatItMakes) {
   EXPECT_LE(wrong, runs / 20) << list;
 }
 
+// The second half of a recording was made where the field dips less, as strong as before.
+TEST(FindFaults, AllowsForAFieldThatTurns) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Random random(100 + seed);
+    auto trial = trials::MakeFaultTrial({}, &random);
+    const Eigen::Vector3d field = trial.unit.WorldVector(Triad::kMagnetometer);
+    const Eigen::Vector3d turned = RotationExp(Eigen::Vector3d(0.0, -0.14, 0.0)) * field;
+    trials::AtPoses(&trial, Triad::kMagnetometer, [&](const auto& model, const auto&, auto k) {
+      const Eigen::Vector3d off = trial.attitudes[k].conjugate() * (turned - field);
+      return Eigen::Vector3d((k >= 12 ? 1.0 : 0.0) * (model.sensitivity * off));
+    });
+    SettledModel settled = trials::Settled(trial);
+    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    EXPECT_TRUE(Has(found, "field step", Triad::kMagnetometer)) << seed << ListOf(found);
+    const int at = settled.graph.layout.sensitivity[Triad::kMagnetometer];
+    const auto columns = settled.graph.layout.ColumnsOf(at, 9);
+    const Eigen::ArrayXd error = trials::ErrorOf(settled.graph, trial.unit)(columns).array().abs();
+    const Eigen::MatrixXd covariance = trials::CovarianceOf(settled, found);
+    const Eigen::ArrayXd sigma = covariance.diagonal()(columns).array().sqrt();
+    EXPECT_LT((error / sigma).maxCoeff(), 5.0) << seed << ListOf(found);
+  }
+}
+
 // On six faces a quadratic term is a bias, but for what the field says of attitudes: it is seen at
 // many of its σ, and moves the bias by many more of its own. It is no matter of the magnetometer.
 TEST(FindFaults, AllowsForABendThatSixFacesHardlyShow) {
