@@ -248,7 +248,7 @@ struct MeanAndVariance {
   double mean = 0.0, variance = 0.0;
 };
 
-// Of normal readings about `place`, rounded; all in steps.
+// Normal readings about `place` have these once they are rounded; all is in steps.
 MeanAndVariance Rounded(double place, double sigma) {
   const auto below = [&](double edge) { return NormalCdf((edge - place) / sigma); };
   const double reach = std::ceil(6.0 * sigma) + 1.0;  // beyond it there is less than 1e-9

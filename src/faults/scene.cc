@@ -48,7 +48,7 @@ constexpr std::array kDiagonalForms = {FaultForm::kBias,
                                        FaultForm::kCube,
                                        FaultForm::kGainByRate};
 
-// What the gyroscope's readings along a turn are multiplied with.
+// The columns of these forms are made of the gyroscope's readings along a turn.
 constexpr std::array kOfRates = {FaultForm::kGain,
                                  FaultForm::kMatrix,
                                  FaultForm::kSize,

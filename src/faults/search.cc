@@ -538,8 +538,8 @@ Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const
   }
   Eigen::MatrixXd spread = Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
   if (candidate.kind->varies == Varies::kField) {
-    // The mean of fields m_k is shorter than they are: |mean|^2 = mean |m_k|^2 - mean |m_k -
-    // mean|^2. Whose strength was stated nobody knows.
+    // The mean m of fields m_k is shorter than they are, |m|^2 = E |m_k|^2 - E |m_k - m|^2, and
+    // nobody knows whose strength was stated.
     const double field = graph_->reference()[kField];
     const Eigen::Matrix3d gains =
         0.5 * mean.trace() / (field * field) * graph_->sensitivity(candidate.triad);

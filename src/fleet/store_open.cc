@@ -139,7 +139,7 @@ Status CheckDisposition(const Disposition& disposition) {
 }
 
 GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s) {
-  // By how much the clocks of two machines may differ.
+  // The clocks of two machines may differ by this much.
   constexpr double kClocksDifferS = 60.0;
   if (!last.agrees) return GoldenState::kDisagrees;
   // NaN: what cannot be dated is no check of today.

@@ -312,7 +312,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
   TRUETRIAD_ASSIGN_OR_RETURN(const auto given_up, store.GivenUpOf(serial));
   if (IsRed(unit->final_verdict)) agreement.why = WhyHeldBack(*unit);
   for (const KnownRun& one : folders) {
-    // What was given up is no run of the unit's, so whatever counts.
+    // A run that was given up is none of the unit's, whichever run counts.
     const auto found = given_up.find(one.run);
     const bool is_given_up = found != given_up.end();
     const Standing& holds = is_given_up ? found->second : *unit;

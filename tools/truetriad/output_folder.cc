@@ -56,13 +56,10 @@ Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& seria
 }
 
 Status CheckMayReplace(const std::string& file,
-                       const std::string& serial,
-                       const Calibration* calibration) {
-  if (!serial.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(file, serial));
-  if (FLAGS_overwrite || calibration == nullptr) return {};
-  const std::optional<Calibration> whole = CalibrationIn(file);
-  return whole ? CheckSameSensors(file, *whole, *calibration, std::string(kReplaceRemedy))
-               : Status();
+                       const std::optional<Calibration>& there,
+                       const Calibration& calibration) {
+  if (FLAGS_overwrite || !there) return {};
+  return CheckSameSensors(file, *there, calibration, std::string(kReplaceRemedy));
 }
 
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest) {
@@ -75,17 +72,17 @@ std::string PreviousSuffix(const std::filesystem::path& name, const std::string&
 }
 
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names) {
-  // What goes with a result has its suffix.
-  const std::string of_result = PreviousSuffix(directory / "calibration", ".yaml");
+  std::optional<std::string> of_result;  // What goes with a result has its suffix.
   std::string moved;
   for (const std::string& name : names) {
     const std::filesystem::path from = directory / name;
     std::error_code failure;
     if (!std::filesystem::is_regular_file(from, failure)) continue;
     const std::string extension = from.extension().string();
-    const std::string suffix = std::ranges::find(kResults, name) != kResults.end()
-                                   ? of_result
-                                   : PreviousSuffix(directory / from.stem(), extension);
+    const bool is_result = std::ranges::find(kResults, name) != kResults.end();
+    if (is_result && !of_result) of_result = PreviousSuffix(directory / "calibration", ".yaml");
+    const std::string suffix =
+        is_result ? *of_result : PreviousSuffix(directory / from.stem(), extension);
     const std::filesystem::path to = directory / (from.stem().string() + suffix + extension);
     for (const std::string& path : {from.string(), to.string()}) {
       if (InputGuard::Holds(path)) return InputGuard::Refusal(path);

@@ -31,11 +31,10 @@ std::optional<Calibration> CalibrationIn(const std::string& file);
 /// Error (bad input), unless --overwrite is stated: `file` is the calibration of another unit than
 /// `serial`. One without a serial number is nobody's, nor is a file that is no calibration.
 Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial);
-/// The same where the serial number is known, and of other sensors than those of `calibration`
-/// (null: not known yet).
+/// Likewise: `file` has `there`, which is of other sensors than `calibration`.
 Status CheckMayReplace(const std::string& file,
-                       const std::string& serial,
-                       const Calibration* calibration = nullptr);
+                       const std::optional<Calibration>& there,
+                       const Calibration& calibration);
 
 /// What a result NAME + `rest` becomes that a later one must not replace: NAME.previous + `rest`,
 /// or where another is there that has more than it, NAME.previous-2 + `rest`, and so on.

@@ -299,7 +299,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
   TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(file, result.calibration.serial));
   TRUETRIAD_RETURN_IF_ERROR(
-      CheckMayReplace(file.string(), result.calibration.serial, &result.calibration));
+      CheckMayReplace(file.string(), CalibrationIn(file.string()), result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
   // It has no uncertainty, nor what the page of a result shows.
   std::vector<std::string> earlier = {file.filename().string()};

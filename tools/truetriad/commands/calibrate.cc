@@ -227,7 +227,10 @@ Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet
 Result<Done> Calibrated(Task task) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const std::string file = (fs::path(task.folder) / "calibration.yaml").string();
-  TRUETRIAD_RETURN_IF_ERROR(CheckMayReplace(file, task.experiment.serial));
+  const auto check_unit = [&file](const std::string& serial) {
+    return serial.empty() ? Status() : CheckIsOfUnit(file, serial);
+  };
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
   PoseSet poses;
   Result<Calibration> made = WithoutRefused(CalibrationFor(&task, &poses), &task, &poses);
   if (!made && task.has_others && made.error().kind() != ErrorKind::kUsage) {
@@ -236,8 +239,9 @@ Result<Done> Calibrated(Task task) {
     made = Unread(task.experiment, *task.refusal);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, std::move(made));
-  TRUETRIAD_RETURN_IF_ERROR(CheckMayReplace(file, calibration.serial, &calibration));
-  std::optional<Calibration> there = ThatIn(task.folder);
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration.serial));
+  std::optional<Calibration> there = CalibrationIn(file);
+  TRUETRIAD_RETURN_IF_ERROR(CheckMayReplace(file, there, calibration));
   return Done{std::move(task), std::move(there), std::move(calibration), std::move(poses), {}};
 }
 
