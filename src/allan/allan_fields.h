@@ -215,21 +215,6 @@ void Fields(V& visit, Like<AllanTriad> auto& triad) {
   });
 }
 
-/// The numbers by which firmware knows the sensors of a recording.
-template <typename Of>
-struct NumberedSensors {
-  Of& tags;
-};
-template <typename Of>
-NumberedSensors(Of&) -> NumberedSensors<Of>;
-template <class V, typename Of>
-void Fields(V& visit, const NumberedSensors<Of>& device) {
-  visit("firmware", device.tags.firmware);
-  visit.Group("ids", Style::kFlow, [&device](V& ids) {
-    for (const Triad triad : kTriads) ids(TriadName(triad), device.tags.device_ids[triad]);
-  });
-}
-
 template <class V>
 void Fields(V& visit, Like<AllanResult> auto& result) {
   std::string format(kAllanFormat);
@@ -237,7 +222,14 @@ void Fields(V& visit, Like<AllanResult> auto& result) {
   visit("source", result.source);
   visit("serial", result.serial);
   const bool is_numbered = result.tags.device_ids != PerTriad<std::optional<std::int64_t>>();
-  visit.If(is_numbered, "device", NumberedSensors{result.tags});
+  // The numbers by which firmware knows the sensors of a recording.
+  const Part device{[&tags = result.tags](auto& map) {
+    map("firmware", tags.firmware);
+    map.Group("ids", Style::kFlow, [&tags](auto& ids) {
+      for (const Triad triad : kTriads) ids(TriadName(triad), tags.device_ids[triad]);
+    });
+  }};
+  visit.If(is_numbered, "device", device);
   visit("inputs", result.inputs);
   visit.Group("sensors", Style::kUsual, [&result](V& sensors) {
     if constexpr (V::kReads) {

@@ -147,11 +147,6 @@ inline std::vector<std::string_view> TagNames() {
   return names;
 }
 
-template <typename Field>
-inline constexpr bool IsOptional = false;
-template <typename Value>
-inline constexpr bool IsOptional<std::optional<Value>> = true;
-
 /// A thing as an object of JSON.
 template <typename Thing>
 Json TreeOf(const Thing& thing) {
@@ -163,7 +158,7 @@ Json TreeOf(const Thing& thing) {
           json[name] = VerdictName(field);
         } else if constexpr (std::is_same_v<Field, double>) {
           json[name] = std::isfinite(field) ? Json(field) : Json();
-        } else if constexpr (IsOptional<Field>) {
+        } else if constexpr (kIsOptional<Field>) {
           json[name] = field ? Json(*field) : Json();
         } else if constexpr (std::is_same_v<Field, Tags>) {
           json[name] = JsonOf(field);
@@ -190,7 +185,7 @@ void TakeTree(const Json& json, Thing* thing) {
           field = *known;
         } else if constexpr (std::is_same_v<Field, double>) {
           if (!stated.is_null()) field = stated.get<double>();
-        } else if constexpr (IsOptional<Field>) {
+        } else if constexpr (kIsOptional<Field>) {
           if (!stated.is_null()) field = stated.get<typename Field::value_type>();
         } else if constexpr (std::is_same_v<Field, Tags>) {
           field = TagsFrom(stated);

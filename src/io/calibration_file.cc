@@ -70,17 +70,6 @@ void StatusFields(V& visit, Like<Calibration> auto& calibration) {
   });
 }
 
-template <typename Of>
-struct RunTags {
-  Of& tags;
-};
-template <typename Of>
-RunTags(Of&) -> RunTags<Of>;
-template <class V, typename Of>
-void Fields(V& visit, const RunTags<Of>& run) {
-  TagFields(visit, kRunTags, run.tags);
-}
-
 /// Who made what of which unit, when, from what.
 template <class V>
 void OriginFields(V& visit, Like<Calibration> auto& calibration) {
@@ -90,7 +79,10 @@ void OriginFields(V& visit, Like<Calibration> auto& calibration) {
     TagFields(device, kDeviceTags, calibration.tags);
     FirmwareFields(device, calibration.tags);
   });
-  visit.If(HasRunTags(calibration.tags), "run", RunTags{calibration.tags}, Style::kFlow);
+  visit.If(HasRunTags(calibration.tags),
+           "run",
+           Part{[&tags = calibration.tags](auto& run) { TagFields(run, kRunTags, tags); }},
+           Style::kFlow);
   visit.Group("software", Style::kFlow, [&calibration](V& software) {
     std::string program = "truetriad";
     software("name", Word{program});

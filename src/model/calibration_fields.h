@@ -37,53 +37,31 @@ void TagFields(V& visit, std::span<const TagKey> keys, Like<Tags> auto& tags) {
   }
 }
 
-/// A number of each sensor, `least` or more.
-template <typename Numbers>
-struct NumbersFrom {
-  Numbers& numbers;
-  std::int64_t least;
-  std::string_view wrong;
-};
-template <typename Numbers>
-NumbersFrom(Numbers&, std::int64_t, std::string_view) -> NumbersFrom<Numbers>;
-template <class V, typename Numbers>
-void Fields(V& visit, const NumbersFrom<Numbers>& of) {
-  for (const Triad triad : kTriads) {
-    auto& number = of.numbers[triad];
-    if (!visit(TriadName(triad), number)) continue;
-    visit.Check(TriadName(triad),
-                [&] { return *number >= of.least ? std::string_view() : of.wrong; });
-  }
-}
-
-/// Several numbers of each sensor.
-template <typename Lists>
-struct ListsOfNumbers {
-  Lists& lists;
-};
-template <typename Lists>
-ListsOfNumbers(Lists&) -> ListsOfNumbers<Lists>;
-template <class V, typename Lists>
-void Fields(V& visit, const ListsOfNumbers<Lists>& of) {
-  for (const Triad triad : kTriads)
-    visit.If(!of.lists[triad].empty(), TriadName(triad), of.lists[triad]);
-}
-
 /// What `device:` says of its firmware.
 template <class V>
 void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   const PerTriad<std::optional<std::int64_t>> none;
   visit.If(!tags.firmware.empty(), "firmware", tags.firmware);
   const auto numbers = [&](std::string_view key, auto& of, std::int64_t least, auto wrong) {
-    visit.If(of != none, key, NumbersFrom{of, least, wrong}, Style::kFlow);
+    const Part of_sensors{[&, least, wrong](auto& map) {
+      for (const Triad triad : kTriads) {
+        auto& number = of[triad];
+        if (!map(TriadName(triad), number)) continue;
+        map.Check(TriadName(triad),
+                  [&] { return *number >= least ? std::string_view() : std::string_view(wrong); });
+      }
+    }};
+    visit.If(of != none, key, of_sensors, Style::kFlow);
   };
   numbers("ids", tags.device_ids, 1, "must be above zero, which firmware takes for no sensor");
   const char* const no_slot = "must be 0 or more, or -1 where no slot is free";
   numbers("slots", tags.device_slots, Tags::kNoSlot, no_slot);
   numbers("thermal_slots", tags.thermal_slots, Tags::kNoSlot, no_slot);
   auto& idle = tags.idle_thermal_slots;
-  visit.If(
-      idle != Tags().idle_thermal_slots, "idle_thermal_slots", ListsOfNumbers{idle}, Style::kFlow);
+  const Part lists{[&idle](auto& map) {
+    for (const Triad triad : kTriads) map.If(!idle[triad].empty(), TriadName(triad), idle[triad]);
+  }};
+  visit.If(idle != Tags().idle_thermal_slots, "idle_thermal_slots", lists, Style::kFlow);
   visit("magnetometer_turn_deg", tags.magnetometer_turn_deg);
   visit("magnetometer_mount_deg", tags.magnetometer_mount_deg);
 }

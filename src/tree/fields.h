@@ -78,6 +78,18 @@ Word(T&) -> Word<T>;
 template <typename T>
 AxisLetterOf(T&) -> AxisLetterOf<T>;
 
+/// Some fields as a map of their own, which visit.If may leave out: list(visit) states them.
+template <typename List>
+struct Part {
+  List list;
+};
+template <typename List>
+Part(List) -> Part<List>;
+template <class V, typename List>
+void Fields(V& visit, const Part<List>& part) {
+  part.list(visit);
+}
+
 template <typename T>
 inline constexpr bool kIsList = false;
 template <typename T>
