@@ -190,6 +190,10 @@ class FleetEngine {
       }
     }
     for (const std::string& note : source_->Left()) Tell(note);
+    if (next_ && hold_retry_.wait_s > 0.0) {
+      return Error(ErrorCode::kStationNotChecked,
+                   Counted(source_->Given(), "log") + " not calibrated: " + hold_retry_.why);
+    }
     count_time();
     progress_.is_stopped = next_.has_value() || !source_->HasEnded();
     return progress_;
@@ -241,10 +245,10 @@ class FleetEngine {
       hold_retry_ = Retry();
       return true;
     }
-    const std::optional<std::size_t> left = source_->LeftWaiting();
-    if (why && left && !workers_.IsBusy() && ended_.empty()) {
+    if (why && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty()) {
       return Error(ErrorCode::kStationNotChecked,
-                   Counted(*left, "log") + " not calibrated, and none came any more: " + text);
+                   Counted(source_->Given(), "log") +
+                       " not calibrated, and none came any more: " + text);
     }
     if (text != hold_retry_.why) Tell("units wait: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};

@@ -112,9 +112,10 @@ class OrderSource {
   /// The run of a unit that was given came to nothing through no fault of its own; where the
   /// options have patience.
   virtual void Again(const UnitRun& /*run*/) {}
-  /// How many units were given and are not finished, where nothing has come for so long that no
-  /// other will; unset: it may.
-  virtual std::optional<std::size_t> LeftWaiting() const { return std::nullopt; }
+  /// How many units were given and are not finished.
+  virtual std::size_t Given() const { return 0; }
+  /// Nothing has come for so long that no other unit will.
+  virtual bool IsQuiet() const { return false; }
   /// At the end, what people should know of units that were seen and not given: a line each.
   virtual std::vector<std::string> Left() const { return {}; }
   /// How many logs were not given since they have a run of before, and whether this is one.

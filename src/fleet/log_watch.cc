@@ -127,8 +127,14 @@ class LogWatch : public OrderSource {
 
   void Again(const UnitRun& run) override { ready_.push_back(run.log); }
 
-  std::optional<std::size_t> LeftWaiting() const override {
-    return IsQuiet() ? std::optional(given_.size()) : std::nullopt;
+  std::size_t Given() const override { return given_.size(); }
+
+  bool IsQuiet() const override {
+    if (!options_.until_idle_s) return false;
+    // What is seen for the first time is given at the look after the next.
+    constexpr double kLooks = 3.0;
+    const Seconds idle = Clock::now() - last_change_;
+    return idle.count() > std::max(*options_.until_idle_s, kLooks * wait_.count());
   }
 
   std::size_t Skipped() const override { return skipped_.size(); }
@@ -236,14 +242,6 @@ class LogWatch : public OrderSource {
   }
 
   bool IsIdle() const { return given_.empty() && IsQuiet(); }
-
-  bool IsQuiet() const {
-    if (!options_.until_idle_s) return false;
-    // What is seen for the first time is given at the look after the next.
-    constexpr double kLooks = 3.0;
-    const Seconds idle = Clock::now() - last_change_;
-    return idle.count() > std::max(*options_.until_idle_s, kLooks * wait_.count());
-  }
 
   void Give(const std::string& log) {
     last_change_ = Clock::now();

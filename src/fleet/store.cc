@@ -46,12 +46,12 @@ std::string SameReadings(std::size_t sensors) {
          ") AND run NOT IN (SELECT run FROM given_up) ORDER BY run LIMIT 1";
 }
 
-/// A recording that was checked again at a station does not count.
+/// A recording of a golden unit that was checked again at a station does not count.
 std::string ChecksThatCount() {
   return "SELECT " + ColumnsOf<StationCheck>() +
          " FROM station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM "
-         "station_check AS prior WHERE prior.station = one.station AND prior.recording = "
-         "one.recording AND prior.station_check < one.station_check)) ";
+         "station_check AS prior WHERE prior.station = one.station AND prior.serial = one.serial "
+         "AND prior.recording = one.recording AND prior.station_check < one.station_check)) ";
 }
 
 /// Of each golden unit of the station $1 the last, by when it was recorded.
@@ -610,16 +610,7 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
                                database_->Ask(LastChecks(), std::vector<Value>{added.station}));
     std::vector<StationCheck> last = ThingsIn<StationCheck>(table);
     const auto own = std::ranges::find(last, added.serial, &StationCheck::serial);
-    if (own != last.end()) {
-      if (own->id != added.id) counting = std::move(*own);
-      return {};
-    }
-    const std::string first_check = "SELECT " + ColumnsOf<StationCheck>() +
-                                    " FROM station_check WHERE station = $1 AND recording = $2 "
-                                    "ORDER BY station_check LIMIT 1";
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> first,
-                               Row(first_check, {added.station, added.recording}));
-    if (!first.empty()) counting = FromRow<StationCheck>(first);
+    if (own != last.end() && own->id != added.id) counting = std::move(*own);
     return {};
   });
   TRUETRIAD_RETURN_IF_ERROR(status);

@@ -243,10 +243,8 @@ class Store {
   /// or its readings count for another one.
   Result<Disposition> Dispose(const Disposition& disposition);
   /// Adds a check, with a later name where the clock has gone back. The check by which the golden
-  /// unit's state at the station is known, where this one is not it: a recording counts by its
-  /// first check at a station, and the last recording of a golden unit says its state. (Where no
-  /// recording of this golden unit counts there: the first check of this one, of another golden
-  /// unit.)
+  /// unit's state at the station is known, where this one is not it: a recording counts for a
+  /// golden unit by its first check at a station, and the last recording says the unit's state.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// Those that count, in their order: of all stations, or of one the last of each golden unit.
   Result<std::vector<StationCheck>> StationChecks();

@@ -17,8 +17,19 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kWithdrawn = ".withdrawn";
 
-/// Whatever a file is called, an export says so: at its beginning, or at its end.
-/// Error (bad input): it cannot be read.
+/// NAME.withdrawn, or NAME.withdrawn-2 where that is an earlier one.
+fs::path FreeName(const fs::path& path) {
+  std::error_code none;
+  const std::string first = path.string() + std::string(kWithdrawn);
+  if (!fs::exists(first, none)) return first;
+  for (int i = 2;; ++i) {
+    const std::string name = first + "-" + std::to_string(i);
+    if (!fs::exists(name, none)) return name;
+  }
+}
+
+}  // namespace
+
 Result<bool> IsExport(const fs::path& path) {
   constexpr std::streamoff kLooked = 1 << 16;
   const std::string name = path.filename().string();
@@ -39,19 +50,6 @@ Result<bool> IsExport(const fs::path& path) {
   }
   return false;
 }
-
-/// NAME.withdrawn, or NAME.withdrawn-2 where that is an earlier one.
-fs::path FreeName(const fs::path& path) {
-  std::error_code none;
-  const std::string first = path.string() + std::string(kWithdrawn);
-  if (!fs::exists(first, none)) return first;
-  for (int i = 2;; ++i) {
-    const std::string name = first + "-" + std::to_string(i);
-    if (!fs::exists(name, none)) return name;
-  }
-}
-
-}  // namespace
 
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written) {

@@ -230,6 +230,13 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
           "--until-idle=0.1 --poll=0.1 --json");
   EXPECT_EQ(idle.exit_code, 2);
   EXPECT_THAT(idle.out, AllOf(HasSubstr("station-not-checked"), HasSubstr("1 log not calibrated")));
+  const Finished ended =
+      Run("{ '" TRUETRIAD_BINARY
+          "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
+          "watch=$!; lines err 'units wait' 1; kill -TERM $watch; wait $watch; code=$?; "
+          "cat err >&2; (exit $code); }");
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("1 log not calibrated"));
   Log("today", 8);
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY

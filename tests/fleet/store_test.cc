@@ -734,8 +734,8 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   EXPECT_FALSE((*store)->AddStationCheck(check).value());
   ASSERT_EQ(last_of("S4").size(), 2U);
   EXPECT_EQ(last_of("S4")[1].serial, "G2");
-  // Of one that does not count, what counts is the last of its golden unit, or, where that has
-  // none, what was made of the recording first.
+  // Of one that does not count, what counts is the last of its golden unit. What a recording says of
+  // one golden unit takes nothing from what it says of another.
   const auto counting =
       [&](const std::string& id, const std::string& serial, const std::string& recording) {
         check.id = id, check.station = "S3", check.serial = serial, check.recording = recording;
@@ -744,7 +744,10 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
         return of && *of ? (*of)->id : "";
       };
   EXPECT_EQ(counting("8", "G1", "aa bb"), "5");
-  EXPECT_EQ(counting("9", "G3", "aa bb"), "3");
+  check.id = "9", check.serial = "G3", check.agrees = false;
+  EXPECT_FALSE((*store)->AddStationCheck(check).value());
+  ASSERT_EQ(last_of("S3").size(), 2U);
+  EXPECT_FALSE(last_of("S3")[1].agrees);
 }
 
 TEST_P(StoreTest, GivesWholeRunsBack) {

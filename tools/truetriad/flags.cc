@@ -46,7 +46,7 @@ DEFINE_string(report,
               "",
               "PAGE.html: the HTML report: with `calibrate` whether to write it, true (default) or "
               "false; with other verbs the page to write");
-DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
+DEFINE_bool(overwrite, false, "replace what is of another unit, or no export, in the output folder");
 DEFINE_string(fail_on, "", "WORD: what ends with exit code 4");
 DEFINE_string(to, "", "FORMAT,...: the format, one that this page or that of `export` lists");
 DEFINE_string(instance,

@@ -2,6 +2,7 @@
 #include "tools/truetriad/output_folder.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 #include <system_error>
 
@@ -9,6 +10,7 @@
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "tools/truetriad/flags.h"
+#include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -60,6 +62,16 @@ Status CheckMayReplace(const std::string& file,
                        const Calibration& calibration) {
   if (FLAGS_overwrite || !there) return {};
   return CheckSameSensors(file, *there, calibration, std::string(kReplaceRemedy));
+}
+
+Status CheckIsExport(const std::string& file) {
+  std::error_code failure;
+  if (FLAGS_overwrite || !std::filesystem::is_regular_file(file, failure)) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(file));
+  if (is_export) return {};
+  return Error(ErrorCode::kOutputInTheWay,
+               {file},
+               "is there, and no file that truetriad exported; " + std::string(kReplaceRemedy));
 }
 
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -126,6 +127,9 @@ struct ExportsBeside {
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
+
+/// Whether a file is an export, whatever it is called. Error (bad input): it cannot be read.
+Result<bool> IsExport(const std::filesystem::path& path);
 
 /// Renames what was exported into `folder`, and into its instance-N, under whatever name, to
 /// NAME.withdrawn (NAME.withdrawn-2 where there is one), unless a file of `written` is to take its
