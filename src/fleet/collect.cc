@@ -308,6 +308,12 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
   return missing;
 }
 
+/// By which limits units are judged that count, where these are several.
+constexpr std::string_view kOtherLimits =
+    "SELECT DISTINCT name FROM (SELECT DISTINCT name, component, lower, upper FROM judgement "
+    "JOIN standing ON standing.run = judgement.run) AS one GROUP BY name, component "
+    "HAVING count(*) > 1 ORDER BY name";
+
 /// A station may have decided of a recording that another one measured again.
 constexpr std::string_view kDecisionsLifted =
     "SELECT standing.serial, made.verdict, made.who, made.why, standing.run "
@@ -351,6 +357,10 @@ Status AgreeAll(const std::string& target, Collected* collected) {
                                 text(row, 2) + ") has the readings of run " + text(row, 3) +
                                 ", which is unit `" + text(row, 4) + "`");
   }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table limits, store->Query(std::string(kOtherLimits)));
+  std::string names;
+  for (const auto& row : limits.rows) names += (names.empty() ? "" : ", ") + text(row, 0);
+  if (!names.empty()) collected->notes.push_back("not all units have the same limits of " + names);
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
   for (const auto& row : lifted.rows) {
     collected->notes.push_back(text(row, 0) + ": the decision of " + text(row, 2) + " (" +

@@ -72,8 +72,10 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
     has_good = has_good || state == GoldenState::kGood;
   }
   if (has_good) return std::optional<std::string>();
+  const double last_s = line::SecondsOf(checks.back().recorded);
   return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
-                       ", " + HoursText(age_s) + " ago or more" + remedy);
+                       ", " + HoursText(now_s - last_s) + " ago, and " + HoursText(age_s) +
+                       " are required" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {
@@ -164,7 +166,7 @@ class FleetEngine {
       progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     };
     for (;;) {
-      const bool is_ending = is_stopped();
+      const bool is_ending = is_stopped() || is_waiting_in_vain_;
       if (!is_ending) {
         TRUETRIAD_RETURN_IF_ERROR(source_->Look());
         TRUETRIAD_RETURN_IF_ERROR(GiveWork());
@@ -189,10 +191,12 @@ class FleetEngine {
                          store_retry_.why);
       }
     }
-    for (const std::string& note : source_->Left()) Tell(note);
+    for (const std::string& note : source_->Left()) {
+      Tell(note);
+      ++progress_.left;
+    }
     if (next_ && hold_retry_.wait_s > 0.0) {
-      return Error(ErrorCode::kStationNotChecked,
-                   Counted(source_->Given(), "log") + " not calibrated: " + hold_retry_.why);
+      progress_.held = Counted(source_->Given(), "log") + " not calibrated: " + hold_retry_.why;
     }
     count_time();
     progress_.is_stopped = next_.has_value() || !source_->HasEnded();
@@ -245,11 +249,7 @@ class FleetEngine {
       hold_retry_ = Retry();
       return true;
     }
-    if (why && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty()) {
-      return Error(ErrorCode::kStationNotChecked,
-                   Counted(source_->Given(), "log") +
-                       " not calibrated, and none came any more: " + text);
-    }
+    is_waiting_in_vain_ = why && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty();
     if (text != hold_retry_.why) Tell("units wait: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
     return false;
@@ -368,7 +368,7 @@ class FleetEngine {
     WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
       Warn(run.serial + ": run " + run.id +
-           (is_new_recording ? ", of another recording," : ", by other limits,") +
+           (is_new_recording ? ", of another recording," : ", by other limits or times,") +
            " lifts the decision of " + before->disposed_by + " (" +
            std::string(VerdictName(before->final_verdict)) + ": " + before->disposed_why + ")");
     }
@@ -520,6 +520,7 @@ class FleetEngine {
   std::optional<Arrival> next_;  ///< Taken from the source and not begun yet.
   std::deque<UnitRun> ended_;    ///< Not in the store yet.
   Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
+  bool is_waiting_in_vain_ = false;  ///< Units are held, and nothing else will come.
   FleetProgress progress_;
   /// What is known of a unit that has runs of now.
   struct UnitSoFar {

@@ -72,12 +72,16 @@ struct FleetProgress {
   std::set<std::string> unsafe;       ///< Units of which Agreement::IsUnsafe.
   double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
   bool is_stopped = false;            ///< Before all were done.
+  std::string held;                   ///< Why units were not calibrated that had come (GoldenHold).
+  std::size_t left = 0;               ///< Logs that were seen and are not whole.
   Findings warnings_said;             ///< Of FleetListener::on_warning.
 
   /// Runs of now that are not good, or whose unit is not in the end.
   std::size_t NotGood() const { return red + held_back; }
   /// Whether all runs are good, and all units in the end, those left out, too.
-  bool IsGood() const { return red == 0 && yield.final_good == yield.units && skipped_red.empty(); }
+  bool IsGood() const {
+    return red == 0 && yield.final_good == yield.units && skipped_red.empty() && left == 0;
+  }
   /// Units a second; 0 before the first.
   double Rate() const { return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0; }
   /// Until all are done at this rate, s; unset where that is not known.
@@ -144,7 +148,7 @@ Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
 
 /// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
 /// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as
-/// OpenLogWatch; error (bad input): the idle time is over, and units may not be begun.
+/// OpenLogWatch.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,
                                  Store& store,

@@ -213,10 +213,13 @@ Decision OfPerson(const Standing& unit) {
   return {unit.final_verdict, unit.disposed_by, unit.disposed_why, unit.disposed_at};
 }
 
+/// Before the name of a run that decides.
+constexpr std::string_view kRunWord = "run ";
+
 /// That of another run, by which this one may not leave either.
 Decision OfRunThatCounts(const Standing& unit) {
   return {.verdict = Verdict::kFail,
-          .who = "run " + unit.run,
+          .who = std::string(kRunWord) + unit.run,
           .why = unit.final_verdict == Verdict::kNoResult
                      ? "that run of the unit counts, and has no calibration"
                      : "that run of the unit counts, and is FAIL",
@@ -358,7 +361,17 @@ std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibrat
   Result<std::optional<Standing>> unit = (*opened)->StandingOf(calibration.serial);
   if (!unit || !*unit) return {};
   const bool counts = (*unit)->run == run.filename();
-  return HeldByStore{**unit, counts, WhatHolds(calibration, **unit, counts)};
+  HeldByStore held{**unit, counts, WhatHolds(calibration, **unit, counts)};
+  const bool is_refused =
+      !held.decisions.empty() && held.decisions.back().verdict == Verdict::kFail;
+  if (is_refused || calibration.decisions.empty()) return held;
+  // A store into which this one was collected may know more.
+  const Decision& last = calibration.decisions.back();
+  const Result<bool> is_known =
+      (*opened)->Has(last.who.substr(std::min(last.who.size(), kRunWord.size())));
+  const bool is_of_another = last.is_automatic ? is_known && !*is_known : counts;
+  if (is_of_another) held.decisions = calibration.decisions;
+  return held;
 }
 
 fs::path UnitsBeside(const std::string& store_url) {

@@ -96,7 +96,9 @@ struct HeldByStore {
   std::vector<Decision> decisions;
 };
 /// By the store beside the units, that has the run of `folder`; unset: there is none. The files say
-/// less where they could not be reached when it was decided.
+/// less where they could not be reached when it was decided, and more where it was decided in a
+/// store into which this one was collected: what refuses the unit holds, and what a person decided
+/// of a run that counts.
 std::optional<HeldByStore> WhatStoreHolds(const std::filesystem::path& folder,
                                           const Calibration& calibration);
 

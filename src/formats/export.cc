@@ -136,8 +136,7 @@ std::vector<std::string> Comment(const Format& format,
   }
   lines.insert(
       lines.end(),
-      {"Calibration of " + (held.serial.empty() ? "a unit without serial number" : held.serial) +
-           (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
+      {UnitPhrase(held.serial) + (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
            std::string(format.info.name) +
            (options.instance ? ", instance " + std::to_string(*options.instance) : "") + ".",
        std::string(kExportedBy) + options.software_version + " at " + TimestampUtc() +

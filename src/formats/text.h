@@ -39,7 +39,9 @@ std::vector<float> ReadConstant(const std::string& text, const std::string& decl
 
 std::string CommentText(std::string_view prefix, const std::vector<std::string>& lines);
 
-/// What every exported file of a calibration says of itself, with the version in between.
+/// What every exported file of a calibration says of its unit, and of itself with the version in
+/// between.
+std::string UnitPhrase(const std::string& serial);
 inline constexpr std::string_view kExportedBy = "Exported by truetriad ";
 inline constexpr std::string_view kWasCalibrated = "; calibrated ";
 

@@ -30,7 +30,7 @@ fs::path FreeName(const fs::path& path) {
 
 }  // namespace
 
-Result<bool> IsExport(const fs::path& path) {
+Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& serial) {
   constexpr std::streamoff kLooked = 1 << 16;
   const std::string name = path.filename().string();
   if (name.find(kWithdrawn) != std::string::npos || IsTemporaryName(name)) return false;
@@ -45,7 +45,9 @@ Result<bool> IsExport(const fs::path& path) {
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     const std::size_t said = part.find(kExportedBy);
     if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
-      return true;
+      // A model or the format follows.
+      return !serial || part.find(UnitPhrase(*serial) + " (") != std::string::npos ||
+             part.find(UnitPhrase(*serial) + ", for ") != std::string::npos;
     }
   }
   return false;

@@ -335,6 +335,38 @@ TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
   EXPECT_THAT(unreached.err, HasSubstr("`export` does not know of this decision there"));
 }
 
+TEST_F(FleetStore, ExportsWhatTheStoreSaysIntoWhichItsOwnWasCollected) {
+  WriteUnits(1);
+  const auto run = [&](const std::string& out) {
+    return Shell(kFleetProgram + ("run line --report=false --quiet -o " + out) +
+                 " --set=limits.accelerometer.bias=" + (out == "first" ? "5" : "0.0001"))
+        .exit_code;
+  };
+  const std::string collect =
+      kFleetProgram + std::string("collect first/fleet.db second/fleet.db --store=all/fleet.db");
+  const auto export_of = [&](const std::string& out) {
+    return Shell("cd " + out +
+                 "/units/u100/*/ && '" TRUETRIAD_BINARY
+                 "' export --calibration=calibration.yaml --to=px4 --id=7 -o px4.params");
+  };
+  ASSERT_EQ(run("first"), 0);
+  ASSERT_EQ(export_of("first").exit_code, 0);
+  MeasureAgain(7);
+  ASSERT_EQ(run("second"), 0);
+  const Finished collected = Shell(collect);
+  EXPECT_THAT(collected.err,
+              AllOf(HasSubstr("is renamed to *.withdrawn"),
+                    HasSubstr("not all units have the same limits of accelerometer.bias")));
+  // The store beside it has the run that is good alone.
+  EXPECT_EQ(export_of("first").exit_code, 2);
+  EXPECT_EQ(export_of("second").exit_code, 2);
+  EXPECT_EQ(Shell(kFleetProgram + std::string("dispose u100 --who=me --why=ok --verdict=PASS "
+                                              "--store=all/fleet.db"))
+                .exit_code,
+            0);
+  EXPECT_EQ(export_of("second").exit_code, 0);
+}
+
 // Neither a comment nor gzip nor another zero of its times makes another recording.
 TEST_F(FleetStore, HoldsADecisionOverTheSameReadings) {
   WriteUnits(1);

@@ -229,7 +229,10 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
       Run("truetriad fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 "
           "--until-idle=0.1 --poll=0.1 --json");
   EXPECT_EQ(idle.exit_code, 2);
-  EXPECT_THAT(idle.out, AllOf(HasSubstr("station-not-checked"), HasSubstr("1 log not calibrated")));
+  EXPECT_THAT(idle.out,
+              AllOf(HasSubstr("station-not-checked"),
+                    HasSubstr("1 log not calibrated"),
+                    HasSubstr("\"verdicts\"")));
   const Finished ended =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "

@@ -93,10 +93,12 @@ TEST_F(CheckStation, AgreesAsTheLastRecordingOfItsGoldenUnit) {
   EXPECT_THAT(earlier.out, HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"));
   EXPECT_EQ(check("later", {.seed = 9}, 2).exit_code, 0);
   const Finished again = check("bent", bent, 3);
-  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_EQ(again.exit_code, 4);
   EXPECT_THAT(again.out,
               AllOf(HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"),
-                    HasSubstr("STATION AGREES")));
+                    HasSubstr(", and agreed"),
+                    HasSubstr("STATION DOES NOT AGREE")));
+  EXPECT_THAT(again.err, HasSubstr("which a copy may renew"));
 }
 
 // Gravity is known to 0.2 % by default, but it is the same on both days.

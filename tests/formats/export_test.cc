@@ -139,7 +139,10 @@ TEST(Export, IsWithdrawnWhateverItIsCalled) {
       ASSERT_TRUE(result) << format.name;
       for (const ExportedFile& file : result->files) {
         const std::string in = count % 2 == 0 ? "" : "instance-1/";
-        folder.Write(in + "B" + std::to_string(count++), file.text);
+        const std::string name = in + "B" + std::to_string(count++);
+        folder.Write(name, file.text);
+        EXPECT_TRUE(IsExport(folder.Path(name), RandomUnitCalibration({}, 1).serial).value());
+        EXPECT_FALSE(IsExport(folder.Path(name), "another").value());
       }
     }
   }

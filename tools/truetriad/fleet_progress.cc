@@ -160,6 +160,7 @@ FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   if (const std::size_t red = progress.skipped_red.size(); red > 0) {
     return {of(red, progress.skipped, " LEFT OUT NOT GOOD")};
   }
+  if (progress.left > 0) return {of(progress.left, progress.left + progress.done, " NOT DONE")};
   if (progress.done == 0) return {"NOTHING TO DO"};
   const auto unjudged = progress.verdicts.find(Verdict::kNoLimits);
   if (unjudged == progress.verdicts.end()) return {"ALL GOOD", Grade::kGood};
@@ -202,6 +203,7 @@ Json SummaryJson(const fleet::FleetProgress& progress) {
   Json json = {{"units", OrNull(progress.units)},
                {"done", progress.done},
                {"skipped", progress.skipped},
+               {"left", progress.left},
                {"skipped_not_good", progress.skipped_red},
                {"not_good", progress.NotGood()},
                {"verdicts", Json::object()},
@@ -298,11 +300,17 @@ void FleetTalk::OnNote(const std::string& note, void (*print)(const std::string&
 VerbResult FleetResult(const fleet::FleetProgress& progress) {
   const bool has_failed =
       (FLAGS_fail_on == kFailOnUnit && !progress.IsGood()) || !progress.unsafe.empty();
-  return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-          .text = SummaryText(progress),
-          .result = SummaryJson(progress),
-          .findings = progress.warnings_said,
-          .grade = FirstLineOf(progress).grade};
+  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+                    .text = SummaryText(progress),
+                    .result = SummaryJson(progress),
+                    .findings = progress.warnings_said,
+                    .failure = progress.held,
+                    .grade = FirstLineOf(progress).grade};
+  if (progress.held.empty()) return result;
+  const Error error(ErrorCode::kStationNotChecked, progress.held);
+  result.exit_code = static_cast<int>(error.kind());
+  result.result["error"] = ToTree(error);
+  return result;
 }
 
 }  // namespace truetriad

@@ -64,14 +64,16 @@ Status CheckMayReplace(const std::string& file,
   return CheckSameSensors(file, *there, calibration, std::string(kReplaceRemedy));
 }
 
-Status CheckIsExport(const std::string& file) {
+Status CheckIsExport(const std::string& file, const std::string& serial) {
   std::error_code failure;
   if (FLAGS_overwrite || !std::filesystem::is_regular_file(file, failure)) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(file));
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(file, serial));
   if (is_export) return {};
   return Error(ErrorCode::kOutputInTheWay,
                {file},
-               "is there, and no file that truetriad exported; " + std::string(kReplaceRemedy));
+               "is there, and no file that truetriad exported of " +
+                   (serial.empty() ? "a unit without serial number" : "unit `" + serial + "`") +
+                   "; " + std::string(kReplaceRemedy));
 }
 
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest) {

@@ -35,8 +35,8 @@ Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& seria
 Status CheckMayReplace(const std::string& file,
                        const std::optional<Calibration>& there,
                        const Calibration& calibration);
-/// Likewise: `file`, which an export is to replace, is none.
-Status CheckIsExport(const std::string& file);
+/// Likewise: `file`, which an export is to replace, is none of the unit.
+Status CheckIsExport(const std::string& file, const std::string& serial);
 
 /// What a result NAME + `rest` becomes that a later one must not replace: NAME.previous + `rest`,
 /// or where another is there that has more than it, NAME.previous-2 + `rest`, and so on.

@@ -59,8 +59,8 @@ struct ExportOptions {
   /// Where a consumer with several sets of parameters holds those of the sensor with this number,
   /// and its temperature terms (Tags); unset: those of the calibration, else its first.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
-  /// Which of its temperature terms it does not use, as of Tags; those of other sensors must not come
-  /// into use with those of this.
+  /// Which of its temperature terms it does not use, as of Tags; those of other sensors must not
+  /// come into use with those of this.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
@@ -128,8 +128,10 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
 
-/// Whether a file is an export, whatever it is called. Error (bad input): it cannot be read.
-Result<bool> IsExport(const std::filesystem::path& path);
+/// Whether a file is an export, whatever it is called, of the unit of this serial number, where one
+/// is stated ("": of a unit without any). Error (bad input): it cannot be read.
+Result<bool> IsExport(const std::filesystem::path& path,
+                      const std::optional<std::string>& serial = std::nullopt);
 
 /// Renames what was exported into `folder`, and into its instance-N, under whatever name, to
 /// NAME.withdrawn (NAME.withdrawn-2 where there is one), unless a file of `written` is to take its

@@ -251,7 +251,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   FileTexts files;
   for (const ExportedFile& file : result->files) {
     files.emplace_back(FLAGS_output + file.suffix, file.text);
-    TRUETRIAD_RETURN_IF_ERROR(CheckIsExport(files.back().first));
+    TRUETRIAD_RETURN_IF_ERROR(CheckIsExport(files.back().first, calibration.serial));
     verb.text += files.back().first + '\n';
     verb.result["files"].push_back(files.back().first);
   }

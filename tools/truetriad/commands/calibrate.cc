@@ -360,7 +360,7 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
                    {.software_version = Version(), .allows_outside_limits = allows_outside}));
   WholeFiles files;
   for (const auto& [path, text] : exports.files) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckIsExport(path));
+    TRUETRIAD_RETURN_IF_ERROR(CheckIsExport(path, all->front().calibration.serial));
     TRUETRIAD_RETURN_IF_ERROR(files.Write(path, text));
   }
   std::vector<std::vector<std::string>> aside(all->size());

@@ -104,7 +104,13 @@ Result<Today> TodayOf(const Experiment& experiment) {
   Today today{std::move(calibration), fleet::RecordingOf(readings), std::nullopt};
   std::optional<fleet::Recorded> recorded = fleet::RecordedOf(poses);
   const std::optional<fleet::LogStamp> stamp = fleet::StampOf(log);
-  if (!recorded && stamp) recorded = fleet::RecordedOf(*stamp);
+  if (!recorded && stamp) {
+    recorded = fleet::RecordedOf(*stamp);
+    if (!FLAGS_store.empty()) {
+      Warn(log + ": does not say when it was recorded; taken is its file's time, " + recorded->at +
+           ", which a copy may renew");
+    }
+  }
   if (recorded) today.recorded = recorded->at;
   return today;
 }
@@ -189,8 +195,9 @@ Result<VerbResult> Judged(const Experiment& experiment,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
-  // The station is what the check says that counts: of this recording the first, or of a later one.
-  const bool agrees = counting ? counting->agrees : AgreementOf(comparison) == Agreement::kAgree;
+  // So must the check that counts: of this recording the first, or of a later one.
+  const bool agrees =
+      AgreementOf(comparison) == Agreement::kAgree && (!counting || counting->agrees);
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
   result.text = OtherCountsText(counting, measured) +

@@ -313,7 +313,8 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                        " (run " + added.run + ")";
   text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
-  if (verdict == Verdict::kPass) text += "Export again what is to leave.\n";
+  text += verdict == Verdict::kPass ? "Export again what is to leave.\n"
+                                    : "What was exported of it elsewhere is as it was.\n";
   // The store knows of it, but files of a unit that may not leave are as they were.
   return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
