@@ -2,6 +2,7 @@
 #include "truetriad/formats/export.h"
 
 #include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <iterator>
 #include <set>
@@ -144,6 +145,7 @@ std::vector<std::string> Comment(const Format& format,
            (held.created.empty() ? "at an unknown time" : held.created) + ".",
        "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
            std::string(TriadName(held.gauge_sensor)) + "."});
+  lines.insert(lines.end(), options.further_comment.begin(), options.further_comment.end());
   if (held.verdict() == Verdict::kPass && !held.decisions.empty()) {
     lines.push_back(DecisionText(held.decisions.back()) + "; its limits say " +
                     std::string(VerdictWords(held.LimitsVerdict())) + ".");
@@ -229,6 +231,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   Export result;
   result.notes = restated.notes;
   result.warnings = restated.warnings;
+  result.is_turned = restated.is_turned;
   if (is_its) WarnOfNumbers(calibration, stated, &result.warnings);
   if (is_another && calibration.tags.device_ids != PerTriad<std::optional<std::int64_t>>()) {
     result.warnings.push_back("the log is of " + firmware + ", and " +
@@ -341,7 +344,11 @@ class FormatOfDevice {
         info_(info),
         why_of_device_(why_of_device),
         options_(std::move(options)),
-        exports_(results.size()) {}
+        exports_(results.size()) {
+    for (ResultOfInstance& result : results_) {
+      result.calibration = &calibrations_.emplace_back(*result.calibration);
+    }
+  }
 
   Status AddTo(ExportsBeside* beside) {
     for (std::size_t i = 0; i < results_.size(); ++i) TRUETRIAD_RETURN_IF_ERROR(Try(i, beside));
@@ -350,8 +357,11 @@ class FormatOfDevice {
       if (!exports_[i]) continue;
       // Only now it is known which are written.
       const Calibration calibration = BesideUnwritten(results_, exports_, results_[i]);
-      if (info_.first_instance && calibration.tags != results_[i].calibration->tags) {
+      if (info_.first_instance &&
+          (calibration.tags != results_[i].calibration->tags || !unwritten_.empty())) {
+        options_.further_comment = std::exchange(unwritten_, {});  // Once a file.
         TRUETRIAD_ASSIGN_OR_RETURN(exports_[i], ExportOf(results_[i], calibration));
+        options_.further_comment.clear();
       }
       const std::string file = FileOf(results_[i]), which = Which(results_[i]);
       Add(*exports_[i], which, file, results_[i].instance, beside);
@@ -385,10 +395,28 @@ class FormatOfDevice {
     const std::string shared = info_.first_instance ? SharedSlot(results_, result, info_) : "";
     if (!shared.empty()) {
       beside->is_whole = false;
-      beside->warnings.push_back(Which(result) + "is not written: " + shared);
+      SayUnwritten(result, "is not written: " + shared, beside);
       return {};
     }
     Result<Export> exported = ExportOf(result, *result.calibration);
+    // A vehicle uses it as it is mounted there.
+    const bool is_its = Reads(result.calibration->tags.firmware, info_.name);
+    if (exported && is_its && exported->is_turned != PerTriad<bool>()) {
+      beside->is_whole = false;
+      for (const Triad triad : kTriads) {
+        if (!exported->is_turned[triad]) continue;
+        SayUnwritten(result,
+                     "its " + std::string(TriadName(triad)) +
+                         " is not written, since it is mounted otherwise than the log says: set "
+                         "its rotation in the vehicle, and record again",
+                     beside);
+        calibrations_[i].sensors[triad].reset();
+      }
+      for (const Finding& finding : exported->findings) {
+        beside->findings.push_back(Finding(finding).With("instance", result.instance));
+      }
+      exported = ExportOf(result, *result.calibration);
+    }
     if (exported) {
       exports_[i] = *std::move(exported);
       return {};
@@ -398,15 +426,24 @@ class FormatOfDevice {
         !result.calibration->IsUsable() || why_not == ErrorCode::kMissingSensor;
     if (!has_nothing && why_not != ErrorCode::kNotRepresentable) return exported.error();
     beside->is_whole = beside->is_whole && has_nothing;
-    beside->warnings.push_back(Which(result) + "is not written: " + exported.error().message);
+    SayUnwritten(result, "is not written: " + exported.error().message, beside);
     return {};
   }
+  /// Also in the file, which has those that are written.
+  void SayUnwritten(const ResultOfInstance& result,
+                    const std::string& what,
+                    ExportsBeside* beside) {
+    beside->warnings.push_back(Which(result) + what);
+    unwritten_.push_back("Instance " + std::to_string(result.instance) + ": " + what + ".");
+  }
 
-  const std::vector<ResultOfInstance>& results_;
+  std::vector<ResultOfInstance> results_;  ///< With what is written of `calibrations_`.
+  std::deque<Calibration> calibrations_;
   const FormatInfo& info_;
   const std::string& why_of_device_;
   ExportOptions options_;
   std::vector<std::optional<Export>> exports_;  ///< Unset: not written.
+  std::vector<std::string> unwritten_;          ///< What is said of those that are not.
 };
 
 }  // namespace

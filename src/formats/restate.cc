@@ -233,11 +233,13 @@ Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, R
                      (mirrored ? " (the determinant of its correction is negative)" : "") +
                      ", which " + target + " cannot represent; " + feed);
   }
-  if (!straight) {
+  restated->dropped_turn_deg[triad] = AngleDeg(map.transpose() * R);
+  const bool is_between = restated->dropped_turn_deg[triad] >= SmallestBoardTurnDeg();
+  restated->is_turned[triad] = !straight || is_between;
+  if (!straight && !is_between) {
     warnings->emplace_back("the " + Name(triad) + "'s axes are swapped: set its mounting in " +
                            target + ", or " + feed);
   }
-  restated->dropped_turn_deg[triad] = AngleDeg(map.transpose() * R);
   if (form == MatrixForm::kSymmetric) {
     Eigen::Matrix3d P = svd.V * svd.values.asDiagonal() * svd.V.transpose();
     P = (0.5 * (P + P.transpose())).eval();

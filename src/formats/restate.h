@@ -27,6 +27,7 @@ struct Restated {
       {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
   // By how much a sensor is turned against the body frame where the format does not hold it.
   PerTriad<double> dropped_turn_deg = {};
+  PerTriad<bool> is_turned = {};   ///< Export::is_turned.
   std::vector<std::string> notes;  // what was dropped or turned
   std::vector<std::string> warnings;
 };

@@ -82,6 +82,17 @@ TEST_F(FleetShards, TogetherAreWhatASingleRunIs) {
   EXPECT_EQ(Content("copy.db"), Content("single/fleet.db"));
 }
 
+TEST_F(FleetShards, AreNotJudgedByDifferentLimitsInSilence) {
+  for (const std::string shard : {"0", "1"}) {
+    EXPECT_EQ(Fleet("run line -o out --report=false --shard=" + shard + "/2 --store=out/" + shard +
+                    ".jsonl --set=limits.accelerometer.bias=" + (shard == "0" ? "4" : "5"))
+                  .exit_code,
+              0);
+  }
+  EXPECT_THAT(Fleet("collect out/0.jsonl out/1.jsonl --store=all.db").err,
+              HasSubstr("not all units have the same limits of accelerometer.bias"));
+}
+
 // In both kinds of store.
 TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   for (const std::string store : {"out/0.jsonl", "out/fleet.db"}) {

@@ -67,6 +67,7 @@ Status CheckMayReplace(const std::string& file,
 Status CheckIsExport(const std::string& file, const std::string& serial) {
   std::error_code failure;
   if (FLAGS_overwrite || !std::filesystem::is_regular_file(file, failure)) return {};
+  TRUETRIAD_RETURN_IF_ERROR(WholeFile(file).status());
   TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(file, serial));
   if (is_export) return {};
   return Error(ErrorCode::kOutputInTheWay,

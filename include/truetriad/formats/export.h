@@ -64,6 +64,8 @@ struct ExportOptions {
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
+  /// What else the files say at their beginning, a line each.
+  std::vector<std::string> further_comment = {};
   /// A unit that may not leave is exported, and the files say so.
   bool allows_outside_limits = false;
   /// Who calibrated with what, for the calibration record.
@@ -104,6 +106,7 @@ struct Export {
   std::vector<std::string> notes;     ///< What the format cannot hold, and what its user must do.
   std::vector<std::string> warnings;  ///< What makes the result worse than the calibration.
   Findings findings;                  ///< As these, what is wrong with a sensor.
+  PerTriad<bool> is_turned = {};      ///< Mounted otherwise than the format can say.
 };
 
 /// The result of some of a device's sensors, and the folder that it is in.

@@ -235,12 +235,9 @@ function product(a, b) {
   return a.map((row) => [0, 1, 2].map((j) => row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]));
 }
 
-/** Rotation of the board, body <- sensor; null: one that is not among `rotations`. */
-function boardRotation(parameters, rotations) {
-  const rotation = rotations[parameters.get('SENS_BOARD_ROT') ?? 0];
-  if (!rotation) return null;
-  const [roll, pitch, yaw] = ['X', 'Y', 'Z'].map(
-    (axis) => ((parameters.get(`SENS_BOARD_${axis}_OFF`) ?? 0) * Math.PI) / 180);
+/** Roll, then pitch, then yaw, by the parameters `names`, in degrees. */
+function eulerRotation(parameters, names) {
+  const [roll, pitch, yaw] = names.map((name) => ((parameters.get(name) ?? 0) * Math.PI) / 180);
   const about = (angle, i, j) => {
     const matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     matrix[i][i] = matrix[j][j] = Math.cos(angle);
@@ -248,9 +245,13 @@ function boardRotation(parameters, rotations) {
     matrix[j][i] = Math.sin(angle);
     return matrix;
   };
-  // Roll, then pitch, then yaw.
-  const offset = product(about(yaw, 0, 1), product(about(pitch, 2, 0), about(roll, 1, 2)));
-  return product(offset, rotation);
+  return product(about(yaw, 0, 1), product(about(pitch, 2, 0), about(roll, 1, 2)));
+}
+
+/** Rotation of the board, body <- sensor; null: one that is not among `rotations`. */
+function boardRotation(parameters, rotations) {
+  const rotation = rotations[parameters.get('SENS_BOARD_ROT') ?? 0];
+  return rotation ? product(eulerRotation(parameters, ['X', 'Y', 'Z'].map((axis) => `SENS_BOARD_${axis}_OFF`)), rotation) : null;
 }
 
 const kSensors = {
@@ -278,6 +279,9 @@ function devicesOf(topics, triad) {
     .map(({ device }) => device).filter((device) => device > 0);
 }
 
+/** The value of CAL_MAGn_ROT by which angles say the turn. PX4: src/lib/conversion/rotation.h (ROTATION_CUSTOM). */
+const kCustomRotation = 100;
+
 /**
  * The turn from the axes of the board into those of the magnetometer `device`, whose parameters are `slot`;
  * undefined: the log does not say.
@@ -286,10 +290,12 @@ function magnetometerTurn({ parameters, latest, changed }, device, slot, rotatio
   const id = latest.get(`CAL_MAG${slot}_ID`);
   const number = latest.get(`CAL_MAG${slot}_ROT`);
   const isOther = id !== undefined && id !== device;
-  if (isOther || [...changed].some((key) => key === `CAL_MAG${slot}_ROT` || key.startsWith('SENS_BOARD'))) return undefined;
+  const angles = ['ROLL', 'PITCH', 'YAW'].map((angle) => `CAL_MAG${slot}_${angle}`);
+  const turns = [`CAL_MAG${slot}_ROT`, ...(number === kCustomRotation ? angles : [])];
+  if (isOther || [...changed].some((key) => turns.includes(key) || key.startsWith('SENS_BOARD'))) return undefined;
   if (number === -1) return rotations[0]; // It is on the board.
   const board = boardRotation(parameters, rotations);
-  const sensor = rotations[number];
+  const sensor = number === kCustomRotation ? eulerRotation(latest, angles) : rotations[number];
   // Both are into the body's axes.
   return sensor && board ? product([0, 1, 2].map((i) => sensor.map((row) => row[i])), board) : undefined;
 }
@@ -484,6 +490,11 @@ function sendManifest(log, instance, entries, devices) {
   const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
   const thermalSlots = among(({ thermal }) => thermal);
+  const slots = among(({ name }) => `CAL_${name}`);
+  // A sensor without an id has no place where the vehicle has another's parameters.
+  for (const { table: { triad } } of entries) {
+    if (!ids[triad] && log.latest.get(`CAL_${kSensors[triad].name}${instance}_ID`)) slots[triad] = -1;
+  }
   // Terms that the vehicle would use once it is to use those of this sensor: its own, and those of sensors that the log
   // has not; those of others in the log are stated with them.
   const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
@@ -494,7 +505,7 @@ function sendManifest(log, instance, entries, devices) {
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
   send('M', JSON.stringify({
     recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
-    firmware: 'px4', ids, slots: among(({ name }) => `CAL_${name}`), thermalSlots, idleThermalSlots: idle,
+    firmware: 'px4', ids, slots, thermalSlots, idleThermalSlots: idle,
     magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
 }
 

@@ -133,7 +133,7 @@ class Ulog {
       case 'C':
         return size >= 11 && (part.length === 0 || isLogLevel(part[0]));
       case 'B':
-        return isWhole && size >= 40;
+        return isWhole && size >= 40 && this.formats.size === 0; // It comes before all others.
       default:
         return false;
     }

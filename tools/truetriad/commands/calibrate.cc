@@ -248,7 +248,9 @@ Result<Done> Calibrated(Task task) {
 /// Writes a result, but for the names of its files. `aside`: what must not be replaced.
 Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   const Task& task = done->task;
-  if (done->StaysBeside()) {
+  std::error_code failure;
+  const bool is_foreign = !done->there && fs::exists(done->Path("calibration.yaml"), failure);
+  if (done->StaysBeside() || is_foreign) {
     aside->insert(aside->end(), kResults.begin(), kResults.end());
   }
   if (!task.initial_yaml.empty()) {
@@ -303,6 +305,12 @@ std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
 /// or it may.
 std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
   const std::vector<Decision>& decisions = calibration.decisions;
+  const auto joined = std::ranges::find_if(calibration.findings, [](const Finding& finding) {
+    return finding.code == FindingCode::kJoinedRecording && finding.severity == Severity::kRefusal;
+  });
+  if (joined != calibration.findings.end()) {
+    return Decision{Verdict::kFail, instance, joined->text, calibration.created, true};
+  }
   if (calibration.verdict() != Verdict::kFail) return std::nullopt;
   if (!decisions.empty() && decisions.back().is_automatic) return std::nullopt;
   return Decision{.verdict = Verdict::kFail,
