@@ -405,11 +405,12 @@ class FormatOfDevice {
       beside->is_whole = false;
       for (const Triad triad : kTriads) {
         if (!exported->is_turned[triad]) continue;
-        SayUnwritten(result,
-                     "its " + std::string(TriadName(triad)) +
-                         " is not written, since it is mounted otherwise than the log says: set "
-                         "its rotation in the vehicle, and record again",
-                     beside);
+        SayUnwritten(
+            result,
+            "its " + std::string(TriadName(triad)) +
+                " is not written: it is turned against the other sensors, and the log does "
+                "not say so; set its rotation in the vehicle, and record again",
+            beside);
         calibrations_[i].sensors[triad].reset();
       }
       for (const Finding& finding : exported->findings) {

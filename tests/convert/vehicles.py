@@ -80,9 +80,11 @@ def motion(rests=24, rest_s=3.0, turn_s=1.5, rate_hz=RATE_HZ, gap_s=0.0):
         attitude = turned(attitude, axis, whole)
 
 
-def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=(), accelerometers=3, gyroscopes=3, **how):
+def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=(), accelerometers=3, gyroscopes=3, nameless=(),
+         gains=(1.0, 1.0, 1.0), **how):
     """parameters: {}: the log has none; earlier: those that changed; mounted: the body's axes of the compasses;
-    broken: what the topics of some instances say; absent: topics and instances that are not logged."""
+    broken: what the topics of some instances say; absent: topics and instances that are not logged; nameless: those
+    without a device id; gains: those of the axes of all sensors."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -108,7 +110,9 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=()
                 if (topic, instance) in absent:
                     continue
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))
-                sensors.append((triad, truth, (broken or {}).get((topic, instance))))
+                number = 0 if (topic, instance) in nameless else triad.number
+                sensors.append((Triad(number, triad.bias, [[m * gain for m in row] for row, gain in zip(triad.matrix, gains)],
+                                      triad.sigma), truth, (broken or {}).get((topic, instance))))
         for row in motion(**how):
             if mounted:
                 row = (*row[:3], in_body(mounted, row[3]))

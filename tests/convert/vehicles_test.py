@@ -312,10 +312,12 @@ class Vehicles(unittest.TestCase):
     def test_a_compass_is_calibrated_in_its_own_axes_and_read_in_the_boards(self):
         # Yaw by 45 and 90 degrees, and roll by 180 degrees, as CAL_MAGn_ROT numbers them.
         half = math.sqrt(0.5)
+        yaw = {f"CAL_MAG{i}_{angle}": degrees for i in range(2) for angle, degrees in (("ROLL", 0.0), ("PITCH", 0.0), ("YAW", 45.0))}
         for rotation, mounted in ((1, [[half, -half, 0], [half, half, 0], [0, 0, 1]]),
-                                  (2, [[0, -1, 0], [1, 0, 0], [0, 0, 1]]), (8, [[1, 0, 0], [0, -1, 0], [0, 0, -1]])):
+                                  (2, [[0, -1, 0], [1, 0, 0], [0, 0, 1]]), (8, [[1, 0, 0], [0, -1, 0], [0, 0, -1]]),
+                                  (100, [[half, -half, 0], [half, half, 0], [0, 0, 1]])):
             log = self.log(vehicles.ulog, f"{rotation}.ulg", rests=14, mounted=mounted,
-                           parameters={f"CAL_MAG{i}_ROT": rotation for i in range(2)})
+                           parameters={f"CAL_MAG{i}_ROT": rotation for i in range(2)} | (yaw if rotation == 100 else {}))
             done = self.calibrate(log, "--to=px4", "--overwrite")
             self.assertNotIn("mounting", done.stdout)
             self.assertNotIn("swapped", done.stderr)
@@ -324,6 +326,8 @@ class Vehicles(unittest.TestCase):
             self.check_vector(found, "CAL_MAG0_", "OFF", triad.bias, 1e-3)
             self.check_matrix([found[f"CAL_MAG0_{axis}SCALE"] for axis in "XYZ"],
                               [found[f"CAL_MAG0_{axis}ODIAG"] for axis in "XYZ"], triad)
+            if rotation == 100:
+                continue
             # The vehicle's own parameters, its rotation among them, are of the same compass.
             full = self.folder / "full.params"
             full.write_text((self.out / "px4.params").read_text() + f"1\t1\tCAL_MAG0_ROT\t{rotation}\t6\n")
@@ -480,8 +484,11 @@ class Vehicles(unittest.TestCase):
     def test_a_sensor_that_is_mounted_turned_is_named_and_losses_are_one_line(self):
         c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, mounted=[[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        done = self.calibrate(log, "--to=px4", "--json")
+        done = self.calibrate(log, "--to=px4", "--json", code=3)
         said = json.loads(done.stdout)
+        # Loaded, it would turn the compass of a vehicle.
+        self.assertNotIn("CAL_MAG0_ID", self.parameters("px4.params", "\t", 2))
+        self.assertIn("# Instance 1: its magnetometer is not written: it is turned", (self.out / "px4.params").read_text())
         turned = [(one["sensor"], one["values"]["instance"]["value"]) for one in said["findings"]
                   if one["severity"] == "warning" and "holds no such turn" in one["text"]]
         self.assertEqual(turned, [("magnetometer", 0), ("magnetometer", 1)])
@@ -493,6 +500,30 @@ class Vehicles(unittest.TestCase):
         done = truetriad("export", self.out / "calibration.yaml", "--to=px4", "--instance=2", "--id=gyroscope:12345", "-o", self.out / "one.params")
         self.assertIn("accelerometer: the vehicle has its parameters under the number 0 in its log, and --instance=2 states another", done.stderr)
         self.assertIn("and --id states 12345, another sensor's", done.stderr)
+
+    def test_a_sensor_without_a_number_takes_no_other_ones_place(self):
+        log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters={"CAL_ACC0_ID": 555, "CAL_ACC1_ID": 0},
+                       nameless=(("sensor_accel", 0), ("sensor_accel", 1)))
+        done = self.calibrate(log, "--to=px4", code=3)
+        self.assertIn("instance 0: is not written: the log's CAL_ACC0_ID to CAL_ACC3_ID leave none to the accelerometer", done.stderr)
+        found = self.parameters("px4.params", "\t", 2)
+        self.assertNotIn("CAL_ACC0_XOFF", found)
+        self.assertIn("CAL_ACC1_XOFF", found)
+
+    def test_readings_of_two_units_hold_back_all_sensors(self):
+        logs = [self.log(vehicles.ulog, f"{unit}.ulg", rests=14, gains=gains)
+                for unit, gains in ((0, (1.0, 1.0, 1.0)), (1, (1.03, 0.96, 1.02)))]
+        done = self.calibrate(*logs, "--to=px4", code=4)
+        self.assertIn("these are readings of two units", done.stdout)
+        self.assertFalse((self.out / "px4.params").exists())
+        third = json.loads((self.out / "instance-2" / "calibration.json").read_text())
+        self.assertEqual(third["verdict"], "FAIL")
+
+    def test_what_is_no_calibration_is_moved_aside(self):
+        self.out.mkdir()
+        (self.out / "calibration.yaml").write_text("mine")
+        self.calibrate(self.log(vehicles.ulog, "flight.ulg", rests=14))
+        self.assertEqual((self.out / "calibration.previous.yaml").read_text(), "mine")
 
     def test_logs_that_were_joined_are_refused_by_name(self):
         for writer, name in ((vehicles.ulog, "flight.ulg"), (vehicles.dataflash, "flight.bin")):
