@@ -84,7 +84,7 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=()
          gains=(1.0, 1.0, 1.0), **how):
     """parameters: {}: the log has none; earlier: those that changed; mounted: the body's axes of the compasses;
     broken: what the topics of some instances say; absent: topics and instances that are not logged; nameless: those
-    without a device id; gains: those of the axes of all sensors."""
+    without a device id; gains: those of the axes of the first two of a kind."""
     def message(kind, body):
         return struct.pack("<Hc", len(body), kind) + body
 
@@ -112,7 +112,7 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=()
                 file.write(message(b"A", struct.pack("<BH", instance, len(sensors)) + topic.encode()))
                 number = 0 if (topic, instance) in nameless else triad.number
                 sensors.append((Triad(number, triad.bias, [[m * gain for m in row] for row, gain in zip(triad.matrix, gains)],
-                                      triad.sigma), truth, (broken or {}).get((topic, instance))))
+                                      triad.sigma) if instance < 2 else triad, truth, (broken or {}).get((topic, instance))))
         for row in motion(**how):
             if mounted:
                 row = (*row[:3], in_body(mounted, row[3]))
