@@ -94,7 +94,7 @@ def ulog(path, parameters=None, earlier=(), mounted=None, broken=None, absent=()
     inertial = ("uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;"
                 "float temperature;uint32_t error_count;uint8_t[3] clip_counter;uint8_t samples;")
     magnetic = "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;float temperature;"
-    draw = random.Random(1)
+    draw = random.Random(1 if gains == (1.0, 1.0, 1.0) else 2)
     with open(path, "wb") as file:
         file.write(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message(b"B", bytes(40)))
         for name, fields in (("sensor_accel", inertial), ("sensor_gyro", inertial), ("sensor_mag", magnetic)):

@@ -122,7 +122,7 @@ class Vehicles(unittest.TestCase):
     def test_parameters_go_where_the_vehicle_has_the_number_of_a_sensor(self):
         acc, mag = vehicles.ACCELEROMETERS, vehicles.MAGNETOMETERS
         own = {"CAL_ACC0_ID": 555, "CAL_ACC1_ID": acc[0].number, "CAL_ACC2_ID": 0, "CAL_ACC3_ID": acc[1].number,
-               "CAL_MAG0_ID": mag[1].number, "CAL_MAG0_ROT": 8, "CAL_MAG1_ID": 0, "CAL_MAG1_ROT": 2,
+               "CAL_MAG0_ID": mag[1].number, "CAL_MAG0_ROT": 0, "CAL_MAG1_ID": 0, "CAL_MAG1_ROT": 2,
                "TC_A_ENABLE": 1, "TC_A0_ID": acc[1].number, "TC_A1_ID": 0, "TC_A2_ID": acc[0].number, "TC_A2_X0_0": 0.3}
         earlier = (("CAL_ACC0_ID", acc[0].number), ("CAL_ACC1_ID", acc[1].number), ("CAL_ACC3_ID", 0), ("CAL_MAG0_ID", 0),
                    ("TC_A_ENABLE", 0), ("TC_A0_ID", acc[0].number), ("TC_A2_ID", 0))
