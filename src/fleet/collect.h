@@ -24,14 +24,13 @@ struct Collected {
 };
 
 /// Adds all that is in `sources`, stores of any kind, to the store `target`: runs, decisions,
-/// checks of stations, and which run of a unit counts. What is there, by its name, is left as it
-/// is, so that it may be done again. Files of units beside `target` then agree with it
-/// (AgreeFolders). Where a source is spoilt, nothing of any is added. Who writes to the store
-/// meanwhile waits for moments. Errors (bad input): a source that cannot be read, or has
-/// what no run can be, with file and line where it has such; one that is not finished
-/// (Store::CheckEnd), unless `takes_unfinished`; a run of one name with another content. (Usage):
-/// sources or store are of different numbers of shards, or count runs by different policies; a
-/// source is the store; the store cannot tell which runs it has (JSON lines).
+/// checks of stations, and which run of a unit counts. What is there, by its name, stays as it is,
+/// so that it may be done again. Files of units beside `target` then agree with it (AgreeFolders).
+/// Where a source is spoilt, nothing of any is added. Errors (bad input): a source cannot be read,
+/// has what no run can be, with file and line, or is not finished (Store::CheckEnd), unless
+/// `takes_unfinished`; a run of one name has another content. (Usage): sources or store are of
+/// different numbers of shards, or count runs by different policies; a source is the store; the
+/// store is JSON lines, which cannot tell its runs.
 Result<Collected> Collect(const std::vector<std::string>& sources,
                           const std::string& target,
                           bool takes_unfinished = false);

@@ -35,7 +35,7 @@ constexpr double kHourS = 3600.0;
 
 std::string HoursText(double seconds) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f h", seconds / kHourS);
+  std::snprintf(text.data(), text.size(), "%.4g h", seconds / kHourS);
   return text.data();
 }
 
@@ -74,8 +74,8 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   if (has_good) return std::optional<std::string>();
   const double last_s = line::SecondsOf(checks.back().recorded);
   return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
-                       ", " + HoursText(now_s - last_s) + " ago, and " + HoursText(age_s) +
-                       " are required" + remedy);
+                       ", " + HoursText(now_s - last_s) + " ago, and may be " + HoursText(age_s) +
+                       " old" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {
@@ -195,7 +195,7 @@ class FleetEngine {
       Tell(note);
       ++progress_.left;
     }
-    if (next_ && hold_retry_.wait_s > 0.0) {
+    if (next_ && is_held_) {
       progress_.held = Counted(source_->Given(), "log") + " not calibrated: " + hold_retry_.why;
     }
     count_time();
@@ -247,9 +247,11 @@ class FleetEngine {
     if (text.empty()) {
       if (!hold_retry_.why.empty()) Tell("units go on");
       hold_retry_ = Retry();
+      is_held_ = false;
       return true;
     }
-    is_waiting_in_vain_ = why && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty();
+    is_held_ = why.has_value();
+    is_waiting_in_vain_ = is_held_ && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty();
     if (text != hold_retry_.why) Tell("units wait: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
     return false;
@@ -520,7 +522,8 @@ class FleetEngine {
   std::optional<Arrival> next_;  ///< Taken from the source and not begun yet.
   std::deque<UnitRun> ended_;    ///< Not in the store yet.
   Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
-  bool is_waiting_in_vain_ = false;  ///< Units are held, and nothing else will come.
+  bool is_held_ = false;             ///< Units wait by FleetOptions::hold, not for the store,
+  bool is_waiting_in_vain_ = false;  ///< and nothing else will come.
   FleetProgress progress_;
   /// What is known of a unit that has runs of now.
   struct UnitSoFar {

@@ -72,13 +72,13 @@ struct FleetProgress {
   std::set<std::string> unsafe;       ///< Units of which Agreement::IsUnsafe.
   double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
   bool is_stopped = false;            ///< Before all were done.
-  std::string held;                   ///< Why units were not calibrated that had come (GoldenHold).
+  std::string held;                   ///< Why units that had come wait, by FleetOptions::hold.
   std::size_t left = 0;               ///< Logs that were seen and are not whole.
   Findings warnings_said;             ///< Of FleetListener::on_warning.
 
   /// Runs of now that are not good, or whose unit is not in the end.
   std::size_t NotGood() const { return red + held_back; }
-  /// Whether all runs are good, and all units in the end, those left out, too.
+  /// Whether all runs are good, and all units in the end, those left out, too, and none is left.
   bool IsGood() const {
     return red == 0 && yield.final_good == yield.units && skipped_red.empty() && left == 0;
   }

@@ -367,9 +367,14 @@ std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibrat
   if (is_refused || calibration.decisions.empty()) return held;
   // A store into which this one was collected may know more.
   const Decision& last = calibration.decisions.back();
-  const Result<bool> is_known =
-      (*opened)->Has(last.who.substr(std::min(last.who.size(), kRunWord.size())));
-  const bool is_of_another = last.is_automatic ? is_known && !*is_known : counts;
+  bool is_of_another =
+      counts && ((*unit)->disposed_by.empty() || last.created > (*unit)->disposed_at);
+  if (last.is_automatic) {
+    const bool names_run = last.who.starts_with(kRunWord);
+    const Result<bool> is_here =
+        names_run ? (*opened)->Has(last.who.substr(kRunWord.size())) : false;
+    is_of_another = !is_here || !*is_here;
+  }
   if (is_of_another) held.decisions = calibration.decisions;
   return held;
 }

@@ -75,10 +75,9 @@ struct Agreement {
 
 /// Makes the calibration of each of a unit's runs state what the store decides about it: what a
 /// person decided, of a refusal all, of a concession the run that counts; where the run that counts
-/// is not good, that no other is. Exports that say otherwise are withdrawn. Changes nothing where
-/// all is said, so may be repeated, and be called by several at once. Folders are where FolderOf
-/// finds them. Nothing, where the store does not know of standings. Error (bad input): the store
-/// cannot be asked.
+/// is not good, that no other is. Exports that say otherwise are withdrawn. May be repeated, and
+/// called by several at once. Folders are where FolderOf finds them. Nothing, where the store does
+/// not know of standings. Error (bad input): the store cannot be asked.
 Result<Agreement> AgreeFolders(Store& store,
                                const std::string& serial,
                                const std::filesystem::path& units);
@@ -96,9 +95,8 @@ struct HeldByStore {
   std::vector<Decision> decisions;
 };
 /// By the store beside the units, that has the run of `folder`; unset: there is none. The files say
-/// less where they could not be reached when it was decided, and more where it was decided in a
-/// store into which this one was collected: what refuses the unit holds, and what a person decided
-/// of a run that counts.
+/// less where they could not be reached when it was decided, and more where another store knew
+/// more: what refuses the unit holds, and what a person decided last of a run that counts.
 std::optional<HeldByStore> WhatStoreHolds(const std::filesystem::path& folder,
                                           const Calibration& calibration);
 

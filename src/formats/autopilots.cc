@@ -127,8 +127,9 @@ Result<int> SlotOf(const Autopilot& autopilot,
     return Error(ErrorCode::kNotRepresentable,
                  "the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
                      " leave none to the " + std::string(TriadName(triad)) +
-                     ": each is another sensor's, or is taken by another of this log; set that of "
-                     "a sensor that is gone to 0 and record again");
+                     ": each is another sensor's, or is taken by another of this log, or its own "
+                     "number is not in the log; state that with --id, or set that of a sensor that "
+                     "is gone to 0 and record again");
   }
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +

@@ -228,10 +228,8 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   const bool is_its = format.is_firmware && !is_another;
   TRUETRIAD_RETURN_IF_ERROR(CheckMayLeave(why_held_back, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
-  Export result;
-  result.notes = restated.notes;
-  result.warnings = restated.warnings;
-  result.is_turned = restated.is_turned;
+  Export result{
+      .notes = restated.notes, .warnings = restated.warnings, .is_turned = restated.is_turned};
   if (is_its) WarnOfNumbers(calibration, stated, &result.warnings);
   if (is_another && calibration.tags.device_ids != PerTriad<std::optional<std::int64_t>>()) {
     result.warnings.push_back("the log is of " + firmware + ", and " +

@@ -236,7 +236,8 @@ Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, R
   restated->dropped_turn_deg[triad] = AngleDeg(map.transpose() * R);
   const bool is_between = restated->dropped_turn_deg[triad] >= SmallestBoardTurnDeg();
   restated->is_turned[triad] = !straight || is_between;
-  if (!straight && !is_between) {
+  if (!straight && is_between) restated->dropped_turn_deg[triad] = AngleDeg(R);
+  if (!straight && !(is_between && format.is_firmware)) {
     warnings->emplace_back("the " + Name(triad) + "'s axes are swapped: set its mounting in " +
                            target + ", or " + feed);
   }

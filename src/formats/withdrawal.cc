@@ -5,6 +5,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/utf8.h"
 #include "formats/text.h"
 #include "io/input_guard.h"
 #include "io/whole_file.h"
@@ -45,9 +46,15 @@ Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& se
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     const std::size_t said = part.find(kExportedBy);
     if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
-      // A model or the format follows.
-      return !serial || part.find(UnitPhrase(*serial) + " (") != std::string::npos ||
-             part.find(UnitPhrase(*serial) + ", for ") != std::string::npos;
+      // A serial number that a file may write otherwise is not looked for.
+      if (!serial || serial->find_first_of("\"\\*") != std::string::npos ||
+          PrintableLine(*serial) != *serial)
+        return true;
+      for (const std::string& its : {*serial, std::string()}) {  // Nobody's are replaced, too.
+        for (const std::string_view next : {" (", ", for "}) {   // A model or the format.
+          if (part.find(UnitPhrase(its).append(next)) != std::string::npos) return true;
+        }
+      }
     }
   }
   return false;

@@ -31,9 +31,8 @@ std::string CountsText(const fleet::FleetProgress& progress) {
 }
 
 /// What is red, the most frequent first.
-using Counts = std::vector<std::pair<std::string, std::size_t>>;
-Counts Pareto(const std::map<std::string, std::size_t>& counted) {
-  Counts codes(counted.begin(), counted.end());
+auto Pareto(const std::map<std::string, std::size_t>& counted) {
+  std::vector<std::pair<std::string, std::size_t>> codes(counted.begin(), counted.end());
   std::stable_sort(
       codes.begin(), codes.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
   return codes;
@@ -144,7 +143,8 @@ struct FirstLine {
 
 /// Says the first of these that is true: some runs are not good (FleetProgress::NotGood says how
 /// many), some units are not good although all of their runs of now are, some units that were left
-/// out are not good, nothing was done. Else it says how many of the runs were judged by no limits.
+/// out are not good, some were not done, nothing was done. Else it says how many of the runs were
+/// judged by no limits.
 FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
     return std::to_string(count) + " OF " + std::to_string(all) + what;
@@ -160,6 +160,7 @@ FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   if (const std::size_t red = progress.skipped_red.size(); red > 0) {
     return {of(red, progress.skipped, " LEFT OUT NOT GOOD")};
   }
+  if (!progress.held.empty()) return {"NOT ALL DONE, UNITS WAIT FOR A GOLDEN UNIT"};
   if (progress.left > 0) return {of(progress.left, progress.left + progress.done, " NOT DONE")};
   if (progress.done == 0) return {"NOTHING TO DO"};
   const auto unjudged = progress.verdicts.find(Verdict::kNoLimits);

@@ -101,12 +101,12 @@ struct ExportedFile {
 };
 
 struct Export {
-  std::vector<ExportedFile> files;
-  PerTriad<std::optional<ExportLoss>> loss;
-  std::vector<std::string> notes;     ///< What the format cannot hold, and what its user must do.
-  std::vector<std::string> warnings;  ///< What makes the result worse than the calibration.
-  Findings findings;                  ///< As these, what is wrong with a sensor.
-  PerTriad<bool> is_turned = {};      ///< Mounted otherwise than the format can say.
+  std::vector<ExportedFile> files = {};
+  PerTriad<std::optional<ExportLoss>> loss = {};
+  std::vector<std::string> notes = {};  ///< What the format cannot hold, and what its user must do.
+  std::vector<std::string> warnings = {};  ///< What makes the result worse than the calibration.
+  Findings findings = {};                  ///< As these, what is wrong with a sensor.
+  PerTriad<bool> is_turned = {};           ///< Against the others, or swapped.
 };
 
 /// The result of some of a device's sensors, and the folder that it is in.
@@ -132,7 +132,7 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    ExportOptions options);
 
 /// Whether a file is an export, whatever it is called, of the unit of this serial number, where one
-/// is stated ("": of a unit without any). Error (bad input): it cannot be read.
+/// is stated, or of a unit without any. Error (bad input): it cannot be read.
 Result<bool> IsExport(const std::filesystem::path& path,
                       const std::optional<std::string>& serial = std::nullopt);
 

@@ -305,11 +305,9 @@ std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
 /// or it may.
 std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
   const std::vector<Decision>& decisions = calibration.decisions;
-  const auto joined = std::ranges::find_if(calibration.findings, [](const Finding& finding) {
-    return finding.code == FindingCode::kJoinedRecording && finding.severity == Severity::kRefusal;
-  });
-  if (joined != calibration.findings.end()) {
-    return Decision{Verdict::kFail, instance, joined->text, calibration.created, true};
+  for (const Finding& finding : calibration.findings) {
+    if (finding.code == FindingCode::kJoinedRecording && finding.severity == Severity::kRefusal)
+      return Decision{Verdict::kFail, instance, finding.text, calibration.created, true};
   }
   if (calibration.verdict() != Verdict::kFail) return std::nullopt;
   if (!decisions.empty() && decisions.back().is_automatic) return std::nullopt;
@@ -695,14 +693,6 @@ Findings FindingsOf(const std::vector<Done>& all, Findings of_exports) {
   return findings;
 }
 
-Json IdsJson(const Tags& tags) {
-  Json ids = Json::object();
-  for (const Triad triad : kTriads) {
-    if (tags.device_ids[triad]) ids[std::string(TriadName(triad))] = *tags.device_ids[triad];
-  }
-  return ids;
-}
-
 /// What is said is of the worst; of several, which is the worst, and where the others are.
 VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) {
   const Done& worst = *std::max_element(all.begin(), all.end(), [](const Done& a, const Done& b) {
@@ -734,11 +724,12 @@ VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) 
     if (all.size() > 1) {
       files += " (instance " + std::to_string(done.task.instance) + ": " +
                HeadlineOf(done.calibration).text + ")";
-      result.result["instances"].push_back({{"instance", done.task.instance},
-                                            {"exit", done.exit_code()},
-                                            {"verdict", VerdictName(done.calibration.verdict())},
-                                            {"ids", IdsJson(done.calibration.tags)},
-                                            {"calibration", done.Path("calibration.yaml")}});
+      result.result["instances"].push_back(
+          {{"instance", done.task.instance},
+           {"exit", done.exit_code()},
+           {"verdict", VerdictName(done.calibration.verdict())},
+           {"ids", done.json.value(Json::json_pointer("/device/ids"), Json::object())},
+           {"calibration", done.Path("calibration.yaml")}});
     }
     files += '\n';
     if (done.task.has_report) files += "Report:      " + done.Path("report.html") + '\n';
