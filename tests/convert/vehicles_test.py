@@ -169,7 +169,7 @@ class Vehicles(unittest.TestCase):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
         done = self.calibrate(log, "--to=px4", code=3)
         self.assertIn("instance 1: is not written: the log's CAL_GYRO0_ID to CAL_GYRO3_ID leave none to the gyroscope: "
-                      "each is another sensor's, or is taken by another of this log; set that of a sensor that is gone to 0", done.stderr)
+                      "each is another sensor's, or is taken by another of this log, or its own number is not in the log; state that with --id", done.stderr)
         # The results are there, and the others are exported.
         self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
         found = self.parameters("px4.params", "\t", 2)
