@@ -172,11 +172,12 @@ Eigen::Vector3d StreamMonitor::rest_step_raw() const {
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;
   double band = 0.0;  // All axes are of one make.
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Repeated& most = repeated_[axis];
-    if (most.left < kFewestTimes) continue;
-    const bool is_apart = most.least_change > kFarSteps * step[static_cast<Eigen::Index>(axis)];
-    if (is_apart) band = std::max(band, most.least_change);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Repeated& most = repeated_[static_cast<std::size_t>(axis)];
+    const double largest = std::max(std::abs(minimum_raw_[axis]), std::abs(maximum_raw_[axis]));
+    // What is largest is a limit, and no rate that is too low to be read.
+    if (most.left < kFewestTimes || std::abs(most.value) >= largest) continue;
+    if (most.least_change > kFarSteps * step[axis]) band = std::max(band, most.least_change);
   }
   return step.cwiseMax(2.0 * band);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/pose_statistics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -175,6 +176,35 @@ TEST(DetectedPoses, HoldABoundedNumberOfWindowsOfALongRecording) {
   for (const CollectedPose& each : *found) longest_s = std::max(longest_s, each.pose.duration_s());
   EXPECT_NEAR(longest_s, 20000.0, 10.0);
   EXPECT_LT(poses.peak_windows(), 18000u);
+}
+
+// Noise at rest, then a turn, ten times; what is beyond the limit reads as that, what is below the
+// band as zero.
+TEST(StreamMonitor, TellsADeadBandFromALimit) {
+  const auto rest_step = [](double limit, double band) {
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal(0.0, 1e-3);
+    MemoryStream stream(Triad::kGyroscope);
+    for (std::int64_t i = 0; i < 2000; ++i) {
+      const double turn = i % 200 < 100 ? 0.0 : std::sin(0.01 * M_PI * static_cast<double>(i));
+      Eigen::Vector3d rate;
+      for (double& axis : rate) {
+        axis = std::clamp(2.0 * turn + normal(random), -limit, limit);
+        if (std::abs(axis) < band) axis = 0.0;
+      }
+      stream.Add(i * 10'000'000, rate);
+    }
+    MemorySource source({stream});
+    StreamMonitor monitor(source.info().streams[0], true);
+    std::vector<SampleBlock> blocks;
+    for (Result<bool> more = source.Next(&blocks); more && *more; more = source.Next(&blocks)) {
+      for (const SampleBlock& block : blocks) EXPECT_TRUE(monitor.Add(block));
+    }
+    return monitor.rest_step_raw().maxCoeff();
+  };
+  EXPECT_LT(rest_step(1.2, 0.0), 1e-3);
+  EXPECT_GT(rest_step(10.0, 0.01), 0.02);
+  EXPECT_GT(rest_step(1.2, 0.01), 0.02);
 }
 
 }  // namespace pose_statistics_test
