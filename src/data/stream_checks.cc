@@ -175,7 +175,7 @@ Eigen::Vector3d StreamMonitor::rest_step_raw() const {
   for (int axis = 0; axis < 3; ++axis) {
     const Repeated& most = repeated_[static_cast<std::size_t>(axis)];
     const double largest = std::max(std::abs(minimum_raw_[axis]), std::abs(maximum_raw_[axis]));
-    // What is largest is a limit, and no rate that is too low to be read.
+    // The largest reading is a limit, while a rate that is too low to be read is small.
     if (most.left < kFewestTimes || std::abs(most.value) >= largest) continue;
     if (most.least_change > kFarSteps * step[axis]) band = std::max(band, most.least_change);
   }

@@ -493,8 +493,8 @@ Result<Export> ExportNoise(std::string_view format_name, const ExportOptions& op
   TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(perfect, *format, options));
   const std::string& serial = options.allan->serial;
   const std::vector<std::string> comment =
-      Plain({"Noise at rest of " + (serial.empty() ? "a unit without serial number" : serial) +
-                 ", for " + std::string(format->info.name) + "; not calibrated.",
+      Plain({"Noise at rest of " + UnitName(serial) + ", for " + std::string(format->info.name) +
+                 "; not calibrated.",
              std::string(kExportedBy) + options.software_version + " at " + TimestampUtc() + "."});
   Export result;
   TRUETRIAD_ASSIGN_OR_RETURN(

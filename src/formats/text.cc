@@ -27,8 +27,10 @@ std::vector<float> ReadConstant(const std::string& text, const std::string& decl
   return numbers;
 }
 
-std::string UnitPhrase(const std::string& serial) {
-  return "Calibration of " + (serial.empty() ? "a unit without serial number" : serial);
+std::string UnitPhrase(const std::string& serial) { return "Calibration of " + UnitName(serial); }
+
+std::string UnitName(const std::string& serial) {
+  return serial.empty() ? "a unit without serial number" : serial;
 }
 
 std::string CommentText(std::string_view prefix, const std::vector<std::string>& lines) {

@@ -42,6 +42,8 @@ std::string CommentText(std::string_view prefix, const std::vector<std::string>&
 /// What every exported file of a calibration says of its unit, and of itself with the version in
 /// between.
 std::string UnitPhrase(const std::string& serial);
+/// The serial number, or in words that there is none.
+std::string UnitName(const std::string& serial);
 inline constexpr std::string_view kExportedBy = "Exported by truetriad ";
 inline constexpr std::string_view kWasCalibrated = "; calibrated ";
 

@@ -231,8 +231,10 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
     said.text += "\nResult: " + files[0].first + "\nPlot:   " + files[1].first + "\n";
     for (std::size_t i = 2; i < files.size(); ++i) said.text += "Noise:  " + files[i].first + "\n";
   }
-  TRUETRIAD_RETURN_IF_ERROR(WriteFiles(files));
+  WholeFiles whole;
+  for (const auto& [path, text] : files) TRUETRIAD_RETURN_IF_ERROR(whole.Write(path, text));
   TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(AllanHtml(result), &said));
+  TRUETRIAD_RETURN_IF_ERROR(whole.Commit());
   return said;
 }
 

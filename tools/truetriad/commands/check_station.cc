@@ -195,7 +195,7 @@ Result<VerbResult> Judged(const Experiment& experiment,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
-  // So must the check that counts: of this recording the first, or of a later one.
+  // The check that counts must agree, too: the first of this recording, or that of a later one.
   const bool agrees =
       AgreementOf(comparison) == Agreement::kAgree && (!counting || counting->agrees);
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
