@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
-
-#include "math/distributions.h"
 
 namespace truetriad {
 namespace {
@@ -29,45 +26,7 @@ std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& read
   return runs;
 }
 
-// Whether the reading of a run comes again before or after it, with none but near ones in between.
-bool ComesBack(const std::vector<Eigen::Vector3d>& readings,
-               const EqualReadings& run,
-               const Eigen::Vector3d& step_raw) {
-  const Eigen::Vector3d& value = readings[run.begin];
-  const auto is_near = [&](std::size_t i) {
-    return ((readings[i] - value).cwiseAbs().array() <= kFarSteps * step_raw.array()).all();
-  };
-  const std::size_t last = std::min(readings.size(), run.end + kStuckReadings);
-  for (std::size_t i = run.end; i < last && is_near(i); ++i) {
-    if (readings[i] == value) return true;
-  }
-  const std::size_t first = run.begin - std::min(run.begin, kStuckReadings);
-  for (std::size_t i = run.begin; i-- > first && is_near(i);) {
-    if (readings[i] == value) return true;
-  }
-  return false;
-}
-
 }  // namespace
-
-std::optional<double> UsualRepeats(const std::vector<Eigen::Vector3d>& readings,
-                                   const Eigen::Vector3d& step_raw) {
-  // Runs whose median is known to one or two.
-  constexpr std::size_t kFewestRuns = 8;
-  std::vector<double> lengths;
-  std::size_t begin = 0;
-  bool is_far_before = false;
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const Eigen::Array3d change = (readings[i] - readings[i - 1]).cwiseAbs();
-    if (change.maxCoeff() == 0.0) continue;
-    const bool is_far = (change > kFarSteps * step_raw.array()).any();
-    if (is_far && is_far_before) lengths.push_back(static_cast<double>(i - begin));
-    begin = i;
-    is_far_before = is_far;
-  }
-  if (lengths.size() < kFewestRuns) return std::nullopt;
-  return Median(std::move(lengths));
-}
 
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
@@ -85,12 +44,19 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
 }
 
 std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
-                                     const Eigen::Vector3d& step_raw) {
-  std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, kStuckReadings);
-  if (runs.empty()) return runs;
-  const auto repeats = static_cast<std::size_t>(UsualRepeats(readings, step_raw).value_or(1.0));
+                                     const Eigen::Vector3d& step_raw,
+                                     double repeats) {
+  const auto fewest = static_cast<std::size_t>(std::ceil(kStuckReadings * repeats));
+  std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, fewest);
+  const auto is_far = [&](std::size_t i, std::size_t from) {
+    if (i >= readings.size()) return false;
+    const Eigen::Array3d change = (readings[i] - readings[from]).cwiseAbs();
+    return (change > kFarSteps * step_raw.array()).any();
+  };
   std::erase_if(runs, [&](const EqualReadings& run) {
-    return run.end - run.begin < kStuckReadings * repeats || ComesBack(readings, run, step_raw);
+    const bool is_all = run.end - run.begin == readings.size();
+    // Before the first reading there is none: 0 - 1 is beyond the last.
+    return !is_all && !is_far(run.begin - 1, run.begin) && !is_far(run.end, run.begin);
   });
   return runs;
 }

@@ -26,12 +26,6 @@ inline constexpr double kFarSteps = 1.5;
 struct EqualReadings {
   std::size_t begin, end;
 };
-/// How often a reading usually comes in a row where each is far from the one before and the one
-/// after: more than once where a logger is faster than the sensor. A coarse sensor at rest repeats
-/// itself as well, but not where it moves. Unset: too few are.
-std::optional<double> UsualRepeats(const std::vector<Eigen::Vector3d>& readings,
-                                   const Eigen::Vector3d& step_raw);
-
 /// Where readings stay on `limit` on one axis. Where steps are coarse a rate that is at its largest
 /// does so as well, but comes to it and leaves it by one `step`.
 std::vector<EqualReadings> RunsAtLimit(double limit,
@@ -39,10 +33,10 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
                                        Eigen::Index axis,
                                        const std::vector<Eigen::Vector3d>& readings);
 
-/// The runs of at least kStuckReadings, of a held reading as many times as many, that no sensor
-/// makes which works: a coarse one at rest comes back to its reading from one that is beside it, by
-/// a few steps of `step_raw` on each axis.
+/// The runs of at least kStuckReadings, times `repeats` (StreamSummary), that no sensor makes which
+/// works: a coarse one comes to its reading and leaves it by a step of `step_raw` on each axis.
 std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
-                                     const Eigen::Vector3d& step_raw);
+                                     const Eigen::Vector3d& step_raw,
+                                     double repeats);
 
 }  // namespace truetriad

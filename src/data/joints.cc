@@ -61,9 +61,12 @@ double GravityRaw(const StreamSummary& accelerometer) {
   return unit.is_counts ? HalfRange(accelerometer) : kStandardGravityMps2 / unit.truth_per_raw;
 }
 
+// Of a sensor's own readings, in rows of the gyroscope; a gyroscope that is held counts as well.
 std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscope) {
   if (!(stream.rate_hz > 0.0)) return 1;
-  return std::max<std::size_t>(1, std::lround(std::ceil(gyroscope.rate_hz / stream.rate_hz - 0.1)));
+  const double rows =
+      std::max(stream.repeats * gyroscope.rate_hz / stream.rate_hz, gyroscope.repeats);
+  return std::max<std::size_t>(1, std::lround(std::ceil(rows - 0.1)));
 }
 
 // The readings as this looks at them; unset where they say nothing of joints: without
@@ -177,6 +180,8 @@ std::optional<FoundJoint> JointBetweenRests(const Readings& readings,
   if (!(turned > kUnexplainedRad)) return std::nullopt;
   const double way = WayOf(readings, 0, readings.size() - 1);
   if (IsExplained(turned, way)) return std::nullopt;
+  // A sensor that is read so seldom turns all at once.
+  if (readings.size() < kReadings * gravity.spacing) return std::nullopt;
   std::size_t at = 0;
   for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
     if (StepAt(gravity, i) > StepAt(gravity, at)) at = i;

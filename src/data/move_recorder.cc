@@ -27,9 +27,10 @@ std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3
 // where the move has not begun, or is over: within `rest_radius` of the first reading only a run
 // over half of the move counts.
 bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
-             const Eigen::Vector3d& step_raw,
+             const StreamSummary& gyroscope,
              double rest_radius) {
-  const std::vector<EqualReadings> runs = StuckRuns(readings, step_raw);
+  const std::vector<EqualReadings> runs =
+      StuckRuns(readings, gyroscope.resolution_raw, gyroscope.repeats);
   return std::any_of(runs.begin(), runs.end(), [&](const EqualReadings& run) {
     const Eigen::Vector3d since = readings[run.begin] - readings.front();
     const bool is_at_rest = since.cwiseAbs().maxCoeff() < rest_radius;
@@ -76,8 +77,7 @@ std::optional<Finding> Fault(const RecordedMove& move,
           .With("limit", limit, gyroscope.unit.name);
     }
   }
-  if (IsStuck(move.gyroscope_raw, gyroscope.resolution_raw, rest_radius) &&
-      Acts(Mechanism::kTurnStuck)) {
+  if (IsStuck(move.gyroscope_raw, gyroscope, rest_radius) && Acts(Mechanism::kTurnStuck)) {
     return Finding(FindingCode::kTurnStuck, "the gyroscope is stuck: it repeats one reading");
   }
   return std::nullopt;

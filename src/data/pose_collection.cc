@@ -155,7 +155,7 @@ class MotionCollector : public Collector {
     set->tracks = std::move(tracks_);
     PerTriad<std::size_t> held{};
     for (const StreamSummary& stream : set->streams) {
-      held[stream.triad] = LeaveOutHeld(stream.resolution_raw, &set->tracks[stream.triad]);
+      held[stream.triad] = LeaveOutHeld(stream, &set->tracks[stream.triad]);
     }
     FindJointsInMotion(set);
     for (StreamSummary& stream : set->streams) {

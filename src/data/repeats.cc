@@ -8,14 +8,13 @@
 #include <vector>
 
 #include "base/messages.h"
-#include "data/gyroscope_faults.h"
 #include "math/common_step.h"
 
 namespace truetriad {
 
-std::size_t LeaveOutHeld(const Eigen::Vector3d& step_raw, ReadingTrack* track) {
+std::size_t LeaveOutHeld(const StreamSummary& stream, ReadingTrack* track) {
   std::vector<Eigen::Vector3d>& readings = track->reading_raw;
-  if (UsualRepeats(readings, step_raw).value_or(1.0) < 2.0) return 0;
+  if (stream.repeats < 2.0) return 0;
   const std::size_t count = readings.size();
   std::size_t kept = 1;
   for (std::size_t i = 1; i < count; ++i) {

@@ -14,9 +14,9 @@ namespace truetriad {
 // A logger that is faster than a sensor writes each of its readings again until there is a new one.
 // Such repeats say nothing of the sensor's noise, and nothing of when they are stamped.
 
-/// Leaves the first of equal readings in a row where a sensor's readings are held (UsualRepeats).
+/// Leaves the first of equal readings in a row where a sensor's readings are held: of `stream`.
 /// Returns how many were left out.
-std::size_t LeaveOutHeld(const Eigen::Vector3d& step_raw, ReadingTrack* track);
+std::size_t LeaveOutHeld(const StreamSummary& stream, ReadingTrack* track);
 
 /// The step that all readings of rows which each are a pose were rounded to, on all axes; 0 where
 /// they show none. From one pose to the next they differ by many.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <span>
 #include <utility>
@@ -78,6 +79,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
     }
   }
   if (!finite) return CheckFinite(block);
+  if (samples_ < kStepReadings) WatchRuns(block);
   for (std::size_t i = 0; i < size; ++i) {
     lengths_.Add({block.x[i], block.y[i], block.z[i]});
   }
@@ -166,6 +168,38 @@ void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
   }
 }
 
+// Runs that begin and end with a jump: a coarse sensor at rest repeats itself as well, and goes to
+// the next step.
+void StreamMonitor::WatchRuns(const SampleBlock& block) {
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
+    const Eigen::Array3d change =
+        (reading - std::exchange(runs_.last, reading).value_or(reading)).cwiseAbs();
+    if (change.maxCoeff() == 0.0) {
+      ++runs_.length;
+      continue;
+    }
+    const bool is_far = (change > kFarSteps * resolution_raw_.array()).any();
+    if (is_far && runs_.is_far_before) {
+      const auto length = static_cast<std::size_t>(runs_.length);
+      if (length >= runs_.count.size()) runs_.count.resize(length + 1);
+      ++runs_.count[length];
+    }
+    runs_.length = 1;
+    runs_.is_far_before = is_far;
+  }
+}
+
+// The median run.
+double StreamMonitor::UsualRepeats() const {
+  constexpr std::int64_t kFewestRuns = 8;  // whose median is known to one or two
+  const std::int64_t all = std::accumulate(runs_.count.begin(), runs_.count.end(), std::int64_t{0});
+  if (all < kFewestRuns) return 1.0;
+  std::size_t length = 0;
+  for (std::int64_t up_to = 0; 2 * up_to < all; ++length) up_to += runs_.count[length];
+  return static_cast<double>(length - 1);
+}
+
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
   // A sensor that is stuck leaves its reading once, a faulty bus a few times.
   constexpr std::int64_t kFewestTimes = 8;
@@ -193,6 +227,7 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   summary.maximum_raw = maximum_raw_;
   summary.resolution_raw = resolution_raw();
   summary.rest_step_raw = rest_step_raw();
+  summary.repeats = UsualRepeats();
   const LengthSpread::Half half = lengths_.ShortestHalf();
   summary.length_raw = half.length;
   summary.length_scatter = half.scatter;

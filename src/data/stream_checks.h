@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ class StreamMonitor {
 
  private:
   void WatchRepeats(std::span<const double> values, int axis);
+  void WatchRuns(const SampleBlock& block);
+  double UsualRepeats() const;
   void CountFirst();
   bool IsGap(std::int64_t spacing_ns) const {
     return static_cast<double>(spacing_ns) > kGapSpacings * usual_ns_;
@@ -79,6 +82,14 @@ class StreamMonitor {
     double least_change = 1e300;
   };
   std::array<Repeated, 3> repeated_{};  // By axis.
+  // How often equal readings come in a row.
+  struct Runs {
+    std::optional<Eigen::Vector3d> last;
+    std::int64_t length = 0;
+    bool is_far_before = false;
+    std::vector<std::int64_t> count;  // By length.
+  };
+  Runs runs_;
   LengthSpread lengths_;
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
 };

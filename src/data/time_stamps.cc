@@ -628,7 +628,7 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          double period_ns) {
   // The slope is also taken from further neighbours, whose noise is not that of the three.
   constexpr std::size_t kFurther = 3;
-  double zd = 0.0, zx = 0.0, zz = 0.0, dd = 0.0, count = 0.0;
+  double zd = 0.0, zx = 0.0, zd_zd = 0.0, zd_zx = 0.0, zx_zx = 0.0;
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {
     const auto span = static_cast<double>(stamps_ns[k + 1] - stamps_ns[k - 1]);
     const auto around = static_cast<double>(stamps_ns[k + kFurther] - stamps_ns[k - kFurther]);
@@ -638,15 +638,17 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
       const double off = axis[k] - 0.5 * (axis[k - 1] + axis[k + 1]);
       const double instrument =
           share * (axis[k + kFurther] - axis[k - kFurther]) / static_cast<double>(kFurther);
-      zd += instrument * off;
-      zx += instrument * share * (axis[k + 1] - axis[k - 1]);
-      zz += instrument * instrument;
-      dd += off * off;
-      ++count;
+      const double by_off = instrument * off;
+      const double by_slope = instrument * share * (axis[k + 1] - axis[k - 1]);
+      zd += by_off, zx += by_slope;
+      zd_zd += by_off * by_off, zd_zx += by_off * by_slope, zx_zx += by_slope * by_slope;
     }
   }
   if (!(std::abs(zx) > 0.0)) return {};
-  return {zd / zx, std::sqrt(dd / count * zz) / std::abs(zx)};
+  const double beta = zd / zx;
+  // Readings are noisier while the unit moves, where alone they tell (White 1980).
+  const double variance = zd_zd - 2.0 * beta * zd_zx + beta * beta * zx_zx;
+  return {beta, std::sqrt(std::max(0.0, variance)) / std::abs(zx)};
 }
 
 }  // namespace truetriad

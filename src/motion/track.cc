@@ -126,7 +126,8 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
       for (const auto& [begin, end] : runs) mark(begin, end);
     }
   }
-  for (const auto& [begin, end] : StuckRuns(rate_raw_, gyroscope.resolution_raw)) {
+  // Readings that are held were left out of the track.
+  for (const auto& [begin, end] : StuckRuns(rate_raw_, gyroscope.resolution_raw, 1.0)) {
     if (Acts(Mechanism::kMotionStuck)) mark(begin, end);
   }
   for (std::size_t i = 0; i < steps; ++i) {

@@ -143,6 +143,9 @@ struct StreamSummary {
   std::int64_t samples = 0;
   std::int64_t dropped_empty = 0;
   double rate_hz = 0.0;  ///< Mean between the gaps; 0 without time.
+  /// Rows in a row that usually hold one and the same reading: more than 1 where the log is faster
+  /// than the sensor.
+  double repeats = 1.0;
   StampKind stamps = StampKind::kRegular;
   double jitter_s = 0.0;         ///< RMS of the time stamps about even times.
   bool are_stamps_even = false;  ///< Even times have taken the place of the stamps.
