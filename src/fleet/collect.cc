@@ -20,7 +20,6 @@
 #include <unistd.h>
 
 #include "fleet/json_lines.h"
-#include "fleet/run_check.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
 #include "io/input_guard.h"
@@ -139,14 +138,6 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   return {};
 }
 
-/// What a source has besides its runs.
-struct Source {
-  StatedShards shards;
-  std::optional<RetestPolicy> policy;
-  Decisions decisions;
-  std::optional<Error> unfinished;  ///< Why it may lack runs.
-};
-
 /// Error: a run of a store is none, or of no shard of the store's.
 Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::string name = "run " + run.id;
@@ -160,44 +151,43 @@ Status CheckRunOfStore(const UnitRun& run, int shards) {
                    std::to_string(shards) + "; it has been changed by another program");
 }
 
-Result<Source> ReadLines(const std::string& path, const std::function<Status(UnitRun)>& take) {
-  InputGuard::Add(path);
-  TRUETRIAD_ASSIGN_OR_RETURN(LinesRead read, ForEachLine(path, take));
-  Source source{read.header.shards, read.header.policy, std::move(read.decisions), std::nullopt};
-  if (read.is_ended) return source;
-  source.unfinished =
-      Error(ErrorCode::kDamagedFile,
-            {path},
-            "has " + std::to_string(read.counts.runs) +
-                " runs, and at its end no line that says these are all: `fleet run` is still "
-                "writing it, was ended before it was done or is of an older truetriad, or lines "
-                "have been cut off. Run the shard again with --resume, which does what is missing, "
-                "or collect what is there with --unfinished");
-  return source;
-}
-
 /// `take`s all runs of a source, whatever kind it is of.
-Result<Source> ReadSource(const std::string& url, const std::function<Status(UnitRun)>& take) {
-  if (const std::optional<std::string> path = JsonLinesPath(url)) return ReadLines(*path, take);
+Result<LinesRead> ReadSource(const std::string& url, const std::function<Status(UnitRun)>& take) {
+  if (const std::optional<std::string> path = JsonLinesPath(url)) {
+    InputGuard::Add(*path);
+    return ForEachLine(*path, take);
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(url));
-  Source source;
-  TRUETRIAD_ASSIGN_OR_RETURN(source.shards.count, store->Shards());
-  TRUETRIAD_ASSIGN_OR_RETURN(source.policy, store->StatedRetestPolicy());
+  LinesRead source;
+  source.is_ended = true;
+  TRUETRIAD_ASSIGN_OR_RETURN(source.header.shards.count, store->Shards());
+  TRUETRIAD_ASSIGN_OR_RETURN(source.header.policy, store->StatedRetestPolicy());
   TRUETRIAD_ASSIGN_OR_RETURN(source.decisions, store->ReadDecisions());
   const Status read = store->ForEachRun({}, [&](UnitRun run) -> Status {
-    TRUETRIAD_RETURN_IF_ERROR(CheckRunOfStore(run, std::max(source.shards.count, 1)));
+    TRUETRIAD_RETURN_IF_ERROR(CheckRunOfStore(run, std::max(source.header.shards.count, 1)));
     return take(std::move(run));
   });
   TRUETRIAD_RETURN_IF_ERROR(read);
   return source;
 }
 
+/// Why a source may lack runs.
+Error Unfinished(const std::string& source, std::size_t runs) {
+  return Error(ErrorCode::kDamagedFile,
+               {source},
+               "has " + std::to_string(runs) +
+                   " runs, and at its end no line that says these are all: `fleet run` is still "
+                   "writing it, was ended before it was done or is of an older truetriad, or lines "
+                   "have been cut off. Run the shard again with --resume, which does what is "
+                   "missing, or collect what is there with --unfinished");
+}
+
 /// ReadSource, many runs at a time. Errors name the source.
-Result<Source> ReadInParts(const std::string& name,
-                           const std::function<Status(const std::vector<UnitRun>&)>& take) {
+Result<LinesRead> ReadInParts(const std::string& name,
+                              const std::function<Status(const std::vector<UnitRun>&)>& take) {
   constexpr std::size_t kRunsAtOnce = 500;  // Some 10 MB, and half a second to add.
   std::vector<UnitRun> runs;
-  Result<Source> source = ReadSource(name, [&](UnitRun run) -> Status {
+  Result<LinesRead> source = ReadSource(name, [&](UnitRun run) -> Status {
     runs.push_back(std::move(run));
     if (runs.size() < kRunsAtOnce) return {};
     const Status taken = take(runs);
@@ -236,7 +226,7 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
   const std::size_t before = collected.runs;
   const std::hash<std::string> hash;
   TRUETRIAD_ASSIGN_OR_RETURN(
-      Source source, ReadInParts(name, [&](const std::vector<UnitRun>& runs) -> Status {
+      LinesRead source, ReadInParts(name, [&](const std::vector<UnitRun>& runs) -> Status {
         for (const UnitRun& run : runs) {
           survey->present.insert(ShardFromText(run.shard)->index);
           const std::size_t content = hash(ContentOf(run));
@@ -248,7 +238,7 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
         TRUETRIAD_RETURN_IF_ERROR(NewRuns(name, runs, store));
         return {};
       }));
-  const StatedShards& shards = source.shards;
+  const StatedShards& shards = source.header.shards;
   if (shards.count > 0) {
     if (survey->shards > 0 && survey->shards != shards.count) {
       return Error(ErrorCode::kConflictingArguments,
@@ -261,14 +251,18 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
     survey->said_by = ShownStore(name);
   }
   if (shards.only) survey->present.insert(*shards.only);
-  if (source.unfinished && !takes_unfinished) return *source.unfinished;
-  if (source.unfinished) collected.unfinished.push_back(ShownStore(name));
+  if (!source.is_ended) {
+    if (!takes_unfinished) {
+      return Unfinished(JsonLinesPath(name).value_or(name), source.counts.runs);
+    }
+    collected.unfinished.push_back(ShownStore(name));
+  }
   TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(name, source.decisions, survey));
   for (Disposition& one : source.decisions.dispositions) {
     survey->dispositions[one.run].push_back(std::move(one));
   }
   std::ranges::move(source.decisions.checks, std::back_inserter(survey->checks));
-  return TakePolicy(source.policy, name, collected.runs > before, survey);
+  return TakePolicy(source.header.policy, name, collected.runs > before, survey);
 }
 
 /// Adds the runs of a source, each with what was decided about it, in short transactions: a line
@@ -288,7 +282,7 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
     survey->collected.added += status ? added : 0;
     return status;
   };
-  const Result<Source> source = ReadInParts(name, add);
+  const Result<LinesRead> source = ReadInParts(name, add);
   if (source) return {};
   return Error(
       source.error().code,
@@ -297,9 +291,10 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
 
 /// Of `count`, those that are not in `present`, nor the store has runs of.
 Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> present) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store.Query("SELECT DISTINCT shard FROM run"));
-  for (const auto& row : table.rows) {
-    if (const auto shard = ShardFromText(row[0].value_or(""))) present.insert(shard->index);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> shards,
+                             store.QueryTexts("SELECT DISTINCT shard FROM run"));
+  for (const std::string& text : shards) {
+    if (const auto shard = ShardFromText(text)) present.insert(shard->index);
   }
   std::vector<int> missing;
   for (int i = 0; i < count; ++i) {
@@ -357,9 +352,10 @@ Status AgreeAll(const std::string& target, Collected* collected) {
                                 text(row, 2) + ") has the readings of run " + text(row, 3) +
                                 ", which is unit `" + text(row, 4) + "`");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table limits, store->Query(std::string(kOtherLimits)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> limits,
+                             store->QueryTexts(std::string(kOtherLimits)));
   std::string names;
-  for (const auto& row : limits.rows) names += (names.empty() ? "" : ", ") + text(row, 0);
+  for (const std::string& name : limits) names += (names.empty() ? "" : ", ") + name;
   if (!names.empty()) collected->notes.push_back("not all units have the same limits of " + names);
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
   for (const auto& row : lifted.rows) {
@@ -368,10 +364,11 @@ Status AgreeAll(const std::string& target, Collected* collected) {
                                text(row, 4) +
                                ", which counts, and is of another recording or by other limits");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table overruled, store->Query(std::string(kOverruled)));
-  for (const auto& row : overruled.rows) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const auto unit, store->StandingOf(text(row, 0)));
-    if (unit) collected->notes.push_back(text(row, 0) + ": " + ReasonOf(*unit));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overruled,
+                             store->QueryTexts(std::string(kOverruled)));
+  for (const std::string& serial : overruled) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto unit, store->StandingOf(serial));
+    if (unit) collected->notes.push_back(serial + ": " + ReasonOf(*unit));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> units_held_back,
                              store->UnitsHeldBack());

@@ -16,6 +16,7 @@
 
 #include "fleet/fields.h"
 #include "fleet/store.h"
+#include "formats/text.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
@@ -55,20 +56,10 @@ Result<std::unique_ptr<Database>> OpenPassingSqlite(const std::string& name);
 /// "NFS" of statfs' `f_type`: a file system on which SQLite's locks do not hold. Else empty.
 std::string_view NetworkFileSystemName(long magic);
 
-struct PostgresModule;
-
 /// A PostgreSQL server, in the schema where its connection makes tables. A connection that is lost
 /// later on is opened anew, and what it was about repeated, for as many seconds as the environment
 /// variable TRUETRIAD_STORE_PATIENCE says, 60 if it does not. Errors as OpenStore.
 Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access);
-/// The same, through `module`, which outlives it.
-Result<std::unique_ptr<Database>> OpenPostgres(const PostgresModule& module,
-                                               const std::string& url,
-                                               Access access,
-                                               double patience_s);
-
-/// Error (usage): this build cannot speak to PostgreSQL.
-Result<const PostgresModule*> LoadedPostgresModule();
 
 // What SQLite and PostgreSQL have in common: statements with $1, $2, … in their order.
 
@@ -78,8 +69,6 @@ std::vector<TableRows> RowsOf(const UnitRun& run);
 TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
 
-/// The shortest text that reads back to the same number.
-std::string ShortestText(double number);
 /// Doubles from the digits of their bytes, the least significant first.
 std::vector<double> RealsFromHex(std::string_view digits);
 /// "0a1f…".

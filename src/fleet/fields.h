@@ -116,21 +116,10 @@ void Fields(auto&& visit, Like<Standing> auto& standing) {
   visit("attempts", standing.attempts);
   visit("disposed_by", standing.disposed_by);
   visit("disposed_why", standing.disposed_why);
-}
-
-void Fields(auto&& visit, Like<KnownRun> auto& run) {
-  visit("log", run.log);
-  visit("log_bytes", run.log_bytes);
-  visit("log_modified_ns", run.log_modified_ns);
-  visit("run", run.run);
-  visit("serial", run.serial);
-  visit("config_sha256", run.config_sha256);
-  visit("software", run.software_version);
-  visit("verdict", run.verdict);
-  visit("code", run.code);
-  visit("recorded", run.recorded);
-  visit("recorded_by", run.recorded_by);
-  visit("folder", run.folder);
+  visit("disposed_at", standing.disposed_at);
+  visit("log", standing.log);
+  visit("recorded", standing.recorded);
+  visit("recorded_by", standing.recorded_by);
 }
 
 /// Every tag's name and value.

@@ -10,19 +10,19 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "fleet/fields.h"
-#include "fleet/line_reader.h"
 #include "fleet/line_summary.h"
+#include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
 #include "fleet/unit_work.h"
 #include "io/whole_file.h"
@@ -69,11 +69,7 @@ class Reports {
   /// Without links, so that the way from one to the other is the short one.
   const fs::path& Canonical(const fs::path& folder) {
     const auto [found, is_new] = canonical_.try_emplace(folder);
-    if (is_new) {
-      std::error_code failure;
-      const fs::path canonical = fs::weakly_canonical(folder, failure);
-      found->second = (failure ? folder : canonical).lexically_normal();
-    }
+    if (is_new) found->second = CanonicalPath(folder);
     return found->second;
   }
 
@@ -101,9 +97,6 @@ std::string Packed(const std::vector<std::uint32_t>& numbers) {
   return text;
 }
 
-/// In which order the page has the runs, which are numbered as they are read.
-using Order = std::vector<std::size_t>;
-
 /// A word of each run, the empty one where none is set; the list has each word once, sorted.
 class WordColumn {
  public:
@@ -113,8 +106,8 @@ class WordColumn {
     of_.resize(run + 1, kUnset);
     of_[run] = found->second;
   }
-  Json ToJson(const Order& order) {
-    of_.resize(order.size(), kUnset);
+  Json ToJson(std::size_t runs) {
+    of_.resize(runs, kUnset);
     if (std::ranges::find(of_, kUnset) != of_.end())
       places_.try_emplace("", static_cast<std::uint32_t>(places_.size()));
     std::vector<std::uint32_t> sorted(places_.size());
@@ -123,12 +116,9 @@ class WordColumn {
       sorted[place] = static_cast<std::uint32_t>(words.size());
       words.push_back(word);
     }
-    std::vector<std::uint32_t> numbers;
     // The empty word is the first of all.
-    for (const std::size_t run : order) {
-      numbers.push_back(of_[run] == kUnset ? 0 : sorted[of_[run]]);
-    }
-    return {{"words", words}, {"of", Packed(numbers)}};
+    for (std::uint32_t& place : of_) place = place == kUnset ? 0 : sorted[place];
+    return {{"words", words}, {"of", Packed(of_)}};
   }
 
  private:
@@ -142,12 +132,12 @@ class MomentColumn {
  public:
   void Add(const std::string& moment) { seconds_.push_back(line::SecondsOf(moment)); }
   /// 0: it is not known, 1: it is `from`.
-  Json ToJson(const Order& order) const {
+  Json ToJson() const {
     double from = line::kNotKnown;
     for (const double one : seconds_) from = std::fmin(from, one);
     std::vector<std::uint32_t> numbers;
-    for (const std::size_t run : order) {
-      const double after = seconds_[run] - from;
+    for (const double one : seconds_) {
+      const double after = one - from;
       numbers.push_back(std::isfinite(after) ? 1 + static_cast<std::uint32_t>(after) : 0);
     }
     return {{"from", from}, {"of", Packed(numbers)}};
@@ -165,11 +155,10 @@ class NumberColumn {
     values_.resize(run + 1, kNone);
     values_[run] = static_cast<float>(value);
   }
-  std::string ToText(const Order& order) {
-    values_.resize(order.size(), kNone);
+  std::string ToText(std::size_t runs) {
+    values_.resize(runs, kNone);
     std::vector<std::uint32_t> numbers;
-    for (const std::size_t run : order) {
-      const float value = values_[run];
+    for (const float value : values_) {
       constexpr std::uint32_t kHalf = 2;  // Of the two bits that go.
       numbers.push_back(std::isfinite(value) ? (std::bit_cast<std::uint32_t>(value) + kHalf) >> 2U
                                              : std::bit_cast<std::uint32_t>(kNone) >> 2U);
@@ -186,15 +175,8 @@ class NumberColumn {
 struct PageUnit {
   std::string serial, run;  ///< run: that counts.
   std::string verdict, code, first_verdict;
-  bool is_decided = false;  ///< A decision holds.
-};
-
-/// Of a run what says where it stands: behind runs of the unit that were measured before it.
-struct PageRun {
-  std::size_t unit = 0;
-  std::string recorded, log, id;
-
-  auto operator<=>(const PageRun&) const = default;
+  bool is_decided = false;               ///< A decision holds.
+  std::uint32_t runs = 0, counting = 0;  ///< Its runs, and before which that counts.
 };
 
 /// A parameter, or what units were judged by: then with limits.
@@ -220,17 +202,19 @@ class PageData {
   Status Read() {
     TRUETRIAD_RETURN_IF_ERROR(ReadUnits());
     TRUETRIAD_RETURN_IF_ERROR(ReadDecisions());
-    return store_.ForEachRun({.is_whole = false}, [this](const UnitRun& run) -> Status {
-      if (const auto unit = places_.find(run.serial); unit != places_.end()) {
-        Take(run, unit->second);
-      }
+    std::vector<UnitRun> of_unit;
+    TRUETRIAD_RETURN_IF_ERROR(store_.ForEachRun({.is_whole = false}, [&](UnitRun run) -> Status {
+      if (!of_unit.empty() && of_unit.front().serial != run.serial) TakeUnit(&of_unit);
+      of_unit.push_back(std::move(run));
       return {};
-    });
+    }));
+    if (!of_unit.empty()) TakeUnit(&of_unit);
+    return {};
   }
 
   FleetPageSummary Summary() const {
     FleetPageSummary summary{.units = units_.size(),
-                             .runs = runs_.size(),
+                             .runs = runs_,
                              .reports = links_,
                              .draws_charts = !ChartAssets().empty()};
     for (const PageUnit& unit : units_) {
@@ -243,53 +227,41 @@ class PageData {
 
   /// The data of the page's scripts, with what `line` says.
   std::string Script(Json line) {
-    Order order(runs_.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::sort(order, {}, [this](std::size_t run) -> const PageRun& { return runs_[run]; });
     Json data = {{"serials", Json::array()}};
-    std::vector<std::uint32_t> runs(units_.size()), counting(units_.size());
-    Json decided = Json::object();
-    for (std::size_t place = 0; place < order.size(); ++place) {
-      const PageRun& run = runs_[order[place]];
-      if (run.id == units_[run.unit].run) counting[run.unit] = runs[run.unit];
-      ++runs[run.unit];
-      const auto found = decided_.find(run.id);
-      if (found != decided_.end()) decided[std::to_string(place)] = std::move(found->second);
-    }
+    std::vector<std::uint32_t> runs, counting;
     WordColumn verdicts, codes;
     for (std::size_t i = 0; i < units_.size(); ++i) {
       data["serials"].push_back(units_[i].serial);
       verdicts.Set(i, units_[i].verdict);
       codes.Set(i, units_[i].code);
+      runs.push_back(units_[i].runs);
+      counting.push_back(units_[i].counting);
     }
-    Order units(units_.size());
-    std::iota(units.begin(), units.end(), std::size_t{0});
-    data["verdict"] = verdicts.ToJson(units);
-    data["code"] = codes.ToJson(units);
+    data["verdict"] = verdicts.ToJson(units_.size());
+    data["code"] = codes.ToJson(units_.size());
     data["runs"] = Packed(runs);
     data["counting"] = Packed(counting);
-    Json& of_runs = data["of_runs"] = {{"recorded", recorded_.ToJson(order)},
-                                       {"created", created_.ToJson(order)},
-                                       {"decided", std::move(decided)},
-                                       {"report", Json::array()}};
-    for (auto& [name, words] : words_) of_runs[name] = words.ToJson(order);
-    for (const std::size_t run : order) of_runs["report"].push_back(std::move(reports_of_[run]));
+    Json& of_runs = data["of_runs"] = {{"recorded", recorded_.ToJson()},
+                                       {"created", created_.ToJson()},
+                                       {"decided", std::move(decided_runs_)},
+                                       {"report", std::move(reports_of_)}};
+    for (auto& [name, words] : words_) of_runs[name] = words.ToJson(runs_);
     data["tags"] = Json::array();
     const Tags names;
     TagFields(
         [&](std::string_view name, const std::string&) {
           const auto found = tags_.find(name);
           if (found == tags_.end()) return;
-          data["tags"].push_back(found->second.ToJson(order));
+          data["tags"].push_back(found->second.ToJson(runs_));
           data["tags"].back()["name"] = name;
         },
         names);
     data["columns"] = Json::array();
     for (PageColumn& column : columns_) {
       Json json = {{"name", column.name},
-                   {"values", column.values.ToText(order)},
-                   {"sigmas", column.sigmas.ToJson(order)}};
-      if (column.is_judged) json["limits"] = column.limits.ToJson(order);
+                   {"values", column.values.ToText(runs_)},
+                   {"sigmas", column.sigmas.ToJson(runs_)}};
+      if (column.is_judged) json["limits"] = column.limits.ToJson(runs_);
       const Result<LimitName> name = ParseLimitName(column.name);
       if (column.is_judged && name && name->Unit() != "1") json["unit"] = DisplayUnit(name->Unit());
       data["columns"].push_back(std::move(json));
@@ -316,10 +288,9 @@ class PageData {
   /// by which it is lifted.
   Status ReadDecisions() {
     TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store_.ReadDecisions());
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                               store_.Query("SELECT DISTINCT disposition FROM given_up"));
-    std::set<std::string> giving_up;
-    for (const auto& row : table.rows) giving_up.insert(row[0].value_or(""));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> given_up,
+                               store_.QueryTexts("SELECT DISTINCT disposition FROM given_up"));
+    const std::set<std::string> giving_up(given_up.begin(), given_up.end());
     std::unordered_map<std::string, std::string> last;
     for (const Disposition& one : decisions.dispositions) last[one.serial] = one.id;
     for (const Disposition& one : decisions.dispositions) {
@@ -343,9 +314,29 @@ class PageData {
     return columns_[found->second];
   }
 
-  void Take(const UnitRun& run, std::size_t unit) {
-    const std::size_t number = runs_.size();
-    runs_.push_back({unit, run.recorded, run.recorded.empty() ? "" : run.log, run.id});
+  /// The runs of a unit, in the order in which they were measured.
+  void TakeUnit(std::vector<UnitRun>* runs) {
+    const auto found = places_.find(runs->front().serial);
+    if (found != places_.end()) {
+      PageUnit& unit = units_[found->second];
+      std::ranges::sort(*runs, {}, [](const UnitRun& run) {
+        return std::tuple(run.recorded, run.recorded.empty() ? "" : run.log, run.id);
+      });
+      for (const UnitRun& run : *runs) {
+        if (run.id == unit.run) unit.counting = unit.runs;
+        ++unit.runs;
+        Take(run);
+      }
+    }
+    runs->clear();
+  }
+
+  void Take(const UnitRun& run) {
+    const std::size_t number = runs_++;
+    const auto decided = decided_.find(run.id);
+    if (decided != decided_.end()) {
+      decided_runs_[std::to_string(number)] = std::move(decided->second);
+    }
     recorded_.Add(run.recorded);
     created_.Add(run.created);
     auto [folder, report] = reports_.LinkTo(run.folder);
@@ -389,9 +380,10 @@ class PageData {
   std::vector<PageUnit> units_;                          ///< By serial number.
   std::unordered_map<std::string, std::size_t> places_;  ///< Of the units.
   std::unordered_map<std::string, Json> decided_;        ///< By run.
-  std::vector<PageRun> runs_;
+  Json decided_runs_ = Json::object();                   ///< By its number.
+  std::size_t runs_ = 0;                                 ///< So many have been taken.
   MomentColumn recorded_, created_;
-  std::vector<std::string> reports_of_;      ///< By run.
+  Json reports_of_ = Json::array();          ///< By run.
   std::map<std::string, WordColumn> words_;  ///< Other columns of runs.
   std::map<std::string, WordColumn, std::less<>> tags_;
   std::vector<PageColumn> columns_;

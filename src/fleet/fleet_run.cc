@@ -2,20 +2,16 @@
 #include "fleet/fleet_run.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cctype>
 #include <chrono>
-#include <cstdio>
 #include <ctime>
 #include <deque>
 #include <exception>
-#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <unordered_map>
 #include <utility>
@@ -23,7 +19,6 @@
 #include "base/messages.h"
 #include "fleet/json_lines.h"
 #include "fleet/log_files.h"
-#include "fleet/log_watch.h"
 #include "fleet/unit_folders.h"
 #include "line/line_data.h"
 #include "report/content.h"
@@ -31,13 +26,7 @@
 namespace truetriad::fleet {
 namespace {
 
-constexpr double kHourS = 3600.0;
-
-std::string HoursText(double seconds) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g h", seconds / kHourS);
-  return text.data();
-}
+std::string HoursText(double seconds) { return Format("%.4g h", seconds / 3600.0); }
 
 }  // namespace
 
@@ -87,7 +76,7 @@ std::optional<double> FleetProgress::SecondsLeft() const {
 namespace {
 
 /// The log of a run has the readings of another unit's.
-Error IsCopy(const UnitRun& run, const auto& other, const std::string& remedy) {
+Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy) {
   return Error(ErrorCode::kOtherDevice,
                {run.log},
                "has the readings of " + other.log + ", which is unit `" + other.serial +
@@ -117,13 +106,13 @@ std::string DisposeCommand(const std::string& serial,
 }
 
 /// What releases the readings of `other` for `run`.
-std::string RemedyOf(const UnitRun& run, const KnownRun& other, const WorkPlan& plan) {
+std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& plan) {
   const bool is_lines = JsonLinesPath(plan.store_name).has_value();
   return std::string("measure this unit, or, where that one's number was wrong, ") +
          (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
          DisposeCommand(other.serial,
                         plan,
-                        "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.run) +
+                        "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.id) +
                             " --why=" + ShellWord("is " + run.serial)) +
          " and run this log again";
 }
@@ -337,8 +326,7 @@ class FleetEngine {
   /// Makes a run of a log that is another unit's over again one that is refused, without files.
   Status RefuseCopy(UnitRun* run) const {
     if (run->verdict == Verdict::kNoResult) return {};
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<KnownRun> other,
-                               store_->RunOfSameReadings(*run));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> other, store_->RunOfSameReadings(*run));
     if (!other) return {};
     if (!run->folder.empty()) RemoveFolder(run->folder);
     run->folder.clear();
@@ -594,9 +582,9 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
     units.push_back({std::move(order)});
   }
   if (units.size() < 2) return units;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> given_up, store.RunsGivenUp());
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> given_up, store.RunsGivenUp());
   const auto is_given_up = [&](const UnitRun& unit) {
-    return std::ranges::any_of(given_up, [&](const KnownRun& one) {
+    return std::ranges::any_of(given_up, [&](const UnitRun& one) {
       return one.serial == unit.serial && one.log == unit.log;
     });
   };
@@ -619,8 +607,8 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
 /// Notes which units are not good of whose logs some were left out.
 Status NameLeftOut(Store& store, const auto& is_left_out, FleetProgress* progress) {
   if (progress->skipped == 0) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> not_good, store.LogsOfUnitsNotGood());
-  for (const KnownRun& run : not_good) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> not_good, store.LogsOfUnitsNotGood());
+  for (const UnitRun& run : not_good) {
     if (is_left_out(run.log)) progress->skipped_red.insert(run.serial);
   }
   return {};

@@ -11,11 +11,9 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "fleet/fields.h"
-#include "fleet/run_check.h"
 #include "fleet/store.h"
 #include "tree/json.h"
 
@@ -47,14 +45,7 @@ Error Unreadable(const std::string& path) {
 }
 
 Result<std::ifstream> Opened(const std::string& path) {
-  // A pipe would wait for somebody to write to it.
-  std::error_code failure;
-  if (!std::filesystem::exists(path, failure)) {
-    return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
-  }
-  if (!std::filesystem::is_regular_file(path, failure)) {
-    return Error(ErrorCode::kStoreFailure, {path}, "is no file; name another");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckStoreFile(path, Access::kRead));
   std::ifstream file(path, std::ios::binary);
   if (!file) return Unreadable(path);
   return file;
@@ -122,38 +113,39 @@ std::string TextOf(const LineCounts& counts) {
 /// Reads the lines of a file behind its first.
 class LinesReader {
  public:
-  explicit LinesReader(const std::function<Status(UnitRun)>& take) : take_(take) {}
-
-  Status Take(const std::string& line) {
+  /// The run of a line; unset: it says something else.
+  Result<std::optional<UnitRun>> Take(const std::string& line) {
     read_.is_ended = false;
+    UnitRun run;
     try {
       const Json json = Json::parse(line);
-      if (json.contains("end")) return End(ThingFrom<LineCounts>(json["end"]));
+      if (json.contains("end")) return Kept(End(ThingFrom<LineCounts>(json["end"])));
       if (json.contains("disposition")) {
         Disposition disposition = ThingFrom<Disposition>(json["disposition"]);
         disposition.serial = json["disposition"].at("serial");
-        return Keep(std::move(disposition));
+        return Kept(Keep(std::move(disposition)));
       }
       if (json.contains("station_check")) {
-        return Keep(ThingFrom<StationCheck>(json["station_check"]));
+        return Kept(Keep(ThingFrom<StationCheck>(json["station_check"])));
       }
-      run_ = UnitRunFrom(json);
+      run = UnitRunFrom(json);
     } catch (const std::exception& failure) {  // The JSON reader's, or UnitRunFrom's own.
       return Error(ErrorCode::kWrongFormat,
                    std::string("is no line of a fleet's run: ") + failure.what());
     }
-    TRUETRIAD_RETURN_IF_ERROR(CheckRun(run_));
-    TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run_, read_.header.shards));
-    runs_.insert(std::hash<std::string>()(run_.id));
-    is_run_ = true;
+    TRUETRIAD_RETURN_IF_ERROR(CheckRun(run));
+    TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run, read_.header.shards));
+    runs_.insert(std::hash<std::string>()(run.id));
     ++read_.counts.runs;
-    return {};
+    return std::optional(std::move(run));
   }
-  /// Gives a run that was read to who takes them.
-  Status PassOn() { return std::exchange(is_run_, false) ? take_(std::move(run_)) : Status(); }
   LinesRead& read() { return read_; }
 
  private:
+  static Result<std::optional<UnitRun>> Kept(const Status& status) {
+    TRUETRIAD_RETURN_IF_ERROR(status);
+    return std::optional<UnitRun>();
+  }
   Status End(const LineCounts& stated) {
     read_.is_ended = true;
     if (stated == read_.counts) return {};
@@ -178,10 +170,7 @@ class LinesReader {
     return {};
   }
 
-  const std::function<Status(UnitRun)>& take_;
   LinesRead read_;
-  UnitRun run_;
-  bool is_run_ = false;
   std::unordered_set<std::size_t> runs_;  ///< Their names' hashes.
 };
 
@@ -222,18 +211,17 @@ Result<LinesRead> ForEachLine(const std::string& path, const std::function<Statu
   TRUETRIAD_ASSIGN_OR_RETURN(std::ifstream file, Opened(path));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string first, FirstLine(&file, path));
   if (first.empty()) return LinesRead();
-  LinesReader reader(take);
+  LinesReader reader;
   LinesRead& read = reader.read();
   TRUETRIAD_ASSIGN_OR_RETURN(read.header, ReadHeaderLine(path, first));
   read.bytes = std::ssize(first);
   std::string line;
   // At the end of the file, a line has no end of its own.
   for (std::int64_t number = 2; std::getline(file, line) && !file.eof(); ++number) {
-    if (const Status status = reader.Take(line); !status) {
-      return Error(status.error().code, {path, number}, status.error().message);
-    }
+    Result<std::optional<UnitRun>> run = reader.Take(line);
+    if (!run) return Error(run.error().code, {path, number}, run.error().message);
     read.bytes += std::ssize(line) + 1;
-    TRUETRIAD_RETURN_IF_ERROR(reader.PassOn());
+    if (*run) TRUETRIAD_RETURN_IF_ERROR(take(**std::move(run)));
   }
   // What a writer that was killed left of a line.
   if (!line.empty()) read.is_ended = false;

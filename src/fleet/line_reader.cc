@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/line_reader.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +12,7 @@
 
 #include "fleet/database.h"
 #include "fleet/fields.h"
-#include "fleet/run_check.h"
+#include "fleet/line_summary.h"
 #include "truetriad/model/limits.h"
 
 namespace truetriad::fleet {
@@ -42,8 +40,9 @@ std::string FromWhere(std::string_view source, const std::string& where) {
             "') AS \"" + name + '"';
   }
   // A run has the columns of its unit's standing beside its own.
+  const std::string own = ", " + ColumnsOf<UnitRun>() + ",";
   const auto add_of_unit = [&](const std::string& name, const auto&) {
-    if (source != kRunTable || name == kRunTable) return;
+    if (source != kRunTable || own.find(", " + name + ",") != std::string::npos) return;
     from.append(", (SELECT ").append(name);
     from.append(" FROM standing WHERE standing.serial = source.serial) AS ").append(name);
   };
@@ -73,7 +72,6 @@ class LineReader {
     Record record{.unit = {.serial = run.serial,
                            .run = run.id,
                            .recorded = run.standing ? run.standing->recorded : run.recorded,
-                           .verdict = std::string(VerdictName(run.verdict)),
                            .code = code},
                   .course = std::move(course),
                   .number = static_cast<std::uint32_t>(records_.size()),
@@ -171,14 +169,9 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
 
 /// Names of the parameters of the runs that `where` is true of, in their order.
 Result<std::vector<std::string>> ParametersOf(Store& store, const std::string& where) {
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table table,
-      store.Query("SELECT name FROM parameter WHERE name NOT LIKE 'reference.%' AND run IN (SELECT "
-                  "run" +
-                  FromWhere("run", where) + ") GROUP BY name ORDER BY min(place), name"));
-  std::vector<std::string> names;
-  for (const auto& row : table.rows) names.push_back(row[0].value_or(""));
-  return names;
+  return store.QueryTexts(
+      "SELECT name FROM parameter WHERE name NOT LIKE 'reference.%' AND run IN (SELECT run" +
+      FromWhere("run", where) + ") GROUP BY name ORDER BY min(place), name");
 }
 
 UnitCourse CourseOf(const UnitRun& run) {
@@ -260,11 +253,10 @@ Result<LineReading> ReadUnits(Store& store, const std::string& where) {
                                          " AND run IN (" + FirstRuns("serial", "TRUE") + ")"));
   for (const auto& row : firsts.rows) first_stations[*row[0]] = row[1].value_or("");
   TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table measured,
-      store.Query(FirstRuns("serial, tag.value",
-                            "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)")));
-  std::unordered_set<std::string> at_station;
-  for (const auto& row : measured.rows) at_station.insert(*row[0]);
+      const std::vector<std::string> measured,
+      store.QueryTexts(FirstRuns(
+          "serial, tag.value", "EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run)")));
+  const std::unordered_set<std::string> at_station(measured.begin(), measured.end());
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> parameters, ParametersOf(store, where));
   LineReader reader(std::move(parameters));
   TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(

@@ -2,13 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <string>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
-#include "fleet/line_reader.h"
 #include "fleet/line_summary.h"
 #include "line/gauge_study.h"
 
@@ -66,76 +63,67 @@ Json ToJson(const line::Type1Study& study) {
           {"repeatability_share", study.repeatability_share}};
 }
 
-/// The runs of a study, and what one quantity of them says.
-class StudyOfRuns {
- public:
-  StudyOfRuns(const LineReading& runs, const SummaryOptions& options)
-      : runs_(runs), options_(options) {
-    std::set<std::string> parts;
-    for (const line::UnitRecord& run : runs.data.units) parts.insert(run.serial);
-    is_of_one_part_ = parts.size() == 1;
-  }
+/// In the unit of the study's values. Of a name that a limit and a parameter have it is the
+/// limit's, which is in true units.
+double ReferenceOf(const Quantity& quantity,
+                   const LineReading& runs,
+                   const SummaryOptions& options) {
+  const auto reference = options.references.find(quantity.name);
+  const bool is_of_limit = !quantity.has_limits && runs.judged.contains(quantity.name);
+  return reference == options.references.end() || is_of_limit ? line::kNotKnown : reference->second;
+}
 
-  /// Of those with limits, then of the parameters that vary.
-  Json All() const {
-    Json studies = Json::array();
-    for (const auto& [name, checks] : runs_.judged) studies.push_back(Of(runs_.JudgedOf(name)));
-    for (std::size_t place = 0; place < runs_.data.parameters.size(); ++place) {
-      const Quantity quantity = runs_.ParameterOf(place);
-      const bool is_fixed =
-          quantity.values.size() == 0 || quantity.values.minCoeff() == quantity.values.maxCoeff();
-      if (!is_fixed) studies.push_back(Of(quantity));
-    }
-    return studies;
-  }
-
- private:
-  Json Of(const Quantity& quantity) const {
-    const double width = quantity.upper - quantity.lower;
-    const double tolerance = std::isfinite(width) ? width : line::kNotKnown;
-    Json study = {{"name", quantity.name},
-                  {"unit", quantity.unit},
-                  {"has_limits", quantity.has_limits},
-                  {"tolerance", tolerance}};
-    if (is_of_one_part_ && quantity.values.size() < 2) {
-      study["refused"] = "the study has one run of one part; repeat it";
-      return study;
-    }
-    if (is_of_one_part_) {
-      study["type1"] = ToJson(line::FindType1Study(
-          quantity.values, ReferenceOf(quantity), tolerance, options_.confidence));
-      return study;
-    }
-    std::vector<line::GaugeReading> readings;
-    for (std::size_t i = 0; i < quantity.units.size(); ++i) {
-      const line::UnitRecord& run = runs_.data.units[static_cast<std::size_t>(quantity.units[i])];
-      readings.push_back({run.serial,
-                          line::TagOf(run, options_.study_by),
-                          quantity.values[static_cast<Eigen::Index>(i)]});
-    }
-    const Result<line::GaugeStudy> found =
-        line::FindGaugeStudy(readings, {.tolerance = tolerance, .confidence = options_.confidence});
-    if (found) {
-      study["gauge"] = ToJson(*found);
-    } else {
-      study["refused"] = found.error().message;
-    }
+/// What one quantity of the runs says.
+Json StudyOf(const Quantity& quantity, const LineReading& runs, const SummaryOptions& options) {
+  const std::vector<line::UnitRecord>& all = runs.data.units;
+  const bool is_of_one_part = std::ranges::all_of(
+      all, [&](const line::UnitRecord& run) { return run.serial == all.front().serial; });
+  const double width = quantity.upper - quantity.lower;
+  const double tolerance = std::isfinite(width) ? width : line::kNotKnown;
+  Json study = {{"name", quantity.name},
+                {"unit", quantity.unit},
+                {"has_limits", quantity.has_limits},
+                {"tolerance", tolerance}};
+  if (is_of_one_part && quantity.values.size() < 2) {
+    study["refused"] = "the study has one run of one part; repeat it";
     return study;
   }
-
-  /// In the unit of the study's values. Of a name that a limit and a parameter have it is the
-  /// limit's, which is in true units.
-  double ReferenceOf(const Quantity& quantity) const {
-    const auto reference = options_.references.find(quantity.name);
-    const bool is_of_limit = !quantity.has_limits && runs_.judged.contains(quantity.name);
-    return reference == options_.references.end() || is_of_limit ? line::kNotKnown
-                                                                 : reference->second;
+  if (is_of_one_part) {
+    study["type1"] = ToJson(line::FindType1Study(
+        quantity.values, ReferenceOf(quantity, runs, options), tolerance, options.confidence));
+    return study;
   }
+  std::vector<line::GaugeReading> readings;
+  for (std::size_t i = 0; i < quantity.units.size(); ++i) {
+    const line::UnitRecord& run = all[static_cast<std::size_t>(quantity.units[i])];
+    readings.push_back({run.serial,
+                        line::TagOf(run, options.study_by),
+                        quantity.values[static_cast<Eigen::Index>(i)]});
+  }
+  const Result<line::GaugeStudy> found =
+      line::FindGaugeStudy(readings, {.tolerance = tolerance, .confidence = options.confidence});
+  if (found) {
+    study["gauge"] = ToJson(*found);
+  } else {
+    study["refused"] = found.error().message;
+  }
+  return study;
+}
 
-  const LineReading& runs_;
-  const SummaryOptions& options_;
-  bool is_of_one_part_ = false;
-};
+/// Of what has limits, then of the parameters that vary.
+Json StudiesOf(const LineReading& runs, const SummaryOptions& options) {
+  Json studies = Json::array();
+  for (const auto& [name, checks] : runs.judged) {
+    studies.push_back(StudyOf(runs.JudgedOf(name), runs, options));
+  }
+  for (std::size_t place = 0; place < runs.data.parameters.size(); ++place) {
+    const Quantity quantity = runs.ParameterOf(place);
+    const bool is_fixed =
+        quantity.values.size() == 0 || quantity.values.minCoeff() == quantity.values.maxCoeff();
+    if (!is_fixed) studies.push_back(StudyOf(quantity, runs, options));
+  }
+  return studies;
+}
 
 Status CheckReferences(const Json& studies, const std::map<std::string, double>& references) {
   for (const auto& [name, value] : references) {
@@ -182,7 +170,7 @@ Result<Json> StudyOf(Store& store, const SummaryOptions& options) {
     return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, options.study));
-  const Json quantities = StudyOfRuns(runs, options).All();
+  const Json quantities = StudiesOf(runs, options);
   TRUETRIAD_RETURN_IF_ERROR(CheckReferences(quantities, options.references));
   const bool is_any = std::any_of(quantities.begin(), quantities.end(), [](const Json& study) {
     return !study.contains("refused");

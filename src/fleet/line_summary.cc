@@ -2,6 +2,7 @@
 #include "fleet/line_summary.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <map>
 #include <string>
@@ -9,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/line_reader.h"
 #include "line/capability.h"
 #include "line/control_chart.h"
 
@@ -164,91 +164,67 @@ Json CapabilityOf(const Quantity& quantity, double confidence) {
   return json;
 }
 
-/// Indices of the reports become names and serial numbers.
-class ChartsJson {
- public:
-  ChartsJson(const line::LineData& measured, const line::ChartReport& report)
-      : measured_(measured), report_(report) {}
-
-  Json Stations() const {
-    Json stations = Json::array();
-    for (const line::StationCharts& station : report_.stations) {
-      Json charts = Json::array(), alarms = Json::array(), outliers = Json::array();
-      for (const line::Chart& chart : station.charts) charts.push_back(OfChart(chart));
-      for (const line::ChartAlarm& alarm : station.alarms) alarms.push_back(OfAlarm(alarm));
-      for (const int unit : station.baseline_outliers) outliers.push_back(Measured(unit).serial);
-      stations.push_back({{"station", station.station},
-                          {"units", station.units},
-                          {"baseline_units", station.baseline_units},
-                          {"baseline_outliers", outliers},
-                          {"constant", Names(station.constant)},
-                          {"sparse", Names(station.sparse)},
-                          {"dependent", Names(station.dependent)},
-                          {"note", station.note},
-                          {"alarms", alarms},
-                          {"charts", charts}});
-    }
-    return stations;
-  }
-
- private:
-  /// Null: of all parameters together.
-  Json Name(int parameter) const {
-    if (parameter < 0) return nullptr;
-    return measured_.parameters[static_cast<std::size_t>(parameter)];
-  }
-  Json Names(const std::vector<int>& parameters) const {
+/// Indices of the reports become names and serial numbers; null: of all parameters together.
+Json ChartsJson(const line::LineData& measured, const line::ChartReport& report) {
+  const auto name_of = [&](int parameter) {
+    return parameter < 0 ? Json() : Json(measured.parameters[static_cast<std::size_t>(parameter)]);
+  };
+  const auto names_of = [&](const std::vector<int>& parameters) {
     Json list = Json::array();
-    for (const int parameter : parameters) list.push_back(Name(parameter));
+    for (const int parameter : parameters) list.push_back(name_of(parameter));
     return list;
-  }
-  const line::UnitRecord& Measured(int unit) const {
-    return measured_.units[static_cast<std::size_t>(unit)];
-  }
-  Json OfChart(const line::Chart& chart) const {
-    Json points = Json::array();
-    for (const line::ChartPoint& point : chart.points) {
-      points.push_back({{"serial", Measured(point.unit).serial},
-                        {"recorded", Measured(point.unit).recorded},
-                        {"value", point.value},
-                        {"lower", point.lower},
-                        {"upper", point.upper}});
+  };
+  const auto unit_of = [&](int unit) -> const line::UnitRecord& {
+    return measured.units[static_cast<std::size_t>(unit)];
+  };
+  Json stations = Json::array();
+  for (const line::StationCharts& station : report.stations) {
+    Json charts = Json::array(), alarms = Json::array(), outliers = Json::array();
+    for (const line::Chart& chart : station.charts) {
+      Json points = Json::array();
+      for (const line::ChartPoint& point : chart.points) {
+        points.push_back({{"serial", unit_of(point.unit).serial},
+                          {"recorded", unit_of(point.unit).recorded},
+                          {"value", point.value},
+                          {"lower", point.lower},
+                          {"upper", point.upper}});
+      }
+      charts.push_back({{"kind", line::NameOf(chart.kind)},
+                        {"parameter", name_of(chart.parameter)},
+                        {"line", chart.line},
+                        {"run_length", chart.run_length},
+                        {"centre", chart.centre},
+                        {"sigma", chart.sigma},
+                        {"points", points}});
     }
-    return {{"kind", line::NameOf(chart.kind)},
-            {"parameter", Name(chart.parameter)},
-            {"line", chart.line},
-            {"run_length", chart.run_length},
-            {"centre", chart.centre},
-            {"sigma", chart.sigma},
-            {"points", points}};
+    for (const line::ChartAlarm& alarm : station.alarms) {
+      alarms.push_back({{"kind", line::NameOf(alarm.kind)},
+                        {"parameter", name_of(alarm.parameter)},
+                        {"serial", unit_of(alarm.unit).serial},
+                        {"recorded", unit_of(alarm.unit).recorded},
+                        {"last_serial", unit_of(alarm.last_unit).serial},
+                        {"value", alarm.value},
+                        {"limit", alarm.limit},
+                        {"most", name_of(alarm.most)}});
+    }
+    for (const int unit : station.baseline_outliers) outliers.push_back(unit_of(unit).serial);
+    stations.push_back({{"station", station.station},
+                        {"units", station.units},
+                        {"baseline_units", station.baseline_units},
+                        {"baseline_outliers", outliers},
+                        {"constant", names_of(station.constant)},
+                        {"sparse", names_of(station.sparse)},
+                        {"dependent", names_of(station.dependent)},
+                        {"note", station.note},
+                        {"alarms", alarms},
+                        {"charts", charts}});
   }
-
-  Json OfAlarm(const line::ChartAlarm& alarm) const {
-    return {{"kind", line::NameOf(alarm.kind)},
-            {"parameter", Name(alarm.parameter)},
-            {"serial", Measured(alarm.unit).serial},
-            {"recorded", Measured(alarm.unit).recorded},
-            {"last_serial", Measured(alarm.last_unit).serial},
-            {"value", alarm.value},
-            {"limit", alarm.limit},
-            {"most", Name(alarm.most)}};
-  }
-
-  const line::LineData& measured_;
-  const line::ChartReport& report_;
-};
+  return stations;
+}
 
 std::string_view NameOf(GoldenState state) {
-  switch (state) {
-    case GoldenState::kGood:
-      return "good";
-    case GoldenState::kDisagrees:
-      return "disagrees";
-    case GoldenState::kOverdue:
-    case GoldenState::kToCome:
-      return "overdue";
-  }
-  return "";
+  constexpr std::array<std::string_view, 4> kNames = {"good", "disagrees", "overdue", "overdue"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 /// The checks that count of each station's golden units, and what each of these says of the
@@ -307,7 +283,7 @@ Result<Json> Summarise(Store& store, const SummaryOptions& options) {
   line::ChartOptions chart_options;
   chart_options.most_points = options.chart_points;
   chart_options.baseline_units = options.baseline_units;
-  summary["charts"] = ChartsJson(measured, line::ControlCharts(measured, chart_options)).Stations();
+  summary["charts"] = ChartsJson(measured, line::ControlCharts(measured, chart_options));
   TRUETRIAD_ASSIGN_OR_RETURN(summary["golden"], GoldenOf(store, options));
   if (!options.study.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(summary["study"], StudyOf(store, options));

@@ -460,7 +460,7 @@ std::string SummaryCsv(const Json& summary) {
       text += Words(quantity["name"]) + "," + kind + "," + quantity.value("unit", "");
       for (const auto& [name, place] : columns) {
         const double number = Number(quantity.value(place, Json()));
-        text += std::isfinite(number) ? ',' + ShortestText(number) : ",";
+        text += std::isfinite(number) ? ',' + NumberText(number) : ",";
       }
       text += '\n';
     }

@@ -73,6 +73,13 @@ std::string WholePath(const fs::path& path) {
   return fs::absolute(path).lexically_normal().string();
 }
 
+std::string CanonicalPath(const fs::path& path) {
+  std::error_code failure;
+  // Absolute first: what is not there yet stays relative.
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), failure);
+  return failure ? WholePath(path) : canonical.lexically_normal().string();
+}
+
 std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
   struct Known {
     LogStamp stamp;
@@ -279,11 +286,10 @@ std::vector<std::size_t> HashesOf(const LogStamp& stamp,
 
 Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
   DoneLogs done;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> runs, store.LastRuns());
-  for (const KnownRun& run : runs) {
-    if (run.config_sha256 != config_sha256 || run.software_version != Version()) continue;
+  const auto take = [&](const UnitRun& run) {
+    if (run.config_sha256 != config_sha256 || run.software_version != Version()) return;
     // The other log may have been taken away, as the refusal advises.
-    if (run.code == InfoOf(ErrorCode::kOtherDevice).name) continue;
+    if (run.code == InfoOf(ErrorCode::kOtherDevice).name) return;
     // A time that no list has stated is that of the log, and what one says would change it.
     const bool is_stated = run.recorded_by == kByList;
     done.Add(run.log,
@@ -291,7 +297,8 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
              run.serial,
              run.tags,
              is_stated ? run.recorded : "");
-  }
+  };
+  TRUETRIAD_RETURN_IF_ERROR(store.ForEachLastRun(take));
   return done;
 }
 

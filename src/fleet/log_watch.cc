@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/log_watch.h"
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -17,8 +15,8 @@
 #include <sys/vfs.h>
 
 #include "fleet/database.h"
+#include "fleet/fleet_run.h"
 #include "fleet/log_files.h"
-#include "fleet/unit_list.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -37,13 +35,6 @@ bool SaysWhoWrites(const std::string& folder) {
          NetworkFileSystemName(about.f_type).empty();
 }
 
-/// By which a folder is known, whatever links lead to it.
-std::string CanonicalPath(const fs::path& path) {
-  std::error_code failure;
-  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), failure);
-  return failure ? WholePath(path) : canonical.string();
-}
-
 std::size_t FolderHash(const fs::path& file) { return fs::hash_value(file.parent_path()); }
 
 /// OpenLogWatch.
@@ -51,18 +42,13 @@ class LogWatch : public OrderSource {
  public:
   using Tell = std::function<void(const std::string&)>;
 
-  /// Error (bad input): the folder or one below cannot be read. Error (usage): the serial pattern.
-  static Result<std::unique_ptr<OrderSource>> Open(WatchOptions options, DoneLogs done, Tell tell) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckSerialPattern(options.serial_pattern));
-    fs::path normal = fs::path(options.folder).lexically_normal();
-    if (!normal.has_filename()) normal = normal.parent_path();  // "line/".
-    options.folder = normal.string();
-    if (!options.without.empty()) options.without = CanonicalPath(options.without);
-    std::unique_ptr<LogWatch> watch(
-        new LogWatch(std::move(options), std::move(done), std::move(tell)));
-    watch->table_folders_.insert(fs::hash_value(fs::path(watch->options_.folder)));
-    TRUETRIAD_RETURN_IF_ERROR(watch->LookAround());
-    return std::unique_ptr<OrderSource>(std::move(watch));
+  LogWatch(WatchOptions options, DoneLogs done, Tell tell)
+      : options_(std::move(options)),
+        done_(std::move(done)),
+        tell_(std::move(tell)),
+        least_wait_(options_.look_s.value_or(SaysWhoWrites(options_.folder) ? 1.0 : 5.0)),
+        wait_(least_wait_) {
+    table_folders_.insert(fs::hash_value(fs::path(options_.folder)));
   }
 
   Status Look() override {
@@ -81,6 +67,41 @@ class LogWatch : public OrderSource {
       });
     }
     return {};
+  }
+
+  /// Gives all logs without a run that are as the look before found them, and notes the others. The
+  /// status of reading the folder.
+  Status LookAround() {
+    const Clock::time_point begin = Clock::now();
+    std::map<std::string, State> found;
+    folder_states_.clear();
+    const auto enters = [this](const fs::path& folder) { return !IsLeftOut(folder); };
+    const Status status = ForEachLog(options_.folder, enters, [&](const fs::path& path) {
+      const std::string log = path.string();
+      const std::optional<LogStamp> stamp = StampOf(log);
+      if (!stamp || given_.contains(log)) return;
+      const std::size_t hash = std::hash<std::string>()(log);
+      if (IsDone(log, *stamp)) {
+        if (!finished_.contains(hash)) skipped_.insert(hash);
+        return;
+      }
+      skipped_.erase(hash);
+      State state = StateOf(log, *stamp);
+      const auto before = waiting_.find(log);
+      const bool has_stayed = before != waiting_.end() && before->second.stamp == state.stamp;
+      if (!has_stayed) last_change_ = Clock::now();
+      if (has_stayed && !state.is_written && !state.lacks_file) {
+        Give(log);
+      } else {
+        found[log] = std::move(state);
+      }
+    });
+    waiting_ = std::move(found);
+    constexpr double kMostOfTime = 1.0 / 20.0;  // So a large folder leaves the processors to units.
+    const Clock::time_point end = Clock::now();
+    wait_ = std::max(least_wait_, Seconds(end - begin) / kMostOfTime);
+    next_look_ = end + std::chrono::duration_cast<Clock::duration>(wait_);
+    return status;
   }
 
   std::optional<Arrival> Next() override {
@@ -165,48 +186,6 @@ class LogWatch : public OrderSource {
     bool lacks_file = false;  ///< One that it names is not there.
   };
 
-  LogWatch(WatchOptions options, DoneLogs done, Tell tell)
-      : options_(std::move(options)),
-        done_(std::move(done)),
-        tell_(std::move(tell)),
-        least_wait_(options_.look_s.value_or(SaysWhoWrites(options_.folder) ? 1.0 : 5.0)),
-        wait_(least_wait_) {}
-
-  /// Gives all logs without a run that are as the look before found them, and notes the others. The
-  /// status of reading the folder.
-  Status LookAround() {
-    const Clock::time_point begin = Clock::now();
-    std::map<std::string, State> found;
-    folder_states_.clear();
-    const auto enters = [this](const fs::path& folder) { return !IsLeftOut(folder); };
-    const Status status = ForEachLog(options_.folder, enters, [&](const fs::path& path) {
-      const std::string log = path.string();
-      const std::optional<LogStamp> stamp = StampOf(log);
-      if (!stamp || given_.contains(log)) return;
-      const std::size_t hash = std::hash<std::string>()(log);
-      if (IsDone(log, *stamp)) {
-        if (!finished_.contains(hash)) skipped_.insert(hash);
-        return;
-      }
-      skipped_.erase(hash);
-      State state = StateOf(log, *stamp);
-      const auto before = waiting_.find(log);
-      const bool has_stayed = before != waiting_.end() && before->second.stamp == state.stamp;
-      if (!has_stayed) last_change_ = Clock::now();
-      if (has_stayed && !state.is_written && !state.lacks_file) {
-        Give(log);
-      } else {
-        found[log] = std::move(state);
-      }
-    });
-    waiting_ = std::move(found);
-    constexpr double kMostOfTime = 1.0 / 20.0;  // So a large folder leaves the processors to units.
-    const Clock::time_point end = Clock::now();
-    wait_ = std::max(least_wait_, Seconds(end - begin) / kMostOfTime);
-    next_look_ = end + std::chrono::duration_cast<Clock::duration>(wait_);
-    return status;
-  }
-
   /// Whether it is below `without`.
   bool IsLeftOut(const fs::path& path) const {
     if (options_.without.empty()) return false;
@@ -272,7 +251,14 @@ class LogWatch : public OrderSource {
 Result<std::unique_ptr<OrderSource>> OpenLogWatch(WatchOptions options,
                                                   DoneLogs done,
                                                   std::function<void(const std::string&)> tell) {
-  return LogWatch::Open(std::move(options), std::move(done), std::move(tell));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSerialPattern(options.serial_pattern));
+  fs::path normal = fs::path(options.folder).lexically_normal();
+  if (!normal.has_filename()) normal = normal.parent_path();  // "line/".
+  options.folder = normal.string();
+  if (!options.without.empty()) options.without = CanonicalPath(options.without);
+  auto watch = std::make_unique<LogWatch>(std::move(options), std::move(done), std::move(tell));
+  TRUETRIAD_RETURN_IF_ERROR(watch->LookAround());
+  return std::unique_ptr<OrderSource>(std::move(watch));
 }
 
 }  // namespace truetriad::fleet

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fleet/postgres.h"
+
 #include <algorithm>
-#include <charconv>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
@@ -11,10 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/companion.h"
+#include <dlfcn.h>
+
 #include "base/utf8.h"
-#include "fleet/database.h"
-#include "fleet/postgres_module.h"
 #include "fleet/store.h"
 
 namespace truetriad::fleet {
@@ -48,7 +49,7 @@ std::optional<std::string> ParameterText(const Value& value) {
         } else if constexpr (std::is_same_v<Stated, std::int64_t>) {
           return std::to_string(stated);
         } else if constexpr (std::is_same_v<Stated, double>) {
-          return ShortestText(stated);
+          return NumberText(stated);
         } else if constexpr (std::is_same_v<Stated, const std::vector<double>*>) {
           return "\\x" + HexOf({reinterpret_cast<const unsigned char*>(stated->data()),
                                 stated->size() * sizeof(double)});
@@ -59,10 +60,84 @@ std::optional<std::string> ParameterText(const Value& value) {
       value);
 }
 
+/// The types of values that are told from text, by number: those of PostgreSQL's own pg_type.
+enum Type : Oid {
+  kBool = 16,
+  kBytes = 17,
+  kInt8 = 20,
+  kInt2 = 21,
+  kInt4 = 23,
+  kFloat4 = 700,
+  kFloat8 = 701,
+  kNumeric = 1700,
+};
+constexpr std::array<Oid, 7> kNumbers = {kBool, kInt8, kInt2, kInt4, kFloat4, kFloat8, kNumeric};
+
+/// As SQLite says it: 1 for true, bytes without \x.
+std::string CellText(const char* value, Oid type) {
+  if (type == kBool) return value[0] == 't' ? "1" : "0";
+  return type == kBytes ? value + 2 : value;
+}
+
+/// The first line of what libpq or the server says, without "ERROR:".
+std::string FirstLine(std::string_view text) {
+  text = text.substr(0, text.find('\n'));
+  for (const std::string_view word : {"ERROR:  ", "FATAL:  ", "PANIC:  "}) {
+    if (text.starts_with(word)) text.remove_prefix(word.size());
+  }
+  return std::string(text);
+}
+
+/// The server ends, has too many connections, or wants the transaction again (deadlock).
+bool IsOfAMoment(std::string_view state) {
+  constexpr std::array<std::string_view, 6> kClasses = {
+      "08", "57P", "53300", "25P03", "40001", "40P01"};
+  return std::ranges::any_of(kClasses,
+                             [&](std::string_view one) { return state.starts_with(one); });
+}
+
+/// libpq's own `name='value'`.
+std::string Option(std::string_view name, std::string_view value) {
+  std::string option = std::string(name) + "='";
+  for (const char c : value) {
+    if (c == '\\' || c == '\'') option += '\\';
+    option += c;
+  }
+  return option + "' ";
+}
+
+/// What `url` says, and what it leaves to this program: a server that does not answer is given up.
+/// Unset: it says something that is not meant, such as half of a password as the host; what that is
+/// stays unsaid.
+std::optional<std::string> OptionsOf(const Libpq& libpq, const std::string& url) {
+  const std::unique_ptr<PQconninfoOption, decltype(libpq.conninfoFree)> parsed(
+      libpq.conninfoParse(url.c_str(), nullptr), libpq.conninfoFree);
+  if (!parsed) return std::nullopt;
+  std::string options;
+  for (const PQconninfoOption* option = parsed.get(); option->keyword != nullptr; ++option) {
+    const std::string_view name(option->keyword);
+    std::string_view value(option->val == nullptr ? "" : option->val);
+    if ((name == "host" || name == "dbname") && value.find('@') != std::string_view::npos) {
+      return std::nullopt;
+    }
+    if (name == "port" && value.find_first_not_of("0123456789,") != std::string_view::npos) {
+      return std::nullopt;
+    }
+    if (value.empty() && name == "connect_timeout" && std::getenv("PGCONNECT_TIMEOUT") == nullptr) {
+      value = "10";  // s
+    }
+    if (value.empty() && name == "tcp_user_timeout") value = "30000";  // ms
+    if (value.empty() && name == "fallback_application_name") value = "truetriad";
+    if (name == "client_encoding") value = "UTF8";
+    if (!value.empty()) options += Option(name, value);
+  }
+  return options;
+}
+
 class PostgresDatabase : public Database {
  public:
-  PostgresDatabase(const PostgresModule& module, std::string options, std::string name)
-      : module_(module), options_(std::move(options)), name_(std::move(name)) {}
+  PostgresDatabase(const Libpq& libpq, std::string options, std::string name)
+      : libpq_(libpq), options_(std::move(options)), name_(std::move(name)) {}
 
   /// Afterwards a lost connection is opened anew for that long.
   Status Open(Access access, Seconds patience) {
@@ -98,20 +173,38 @@ class PostgresDatabase : public Database {
       if (Clock::now() - begin + pause > patience_) return GivenUp(status.error());
       if (pause == kFirstPause && on_note_) {
         on_note_(name_ + ": the connection was lost (" + *lost_ + "); for " +
-                 ShortestText(patience_.count()) + " s another is tried");
+                 NumberText(patience_.count()) + " s another is tried");
       }
       std::this_thread::sleep_for(pause);
     }
   }
 
   Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) override {
-    TRUETRIAD_ASSIGN_OR_RETURN(const PostgresAnswer answer, Answer(sql, values));
-    return answer.changed;
+    TRUETRIAD_ASSIGN_OR_RETURN(const Answer answer, Asked(sql, values));
+    return std::strtoll(libpq_.cmdTuples(answer.get()), nullptr, 10);
   }
 
   Result<Table> Ask(std::string_view sql, std::span<const Value> values) override {
-    TRUETRIAD_ASSIGN_OR_RETURN(PostgresAnswer answer, Answer(sql, values));
-    return std::move(answer.table);
+    TRUETRIAD_ASSIGN_OR_RETURN(const Answer answer, Asked(sql, values));
+    Table table;
+    const int columns = libpq_.nfields(answer.get());
+    for (int column = 0; column < columns; ++column) {
+      const Oid type = libpq_.ftype(answer.get(), column);
+      table.columns.emplace_back(libpq_.fname(answer.get(), column));
+      table.are_numbers.push_back(std::ranges::find(kNumbers, type) != kNumbers.end());
+      table.are_bytes.push_back(type == kBytes);
+    }
+    table.rows.resize(static_cast<std::size_t>(libpq_.ntuples(answer.get())));
+    for (int row = 0; row < std::ssize(table.rows); ++row) {
+      std::vector<Cell>& cells = table.rows[static_cast<std::size_t>(row)];
+      for (int column = 0; column < columns; ++column) {
+        Cell& cell = cells.emplace_back();
+        if (libpq_.getisnull(answer.get(), row, column) != 0) continue;
+        cell = CellText(libpq_.getvalue(answer.get(), row, column),
+                        libpq_.ftype(answer.get(), column));
+      }
+    }
+    return table;
   }
 
   // As a cursor, which PostgreSQL makes only of what reads.
@@ -168,53 +261,80 @@ class PostgresDatabase : public Database {
            state.starts_with("25");
   }
 
+  using Connection = std::unique_ptr<PGconn, decltype(&PQfinish)>;
+  using Answer = std::unique_ptr<PGresult, decltype(&PQclear)>;
+
+  Status Connect() {
+    connection_ = Connection(libpq_.connectdb(options_.c_str()), libpq_.finish);
+    if (libpq_.status(connection_.get()) != CONNECTION_OK) return Failed("");
+    // Of a server that is set up otherwise; what is stricter stays. Nothing is said on stderr.
+    return Done(
+        "SET client_min_messages TO error; SELECT set_config('synchronous_commit', 'on', false) "
+        "WHERE current_setting('synchronous_commit') IN ('off', 'local')");
+  }
+
   Status TransactOnce(Access access, const std::function<Status()>& work) {
     state_.clear();
-    if (!connection_) {
-      PostgresFailure failure;
-      connection_ = module_.connect(options_, &failure);
-      if (!connection_) return Failed(failure);
-    }
-    if (const auto failure = connection_->Begin(access == Access::kRead)) return Failed(*failure);
+    if (!connection_) TRUETRIAD_RETURN_IF_ERROR(Connect());
+    const bool to_read = access == Access::kRead;
+    TRUETRIAD_RETURN_IF_ERROR(Done(to_read ? "BEGIN READ ONLY" : "BEGIN"));
     const Status status = work();
+    if (status && !to_read) return Done("COMMIT");
     // What reads has nothing to keep, whatever the functions that it calls do.
-    if (!status || access == Access::kRead) {
-      connection_->Abort();
-      return status;
-    }
-    if (const auto failure = connection_->Commit()) return Failed(*failure);
+    libpq_.clear(libpq_.exec(connection_.get(), "ROLLBACK"));
+    return status;
+  }
+
+  /// Several statements, as one.
+  Status Done(const std::string& sql) {
+    TRUETRIAD_RETURN_IF_ERROR(Checked(libpq_.exec(connection_.get(), sql.c_str())));
     return {};
   }
 
-  Error Failed(const PostgresFailure& failure) {
-    state_ = failure.state;
-    if (failure.is_lost) lost_ = failure.message;
-    return Error(ErrorCode::kStoreFailure, {name_}, failure.message);
+  /// What a statement has given, if it is no failure.
+  Result<Answer> Checked(PGresult* result) {
+    Answer answer(result, libpq_.clear);
+    const ExecStatusType status = libpq_.resultStatus(result);
+    if (status == PGRES_TUPLES_OK || status == PGRES_COMMAND_OK) return answer;
+    const char* const state = libpq_.resultErrorField(result, PG_DIAG_SQLSTATE);
+    return Failed(state == nullptr ? "" : state);
+  }
+
+  /// Without a state it is not known whether the server has done it.
+  Error Failed(const std::string& state) {
+    const std::string message = FirstLine(libpq_.errorMessage(connection_.get()));
+    const bool is_open = libpq_.status(connection_.get()) == CONNECTION_OK;
+    if (!is_open || state.empty() || IsOfAMoment(state)) lost_ = message;
+    state_ = state;
+    return Error(ErrorCode::kStoreFailure, {name_}, message);
   }
 
   Error GivenUp(const Error& last) const {
     if (patience_ == Seconds(0.0)) return last;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
-                 "the connection was lost, and in " + ShortestText(patience_.count()) +
+                 "the connection was lost, and in " + NumberText(patience_.count()) +
                      " s there was no other: " + last.What() +
                      "; what was added before is there, and --resume goes on");
   }
 
-  Result<PostgresAnswer> Answer(std::string_view sql, std::span<const Value> values) {
+  /// One statement, with text or NULL for $1, $2, ….
+  Result<Answer> Asked(std::string_view sql, std::span<const Value> values) {
     std::vector<std::optional<std::string>> texts;
     texts.reserve(values.size());
     std::vector<const char*> parameters;
-    parameters.reserve(values.size());
     for (const Value& value : values) {
       const std::optional<std::string>& text = texts.emplace_back(ParameterText(value));
       parameters.push_back(text ? text->c_str() : nullptr);
     }
-    PostgresAnswer answer;
-    if (const auto failure = connection_->Run(std::string(sql), parameters, &answer)) {
-      return Failed(*failure);
-    }
-    return answer;
+    return Checked(libpq_.execParams(connection_.get(),
+                                     std::string(sql).c_str(),
+                                     static_cast<int>(parameters.size()),
+                                     nullptr,
+                                     parameters.data(),
+                                     nullptr,
+                                     nullptr,
+                                     /*resultFormat=*/0));
   }
 
   Result<bool> HasTables() {
@@ -239,21 +359,19 @@ class PostgresDatabase : public Database {
     if (has_tables) return {};
     const std::string tables =
         TablesSql({.text = "TEXT COLLATE \"C\"", .real = "DOUBLE PRECISION", .bytes = "BYTEA"});
-    if (const auto failure = connection_->RunAll(tables)) {
-      const Error error = Failed(*failure);
-      constexpr std::string_view kDuplicateTable = "42P07";
-      if (failure->state != kDuplicateTable) return error;
-      return Error(ErrorCode::kStoreFailure,
-                   {name_},
-                   failure->message + ", but not from `fleet run`; name another database");
-    }
-    return {};
+    const Status made = Done(tables);
+    constexpr std::string_view kDuplicateTable = "42P07";
+    if (made || state_ != kDuplicateTable) return made;
+    return Error(ErrorCode::kStoreFailure,
+                 {name_},
+                 FirstLine(libpq_.errorMessage(connection_.get())) +
+                     ", but not from `fleet run`; name another database");
   }
 
-  const PostgresModule& module_;
+  const Libpq& libpq_;
   std::string options_, name_;
   Seconds patience_{0.0};
-  std::unique_ptr<PostgresConnection> connection_;
+  Connection connection_{nullptr, libpq_.finish};
   std::function<void(const std::string&)> on_note_;
   std::string state_;                ///< SQLSTATE of the last failure of a transaction.
   std::optional<std::string> lost_;  ///< Why its connection was lost, if it was.
@@ -271,29 +389,67 @@ double StatedPatience() {
 }  // namespace
 
 Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const PostgresModule* const module, LoadedPostgresModule());
-  return OpenPostgres(*module, url, access, StatedPatience());
+  TRUETRIAD_ASSIGN_OR_RETURN(const Libpq* const libpq, LoadedLibpq());
+  return OpenPostgres(*libpq, url, access, StatedPatience());
 }
 
-Result<std::unique_ptr<Database>> OpenPostgres(const PostgresModule& module,
+Result<std::unique_ptr<Database>> OpenPostgres(const Libpq& libpq,
                                                const std::string& url,
                                                Access access,
                                                double patience_s) {
-  auto database = std::make_unique<PostgresDatabase>(
-      module, PostgresOptions(url).value_or(""), ShownPostgres(url));
+  const std::string name = ShownPostgres(url);
+  std::optional<std::string> options = OptionsOf(libpq, PostgresOptions(url).value_or(""));
+  if (!options) {
+    return Error(ErrorCode::kStoreFailure,
+                 {name},
+                 "is not understood as a connection to PostgreSQL; what is neither letter nor "
+                 "digit in a password is written %XX, or the password is left to ~/.pgpass");
+  }
+  auto database = std::make_unique<PostgresDatabase>(libpq, *std::move(options), name);
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));
   return std::unique_ptr<Database>(std::move(database));
 }
 
-Result<const PostgresModule*> LoadedPostgresModule() {
-  const Result<void*> function = CompanionFunction(kPostgresModuleFile, kPostgresModuleFunction);
-  if (!function) {
-    return Error(
-        ErrorCode::kMissingProgram,
-        "a store on PostgreSQL needs a part that was not built: " + function.error().message +
-            "; install libpqxx-dev and build truetriad again, or name a file");
-  }
-  return reinterpret_cast<const PostgresModule* (*)()>(*function)();
+namespace {
+
+Result<Libpq> LoadLibpq() {
+  Libpq libpq{};
+  void* const library = dlopen("libpq.so.5", RTLD_NOW | RTLD_LOCAL);
+  bool is_whole = library != nullptr;
+  const auto find = [&]<typename Function>(const char* name, Function* function) {
+    if (is_whole) *function = reinterpret_cast<Function>(dlsym(library, name));
+    is_whole = is_whole && *function != nullptr;
+  };
+  find("PQclear", &libpq.clear);
+  find("PQcmdTuples", &libpq.cmdTuples);
+  find("PQconnectdb", &libpq.connectdb);
+  find("PQconninfoFree", &libpq.conninfoFree);
+  find("PQconninfoParse", &libpq.conninfoParse);
+  find("PQerrorMessage", &libpq.errorMessage);
+  find("PQexec", &libpq.exec);
+  find("PQexecParams", &libpq.execParams);
+  find("PQfinish", &libpq.finish);
+  find("PQfname", &libpq.fname);
+  find("PQftype", &libpq.ftype);
+  find("PQgetisnull", &libpq.getisnull);
+  find("PQgetvalue", &libpq.getvalue);
+  find("PQnfields", &libpq.nfields);
+  find("PQntuples", &libpq.ntuples);
+  find("PQresultErrorField", &libpq.resultErrorField);
+  find("PQresultStatus", &libpq.resultStatus);
+  find("PQstatus", &libpq.status);
+  if (is_whole) return libpq;
+  return Error(ErrorCode::kMissingProgram,
+               "a store on PostgreSQL needs its client library, which is not there: " +
+                   std::string(dlerror()) + "; install libpq5, or name a file");
+}
+
+}  // namespace
+
+Result<const Libpq*> LoadedLibpq() {
+  static const auto& loaded = *new Result<Libpq>(LoadLibpq());
+  if (!loaded) return loaded.error();
+  return &*loaded;
 }
 
 }  // namespace truetriad::fleet

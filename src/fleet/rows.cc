@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <bit>
 #include <charconv>
 #include <utility>
@@ -192,7 +191,7 @@ constexpr std::string_view kSaidBy =
     "(SELECT its.said_by FROM {recordings} AS its WHERE its.run = run.run)";
 
 /// The columns of `run` in `standing`.
-std::string RunColumns() {
+std::string StandingRunColumns() {
   std::string columns;
   const UnitRun none;
   Fields(
@@ -353,7 +352,7 @@ std::string TablesSql(const TypeNames& types) {
       std::string(kViews) + "INSERT INTO fact VALUES ('" + std::string(kSchemaVersionName) +
       "', '" + std::to_string(kSchemaVersion) + "'), ('" + std::string(kStoreFact) + "', '" +
       NewRunId() + "');\n";
-  const std::string run_columns = RunColumns();
+  const std::string run_columns = StandingRunColumns();
   for (const auto& [from, to] :
        {std::pair<std::string_view, std::string_view>{"{run_columns}", run_columns},
         {"{said_by}", kSaidBy},
@@ -378,11 +377,6 @@ Status CheckSchemaVersion(const std::string& name, const std::string& found) {
       (found.empty() ? "states no version of its schema" : "has the schema of version " + found) +
           ", and this program reads and writes version " + std::to_string(kSchemaVersion) +
           "; use the truetriad that wrote it, or calibrate its logs into another store");
-}
-
-std::string ShortestText(double number) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr};
 }
 
 std::vector<double> RealsFromHex(std::string_view digits) {

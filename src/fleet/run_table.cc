@@ -114,32 +114,23 @@ class RunTable {
   std::map<std::string, std::size_t> places_;
 };
 
-/// A number that is none has no text.
-std::string NumberText(double number) { return std::isfinite(number) ? ShortestText(number) : ""; }
-
 std::string CsvField(std::string text) {
   constexpr std::string_view kFormula = "=+-@\t\r";
   if (!text.empty() && kFormula.find(text[0]) != std::string_view::npos) text.insert(0, "'");
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
+  return CsvQuoted(text);
 }
 
 std::string CsvField(const Json& cell) {
   if (cell.is_string()) return CsvField(cell.get<std::string>());
   if (cell.is_number_integer()) return cell.dump();
-  return cell.is_null() ? "" : NumberText(cell.get<double>());
-}
-
-RunSelection WithStanding(RunSelection which) {
-  which.with_standing = true;
-  return which;
+  // A number that is none has no text.
+  const bool is_number = cell.is_number() && std::isfinite(cell.get<double>());
+  return is_number ? NumberText(cell.get<double>()) : "";
 }
 
 /// A file of `head`, the lines of each run, and what `tail` says of their number.
 Result<std::size_t> WriteRuns(Store& store,
-                              const RunSelection& which,
+                              RunSelection which,
                               const std::string& path,
                               const std::string& head,
                               const std::function<std::string(const UnitRun&)>& line_of,
@@ -149,6 +140,7 @@ Result<std::size_t> WriteRuns(Store& store,
   TRUETRIAD_RETURN_IF_ERROR(file.status());
   file.Write(head);
   std::size_t runs = 0;
+  which.with_standing = true;
   TRUETRIAD_RETURN_IF_ERROR(store.ForEachRun(which, [&](const UnitRun& run) -> Status {
     file.Write(line_of(run));
     ++runs;
@@ -161,6 +153,13 @@ Result<std::size_t> WriteRuns(Store& store,
 
 }  // namespace
 
+std::string CsvQuoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
 Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std::string& path) {
   constexpr std::string_view kLineEnd = "\r\n";
   TRUETRIAD_ASSIGN_OR_RETURN(const RunTable table, RunTable::Of(store));
@@ -168,13 +167,12 @@ Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std
   for (const Column& column : table.columns()) {
     head += (head.empty() ? "" : ",") + CsvField(column.name);
   }
-  return WriteRuns(
-      store, WithStanding(which), path, head.append(kLineEnd), [&](const UnitRun& run) {
-        std::string line;
-        for (const Json& cell : table.RowOf(run)) line += CsvField(cell) + ',';
-        line.pop_back();
-        return line.append(kLineEnd);
-      });
+  return WriteRuns(store, which, path, head.append(kLineEnd), [&](const UnitRun& run) {
+    std::string line;
+    for (const Json& cell : table.RowOf(run)) line += CsvField(cell) + ',';
+    line.pop_back();
+    return line.append(kLineEnd);
+  });
 }
 
 Result<std::size_t> ExportJsonLines(Store& store,
@@ -188,7 +186,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
   std::map<std::string, std::vector<Disposition>> by_serial;
   for (const Disposition& one : decisions.dispositions) by_serial[one.serial].push_back(one);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> given_up, store.RunsGivenUp());
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> given_up, store.RunsGivenUp());
   std::string head = HeaderLine(header);
   for (const StationCheck& check : decisions.checks) head += LineOf(check);
   LineCounts counts{.station_checks = decisions.checks.size()};
@@ -198,7 +196,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
     if (decided == by_serial.end()) return lines;
     // Where the run that it was about is not there, what holds is said of the one that counts.
     const bool holds = which.only_standing && run.standing && !run.standing->disposed_by.empty();
-    const bool is_given_up = std::ranges::find(given_up, run.id, &KnownRun::run) != given_up.end();
+    const bool is_given_up = std::ranges::find(given_up, run.id, &UnitRun::id) != given_up.end();
     for (Disposition one : decided->second) {
       // That another recording's serial number was wrong is not said of this one.
       if (holds && (!one.wrong_serial || (one.GivesUp() && is_given_up))) one.run = run.id;
@@ -215,7 +213,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
   // An earlier export of this store may be replaced. A shard's file names that store, too.
   const std::optional<LinesHeader> there = HeaderOf(path);
   const bool is_export = there && there->store == header.store && !there->shards.only;
-  return WriteRuns(store, WithStanding(which), path, head, lines_of, end_of, is_export);
+  return WriteRuns(store, which, path, head, lines_of, end_of, is_export);
 }
 
 Result<std::size_t> ExportTypedTable(Store& store,
@@ -226,7 +224,7 @@ Result<std::size_t> ExportTypedTable(Store& store,
   for (const Column& column : table.columns()) {
     head.push_back({{"name", column.name}, {"type", column.type}});
   }
-  return WriteRuns(store, WithStanding(which), path, LineOfJson(head), [&](const UnitRun& run) {
+  return WriteRuns(store, which, path, LineOfJson(head), [&](const UnitRun& run) {
     Json row = Json::array();
     // No digit of a whole number is lost as text.
     for (const Json& cell : table.RowOf(run)) {

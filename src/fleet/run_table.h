@@ -2,8 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "fleet/store.h"
 #include "fleet/unit_run.h"
@@ -15,6 +13,9 @@ namespace truetriad::fleet {
 // Runs as files for other programs. All of them take a store's runs one after the other; memory
 // does not grow with their number. Errors as Store::ForEachRun, and (bad input) the file cannot be
 // written; what cannot be written whole is not there. The number of runs is returned.
+
+/// A field of CSV, in quotation marks where it has commas, quotation marks or ends of lines.
+std::string CsvQuoted(const std::string& text);
 
 /// A row a run: what it is, what its unit amounts to where the run counts, its tags, of each
 /// parameter the value and, as NAME.sigma, the standard uncertainty, and, as NAME.judged, of what

@@ -24,67 +24,32 @@ constexpr int kPatienceMs = 30'000;         // For another writer.
 
 static_assert(std::endian::native == std::endian::little);
 
-/// A prepared statement.
-class Statement {
- public:
-  Statement(sqlite3* database, std::string_view sql) {
-    sqlite3_prepare_v3(database,
-                       sql.data(),
-                       static_cast<int>(sql.size()),
-                       SQLITE_PREPARE_PERSISTENT,
-                       &statement_,
-                       nullptr);
-  }
-  ~Statement() { sqlite3_finalize(statement_); }
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
+using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
-  sqlite3_stmt* get() const { return statement_; }
-  int Step() { return sqlite3_step(statement_); }
-  void Reset() {
-    sqlite3_reset(statement_);
-    sqlite3_clear_bindings(statement_);
-  }
-
-  void Bind(int place, const Value& value) {
-    std::visit(
-        [&](const auto& stated) {
-          using Stated = std::decay_t<decltype(stated)>;
-          if constexpr (std::is_same_v<Stated, std::string_view> ||
-                        std::is_same_v<Stated, std::string>) {
-            sqlite3_bind_text(statement_,
-                              place,
-                              stated.data(),
-                              static_cast<int>(stated.size()),
-                              SQLITE_TRANSIENT);
-          } else if constexpr (std::is_same_v<Stated, std::int64_t>) {
-            sqlite3_bind_int64(statement_, place, stated);
-          } else if constexpr (std::is_same_v<Stated, double>) {
-            sqlite3_bind_double(statement_, place, stated);
-          } else if constexpr (std::is_same_v<Stated, const std::vector<double>*>) {
-            sqlite3_bind_blob64(statement_,
-                                place,
-                                stated->data(),
-                                stated->size() * sizeof(double),
-                                SQLITE_TRANSIENT);
-          }
-        },
-        value);
-  }
-
- private:
-  sqlite3_stmt* statement_ = nullptr;
-};
+void Bind(sqlite3_stmt* statement, int place, const Value& value) {
+  std::visit(
+      [&](const auto& stated) {
+        using Stated = std::decay_t<decltype(stated)>;
+        if constexpr (std::is_same_v<Stated, std::monostate>) {
+          sqlite3_bind_null(statement, place);
+        } else if constexpr (std::is_same_v<Stated, std::int64_t>) {
+          sqlite3_bind_int64(statement, place, stated);
+        } else if constexpr (std::is_same_v<Stated, double>) {
+          sqlite3_bind_double(statement, place, stated);
+        } else if constexpr (std::is_same_v<Stated, const std::vector<double>*>) {
+          sqlite3_bind_blob64(
+              statement, place, stated->data(), stated->size() * sizeof(double), SQLITE_TRANSIENT);
+        } else {
+          const int size = static_cast<int>(stated.size());
+          sqlite3_bind_text(statement, place, stated.data(), size, SQLITE_TRANSIENT);
+        }
+      },
+      value);
+}
 
 class SqliteDatabase : public Database {
  public:
   explicit SqliteDatabase(std::string path) : path_(std::move(path)) {}
-  ~SqliteDatabase() override {
-    statements_.clear();
-    sqlite3_close(database_);
-  }
-  SqliteDatabase(const SqliteDatabase&) = delete;
-  SqliteDatabase& operator=(const SqliteDatabase&) = delete;
 
   /// To write: the tables are there, then. `is_passing`: in a file that SQLite makes and removes.
   Status Open(Access access, bool is_passing = false) {
@@ -92,9 +57,12 @@ class SqliteDatabase : public Database {
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
     // SQLite gives names like :memory: a meaning; a whole path has none.
     const std::string whole = is_passing ? "" : std::filesystem::absolute(path_).string();
-    if (sqlite3_open_v2(whole.c_str(), &database_, flags, nullptr) != SQLITE_OK) return Failure();
-    sqlite3_busy_timeout(database_, kPatienceMs);
-    sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3* opened = nullptr;
+    const int code = sqlite3_open_v2(whole.c_str(), &opened, flags, nullptr);
+    database_.reset(opened);
+    if (code != SQLITE_OK) return Failure();
+    sqlite3_busy_timeout(opened, kPatienceMs);
+    sqlite3_db_config(opened, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t tables,
                                Number("SELECT count(*) FROM sqlite_master"));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t application, Number("PRAGMA application_id"));
@@ -121,22 +89,22 @@ class SqliteDatabase : public Database {
     Status status = work();
     if (status) status = Execute("COMMIT");
     // After some failures SQLite has done so itself.
-    if (!status) sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+    if (!status) sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
     return status;
   }
 
   Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) override {
-    TRUETRIAD_ASSIGN_OR_RETURN(Statement* const statement, Prepared(sql, values));
-    const int code = statement->Step();
-    statement->Reset();
+    TRUETRIAD_ASSIGN_OR_RETURN(sqlite3_stmt* const statement, Prepared(sql, values));
+    const int code = sqlite3_step(statement);
+    sqlite3_reset(statement);
     if (code != SQLITE_DONE) return Failure();
-    return std::int64_t{sqlite3_changes(database_)};
+    return std::int64_t{sqlite3_changes(database_.get())};
   }
 
   Result<Table> Ask(std::string_view sql, std::span<const Value> values) override {
-    TRUETRIAD_ASSIGN_OR_RETURN(Statement* const statement, Prepared(sql, values));
-    Result<Table> table = TableOf(statement->get());
-    statement->Reset();
+    TRUETRIAD_ASSIGN_OR_RETURN(sqlite3_stmt* const statement, Prepared(sql, values));
+    Result<Table> table = TableOf(statement);
+    sqlite3_reset(statement);
     return table;
   }
 
@@ -146,13 +114,12 @@ class SqliteDatabase : public Database {
     }
     sqlite3_stmt* prepared = nullptr;
     const char* rest = nullptr;
-    if (sqlite3_prepare_v2(database_, sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
-      const std::string why = sqlite3_errmsg(database_);
+    if (sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
+      const std::string why = sqlite3_errmsg(database_.get());
       return Error(ErrorCode::kInvalidArgument,
                    "the question is not understood: " + why + Suggestion(why));
     }
-    const std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement(prepared,
-                                                                          sqlite3_finalize);
+    const Statement statement(prepared, sqlite3_finalize);
     if (prepared == nullptr || sqlite3_stmt_readonly(prepared) == 0 ||
         std::string_view(rest).find_first_not_of(" \t\r\n;") != std::string_view::npos) {
       return Error(ErrorCode::kInvalidArgument,
@@ -192,9 +159,9 @@ class SqliteDatabase : public Database {
 
   Error Failure() const {
     if (database_ == nullptr) return Error(ErrorCode::kStoreFailure, {path_}, "out of memory");
-    const int code = sqlite3_errcode(database_);
-    const int reason = code == SQLITE_IOERR ? sqlite3_system_errno(database_) : 0;
-    std::string text = sqlite3_errmsg(database_);
+    const int code = sqlite3_errcode(database_.get());
+    const int reason = code == SQLITE_IOERR ? sqlite3_system_errno(database_.get()) : 0;
+    std::string text = sqlite3_errmsg(database_.get());
     if (reason != 0) text += std::string(": ") + std::strerror(reason);
     if (code == SQLITE_FULL || reason == ENOSPC) text += "; make room, and go on with --resume";
     return Error(ErrorCode::kStoreFailure, {path_}, text);
@@ -220,7 +187,7 @@ class SqliteDatabase : public Database {
     const int type = sqlite3_column_type(row, column);
     if (type == SQLITE_NULL) return std::nullopt;
     if (type != SQLITE_BLOB) table->are_bytes[static_cast<std::size_t>(column)] = false;
-    if (type == SQLITE_FLOAT) return ShortestText(sqlite3_column_double(row, column));
+    if (type == SQLITE_FLOAT) return NumberText(sqlite3_column_double(row, column));
     if (type != SQLITE_INTEGER) table->are_numbers[static_cast<std::size_t>(column)] = false;
     const auto size = static_cast<std::size_t>(sqlite3_column_bytes(row, column));
     if (type == SQLITE_BLOB) {
@@ -230,8 +197,8 @@ class SqliteDatabase : public Database {
   }
 
   Status Execute(const std::string& sql) {
-    if (sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};
-    return Failure();
+    const int code = sqlite3_exec(database_.get(), sql.c_str(), nullptr, nullptr, nullptr);
+    return code == SQLITE_OK ? Status() : Status(Failure());
   }
 
   Result<std::int64_t> Number(std::string_view sql) {
@@ -249,26 +216,28 @@ class SqliteDatabase : public Database {
   }
 
   /// With its values.
-  Result<Statement*> Prepared(std::string_view sql, std::span<const Value> values) {
+  Result<sqlite3_stmt*> Prepared(std::string_view sql, std::span<const Value> values) {
     auto found = statements_.find(sql);
     if (found == statements_.end()) {
-      found = statements_.emplace(sql, std::make_unique<Statement>(database_, sql)).first;
-    }
-    Statement* const statement = found->second.get();
-    if (statement->get() == nullptr) {
-      const Error failure = Failure();
-      statements_.erase(found);
-      return failure;
+      sqlite3_stmt* prepared = nullptr;
+      sqlite3_prepare_v3(database_.get(),
+                         sql.data(),
+                         static_cast<int>(sql.size()),
+                         SQLITE_PREPARE_PERSISTENT,
+                         &prepared,
+                         nullptr);
+      if (prepared == nullptr) return Failure();
+      found = statements_.emplace(sql, Statement(prepared, sqlite3_finalize)).first;
     }
     for (std::size_t i = 0; i < values.size(); ++i) {
-      statement->Bind(static_cast<int>(i) + 1, values[i]);
+      Bind(found->second.get(), static_cast<int>(i) + 1, values[i]);
     }
-    return statement;
+    return found->second.get();
   }
 
   std::string path_;
-  sqlite3* database_ = nullptr;
-  std::map<std::string, std::unique_ptr<Statement>, std::less<>> statements_;  ///< By their text.
+  std::unique_ptr<sqlite3, decltype(&sqlite3_close)> database_{nullptr, sqlite3_close};
+  std::map<std::string, Statement, std::less<>> statements_;  ///< By their text.
 };
 
 }  // namespace

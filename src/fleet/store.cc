@@ -9,7 +9,7 @@
 
 #include "fleet/database.h"
 #include "fleet/json_lines.h"
-#include "fleet/line_reader.h"
+#include "fleet/line_summary.h"
 #include "tree/json.h"
 
 namespace truetriad::fleet {
@@ -33,17 +33,12 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// A run of another unit than $1 that has all readings of `sensors`: $2, …, unless a person said
-/// that its serial number was wrong.
-std::string SameReadings(std::size_t sensors) {
-  std::string runs;
-  for (std::size_t i = 0; i < sensors; ++i) {
-    runs += (i > 0 ? " INTERSECT " : "") +
-            ("SELECT run FROM reading WHERE digest = $" + std::to_string(i + 2));
-  }
-  return "SELECT " + ColumnsOf<KnownRun>() +
-         " FROM run WHERE serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs +
-         ") AND run NOT IN (SELECT run FROM given_up) ORDER BY run LIMIT 1";
+/// The columns of runs, as ColumnsOf; a covariance is large.
+std::string RunColumns(bool has_covariance, const std::string& table = "") {
+  std::string columns = ColumnsOf<UnitRun>(table);
+  const std::string covariance = (table.empty() ? "" : table + ".") + "covariance";
+  if (!has_covariance) columns.replace(columns.find(covariance), covariance.size(), "NULL");
+  return columns;
 }
 
 /// A recording of a golden unit that was checked again at a station does not count.
@@ -185,7 +180,7 @@ Result<std::unique_ptr<Store>> Store::Open(std::unique_ptr<Database> database) {
 Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, OpenPassingSqlite(path));
   std::unique_ptr<Store> store(new Store(std::move(database)));
-  const Status opened = store->database_->Transact(Access::kWrite, [&]() -> Status {
+  const Status opened = store->Transact(Access::kWrite, [&]() -> Status {
     const auto note = [&store](UnitRun run) { return store->InsertRun(Known(std::move(run))); };
     TRUETRIAD_ASSIGN_OR_RETURN(store->lines_, RunLines::Open(path, note));
     return {};
@@ -259,28 +254,43 @@ Result<std::vector<Thing>> Store::Things(const std::string& sql, const std::vect
   return ThingsIn<Thing>(table);
 }
 
-Result<bool> Store::Has(const std::string& run) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked("SELECT run FROM run WHERE run = $1", {run}));
-  return !table.rows.empty();
+Result<std::string> Store::Text(std::string_view sql, const std::vector<Value>& values) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(sql, values));
+  return FieldIn(table).value_or("");
 }
 
-Result<std::vector<KnownRun>> Store::LastRuns() {
+Result<std::vector<UnitRun>> Store::RunsWhere(const std::string& condition,
+                                              const std::vector<Value>& values) {
+  return Things<UnitRun>("SELECT " + RunColumns(false) + " FROM run WHERE " + condition, values);
+}
+
+Result<bool> Store::Has(const std::string& run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string found,
+                             Text("SELECT run FROM run WHERE run = $1", {run}));
+  return !found.empty();
+}
+
+Status Store::ForEachLastRun(const std::function<void(const UnitRun&)>& take) {
   // From the log after $1 on, some at a time: of a million they need not all be here at once. A row
   // for each of its tags, or one.
   const std::string last_runs =
-      "SELECT " + ColumnsOf<KnownRun>("last") +
+      "SELECT " + RunColumns(false, "last") +
       ", tag.name, tag.value FROM (SELECT * FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT "
       "1 FROM run AS later WHERE later.log = one.log AND later.run > one.run) ORDER BY log LIMIT "
       "10000) AS last LEFT JOIN tag ON tag.run = last.run ORDER BY last.log";
-  std::vector<KnownRun> runs;
-  for (std::string log;; log = runs.back().log) {
+  for (UnitRun run;;) {
+    const std::string log = std::exchange(run, UnitRun()).log;
     TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(last_runs, {log}));
-    if (table.rows.empty()) return runs;
+    if (table.rows.empty()) return {};
     for (const auto& row : table.rows) {
-      if (runs.empty() || runs.back().log != row[0]) runs.push_back(FromRow<KnownRun>(row));
+      if (run.id != row[0]) {
+        if (!run.id.empty()) take(run);
+        run = FromRow<UnitRun>(row);
+      }
       const std::size_t tag = row.size() - 2;
-      SetTag(row[tag].value_or(""), row[tag + 1].value_or(""), &runs.back().tags);
+      SetTag(row[tag].value_or(""), row[tag + 1].value_or(""), &run.tags);
     }
+    take(run);
   }
 }
 
@@ -292,8 +302,7 @@ Result<StoreFacts> Store::StateFacts(
       TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert({"fact", {{name, value}}}));
       if (inserted == 0) break;
     }
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                               database_->Ask("SELECT name, value FROM fact", {}));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked("SELECT name, value FROM fact"));
     facts.clear();
     for (const auto& row : table.rows) facts[row[0].value_or("")] = row[1].value_or("");
     return {};
@@ -370,34 +379,36 @@ Result<std::string> Store::Identity() {
 }
 
 Result<std::string> Store::LatestRun(const UnitRun& run) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table latest, Asked(kLatestRun, {run.serial, run.log}));
-  return FieldIn(latest).value_or("");
+  return Text(kLatestRun, {run.serial, run.log});
 }
 
 Result<std::string> Store::FailedSinceGood(const UnitRun& run) {
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table failed,
-      Asked("SELECT max(run) FROM run WHERE serial = $1 AND verdict = 'FAIL' AND run > "
-            "COALESCE((SELECT max(good.run) FROM run AS good WHERE good.serial = $1 AND "
-            "good.run <> $2 AND good.verdict IN ('PASS', 'NO_LIMITS')), '')",
-            {run.serial, run.id}));
-  return FieldIn(failed).value_or("");
+  return Text(
+      "SELECT max(run) FROM run WHERE serial = $1 AND verdict = 'FAIL' AND run > "
+      "COALESCE((SELECT max(good.run) FROM run AS good WHERE good.serial = $1 AND "
+      "good.run <> $2 AND good.verdict IN ('PASS', 'NO_LIMITS')), '')",
+      {run.serial, run.id});
 }
 
-Result<std::optional<KnownRun>> Store::RunOfSameReadings(const UnitRun& run) {
+Result<std::optional<UnitRun>> Store::RunOfSameReadings(const UnitRun& run) {
   std::vector<Value> values = {std::string_view(run.serial)};
+  std::string runs;
   for (const SensorReadings& one : run.readings) {
     values.emplace_back(std::string_view(one.digest));
+    runs += (runs.empty() ? "" : " INTERSECT ") +
+            ("SELECT run FROM reading WHERE digest = $" + std::to_string(values.size()));
   }
-  if (values.size() == 1) return std::optional<KnownRun>();
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<KnownRun> others,
-                             Things<KnownRun>(SameReadings(values.size() - 1), values));
-  return others.empty() ? std::optional<KnownRun>() : std::optional(std::move(others.front()));
+  if (runs.empty()) return std::optional<UnitRun>();
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      std::vector<UnitRun> others,
+      RunsWhere("serial <> $1 AND verdict <> 'NO_RESULT' AND run IN (" + runs +
+                    ") AND run NOT IN (SELECT run FROM given_up) ORDER BY run LIMIT 1",
+                values));
+  return others.empty() ? std::optional<UnitRun>() : std::optional(std::move(others.front()));
 }
 
-Result<std::vector<KnownRun>> Store::RunsGivenUp() {
-  return Things<KnownRun>("SELECT " + ColumnsOf<KnownRun>() +
-                          " FROM run WHERE run IN (SELECT run FROM given_up)");
+Result<std::vector<UnitRun>> Store::RunsGivenUp() {
+  return RunsWhere("run IN (SELECT run FROM given_up)");
 }
 
 Result<std::map<std::string, Standing>> Store::GivenUpOf(const std::string& serial) {
@@ -423,114 +434,90 @@ Result<std::optional<Standing>> Store::StandingOf(const std::string& serial) {
   if (lines_) return std::optional<Standing>();
   const std::string standing_of =
       "SELECT " + ColumnsOf<Standing>() +
-      ", (SELECT value FROM fact WHERE name = 'retest_most'), disposed_at, (SELECT max(one.run) "
-      "FROM run AS one WHERE one.serial = $1 AND one.recorded_by <> 'file' AND "
-      "one.recorded <> '' AND one.recorded = standing.recorded AND one.log <> standing.log), log, "
-      "recorded FROM standing "
+      ", (SELECT value FROM fact WHERE name = 'retest_most'), (SELECT max(one.run) "
+      "FROM run AS one WHERE one.serial = $1 AND one.recorded_by <> 'file' AND one.recorded <> '' "
+      "AND one.recorded = standing.recorded AND one.log <> standing.log) FROM standing "
       "WHERE serial = $1";
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(standing_of, {serial}));
   if (table.rows.empty()) return std::optional<Standing>();
   std::optional<Standing> standing = FromRow<Standing>(table.rows[0]);
-  const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(5);
+  const std::span<const Cell> more = std::span<const Cell>(table.rows[0]).last(2);
   if (more[0]) standing->most = NumberOf<std::int64_t>(more[0], 0);
-  standing->disposed_at = more[1].value_or("");
-  standing->tied_with = more[2].value_or("");
-  standing->log = more[3].value_or("");
-  standing->recorded = more[4].value_or("");
+  standing->tied_with = more[1].value_or("");
   return standing;
-}
-
-Result<std::vector<Cell>> Store::Row(std::string_view sql, const std::vector<Value>& values) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Table table, database_->Ask(sql, values));
-  return table.rows.empty() ? std::vector<Cell>() : std::move(table.rows[0]);
 }
 
 Result<bool> Store::MakeLast(const std::string& table, const std::string& other, std::string* id) {
   TRUETRIAD_ASSIGN_OR_RETURN(
-      const std::vector<Cell> same,
-      Row("SELECT " + table + " FROM " + table + " WHERE " + table + " = $1", {*id}));
+      const std::string same,
+      Text("SELECT " + table + " FROM " + table + " WHERE " + table + " = $1", {*id}));
   if (!same.empty()) return false;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<Cell> greatest,
-                             Row("SELECT max(" + table + ") FROM " + table));
-  const std::string last = std::max(greatest.at(0).value_or(""), other);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string greatest,
+                             Text("SELECT max(" + table + ") FROM " + table));
+  const std::string last = std::max(greatest, other);
   if (last > *id) *id = NewRunIdAfter(last);
   return true;
 }
 
 Result<std::vector<std::string>> Store::UnitsHeldBack() {
-  if (lines_) return std::vector<std::string>();
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Asked(kUnitsHeldBack));
-  std::vector<std::string> units;
-  for (const auto& row : table.rows) units.push_back(row[0].value_or(""));
-  return units;
+  return lines_ ? std::vector<std::string>() : QueryTexts(std::string(kUnitsHeldBack));
 }
 
-Result<std::vector<KnownRun>> Store::LogsOfUnitsNotGood() {
-  return Things<KnownRun>(
-      "SELECT " + ColumnsOf<KnownRun>("run") +
-      " FROM standing JOIN run ON run.serial = standing.serial WHERE final_verdict IN ('FAIL', "
-      "'NO_RESULT') AND run.run = (SELECT max(one.run) FROM run AS one WHERE one.log = run.log)");
+Result<std::vector<UnitRun>> Store::LogsOfUnitsNotGood() {
+  return RunsWhere(
+      "serial IN (SELECT serial FROM standing WHERE final_verdict IN ('FAIL', 'NO_RESULT')) AND "
+      "run = (SELECT max(one.run) FROM run AS one WHERE one.log = run.log)");
 }
 
 Result<std::string> Store::UnitOfOtherLetters(const std::string& serial) {
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table table,
-      Asked("SELECT min(serial) FROM unit WHERE lower(serial) = lower($1) AND serial <> $1",
-            {serial}));
-  return FieldIn(table).value_or("");
+  return Text("SELECT min(serial) FROM unit WHERE lower(serial) = lower($1) AND serial <> $1",
+              {serial});
 }
 
-Result<std::vector<KnownRun>> Store::FoldersOfUnit(const std::string& serial) {
-  if (lines_) return std::vector<KnownRun>();
-  return Things<KnownRun>("SELECT " + ColumnsOf<KnownRun>() +
-                              " FROM run WHERE serial = $1 AND folder <> '' ORDER BY run",
-                          {serial});
+Result<std::vector<UnitRun>> Store::FoldersOfUnit(const std::string& serial) {
+  if (lines_) return std::vector<UnitRun>();
+  return RunsWhere("serial = $1 AND folder <> '' ORDER BY run", {serial});
 }
 
 Status Store::CheckReadings(const Disposition& disposition) {
   if (disposition.GivesUp()) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const std::vector<Cell> given_up,
-      Row("SELECT run FROM given_up WHERE run = $1", {std::string_view(disposition.run)}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string given_up,
+                             Text("SELECT run FROM given_up WHERE run = $1", {disposition.run}));
   // To refuse the unit for another reason gives nothing back.
   const bool takes_back = disposition.wrong_serial.has_value();
   if (disposition.verdict == Verdict::kFail && (given_up.empty() || !takes_back)) return {};
   // The run itself may have been refused before it was read.
-  constexpr std::string_view kRead =
-      "SELECT digest FROM reading WHERE run = (SELECT max(same.run) FROM measured AS own "
-      "CROSS JOIN measured AS same WHERE own.run = $1 AND same.serial = own.serial "
-      "AND same.first_run = own.first_run "
-      "AND EXISTS (SELECT 1 FROM reading AS its WHERE its.run = same.run))";
+  UnitRun own;
+  own.serial = disposition.serial;
   TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table read,
-      database_->Ask(kRead, std::vector<Value>{std::string_view(disposition.run)}));
-  std::vector<Value> values = {std::string_view(disposition.serial)};
-  for (const auto& row : read.rows) values.emplace_back(std::string_view(*row[0]));
-  std::vector<Cell> other;
-  if (!read.rows.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(other, Row(SameReadings(read.rows.size()), values));
-  }
-  if (other.empty() && (given_up.empty() || takes_back)) return {};
-  if (other.empty()) {
+      own.readings,
+      Things<SensorReadings>(
+          "SELECT " + ColumnsOf<SensorReadings>() +
+              " FROM reading WHERE run = (SELECT max(same.run) FROM measured AS own "
+              "CROSS JOIN measured AS same WHERE own.run = $1 AND same.serial = own.serial "
+              "AND same.first_run = own.first_run "
+              "AND EXISTS (SELECT 1 FROM reading AS its WHERE its.run = same.run))",
+          {disposition.run}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> holder, RunOfSameReadings(own));
+  if (!holder && (given_up.empty() || takes_back)) return {};
+  if (!holder) {
     return Error(ErrorCode::kConflictingArguments,
                  "unit `" + disposition.serial + "` cannot be `" +
                      std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
                      ", whose serial number was wrong; measure it, or, where the number was right, "
                      "say so by --wrong-serial=false");
   }
-  const auto holder = FromRow<KnownRun>(other);
   return Error(ErrorCode::kConflictingArguments,
                "unit `" + disposition.serial + "` cannot be `" +
                    std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
-                   ": its readings count for unit `" + holder.serial + "` (run " + holder.run +
-                   ", " + holder.log + "); first refuse that one with --wrong-serial");
+                   ": its readings count for unit `" + holder->serial + "` (run " + holder->id +
+                   ", " + holder->log + "); first refuse that one with --wrong-serial");
 }
 
 Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& counting) {
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const std::vector<Cell> own,
-      Row("SELECT run FROM run WHERE serial = $1 AND run = $2",
-          {std::string_view(disposition.serial), std::string_view(disposition.run)}));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string own,
+                             Text("SELECT run FROM run WHERE serial = $1 AND run = $2",
+                                  {disposition.serial, disposition.run}));
   if (own.empty()) {
     return Error(ErrorCode::kUnknownName,
                  database_->name() + ": unit `" + disposition.serial + "` has no run `" +
@@ -546,11 +533,12 @@ Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& c
 Result<std::string> Store::OnlyRecording(const std::string& serial, bool is_given_up) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table results,
-      database_->Ask("SELECT run, log FROM run WHERE run IN (SELECT max(run) FROM measured WHERE "
-                     "serial = $1 AND verdict <> 'NO_RESULT' AND run " +
-                         std::string(is_given_up ? "" : "NOT ") +
-                         "IN (SELECT run FROM given_up) GROUP BY first_run) ORDER BY run",
-                     std::vector<Value>{std::string_view(serial)}));
+      Asked(
+          "SELECT run, log FROM run WHERE run IN (SELECT max(run) FROM measured WHERE serial = $1 "
+          "AND verdict <> 'NO_RESULT' AND run " +
+              std::string(is_given_up ? "" : "NOT ") +
+              "IN (SELECT run FROM given_up) GROUP BY first_run) ORDER BY run",
+          {serial}));
   if (results.rows.size() <= 1) return FieldIn(results).value_or("");
   std::string runs;
   for (const auto& row : results.rows) {
@@ -569,14 +557,14 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
   Disposition added = disposition;
   const Status status = Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_ASSIGN_OR_RETURN(
-        const std::vector<Cell> standing,
-        Row("SELECT run, verdict FROM standing WHERE serial = $1", {disposition.serial}));
-    if (standing.empty()) {
+        const Table standing,
+        Asked("SELECT run, verdict FROM standing WHERE serial = $1", {disposition.serial}));
+    if (standing.rows.empty()) {
       return Error(ErrorCode::kUnknownName,
                    database_->name() + ": has no unit `" + disposition.serial +
                        "`; `truetriad fleet query` lists those that it has");
     }
-    const std::string counting = standing[0].value_or("");
+    const std::string counting = standing.rows[0][0].value_or("");
     added.run = disposition.run;
     if (added.run.empty() && added.wrong_serial) {
       TRUETRIAD_ASSIGN_OR_RETURN(added.run, OnlyRecording(added.serial, !*added.wrong_serial));
@@ -584,13 +572,12 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
     if (added.run.empty()) added.run = counting;
     TRUETRIAD_RETURN_IF_ERROR(CheckIsOfUnit(added, counting));
     TRUETRIAD_RETURN_IF_ERROR(CheckDecidable(
-        added, VerdictFromName(standing[1].value_or("")).value_or(Verdict::kNoResult)));
+        added, VerdictFromName(standing.rows[0][1].value_or("")).value_or(Verdict::kNoResult)));
     TRUETRIAD_RETURN_IF_ERROR(CheckReadings(added));
     TRUETRIAD_ASSIGN_OR_RETURN(
-        const std::vector<Cell> last,
-        Row("SELECT max(run) FROM run WHERE serial = $1", {disposition.serial}));
-    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new,
-                               MakeLast("disposition", last.at(0).value_or(""), &added.id));
+        const std::string last,
+        Text("SELECT max(run) FROM run WHERE serial = $1", {disposition.serial}));
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("disposition", last, &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     return {};
   });
@@ -606,9 +593,7 @@ Result<std::optional<StationCheck>> Store::AddStationCheck(const StationCheck& c
     TRUETRIAD_ASSIGN_OR_RETURN(const bool is_new, MakeLast("station_check", "", &added.id));
     if (is_new) TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(added)));
     counting.reset();
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                               database_->Ask(LastChecks(), std::vector<Value>{added.station}));
-    std::vector<StationCheck> last = ThingsIn<StationCheck>(table);
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<StationCheck> last, LastStationChecks(added.station));
     const auto own = std::ranges::find(last, added.serial, &StationCheck::serial);
     if (own != last.end() && own->id != added.id) counting = std::move(*own);
     return {};
@@ -660,45 +645,40 @@ Status Store::TakeStandings(const std::string& condition, std::vector<UnitRun>* 
   if (runs->empty()) return {};
   std::unordered_map<std::string_view, UnitRun*> by_name;
   for (UnitRun& run : *runs) by_name[run.id] = &run;
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
-                             Query("SELECT " + ColumnsOf<Standing>() +
-                                   ", recorded, recorded_by FROM standing WHERE " + condition));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table table,
+      Query("SELECT " + ColumnsOf<Standing>() + " FROM standing WHERE " + condition));
   for (const auto& row : table.rows) {
     const auto found = by_name.find(*row[0]);
     if (found == by_name.end()) continue;
-    TRUETRIAD_ASSIGN_OR_RETURN(Standing standing, CheckedFromRow<Standing>(row));
-    standing.recorded = (row.end() - 2)->value_or(""),
-    standing.recorded_by = row.back().value_or("");
-    found->second->standing = std::move(standing);
+    TRUETRIAD_ASSIGN_OR_RETURN(found->second->standing, CheckedFromRow<Standing>(row));
   }
   return {};
 }
 
 Status Store::Transact(Access access, const std::function<Status()>& work) {
-  return is_together_ ? work() : database_->Transact(access, work);
-}
-
-Status Store::Together(const std::function<Status()>& work) {
-  is_together_ = true;
-  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+  if (is_in_transaction_) return work();
+  is_in_transaction_ = true;
+  const Status status = database_->Transact(access, [&]() -> Status {
     try {
       return work();
     } catch (const std::exception& failure) {
       return Error(ErrorCode::kSystemFailure, failure.what());
     }
   });
-  is_together_ = false;
+  is_in_transaction_ = false;
   return status;
+}
+
+Status Store::Together(const std::function<Status()>& work) {
+  return Transact(Access::kWrite, work);
 }
 
 Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
                                                const std::string& condition) {
-  std::string columns = ColumnsOf<UnitRun>();
-  constexpr std::string_view kCovariance = "covariance";
-  if (!which.is_whole) columns.replace(columns.find(kCovariance), kCovariance.size(), "NULL");
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Table table,
-      Query("SELECT " + columns + SourceOf(which) + " AND " + condition + " ORDER BY serial, run"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Query("SELECT " + RunColumns(which.is_whole) + SourceOf(which) +
+                                   " AND " + condition + " ORDER BY serial, run"));
   std::vector<UnitRun> runs;
   std::map<std::string_view, UnitRun*> by_name;
   runs.reserve(table.rows.size());
@@ -753,7 +733,14 @@ Status Store::MarkEnd() { return lines_ ? lines_->End() : Status(); }
 
 Result<Table> Store::Query(const std::string& sql) {
   if (lines_) return NoQuestions(database_->name());
-  return is_together_ ? database_->Ask(sql, {}) : database_->AskAsGiven(sql);
+  return is_in_transaction_ ? database_->Ask(sql, {}) : database_->AskAsGiven(sql);
+}
+
+Result<std::vector<std::string>> Store::QueryTexts(const std::string& sql) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Query(sql));
+  std::vector<std::string> texts;
+  for (const auto& row : table.rows) texts.push_back(row[0].value_or(""));
+  return texts;
 }
 
 Status Store::AllowTypedText() { return database_->AllowTypedText(); }

@@ -33,17 +33,6 @@ std::optional<Shard> ShardFromText(std::string_view text);
 /// The same the other way.
 std::string ShardText(const Shard& shard);
 
-/// What is asked of a run that is in the store, as UnitRun.
-struct KnownRun {
-  std::string log;
-  std::int64_t log_bytes = 0, log_modified_ns = 0;
-  std::string run, serial;
-  std::string config_sha256, software_version;
-  Verdict verdict = Verdict::kNoResult;
-  std::string code, recorded, recorded_by, folder;
-  Tags tags = {};  ///< Store::LastRuns alone says them.
-};
-
 /// A field of a row, as text; unset: NULL.
 using Cell = std::optional<std::string>;
 /// The number of a field; `otherwise` of NULL, or of what is none.
@@ -195,6 +184,8 @@ class Store {
   Status Add(const UnitRun& run) { return AddAll({&run, 1}); }
   /// The same of several at once, which is faster.
   Status AddAll(std::span<const UnitRun> runs);
+  // Runs that are asked for here have what their table says, and no lists.
+
   /// Whether a run of this name is there.
   Result<bool> Has(const std::string& run);
   /// The greatest name of a run of the same unit or the same log, or of a decision about the unit;
@@ -202,11 +193,11 @@ class Store {
   Result<std::string> LatestRun(const UnitRun& run);
   /// A run of another unit that has all readings of this one and was not refused for it, unless a
   /// person said that its serial number was wrong; unset: there is none.
-  Result<std::optional<KnownRun>> RunOfSameReadings(const UnitRun& run);
+  Result<std::optional<UnitRun>> RunOfSameReadings(const UnitRun& run);
   /// Runs of which a person said that their serial number was wrong.
-  Result<std::vector<KnownRun>> RunsGivenUp();
-  /// Of each log the last run.
-  Result<std::vector<KnownRun>> LastRuns();
+  Result<std::vector<UnitRun>> RunsGivenUp();
+  /// `take`s the last run of each log, with its tags.
+  Status ForEachLastRun(const std::function<void(const UnitRun&)>& take);
   /// Of which shard further runs are; the first who says how many there are, states it. Error
   /// (usage): another number was stated, or the file of runs is of another shard.
   Status StateShard(const Shard& shard);
@@ -231,11 +222,11 @@ class Store {
   /// or they are not good and have a result of another run.
   Result<std::vector<std::string>> UnitsHeldBack();
   /// Of units that are not good, by the run that counts, the last run of each log.
-  Result<std::vector<KnownRun>> LogsOfUnitsNotGood();
+  Result<std::vector<UnitRun>> LogsOfUnitsNotGood();
   /// A unit whose serial number differs in capital letters alone; empty: there is none.
   Result<std::string> UnitOfOtherLetters(const std::string& serial);
   /// Those of the unit's runs that have files, in the order of their names.
-  Result<std::vector<KnownRun>> FoldersOfUnit(const std::string& serial);
+  Result<std::vector<UnitRun>> FoldersOfUnit(const std::string& serial);
   /// Adds a disposition of the unit's run that it names, or that counts now, and gives it as it was
   /// added: with that run, and with a later name than all of its runs and all decisions. Nothing is
   /// changed. Error (usage): there is no such unit or run, a serial number was wrong and it is not
@@ -256,6 +247,8 @@ class Store {
   Status MarkEnd();
   /// Answers a statement that only reads. Error (usage): it is none.
   Result<Table> Query(const std::string& sql);
+  /// Of each row of that the first field.
+  Result<std::vector<std::string>> QueryTexts(const std::string& sql);
   /// Error (usage): statements or conditions that somebody has typed must not be part of a
   /// question, since who is connected may do more by a question than read the store.
   Status AllowTypedText();
@@ -268,7 +261,7 @@ class Store {
   /// Those of these runs that are there, whole.
   Result<std::vector<UnitRun>> ReadRuns(const std::vector<std::string>& runs);
   /// Does all of `work`, which uses this store, or nothing of it, also where it throws. It may be
-  /// called several times: a connection that is lost is opened anew. Not to be nested.
+  /// called several times: a connection that is lost is opened anew.
   Status Together(const std::function<Status()>& work);
 
  private:
@@ -278,28 +271,28 @@ class Store {
       const std::vector<std::pair<std::string_view, std::string>>& stated);
   /// The rows of a run, unless it is there. In a transaction.
   Status InsertRun(const UnitRun& run);
-  /// Error (usage): the decision would give readings back that count for another unit. In a
-  /// transaction.
+  /// Error (usage): the decision would give readings back that count for another unit.
   Status CheckReadings(const Disposition& disposition);
   /// Error (usage): the run is none of the unit's, or cannot be conceded since `counting` counts.
-  /// In a transaction.
   Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
   /// Of the unit's only recording with a result that was given up, or that was not; empty: there is
-  /// none. Error (usage): there are several. In a transaction.
+  /// none. Error (usage): there are several.
   Result<std::string> OnlyRecording(const std::string& serial, bool is_given_up);
   /// How many of them were not there. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
-  /// Makes `id` greater than all of a table and `other`; false: it is there already. In a
-  /// transaction.
+  /// Makes `id` greater than all of a table and `other`; false: it is there already.
   Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
-  /// The first row of an answer; empty: there is none. In a transaction.
-  Result<std::vector<Cell>> Row(std::string_view sql, const std::vector<Value>& values = {});
-  /// What a statement says, in a transaction of its own.
+  /// What a statement says.
   Result<Table> Asked(std::string_view sql, const std::vector<Value>& values = {});
+  /// Its first field; empty: there is none.
+  Result<std::string> Text(std::string_view sql, const std::vector<Value>& values = {});
+  /// The runs that `condition` is true of.
+  Result<std::vector<UnitRun>> RunsWhere(const std::string& condition,
+                                         const std::vector<Value>& values = {});
   /// The same as things, one a row.
   template <typename Thing>
   Result<std::vector<Thing>> Things(const std::string& sql, const std::vector<Value>& values = {});
-  /// `work` in a transaction: in that of Together, or one of its own.
+  /// `work` in a transaction: in that which there is, or one of its own.
   Status Transact(Access access, const std::function<Status()>& work);
   /// The runs that `condition`, on columns of `run` alone, is true of.
   Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which, const std::string& condition);
@@ -307,7 +300,7 @@ class Store {
   Status TakeStandings(const std::string& condition, std::vector<UnitRun>* runs);
 
   std::unique_ptr<Database> database_;
-  bool is_together_ = false;         ///< In Together.
+  bool is_in_transaction_ = false;
   std::unique_ptr<RunLines> lines_;  ///< Where runs go, with what is asked of them in database_.
 };
 
@@ -328,6 +321,10 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 /// be put in its place.
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
 
+/// Error (bad input): what is there is no file, since a pipe would never end; to read, it is not
+/// there; to write, its folder cannot be made.
+Status CheckStoreFile(const std::string& path, Access access);
+
 /// The file of a store that is one; unset: it is kept by a server.
 std::optional<std::string> FileOfStore(const std::string& url);
 
@@ -344,5 +341,22 @@ Status CheckStoreUrl(const std::string& url);
 /// hold. Where it is not clear what is which, as in a password with a bare @, / or ?, or values in
 /// quotes, none of it.
 std::string ShownPostgres(const std::string& url);
+
+// What comes from other stores and files is looked at once, where it comes in. All errors are of
+// bad input, and say what was seen.
+
+/// Whether NewRunId may have made it, at some moment that there is.
+bool IsRunId(std::string_view name);
+
+/// Error: its name or time is none, or its name is of after 2200; it is good and misses a limit, or
+/// outside its limits and misses none; the serial number is empty, longer than 1000 bytes or has a
+/// NUL; a number is not finite, or negative where it cannot be; a parameter is there twice, or the
+/// covariance is not of as many.
+Status CheckRun(const UnitRun& run);
+
+/// Error: the name, time or run is none, or CheckDisposition.
+Status CheckStored(const Disposition& disposition);
+/// Error: the name or time is none, or no station is named.
+Status CheckStored(const StationCheck& check);
 
 }  // namespace truetriad::fleet

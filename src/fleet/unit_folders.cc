@@ -20,7 +20,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "fleet/run_check.h"
 #include "fleet/unit_work.h"
 #include "io/calibration_tree.h"
 #include "io/whole_file.h"
@@ -302,24 +301,24 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
 
 Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs::path& units) {
   Agreement agreement;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<KnownRun> folders, store.FoldersOfUnit(serial));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> folders, store.FoldersOfUnit(serial));
   if (folders.empty()) return agreement;
   const FolderClaim claim =
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
   // The only run speaks for itself. One that counts may have no files.
-  if (folders.size() == 1 && folders.front().run == unit->run && unit->disposed_by.empty()) {
+  if (folders.size() == 1 && folders.front().id == unit->run && unit->disposed_by.empty()) {
     return agreement;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto given_up, store.GivenUpOf(serial));
   if (IsRed(unit->final_verdict)) agreement.why = WhyHeldBack(*unit);
-  for (const KnownRun& one : folders) {
+  for (const UnitRun& one : folders) {
     // A run that was given up is none of the unit's, whichever run counts.
-    const auto found = given_up.find(one.run);
+    const auto found = given_up.find(one.id);
     const bool is_given_up = found != given_up.end();
     const Standing& holds = is_given_up ? found->second : *unit;
-    const bool counts = is_given_up || one.run == unit->run;
+    const bool counts = is_given_up || one.id == unit->run;
     const std::string folder = FolderOf(one.folder, units);
     const Result<std::vector<std::string>> withdrawn = Agree(folder, holds, counts);
     if (withdrawn) {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/unit_list.h"
 
 #include <algorithm>
 #include <cctype>

@@ -76,19 +76,11 @@ std::string RunIdAt(std::int64_t us) {
   const auto seconds = static_cast<std::time_t>(us / 1'000'000);
   std::tm utc{};
   gmtime_r(&seconds, &utc);
-  std::array<char, 64> text{};
-  std::snprintf(text.data(),
-                text.size(),
-                "%04d%02d%02dT%02d%02d%02d.%06dZ-%08x",
-                utc.tm_year + 1900,
-                utc.tm_mon + 1,
-                utc.tm_mday,
-                utc.tm_hour,
-                utc.tm_min,
-                utc.tm_sec,
-                static_cast<int>(us % 1'000'000),
-                static_cast<unsigned>(random()));
-  return text.data();
+  std::array<char, 64> second{}, rest{};
+  std::strftime(second.data(), second.size(), "%Y%m%dT%H%M%S", &utc);
+  const auto part = static_cast<int>(us % 1'000'000);
+  std::snprintf(rest.data(), rest.size(), ".%06dZ-%08x", part, static_cast<unsigned>(random()));
+  return std::string(second.data()) + rest.data();
 }
 
 }  // namespace

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
-#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <memory>
 #include <new>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include "fleet/fields.h"
@@ -46,28 +44,15 @@ std::string OverrideText(std::string_view key, const std::string& value) {
   return yaml.str();
 }
 
-/// A tag and its key in an experiment: "run.lot".
-struct KeyedTag {
-  std::string key;
-  std::string Tags::*value;
-};
-
-std::vector<KeyedTag> KeyedTags() {
-  std::vector<KeyedTag> tags;
-  for (const TagKey& tag : kDeviceTags)
-    tags.push_back({"device." + std::string(tag.key), tag.value});
-  for (const TagKey& tag : kRunTags) tags.push_back({"run." + std::string(tag.key), tag.value});
-  return tags;
-}
-
-std::string KeyOf(const std::string& override_text) {
-  return override_text.substr(0, override_text.find('='));
+/// The key of a tag in an experiment: "run.lot".
+std::string KeyOfTag(std::string_view name) {
+  const bool is_of_device = std::ranges::find(kDeviceTags, name, &TagKey::key) != kDeviceTags.end();
+  return (is_of_device ? "device." : "run.") + std::string(name);
 }
 
 bool IsOfTag(const std::string& override_text) {
-  const std::vector<KeyedTag> tags = KeyedTags();
-  return std::any_of(tags.begin(), tags.end(), [&](const KeyedTag& tag) {
-    return tag.key == KeyOf(override_text);
+  return std::ranges::any_of(TagNames(), [&](std::string_view name) {
+    return override_text.starts_with(KeyOfTag(name) + "=");
   });
 }
 
@@ -89,9 +74,11 @@ struct UnitTask {
 
 Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   std::vector<std::string> overrides = plan.overrides;
-  for (const auto& [key, value] : KeyedTags()) {
-    if (!(order.tags.*value).empty()) overrides.push_back(OverrideText(key, order.tags.*value));
-  }
+  TagFields(
+      [&overrides](std::string_view name, const std::string& value) {
+        if (!value.empty()) overrides.push_back(OverrideText(KeyOfTag(name), value));
+      },
+      order.tags);
   if (!order.serial.empty()) overrides.push_back(OverrideText("device.serial", order.serial));
   std::string text = plan.config_text;
   std::string path = plan.config_path;
@@ -235,7 +222,9 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
   if (plan.config_text.empty()) {
     for (const std::string& item : overrides) text += IsOfTag(item) ? "" : item + '\n';
   } else {
-    for (const KeyedTag& tag : KeyedTags()) overrides.push_back(OverrideText(tag.key, ""));
+    for (const std::string_view name : TagNames()) {
+      overrides.push_back(OverrideText(KeyOfTag(name), ""));
+    }
     TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
                                ReadExperimentText(plan.config_text, plan.config_path, overrides));
     text = experiment.resolved_yaml;
@@ -340,6 +329,7 @@ void Fields(auto&& visit, Like<WorkPlan> auto& plan) {
   visit("store_identity", plan.store_identity);
   visit("store_name", plan.store_name);
   visit("shard", plan.shard);
+  visit("memory_bytes", plan.memory_bytes);
 }
 
 void Fields(auto&& visit, Like<UnitOrder> auto& order) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/worker.h"
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -28,14 +26,13 @@
 
 #include "fleet/database.h"
 #include "fleet/log_files.h"
+#include "fleet/unit_work.h"
 #include "io/input_guard.h"
 
 namespace truetriad::fleet {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr const char* kMemoryVariable = "TRUETRIAD_FLEET_MEMORY";
 
 bool WriteAll(int stream, std::string_view text) {
   while (!text.empty()) {
@@ -83,14 +80,6 @@ void FailOnPurpose(const UnitOrder& order) {
   }
 }
 
-void LimitMemory() {
-  const char* const stated = std::getenv(kMemoryVariable);
-  if (stated == nullptr) return;
-  const auto bytes = static_cast<rlim_t>(std::strtoll(stated, nullptr, 10));
-  const rlimit limit{bytes, bytes};
-  setrlimit(RLIMIT_AS, &limit);
-}
-
 /// Nobody is at the other end, whatever can still be read from it.
 bool IsAbandoned(int stream) {
   pollfd end{stream, 0, 0};
@@ -114,13 +103,15 @@ int ServeAsWorker(int stream) {
   // One that ended before has left its orders: nobody waits for what they make.
   if (IsAbandoned(stream)) return 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
-  LimitMemory();
   std::FILE* const file = fdopen(stream, "r");
   if (file == nullptr) return static_cast<int>(ErrorKind::kBadInput);
   const std::optional<std::string> first = NextLine(file);
   if (!first) return 0;
   const Result<WorkPlan> plan = ReadPlan(*first);
   if (!plan) return static_cast<int>(plan.error().kind());
+  const auto bytes = static_cast<rlim_t>(plan->memory_bytes);
+  const rlimit limit{bytes, bytes};
+  if (bytes > 0) setrlimit(RLIMIT_AS, &limit);
   while (const std::optional<std::string> line = NextLine(file)) {
     const Result<UnitOrder> order = ReadOrder(*line);
     if (!order) return static_cast<int>(order.error().kind());
@@ -147,6 +138,7 @@ WorkerPool::WorkerPool(std::vector<std::string> command,
                        int size,
                        UnitLimits limits)
     : command_(std::move(command)), plan_(plan), limits_(limits) {
+  plan_.memory_bytes = limits.bytes;
   for (int i = 0; i < size; ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
@@ -174,11 +166,6 @@ Status WorkerPool::Start(Worker* worker) {
   std::vector<char*> words;
   for (std::string& word : command_) words.push_back(word.data());
   words.push_back(nullptr);
-  std::string memory = std::string(kMemoryVariable) + "=" + std::to_string(limits_.bytes);
-  std::vector<char*> variables;
-  for (char** variable = environ; *variable != nullptr; ++variable) variables.push_back(*variable);
-  variables.push_back(memory.data());
-  variables.push_back(nullptr);
   posix_spawn_file_actions_t streams;
   posix_spawn_file_actions_init(&streams);
   posix_spawn_file_actions_addopen(&streams, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -186,7 +173,7 @@ Status WorkerPool::Start(Worker* worker) {
   posix_spawn_file_actions_adddup2(&streams, STDERR_FILENO, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&streams, ends[1], kStream);
   const int failure =
-      posix_spawn(&worker->process, words[0], &streams, nullptr, words.data(), variables.data());
+      posix_spawn(&worker->process, words[0], &streams, nullptr, words.data(), environ);
   posix_spawn_file_actions_destroy(&streams);
   close(ends[1]);
   worker->stream = ends[0];
@@ -303,7 +290,7 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
                limits_.seconds) {
       runs.push_back(RunWithout(*worker,
                                 kTimeLimit,
-                                "takes longer than " + ShortestText(limits_.seconds) +
+                                "takes longer than " + NumberText(limits_.seconds) +
                                     " s, which is what a unit may take"));
       End(worker);
     }

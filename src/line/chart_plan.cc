@@ -3,14 +3,83 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
+#include <Eigen/Core>
+#include <boost/math/special_functions/legendre.hpp>
 #include <glog/logging.h>
 
-#include "line/run_length.h"
+#include "math/dense/lu.h"
 #include "math/distributions.h"
 
 namespace truetriad::line {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// The kernel is a normal density of width λ in an interval of some 6 sqrt(λ / 2): Gauss points for
+// which it is at least twice as wide as the distance between them: eight digits of run lengths to
+// 10^6. An even number, so that none is 0.
+int EwmaPoints(double lambda) { return 10 + 2 * static_cast<int>(7.0 / std::sqrt(lambda)); }
+// Relative accuracy of limits; a run length has some 10 times that.
+constexpr double kLimitAccuracy = 1e-7;
+
+struct Quadrature {
+  VectorXd points, weights;
+};
+
+// Gauss and Legendre's on -1...1.
+Quadrature GaussLegendre(int count) {
+  Quadrature rule{VectorXd(count), VectorXd(count)};
+  Index at = 0;
+  for (const double zero : boost::math::legendre_p_zeros<double>(count)) {
+    const double slope = boost::math::legendre_p_prime(count, zero);
+    for (const double point : {-zero, zero}) {
+      rule.points[at] = point;
+      rule.weights[at++] = 2.0 / ((1.0 - point * point) * slope * slope);
+    }
+  }
+  return rule;
+}
+
+}  // namespace
+
+double EwmaRunLength(double lambda, double width, double shift) {
+  CHECK(lambda >= 0.01 && lambda <= 1.0) << "smoothing constant " << lambda;
+  // Density at `to` of the EWMA's next value after `from`.
+  const auto density = [&](double from, double to) {
+    const double x = (to - (1.0 - lambda) * from) / lambda - shift;
+    return std::exp(-0.5 * x * x) / (lambda * std::sqrt(2.0 * std::numbers::pi));
+  };
+  const double limit = width * std::sqrt(lambda / (2.0 - lambda));
+  const Quadrature rule = GaussLegendre(EwmaPoints(lambda));
+  const VectorXd points = limit * rule.points, weights = limit * rule.weights;
+  const Index count = points.size();
+  // Run length from each point: run = 1 + K W run.
+  MatrixXd system = MatrixXd::Identity(count, count);
+  for (Index row = 0; row < count; ++row) {
+    for (Index col = 0; col < count; ++col) {
+      system(row, col) -= density(points[row], points[col]) * weights[col];
+    }
+  }
+  const VectorXd run = SolveByLu(system, VectorXd::Ones(count));
+  double run_length = 1.0;
+  for (Index k = 0; k < count; ++k) run_length += weights[k] * density(0.0, points[k]) * run[k];
+  return run_length;
+}
+
+double EwmaWidth(double lambda, double run_length) {
+  // At most that of single values: an average has fewer chances to be outside.
+  double low = 0.5, high = -NormalQuantile(0.25 / run_length);
+  while (high - low > kLimitAccuracy * high) {
+    const double middle = 0.5 * (low + high);
+    (EwmaRunLength(lambda, middle) < run_length ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
 
 double C4(double n) {
   return std::sqrt(2.0 / (n - 1.0)) * std::exp(std::lgamma(0.5 * n) - std::lgamma(0.5 * (n - 1.0)));

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "line/chart_plan.h"
@@ -152,42 +152,18 @@ std::vector<bool> WithoutOutliers(const std::vector<double>& values) {
   return good;
 }
 
-// Whether values that should vary do: not all of them equal but for rounding.
-bool Varies(const std::vector<double>& values) {
-  if (values.empty()) return false;
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return *most - *least > kSame * std::max(std::abs(*least), std::abs(*most));
-}
-
 constexpr std::size_t kLeastUnits{kLeastBaselineUnits};
 constexpr double kSharedBy = 0.9;
-
-std::vector<int> WatchedOf(const LineData& data, const ChartOptions& options) {
-  std::vector<int> watched;
-  for (std::size_t k = 0; k < data.parameters.size(); ++k) {
-    const auto& wanted = options.parameters;
-    if (wanted.empty() ||
-        std::find(wanted.begin(), wanted.end(), data.parameters[k]) != wanted.end()) {
-      watched.push_back(static_cast<int>(k));
-    }
-  }
-  return watched;
-}
-
-double ValueOf(const UnitRecord& unit, int parameter) {
-  return parameter < unit.values.size() ? unit.values[parameter]
-                                        : std::numeric_limits<double>::quiet_NaN();
-}
 
 // Values of one parameter over a station's units.
 ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, int parameter) {
   ParameterValues values;
   values.parameter = parameter;
   for (const int unit : units) {
-    const double value = ValueOf(data.units[static_cast<std::size_t>(unit)], parameter);
-    if (!std::isfinite(value)) continue;
+    const Eigen::VectorXd& own = data.units[static_cast<std::size_t>(unit)].values;
+    if (parameter >= own.size() || !std::isfinite(own[parameter])) continue;
     values.units.push_back(unit);
-    values.values.push_back(value);
+    values.values.push_back(own[parameter]);
   }
   return values;
 }
@@ -217,23 +193,15 @@ std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watche
   return shared;
 }
 
+// Whether values of the baseline that should vary do: not all of them equal but for rounding.
 bool VariesInBaseline(const ParameterValues& values) {
   std::vector<double> good;
   for (std::size_t k = 0; k < values.baseline; ++k) {
     if (values.good[k]) good.push_back(values.values[k]);
   }
-  return good.size() >= 2 && Varies(good);
-}
-
-void AddBaselineOutliers(const ParameterValues& values, std::vector<int>* outliers) {
-  for (std::size_t k = 0; k < values.baseline; ++k) {
-    if (!values.good[k]) outliers->push_back(values.units[k]);
-  }
-}
-
-void SortUnique(std::vector<int>* numbers) {
-  std::sort(numbers->begin(), numbers->end());
-  numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
+  if (good.empty()) return false;
+  const auto [least, most] = std::minmax_element(good.begin(), good.end());
+  return *most - *least > kSame * std::max(std::abs(*least), std::abs(*most));
 }
 
 // `plans`: of stations before, by their number of parameters.
@@ -245,26 +213,26 @@ StationCharts ChartsOf(const LineData& data,
   StationCharts station;
   station.station = name;
   std::vector<ParameterValues> watched;
-  for (const int parameter : WatchedOf(data, options)) {
-    watched.push_back(ValuesOf(data, units, parameter));
+  for (std::size_t k = 0; k < data.parameters.size(); ++k) {
+    watched.push_back(ValuesOf(data, units, static_cast<int>(k)));
     station.units = std::max(station.units, static_cast<int>(watched.back().values.size()));
   }
   const bool own = options.baseline_units <= 0 || options.baseline_units >= station.units;
   station.baseline_units = own ? station.units : options.baseline_units;
+  std::set<int> outliers;
   std::erase_if(watched, [&](ParameterValues& values) {
     const bool is_sparse = values.values.size() < kLeastUnits;
     if (is_sparse) station.sparse.push_back(values.parameter);
     if (is_sparse) return true;
     SetBaseline(options.baseline_units, &values);
-    if (VariesInBaseline(values)) return false;
-    AddBaselineOutliers(values, &station.baseline_outliers);
-    station.constant.push_back(values.parameter);
-    return true;
+    for (std::size_t k = 0; k < values.baseline; ++k) {
+      if (!values.good[k]) outliers.insert(values.units[k]);
+    }
+    const bool is_constant = !VariesInBaseline(values);
+    if (is_constant) station.constant.push_back(values.parameter);
+    return is_constant;
   });
-  for (const ParameterValues& values : watched) {
-    AddBaselineOutliers(values, &station.baseline_outliers);
-  }
-  SortUnique(&station.baseline_outliers);
+  station.baseline_outliers.assign(outliers.begin(), outliers.end());
   if (watched.empty()) {
     station.note = "no charts: no parameter that varies has " + std::to_string(kLeastUnits) +
                    " units with a value";

@@ -44,8 +44,6 @@ struct ChartOptions {
   int baseline_units = 200;
   double ewma_lambda = 0.08;
   ChartShares shares = kDefaultShares;
-  /// Those to be watched; empty: all.
-  std::vector<std::string> parameters;
   /// Points of a chart that are kept for display, the last ones; alarms are all kept.
   int most_points = 2000;
 };
@@ -101,7 +99,7 @@ struct ChartReport {
 /// Control charts of each station's parameters over its units in their order.
 ///
 /// Limits are those of a process with known mean and covariance that share the permitted false
-/// alarms (see run_length.h), widened for mean and covariance being estimated from n units: a limit
+/// alarms (see chart_plan.h), widened for mean and covariance being estimated from n units: a limit
 /// is exceeded as often, over all baselines, as if they were known. The baseline follows the line
 /// 100 units behind, and leaves out what looks out of control. See docs/line.md.
 ///

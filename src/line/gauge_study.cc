@@ -2,6 +2,7 @@
 #include "line/gauge_study.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -14,9 +15,12 @@
 namespace truetriad::line {
 namespace {
 
-/// A mean square times a factor, of either sign.
+/// The mean square of a line times a factor, of either sign.
 struct MeanSquareTerm {
-  double factor = 0.0, mean_square = 0.0, dof = 0.0;
+  double factor = 0.0;
+  const AnovaLine* line = nullptr;
+
+  double Size() const { return factor * line->mean_square; }
 };
 
 constexpr double kManyDof = std::numeric_limits<double>::infinity();
@@ -30,46 +34,49 @@ double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probabil
   const auto own = [&](const MeanSquareTerm& term) {
     const bool is_over = (term.factor > 0.0) == is_lower;
     const double p = is_lower ? probability : 1.0 - probability;
-    return is_over ? 1.0 - 1.0 / FisherQuantile(p, term.dof, kManyDof)
-                   : 1.0 / FisherQuantile(1.0 - p, term.dof, kManyDof) - 1.0;
+    return is_over ? 1.0 - 1.0 / FisherQuantile(p, term.line->dof, kManyDof)
+                   : 1.0 / FisherQuantile(1.0 - p, term.line->dof, kManyDof) - 1.0;
   };
   double sum = 0.0;
   int positive = 0;
   for (const MeanSquareTerm& term : terms) {
-    sum += Squared(own(term) * term.factor * term.mean_square);
+    sum += Squared(own(term) * term.Size());
     if (term.factor > 0.0) ++positive;
   }
   const bool is_difference = positive < static_cast<int>(terms.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
     for (std::size_t j = 0; j < terms.size(); ++j) {
       const MeanSquareTerm &one = terms[i], &other = terms[j];
-      const double product =
-          one.factor * one.mean_square * std::abs(other.factor) * other.mean_square;
+      const double dof = one.line->dof, other_dof = other.line->dof;
+      const double product = one.Size() * std::abs(other.Size());
       if (one.factor > 0.0 && other.factor < 0.0) {
-        const double f = FisherQuantile(probability, one.dof, other.dof);
+        const double f = FisherQuantile(probability, dof, other_dof);
         sum += product / f * (Squared(f - 1.0) - Squared(own(one) * f) - Squared(own(other)));
       } else if (is_difference && is_lower && i < j && one.factor > 0.0 && other.factor > 0.0) {
-        const double both = one.dof + other.dof;
+        const double both = dof + other_dof;
         const double together = 1.0 - 1.0 / FisherQuantile(probability, both, kManyDof);
-        sum +=
-            product / (positive - 1) *
-            (Squared(together * both) / (one.dof * other.dof) -
-             Squared(own(one)) * one.dof / other.dof - Squared(own(other)) * other.dof / one.dof);
+        sum += product / (positive - 1) *
+               (Squared(together * both) / (dof * other_dof) - Squared(own(one)) * dof / other_dof -
+                Squared(own(other)) * other_dof / dof);
       }
     }
   }
   return std::max(0.0, sum);
 }
 
-/// Interval of a variance component sum(factor * expected mean square), at most one factor of which
-/// is negative, by the modified large-sample method: Graybill & Wang (1980) for sums, Ting,
-/// Burdick, Graybill, Jeyaratnam & Lu (1990), eq. 2 to 5, for differences. Never below zero.
-Interval VarianceInterval(const std::vector<MeanSquareTerm>& terms, double confidence) {
+/// A variance component sum(factor * expected mean square), at most one factor of which is
+/// negative. Its interval is that of the modified large-sample method: Graybill & Wang (1980) for
+/// sums, Ting, Burdick, Graybill, Jeyaratnam & Lu (1990), eq. 2 to 5, for differences. Never below
+/// zero.
+VarianceComponent ComponentOf(const std::vector<MeanSquareTerm>& terms, double confidence) {
   const double tail = 0.5 * (1.0 - confidence);
   double value = 0.0;
-  for (const MeanSquareTerm& term : terms) value += term.factor * term.mean_square;
-  return {std::max(0.0, value - std::sqrt(SquaredDistance(terms, 1.0 - tail))),
-          std::max(0.0, value + std::sqrt(SquaredDistance(terms, tail)))};
+  for (const MeanSquareTerm& term : terms) value += term.Size();
+  VarianceComponent component;
+  component.variance = std::max(0.0, value);
+  component.interval = {std::max(0.0, value - std::sqrt(SquaredDistance(terms, 1.0 - tail))),
+                        std::max(0.0, value + std::sqrt(SquaredDistance(terms, tail)))};
+  return component;
 }
 
 /// Readings by appraiser, then by part.
@@ -151,7 +158,7 @@ void Test(AnovaLine* line, const AnovaLine& against) {
 
 void FillAnova(const Cells& cells, GaugeStudy* study) {
   const double p = study->parts, o = study->appraisers, r = study->repeats;
-  std::vector<double> of_appraisers, of_cells;
+  std::vector<double> of_appraisers, of_parts;
   std::map<std::string, std::vector<double>> by_part;
   double error = 0.0, parts_in_appraisers = 0.0;
   for (const auto& [appraiser, of_appraiser] : cells) {
@@ -163,24 +170,20 @@ void FillAnova(const Cells& cells, GaugeStudy* study) {
     }
     of_appraisers.push_back(MeanOf(means));
     parts_in_appraisers += SquaresAbout(means, of_appraisers.back(), r);
-    of_cells.insert(of_cells.end(), means.begin(), means.end());
   }
-  const double center = MeanOf(of_cells);
+  const double center = MeanOf(of_appraisers);  // All have as many readings.
   study->error = LineOf(error, o * p * (r - 1.0));
   if (o > 1.0) study->appraiser = LineOf(SquaresAbout(of_appraisers, center, p * r), o - 1.0);
-  if (study->design == StudyDesign::kNested) {
+  if (study->design != StudyDesign::kCrossed) {
     study->part = LineOf(parts_in_appraisers, o * (p - 1.0));
     Test(&study->part, study->error);
-    Test(&study->appraiser, study->part);
+    if (o > 1.0) Test(&study->appraiser, study->part);
     return;
   }
-  std::vector<double> of_parts;
   for (const auto& [part, means] : by_part) of_parts.push_back(MeanOf(means));
   study->part = LineOf(SquaresAbout(of_parts, center, o * r), p - 1.0);
-  if (study->design == StudyDesign::kOneAppraiser) return Test(&study->part, study->error);
-  const double interaction = SquaresAbout(of_cells, center, r) - study->part.sum_of_squares -
-                             study->appraiser.sum_of_squares;
-  study->interaction = LineOf(std::max(0.0, interaction), (p - 1.0) * (o - 1.0));
+  study->interaction = LineOf(std::max(0.0, parts_in_appraisers - study->part.sum_of_squares),
+                              (p - 1.0) * (o - 1.0));
   Test(&study->interaction, study->error);
 }
 
@@ -197,62 +200,40 @@ void Pool(double above_p, GaugeStudy* study) {
   Test(&study->appraiser, against);
 }
 
-MeanSquareTerm Term(double factor, const AnovaLine& line) {
-  return {factor, line.mean_square, line.dof};
-}
-
-VarianceComponent ComponentOf(const std::vector<MeanSquareTerm>& terms, double confidence) {
-  VarianceComponent component;
-  double variance = 0.0;
-  for (const MeanSquareTerm& term : terms) variance += term.factor * term.mean_square;
-  component.variance = std::max(0.0, variance);
-  component.interval = VarianceInterval(terms, confidence);
-  return component;
-}
-
 void FillComponents(double confidence, GaugeStudy* study) {
   const double p = study->parts, o = study->appraisers, r = study->repeats;
-  const auto component = [confidence](const std::vector<MeanSquareTerm>& terms) {
-    return ComponentOf(terms, confidence);
-  };
-  const AnovaLine& error = study->error;
-  study->repeatability = component({Term(1.0, error)});
+  const bool is_nested = study->design == StudyDesign::kNested;
+  const bool has_interaction = study->design == StudyDesign::kCrossed && !study->is_pooled;
+  const AnovaLine *const error = &study->error, *const against =
+                                                    has_interaction ? &study->interaction : error;
+  // The gauge is the sum of what it consists of, so its factors are, too.
+  std::vector<MeanSquareTerm> gauge = {{1.0, error}};
   double reproducibility = 0.0;
-  switch (study->design) {
-    case StudyDesign::kOneAppraiser:
-      study->part_to_part = component({Term(1.0 / r, study->part), Term(-1.0 / r, error)});
-      study->gauge = study->repeatability;
-      break;
-    case StudyDesign::kNested:
-      study->part_to_part = component({Term(1.0 / r, study->part), Term(-1.0 / r, error)});
-      study->appraiser_alone =
-          component({Term(1.0 / (p * r), study->appraiser), Term(-1.0 / (p * r), study->part)});
-      study->gauge = component({Term(1.0 / (p * r), study->appraiser),
-                                Term(1.0, error),
-                                Term(-1.0 / (p * r), study->part)});
-      reproducibility = study->appraiser_alone.variance;
-      break;
-    case StudyDesign::kCrossed: {
-      const AnovaLine& against = study->is_pooled ? error : study->interaction;
-      study->part_to_part =
-          component({Term(1.0 / (o * r), study->part), Term(-1.0 / (o * r), against)});
-      study->appraiser_alone =
-          component({Term(1.0 / (p * r), study->appraiser), Term(-1.0 / (p * r), against)});
-      if (study->is_pooled) {
-        study->gauge =
-            component({Term(1.0 / (p * r), study->appraiser), Term(1.0 - 1.0 / (p * r), error)});
-      } else {
-        study->interaction_alone =
-            component({Term(1.0 / r, study->interaction), Term(-1.0 / r, error)});
-        study->gauge = component({Term(1.0 / (p * r), study->appraiser),
-                                  Term((1.0 - 1.0 / p) / r, study->interaction),
-                                  Term(1.0 - 1.0 / r, error)});
-      }
-      reproducibility = study->appraiser_alone.variance +
-                        (study->is_pooled ? 0.0 : study->interaction_alone.variance);
-      break;
+  // The variance by which means of `runs` readings in one line exceed that of another.
+  const auto between = [&](double runs, const AnovaLine& line, const AnovaLine* other) {
+    return std::vector<MeanSquareTerm>{{1.0 / runs, &line}, {-1.0 / runs, other}};
+  };
+  const auto part_of_gauge = [&](const std::vector<MeanSquareTerm>& terms) {
+    for (const MeanSquareTerm& term : terms) {
+      const auto same = std::ranges::find(gauge, term.line, &MeanSquareTerm::line);
+      if (same != gauge.end()) same->factor += term.factor;
+      if (same == gauge.end()) gauge.push_back(term);
     }
+    const VarianceComponent component = ComponentOf(terms, confidence);
+    reproducibility += component.variance;
+    return component;
+  };
+  study->repeatability = ComponentOf(gauge, confidence);
+  study->part_to_part =
+      ComponentOf(between(is_nested ? r : o * r, study->part, against), confidence);
+  if (o > 1.0) {
+    study->appraiser_alone =
+        part_of_gauge(between(p * r, study->appraiser, is_nested ? &study->part : against));
   }
+  if (has_interaction) {
+    study->interaction_alone = part_of_gauge(between(r, study->interaction, error));
+  }
+  study->gauge = ComponentOf(gauge, confidence);
   if (o > 1.0) study->reproducibility.variance = reproducibility;
   // Of components none of which is below zero, so the sum may be above that of the mean squares.
   study->gauge.variance = study->repeatability.variance + reproducibility;
@@ -281,15 +262,8 @@ void FillShares(double tolerance, GaugeStudy* study) {
 }  // namespace
 
 std::string_view StudyDesignName(StudyDesign design) {
-  switch (design) {
-    case StudyDesign::kCrossed:
-      return "crossed";
-    case StudyDesign::kNested:
-      return "nested";
-    case StudyDesign::kOneAppraiser:
-      return "one appraiser";
-  }
-  return "";
+  constexpr std::array<std::string_view, 3> kNames = {"crossed", "nested", "one appraiser"};
+  return kNames[static_cast<std::size_t>(design)];
 }
 
 Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,

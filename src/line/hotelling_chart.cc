@@ -42,44 +42,36 @@ struct TogetherUnits {
 
 // Mean and covariance of vectors that come one by one.
 struct RunningScatter {
-  explicit RunningScatter(Eigen::Index dimension)
-      : mean(Eigen::VectorXd::Zero(dimension)),
-        squares(Eigen::MatrixXd::Zero(dimension, dimension)) {}
+  explicit RunningScatter(Index dimension)
+      : mean(VectorXd::Zero(dimension)), squares(MatrixXd::Zero(dimension, dimension)) {}
 
   double count = 0.0;
-  Eigen::VectorXd mean;
-  Eigen::MatrixXd squares;
+  VectorXd mean;
+  MatrixXd squares;
 
-  void Add(const Eigen::VectorXd& value) {
+  void Add(const VectorXd& value) {
     count += 1.0;
-    const Eigen::VectorXd step = value - mean;
+    const VectorXd step = value - mean;
     mean += step / count;
     squares.noalias() += (1.0 - 1.0 / count) * step * step.transpose();
   }
-  Eigen::MatrixXd Covariance() const { return squares / (count - 1.0); }
+  MatrixXd Covariance() const { return squares / (count - 1.0); }
 };
 
 // Columns that are not determined by those before them: share of each one's variance that is left
 // is above 1e-8. Of a covariance; columns without variance are none of them.
-std::vector<Index> IndependentColumns(const Eigen::MatrixXd& covariance) {
+std::vector<Index> IndependentColumns(const MatrixXd& covariance) {
+  const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd correlations = scale.asDiagonal() * covariance * scale.asDiagonal();
   std::vector<Index> kept;
-  // Cholesky's factor of the correlations, row by row.
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
   for (Index col = 0; col < covariance.rows(); ++col) {
     if (!(covariance(col, col) > 0.0)) continue;
-    const Index place = static_cast<Index>(kept.size());
-    Eigen::VectorXd row(place);
-    for (Index k = 0; k < place; ++k) {
-      const Index other = kept[static_cast<std::size_t>(k)];
-      const double correlation =
-          covariance(col, other) / std::sqrt(covariance(col, col) * covariance(other, other));
-      row[k] = (correlation - row.head(k).dot(root.row(k).head(k))) / root(k, k);
+    double left = 1.0;
+    if (!kept.empty()) {
+      const Cholesky among(correlations(kept, kept));
+      left -= among.SolveLowerVector(correlations(kept, col)).squaredNorm();
     }
-    const double left = 1.0 - row.squaredNorm();
-    if (left < kLeastOwnVariance) continue;
-    root.row(place).head(place) = row.transpose();
-    root(place, place) = std::sqrt(left);
-    kept.push_back(col);
+    if (left >= kLeastOwnVariance) kept.push_back(col);
   }
   return kept;
 }
@@ -222,23 +214,22 @@ class Hotelling {
 };
 
 // Units of the station with a value of every parameter.
-TogetherUnits CompleteUnits(const LineData& data,
-                            const std::vector<const ParameterValues*>& parameters) {
+TogetherUnits CompleteUnits(const LineData& data, const std::vector<ParameterValues>& parameters) {
   TogetherUnits together;
   std::set<int> baseline, bad;
   std::vector<double> scale;
-  for (const ParameterValues* values : parameters) {
-    together.parameters.push_back(values->parameter);
+  for (const ParameterValues& values : parameters) {
+    together.parameters.push_back(values.parameter);
     RunningMoments moments;
-    for (std::size_t k = 0; k < values->baseline; ++k) {
-      baseline.insert(values->units[k]);
-      if (!values->good[k]) bad.insert(values->units[k]);
-      if (values->good[k]) moments.Add(values->values[k]);
+    for (std::size_t k = 0; k < values.baseline; ++k) {
+      baseline.insert(values.units[k]);
+      if (!values.good[k]) bad.insert(values.units[k]);
+      if (values.good[k]) moments.Add(values.values[k]);
     }
     scale.push_back(1.0 / std::sqrt(moments.Variance()));
   }
   const Index dimension = static_cast<Index>(parameters.size());
-  for (const int unit : parameters.front()->units) {
+  for (const int unit : parameters.front().units) {
     VectorXd row(dimension);
     for (Index k = 0; k < dimension; ++k) {
       const auto place = static_cast<std::size_t>(k);
@@ -256,28 +247,21 @@ TogetherUnits CompleteUnits(const LineData& data,
   return together;
 }
 
-// Without what the others determine.
-std::vector<const ParameterValues*> IndependentOf(
-    const TogetherUnits& together,
-    const std::vector<const ParameterValues*>& parameters,
-    StationCharts* station) {
-  RunningScatter scatter(static_cast<Index>(parameters.size()));
+// Leaves out what the others determine.
+void LeaveOutDependent(const TogetherUnits& together,
+                       std::vector<ParameterValues>* parameters,
+                       StationCharts* station) {
+  RunningScatter scatter(std::ssize(*parameters));
   for (std::size_t k = 0; k < together.baseline; ++k) {
     if (together.good[k]) scatter.Add(together.values[k]);
   }
-  std::vector<const ParameterValues*> kept;
-  if (scatter.count < 2.0) return kept;
   const std::vector<Index> independent = IndependentColumns(scatter.Covariance());
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const bool is_kept =
-        std::binary_search(independent.begin(), independent.end(), static_cast<Index>(k));
-    if (is_kept) {
-      kept.push_back(parameters[k]);
-    } else {
-      station->dependent.push_back(parameters[k]->parameter);
-    }
-  }
-  return kept;
+  Index column = 0;
+  std::erase_if(*parameters, [&](const ParameterValues& values) {
+    const bool is_kept = std::ranges::binary_search(independent, column++);
+    if (!is_kept) station->dependent.push_back(values.parameter);
+    return !is_kept;
+  });
 }
 
 void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
@@ -291,26 +275,24 @@ void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* stat
 }  // namespace
 
 void DrawHotelling(const LineData& data,
-                   const std::vector<ParameterValues>& shared,
+                   std::vector<ParameterValues> shared,
                    const ChartPlan& plan,
                    StationCharts* station) {
-  std::vector<const ParameterValues*> parameters;
-  for (const ParameterValues& values : shared) parameters.push_back(&values);
-  if (parameters.size() < 2) return;
-  TogetherUnits together = CompleteUnits(data, parameters);
+  if (shared.size() < 2) return;
+  TogetherUnits together = CompleteUnits(data, shared);
   const auto good = std::count(together.good.begin(), together.good.end(), true);
   if (!together.AreEnough(static_cast<double>(good))) {
-    NoteTooFew(good, parameters.size(), station);
+    NoteTooFew(good, shared.size(), station);
     return;
   }
-  const std::vector<const ParameterValues*> kept = IndependentOf(together, parameters, station);
-  if (kept.size() < 2) return;
-  if (kept.size() < parameters.size()) together = CompleteUnits(data, kept);
-  Hotelling chart(std::move(together), parameters.front()->own, station->alarms, plan);
+  LeaveOutDependent(together, &shared, station);
+  if (shared.size() < 2) return;
+  if (shared.size() < together.parameters.size()) together = CompleteUnits(data, shared);
+  Hotelling chart(std::move(together), shared.front().own, station->alarms, plan);
   if (chart.HasEnough()) {
     chart.DrawTo(station);
   } else {
-    NoteTooFew(std::lround(chart.Count()), kept.size(), station);
+    NoteTooFew(std::lround(chart.Count()), shared.size(), station);
   }
 }
 

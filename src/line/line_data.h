@@ -31,8 +31,8 @@ Estimate ShareOf(int count, int all, double confidence = 0.95);
 /// One unit as the line's statistics see it: the run that counts.
 struct UnitRecord {
   std::string serial = {}, run = {};
-  std::string recorded = {};            // when it was measured, ISO 8601, UTC; empty: not known
-  std::string verdict = {}, code = {};  // as in the store
+  std::string recorded = {};  // when it was measured, ISO 8601, UTC; empty: not known
+  std::string code = {};      // why it is not good, as in the store
   std::map<std::string, std::string> tags = {};  // station, slot, fixture, operator, lot, ...
   Eigen::VectorXd values = {}, sigma = {};       // by LineData::parameters; NaN: not estimated
 };

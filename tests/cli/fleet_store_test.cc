@@ -538,8 +538,6 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   EXPECT_FALSE(fs::exists(folder_.Path("b.db")));
 }
 
-#ifdef TRUETRIAD_HAVE_POSTGRESQL
-
 class FleetPostgreSQL : public FleetStore {
  protected:
   void SetUp() override {
@@ -646,8 +644,6 @@ TEST_F(FleetPostgreSQL, DoesNotShowItsPassword) {
   EXPECT_THAT(run.out + run.err,
               AllOf(HasSubstr("postgresql://line@/"), Not(HasSubstr("hunter2"))));
 }
-
-#endif  // TRUETRIAD_HAVE_POSTGRESQL
 
 }  // namespace fleet_store_test
 }  // namespace truetriad

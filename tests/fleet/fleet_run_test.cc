@@ -22,7 +22,7 @@
 #include "fleet/database.h"
 #include "fleet/log_files.h"
 #include "fleet/unit_folders.h"
-#include "fleet/worker.h"
+#include "fleet/unit_work.h"
 #include "io/temporary_folder.h"
 #include "support/log_writer.h"
 

@@ -9,6 +9,7 @@
 
 #include "fleet/json_lines.h"
 #include "fleet/run_samples.h"
+#include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {
@@ -149,11 +150,10 @@ TEST_F(JsonLines, KnowTheLastRunOfEachLog) {
   UnitRun again = SampleRun("2", "unit 1");
   again.config_sha256 = "def";
   ASSERT_TRUE(store->Add(again));
-  const Result<std::vector<KnownRun>> runs = store->LastRuns();
-  ASSERT_TRUE(runs);
-  ASSERT_EQ(runs->size(), 2u);
-  EXPECT_EQ(runs->at(0).config_sha256, "def");
-  EXPECT_EQ(runs->at(1).config_sha256, "abc");
+  const std::vector<UnitRun> runs = LastRuns(*store);
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs.at(0).config_sha256, "def");
+  EXPECT_EQ(runs.at(1).config_sha256, "abc");
 }
 
 TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {

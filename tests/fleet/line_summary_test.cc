@@ -13,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fleet/line_reader.h"
 #include "io/temporary_folder.h"
 
 namespace truetriad::fleet {

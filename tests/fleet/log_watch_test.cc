@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/log_watch.h"
-
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/fleet_run.h"
 #include "fleet/log_files.h"
 #include "io/temporary_folder.h"
 #include "support/patience.h"

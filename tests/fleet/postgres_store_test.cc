@@ -8,8 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fleet/database.h"
-#include "fleet/postgres_module.h"
+#include "fleet/postgres.h"
 #include "fleet/store_samples.h"
 #include "support/private_postgres.h"
 
@@ -42,9 +41,7 @@ TEST(StoreUrl, IsShownWithoutPasswords) {
   for (const auto& [url, text] : shown) EXPECT_EQ(ShownStore(url), text) << url;
 }
 
-#ifdef TRUETRIAD_HAVE_POSTGRESQL
-
-/// What a wrapped connection does at its operation of this number, counted over all connections:
+/// What libpq does at its call of this number, counted over all connections:
 /// nothing, or all of it; and then it is lost.
 struct Interruption {
   int at = -1;
@@ -53,46 +50,29 @@ struct Interruption {
 };
 Interruption interruption;
 
-class InterruptedConnection : public PostgresConnection {
- public:
-  explicit InterruptedConnection(std::unique_ptr<PostgresConnection> inner)
-      : inner_(std::move(inner)) {}
-  Outcome Begin(bool reads_only) override {
-    return Tried([&] { return inner_->Begin(reads_only); });
-  }
-  Outcome Commit() override {
-    return Tried([&] { return inner_->Commit(); });
-  }
-  void Abort() override { inner_->Abort(); }
-  Outcome Run(const std::string& sql,
-              const std::vector<const char*>& values,
-              PostgresAnswer* answer) override {
-    return Tried([&] { return inner_->Run(sql, values, answer); });
-  }
-  Outcome RunAll(const std::string& sql) override {
-    return Tried([&] { return inner_->RunAll(sql); });
-  }
+const Libpq* RealLibpq() { return LoadedLibpq().value(); }
 
- private:
-  template <typename Action>
-  static Outcome Tried(const Action& action) {
-    const bool is_interrupted = interruption.count++ == interruption.at;
-    if (is_interrupted && !interruption.is_done) return PostgresFailure{"cut", "", true};
-    Outcome outcome = action();
-    return is_interrupted ? PostgresFailure{"cut", "", true} : outcome;
-  }
+/// The result of a call, or none.
+template <typename Call>
+PGresult* Interrupted(const Call& call) {
+  const bool is_interrupted = interruption.count++ == interruption.at;
+  if (is_interrupted && !interruption.is_done) return nullptr;
+  PGresult* const result = call();
+  if (!is_interrupted) return result;
+  RealLibpq()->clear(result);
+  return nullptr;
+}
 
-  std::unique_ptr<PostgresConnection> inner_;
-};
-
-const PostgresModule* RealModule() { return LoadedPostgresModule().value(); }
-
-constexpr PostgresModule kInterrupted = {
-    [](const std::string& url, PostgresFailure* failure) -> std::unique_ptr<PostgresConnection> {
-      auto inner = RealModule()->connect(url, failure);
-      if (!inner) return nullptr;
-      return std::make_unique<InterruptedConnection>(std::move(inner));
-    }};
+const Libpq& InterruptedLibpq() {
+  static Libpq libpq = *RealLibpq();
+  libpq.exec = [](PGconn* connection, const char* sql) {
+    return Interrupted([&] { return RealLibpq()->exec(connection, sql); });
+  };
+  libpq.execParams = [](PGconn* connection, const char* sql, int count, auto... values) {
+    return Interrupted([&] { return RealLibpq()->execParams(connection, sql, count, values...); });
+  };
+  return libpq;
+}
 
 class PostgreSQLStore : public ::testing::Test {
  protected:
@@ -101,9 +81,9 @@ class PostgreSQLStore : public ::testing::Test {
     url_ = server()->NewDatabase();
   }
   static PrivatePostgres* server() { return PrivatePostgres::Get(); }
-  Result<std::unique_ptr<Store>> Opened(const PostgresModule& module, double patience_s) const {
+  Result<std::unique_ptr<Store>> Opened(const Libpq& libpq, double patience_s) const {
     TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Database> database,
-                               OpenPostgres(module, url_, Access::kWrite, patience_s));
+                               OpenPostgres(libpq, url_, Access::kWrite, patience_s));
     return Store::Open(std::move(database));
   }
 
@@ -113,7 +93,7 @@ class PostgreSQLStore : public ::testing::Test {
 // Wherever the connection is lost, and whether the server has still done it or not.
 TEST_F(PostgreSQLStore, RepeatsWhatIsInDoubt) {
   interruption = {};
-  const auto store = Opened(kInterrupted, 5.0);
+  const auto store = Opened(InterruptedLibpq(), 5.0);
   ASSERT_TRUE(store) << store.error().message;
   interruption.count = 0;
   ASSERT_TRUE((*store)->Add(RunOf("whole")));
@@ -153,7 +133,7 @@ TEST_F(PostgreSQLStore, ConnectsAnewWhenTheServerIsBack) {
 }
 
 TEST_F(PostgreSQLStore, GivesUpAServerThatIsGone) {
-  const auto store = Opened(*RealModule(), 0.5);
+  const auto store = Opened(*RealLibpq(), 0.5);
   ASSERT_TRUE(store) << store.error().message;
   server()->Stop();
   const Status status = (*store)->Add(RunOf("A1"));
@@ -261,8 +241,6 @@ TEST_F(PostgreSQLStore, AsksNothingThatWasTypedAsASuperuser) {
   server()->Psql(mighty, "REVOKE pg_write_server_files FROM line");
   EXPECT_TRUE((*OpenStoreToRead(url_))->AllowTypedText());
 }
-
-#endif  // TRUETRIAD_HAVE_POSTGRESQL
 
 }  // namespace postgres_store_test
 }  // namespace truetriad::fleet

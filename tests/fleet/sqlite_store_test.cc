@@ -62,15 +62,14 @@ TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
       "WITH RECURSIVE number (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM number WHERE i < 50002)"
       "INSERT INTO run SELECT printf('%06d', i), 'A1', printf('%d.csv', i / 2), i, 0, '', '', '', "
       "'', '', 'PASS', '', '', '', 0, 0, 0, NULL, NULL, '', '' FROM number");
-  const Result<std::vector<KnownRun>> runs = (*store)->LastRuns();
-  ASSERT_TRUE(runs);
+  const std::vector<UnitRun> runs = LastRuns(**store);
   std::set<std::string> logs;
-  for (const KnownRun& run : *runs) {
+  for (const UnitRun& run : runs) {
     logs.insert(run.log);
     EXPECT_TRUE(run.log_bytes % 2 == 1 || run.log_bytes == 50002) << run.log;
   }
   EXPECT_EQ(logs.size(), 25002u);
-  EXPECT_EQ(runs->size(), 25002u);
+  EXPECT_EQ(runs.size(), 25002u);
 }
 
 TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {

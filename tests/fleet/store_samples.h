@@ -31,6 +31,14 @@ inline UnitRun RunOf(const std::string& id, Verdict verdict) {
   return run;
 }
 
+/// Of each log the last run.
+inline std::vector<UnitRun> LastRuns(Store& store) {
+  std::vector<UnitRun> runs;
+  const Status status = store.ForEachLastRun([&](const UnitRun& run) { runs.push_back(run); });
+  EXPECT_TRUE(status) << status.error().message;
+  return runs;
+}
+
 /// The rows of an answer.
 inline std::vector<std::vector<std::optional<std::string>>> Ask(Store& store,
                                                                 const std::string& sql) {

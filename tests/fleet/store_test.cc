@@ -31,9 +31,6 @@ using ::testing::HasSubstr;
 class StoreTest : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-#ifndef TRUETRIAD_HAVE_POSTGRESQL
-    if (GetParam() == "PostgreSQL") GTEST_SKIP() << "built without libpqxx";
-#endif
     if (GetParam() == "PostgreSQL") TRUETRIAD_SKIP_WITHOUT_POSTGRES();
     url_ = NewUrl();
   }
@@ -84,12 +81,11 @@ TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
   second.config_sha256 = "def";
   ASSERT_TRUE((*store)->Add(second));
   ASSERT_TRUE((*store)->Add(first));
-  const Result<std::vector<KnownRun>> runs = (*store)->LastRuns();
-  ASSERT_TRUE(runs);
-  ASSERT_EQ(runs->size(), 1u);
-  EXPECT_EQ(runs->front().config_sha256, "def");
-  EXPECT_EQ(runs->front().serial, "A1");
-  EXPECT_EQ(runs->front().tags, second.tags);
+  const std::vector<UnitRun> runs = LastRuns(**store);
+  ASSERT_EQ(runs.size(), 1u);
+  EXPECT_EQ(runs.front().config_sha256, "def");
+  EXPECT_EQ(runs.front().serial, "A1");
+  EXPECT_EQ(runs.front().tags, second.tags);
   EXPECT_THAT(Ask(**store, "SELECT run FROM latest"), ElementsAre(ElementsAre("2")));
 }
 
@@ -219,9 +215,9 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
     return one;
   };
   const auto found = [&](const UnitRun& one) {
-    const Result<std::optional<KnownRun>> other = (*store)->RunOfSameReadings(one);
+    const Result<std::optional<UnitRun>> other = (*store)->RunOfSameReadings(one);
     EXPECT_TRUE(other) << other.error().message;
-    return *other ? (*other)->run : "";
+    return *other ? (*other)->id : "";
   };
   ASSERT_TRUE((*store)->Add(run("1", "A1", Verdict::kNoLimits)));
   ASSERT_TRUE((*store)->Add(run("2", "A2", Verdict::kNoResult)));
@@ -734,8 +730,8 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   EXPECT_FALSE((*store)->AddStationCheck(check).value());
   ASSERT_EQ(last_of("S4").size(), 2U);
   EXPECT_EQ(last_of("S4")[1].serial, "G2");
-  // Of one that does not count, what counts is the last of its golden unit. What a recording says of
-  // one golden unit takes nothing from what it says of another.
+  // Of one that does not count, what counts is the last of its golden unit. What a recording says
+  // of one golden unit takes nothing from what it says of another.
   const auto counting =
       [&](const std::string& id, const std::string& serial, const std::string& recording) {
         check.id = id, check.station = "S3", check.serial = serial, check.recording = recording;

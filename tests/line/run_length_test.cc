@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "line/run_length.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "line/chart_plan.h"
 
 namespace truetriad::line {
 namespace run_length_test {

@@ -19,7 +19,7 @@
 
 #include "base/spelling.h"
 #include "base/utf8.h"
-#include "fleet/worker.h"
+#include "fleet/unit_work.h"
 #include "io/input_guard.h"
 #include "model/finding_fields.h"
 #include "tools/truetriad/command.h"

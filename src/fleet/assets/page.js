@@ -2,7 +2,7 @@
 // The page: what is chosen, in the address so that it can be kept and sent, and who shows it.
 'use strict';
 (() => {
-  const { units, text, element, table, overview, parameter, unit, line } = window.fleet;
+  const { units, text, element, table, sections } = window.fleet;
   const search = document.getElementById('search');
   const verdict = document.getElementById('verdict');
   const hits = document.getElementById('hits');
@@ -38,16 +38,11 @@
   const refresh = () => {
     const shown = units.choose(filter);
     table.show(shown);
-    const { good, first } = overview.countGood(shown);
-    hits.textContent = `${text.count(shown.length)} of ${text.count(units.all.length)} units${filter.code ? ` with ${filter.code}` : ''}: ${text.percent(good, shown.length)} good, ${text.percent(first, shown.length)} at the first run`;
+    hits.textContent = `${text.count(shown.length)} of ${text.count(units.all.length)} units${filter.code ? ` with ${filter.code}` : ''}: ${text.percent(shown.filter(units.isGood).length, shown.length)} good, ${text.percent(shown.filter(units.isFirstGood).length, shown.length)} at the first run`;
     document.getElementById('reset').disabled = !(filter.text || filter.verdict || filter.code || Object.values(filter.tags).some(Boolean));
-    overview.show(shown, filter, (code) => choose({ code }));
+    sections.show(shown, filter, (code) => choose({ code }));
     clearTimeout(slow);
-    const rest = () => {
-      overview.showYield(shown);
-      parameter.show(shown);
-    };
-    slow = setTimeout(rest, isFirst ? 0 : kTyping);
+    slow = setTimeout(() => sections.showCharts(shown), isFirst ? 0 : kTyping);
     isFirst = false;
   };
 
@@ -81,14 +76,14 @@
   window.addEventListener('hashchange', () => {
     const { stated, serial } = readAddress();
     if (serial === null) {
-      unit.close();
+      sections.closeUnit();
       Object.assign(filter, stated);
       showFilter();
       refresh();
       return;
     }
     history.replaceState(null, '', address({ unit: serial }));
-    unit.open(serial);
+    sections.openUnit(serial);
   });
   // The same units in another order.
   window.fleet.showSorted = () => table.show(units.choose(filter));
@@ -100,6 +95,6 @@
   Object.assign(filter, stated);
   showFilter();
   refresh();
-  line.show();
-  if (serial !== null) unit.open(serial);
+  sections.showLine();
+  if (serial !== null) sections.openUnit(serial);
 })();

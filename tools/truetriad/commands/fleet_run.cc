@@ -16,10 +16,9 @@
 #include <gflags/gflags.h>
 
 #include "fleet/json_lines.h"
-#include "fleet/log_watch.h"
+#include "fleet/log_files.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
-#include "fleet/unit_list.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_progress.h"

@@ -13,11 +13,11 @@
 
 #include "base/utf8.h"
 #include "fleet/collect.h"
-#include "fleet/line_reader.h"
+#include "fleet/line_summary.h"
+#include "fleet/log_files.h"
 #include "fleet/run_table.h"
 #include "fleet/store.h"
 #include "fleet/unit_folders.h"
-#include "fleet/unit_list.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -60,24 +60,17 @@ std::string Question() {
          fleet::FromWhere("standing", FLAGS_where) + " ORDER BY recorded, serial";
 }
 
-/// Fields with commas, quotes or line ends are quoted, as is what a spreadsheet takes for a
-/// formula.
-std::string CsvField(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
-}
-
 std::string CsvOf(const fleet::Table& table) {
   std::string text;
   const auto add = [&text](const auto& row, const auto& field_of) {
     for (std::size_t i = 0; i < row.size(); ++i) text += (i > 0 ? "," : "") + field_of(row[i]);
     text += '\n';
   };
-  add(table.columns, CsvField);
+  add(table.columns, fleet::CsvQuoted);
   for (const auto& row : table.rows) {
-    add(row, [](const std::optional<std::string>& field) { return field ? CsvField(*field) : ""; });
+    add(row, [](const std::optional<std::string>& field) {
+      return field ? fleet::CsvQuoted(*field) : "";
+    });
   }
   return text;
 }
