@@ -22,6 +22,7 @@
 #include "io/mapping.h"
 #include "io/text_file.h"
 #include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -242,7 +243,7 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
                      "then truetriad convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadSmallFile(FLAGS_from));
     return ConvertTable(FLAGS_from, mapping);
   }
   const std::vector<std::string> names = FormatNames();
