@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -6,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -220,8 +222,8 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
 
 std::vector<std::string> FormatNames() {
   std::vector<std::string> names = {"bbl"};
-  for (const LogFormat& format : kLogFormats) names.emplace_back(format.name);
-  for (const ShippedMapping& mapping : ShippedMappings()) names.emplace_back(mapping.name);
+  std::ranges::move(NamesOf(kLogFormats), std::back_inserter(names));
+  std::ranges::move(NamesOf(ShippedMappings()), std::back_inserter(names));
   return names;
 }
 
