@@ -71,10 +71,14 @@ Places Documents::AllPlaces() const {
 
 void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places) {
   if (!reader.IsMap()) return;
+  const auto note = [&](const YamlReader& value) {
+    (*places)[prefix + value.name()] =
+        IsOverride(value.file()) ? value.file() : value.file() + ":" + std::to_string(value.line());
+  };
   for (const std::string& key : reader.Keys()) {
     YamlReader child = reader.Child(key);
-    (*places)[prefix + child.name()] =
-        IsOverride(child.file()) ? child.file() : child.file() + ":" + std::to_string(child.line());
+    note(child);
+    if (child.IsSequence()) std::ranges::for_each(child.Items(), note);
     CollectPlaces(child, prefix, places);
   }
 }

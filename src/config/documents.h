@@ -24,6 +24,9 @@ class Documents {
   /// The file, then the overrides in their order.
   std::vector<YamlReader>& all() { return documents_; }
 
+  /// A document that the file is read on top of.
+  void PutBelow(const YamlReader& base) { documents_.insert(documents_.begin(), base); }
+
   /// Where all keys stand; of several documents the last.
   Places AllPlaces() const;
 
@@ -42,7 +45,8 @@ bool IsOverride(std::string_view place);
 /// The document is an override of this key itself, not of one below it.
 bool IsOverrideOf(const YamlReader& document, std::string_view key);
 
-/// Notes where all keys below `reader` stand, with `prefix` in front of their names.
+/// Notes where all keys below `reader` stand, and the items of lists (`motion[1]`), with `prefix`
+/// in front of their names.
 void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places);
 
 /// The place of a key, or of the longest part of it that has one: of a, a.b and a.b.c for a.b.c;

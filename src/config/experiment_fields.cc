@@ -10,6 +10,7 @@
 #include "config/experiment_draft.h"
 #include "config/fields.h"
 #include "io/tags_yaml.h"
+#include "io/yaml_text.h"
 #include "truetriad/model/earth.h"
 #include "truetriad/model/mounting.h"
 
@@ -300,6 +301,19 @@ void PoseFields(Visit& visit, PosesConfig& poses) {
 }
 
 template <typename Visit>
+void PosesField(Visit& visit, PosesConfig& poses) {
+  const auto every_row = [&] {
+    Renew(&poses);
+    poses.kind = PoseSelectionKind::kEveryRow;
+  };
+  visit.Map("poses",
+            [&](auto& of) { PoseFields(of, poses); },
+            {.is_there = poses.given,  // The default would overrule what a recording states.
+             .is_flow = poses.kind != PoseSelectionKind::kSweep,
+             .words = {{"every_row", poses.kind == PoseSelectionKind::kEveryRow, every_row}}});
+}
+
+template <typename Visit>
 void AttitudeFields(Visit& visit, Experiment& experiment) {
   AttitudeOptions& attitudes = experiment.options.attitudes;
   const bool is_six_face = visit.Is("six_face", attitudes.kind, AttitudeKind::kSixFace);
@@ -357,15 +371,7 @@ void RecordingFields(Visit& visit, ExperimentDraft& draft) {
       mounting(TriadName(triad), draft.mounting[triad], Axes());
     }
   });
-  const auto every_row = [&] {
-    Renew(&poses);
-    poses.kind = PoseSelectionKind::kEveryRow;
-  };
-  visit.Map("poses",
-            [&](auto& of) { PoseFields(of, poses); },
-            {.is_there = poses.given,  // The default would overrule what a recording states.
-             .is_flow = poses.kind != PoseSelectionKind::kSweep,
-             .words = {{"every_row", poses.kind == PoseSelectionKind::kEveryRow, every_row}}});
+  PosesField(visit, poses);
   visit("time", poses.time_stamps, kTimeStamps);
   visit.List("exclude", poses.exclude, [](auto& in, ExcludedSeconds& range) {
     range.stated_in = in.PlaceOf();
@@ -530,13 +536,43 @@ std::string ResolvedYaml(const ExperimentDraft& asked, const CalibrateOptions& c
   return visit.text();
 }
 
-TimeStamps TimeStampsOf(const Calibration& calibration) {
+void TakeClocks(const Calibration& calibration, PosesConfig* poses) {
+  const Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config");
+  if (!config) return;
+  FieldReader root(*config);
+  root("time", poses->time_stamps, kTimeStamps);
+  root.Map("sensors", [poses](FieldReader& sensors) {
+    for (const Triad triad : kTriads) {
+      sensors.Map(TriadName(triad), [poses, triad](FieldReader& sensor) {
+        sensor("time_offset_s", poses->time_offset_s[triad], kAnyNumber);
+      });
+    }
+  });
+}
+
+Result<PosesConfig> ParsePoses(const std::string& text) {
   PosesConfig poses;
-  if (Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config")) {
-    FieldReader root(*config);
-    root("time", poses.time_stamps, kTimeStamps);
+  if (text.empty()) return poses;
+  const std::size_t colon = text.find(':');
+  const std::string kind = text.substr(0, colon);
+  const std::string value = colon == std::string::npos ? "auto" : text.substr(colon + 1);
+  YamlText yaml;
+  if (text == "every_row") {
+    yaml << "poses: every_row";
+  } else if (kind == "sweep" && colon != std::string::npos) {
+    yaml << "poses: { sweep: { window_s: " << Quoted{value} << " } }";
+  } else if (colon != std::string::npos || kind == "detect" || kind == "sweep") {
+    yaml << "poses: { " << Quoted{kind} << ": " << Quoted{value} << " }";
   }
-  return poses.time_stamps;
+  const Result<YamlReader> document = YamlReader::FromText(yaml.str(), "--poses");
+  if (document && !value.empty()) {
+    FieldReader::ReadMap(*document, [&poses](FieldReader& visit) { PosesField(visit, poses); });
+    if (document->errors().empty()) return poses;
+  }
+  return Error(ErrorCode::kInvalidArgument,
+               "--poses=" + text +
+                   " is unknown; expected detect, every_row, every:N (N >= 1), column:NAME, "
+                   "file:PATH, sweep or sweep:SECONDS");
 }
 
 }  // namespace truetriad

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -132,20 +134,23 @@ CalibrateOptions AsSettled(const Experiment& experiment) {
   return options;
 }
 
+/// `path` without the detours that come from paths relative to the experiment, if it is there.
+std::string ShortPath(const std::string& path) {
+  const std::string shorter = std::filesystem::path(path).lexically_normal().string();
+  std::error_code failure;
+  return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
+}
+
 /// Files stand beside the experiment.
 void ResolvePaths(Experiment* experiment) {
-  KnownMotionsConfig& motions = experiment->poses.known_motions;
-  for (std::string& input : experiment->inputs) input = Resolve(input, experiment->path);
+  for (std::string& input : experiment->inputs) {
+    input = ShortPath(Resolve(input, experiment->path));
+  }
   if (experiment->options.attitudes.kind != AttitudeKind::kGiven) experiment->attitudes_file = "";
-  std::vector<std::string*> files = {&experiment->forces_file,
-                                     &experiment->static_file,
-                                     &experiment->attitudes_file,
-                                     &experiment->poses.file,
-                                     &motions.turns_file,
-                                     &motions.rates_file};
-  for (std::string& file : experiment->allan_files) files.push_back(&file);
-  if (experiment->plan) files.push_back(&experiment->plan->program);
-  for (std::string* const file : files) *file = Resolve(*file, experiment->path);
+  for (std::string* const file : FilesOf(*experiment)) *file = Resolve(*file, experiment->path);
+  if (experiment->plan) {
+    experiment->plan->program = Resolve(experiment->plan->program, experiment->path);
+  }
 }
 
 Result<Experiment> ReadOpened(YamlReader main,
@@ -178,6 +183,18 @@ Result<Experiment> ReadOpened(YamlReader main,
 
 }  // namespace
 
+std::vector<std::string*> FilesOf(Experiment& experiment) {
+  KnownMotionsConfig& motions = experiment.poses.known_motions;
+  std::vector<std::string*> files = {&experiment.poses.file,
+                                     &experiment.attitudes_file,
+                                     &experiment.static_file,
+                                     &experiment.forces_file,
+                                     &motions.turns_file,
+                                     &motions.rates_file};
+  for (std::string& file : experiment.allan_files) files.push_back(&file);
+  return files;
+}
+
 Error ErrorAtKey(const ExperimentDraft& draft,
                  ErrorCode code,
                  const std::string& key,
@@ -199,47 +216,32 @@ Result<Experiment> ReadExperimentText(const std::string& text,
   return ReadOpened(std::move(main), path, overrides);
 }
 
-PerTriad<double> TimeOffsetsOf(const Calibration& calibration) {
-  PerTriad<double> offsets_s{{0.0, 0.0, 0.0}};
-  Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config");
-  if (!config || !config->IsMap()) return offsets_s;
-  YamlReader sensors = config->Child("sensors");
-  for (const Triad triad : kTriads) {
-    if (!sensors.IsMap()) break;
-    YamlReader sensor = sensors.Child(TriadName(triad));
-    if (sensor.IsMap()) sensor.Optional("time_offset_s", &offsets_s[triad]);
-  }
-  return offsets_s;
-}
-
-Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s) {
-  Experiment changed = experiment;
-  changed.poses.time_offset_s = offset_s;
-  if (experiment.draft == nullptr) return changed;
-  ExperimentDraft draft = *experiment.draft;
-  draft.experiment.poses.time_offset_s = offset_s;
-  for (const Triad triad : kTriads) {  // no line of these is a default
-    draft.given.emplace("sensors." + std::string(TriadName(triad)) + ".time_offset_s", "");
-  }
-  changed.resolved_yaml = ResolvedYaml(draft, experiment.options);
-  changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
-  return changed;
-}
-
 namespace {
 
-// Writes again what an experiment with other options or poses resolves to.
+// Writes again what an experiment with other options, kind of poses or clocks resolves to.
 Experiment ResolvedAgain(Experiment changed) {
   if (changed.draft == nullptr) return changed;
   ExperimentDraft draft = *changed.draft;
   draft.experiment.options = changed.options;
-  draft.experiment.poses = changed.poses;
+  PosesConfig& poses = draft.experiment.poses;  // Its files are named as they were written.
+  poses.kind = changed.poses.kind;
+  poses.given = changed.poses.given;
+  poses.time_offset_s = changed.poses.time_offset_s;
+  for (const Triad triad : kTriads) {  // An offset is no default.
+    draft.given.emplace("sensors." + std::string(TriadName(triad)) + ".time_offset_s", "");
+  }
   changed.resolved_yaml = ResolvedYaml(draft, changed.options);
   changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
   return changed;
 }
 
 }  // namespace
+
+Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s) {
+  Experiment changed = experiment;
+  changed.poses.time_offset_s = offset_s;
+  return ResolvedAgain(std::move(changed));
+}
 
 Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind) {
   Experiment changed = experiment;

@@ -48,21 +48,22 @@ void NominalFields(FieldReader& visit, PlanConfig* plan) {
       NominalSensorFields(sensor, triad, &plan->nominal[triad]);
     });
   }
-  visit("strength_ut", plan->nominal_strength_ut, kPositive);
-  visit("dip_deg", plan->nominal_dip_deg, kDipDeg);
+  visit("strength_ut", plan->options.nominal_field_ut, kPositive);
+  visit(InDegrees("dip_deg"), plan->options.nominal_dip_rad, kDipDeg);
 }
 
 }  // namespace
 
 void PlanFields(FieldReader& visit, PlanConfig* plan) {
-  PlanGrid* const grid = &plan->grid;
-  visit("poses", plan->poses, kPoses);
+  PlanOptions& options = plan->options;
+  PlanGrid* const grid = &options.grid;
+  visit("poses", options.poses, kPoses);
   if (YamlReader wanted = visit.Child("wanted")) {
     for (const std::string& name : wanted.Keys()) {
-      ReadAs(kPositive, wanted.Child(name), &plan->wanted[name]);
+      ReadAs(kPositive, wanted.Child(name), &options.wanted[name]);
     }
   }
-  visit("max_poses", plan->max_poses, kPoses);
+  visit("max_poses", options.max_poses, kPoses);
   const auto rotations = [&](FieldReader& in) {
     in.Require("spread");
     int count = 0;
@@ -80,16 +81,16 @@ void PlanFields(FieldReader& visit, PlanConfig* plan) {
   visit.Expect(std::adjacent_find(temperatures.begin(), temperatures.end()) == temperatures.end(),
                "a temperature is listed twice",
                "temperatures_degc");
-  visit("criterion", plan->criterion, kCriteria);
+  visit("criterion", options.criterion, kCriteria);
   visit("program", plan->program, kAnyText);
-  visit("random", plan->random_draws, Range{0, 10000, "0 to 10000 draws"});
+  visit("random", options.random_draws, Range{0, 10000, "0 to 10000 draws"});
   visit("start", plan->from_recording, kPlanStarts);
-  visit("rest_s", plan->rest_s, kPositive);
+  visit("rest_s", options.rest_s, kPositive);
   visit("turn_s",
-        plan->turn_s,
+        options.turn_s,
         Range{kPositive.lowest, 300.0, "up to 300 s, the longest turn that calibration uses"});
-  visit("turn_sigma_deg", plan->turn_sigma_deg, kNotNegative);
-  visit("seed", plan->seed, Seed());
+  visit(InDegrees("turn_sigma_deg"), options.turn_sigma_rad, kNotNegative);
+  visit("seed", options.seed, Seed());
   visit.Map("nominal", [&](FieldReader& nominal) { NominalFields(nominal, plan); });
 }
 

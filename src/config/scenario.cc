@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/config/scenario.h"
 
-#include <map>
 #include <optional>
-#include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "config/documents.h"
 #include "config/fields.h"
@@ -18,39 +18,11 @@ namespace {
 struct ScenarioDraft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
-  /// Where the sensors and the items of lists stand, "file:line: ", by the words with which
-  /// Scenario::Validate() names them.
-  std::map<std::string, FilePlace> places;
 };
 
-/// An override has no lines.
-FilePlace PlaceOf(const YamlReader& reader) {
-  const bool is_override = reader.file().starts_with("--set");
-  return {reader.file(), is_override ? 0 : reader.line()};
-}
-
-void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) {
-  if (!list.IsSequence()) return;
-  int number = 0;
-  for (const YamlReader& item : list.Items()) {
-    draft->places[word + " " + std::to_string(++number) + " "] = PlaceOf(item);
-  }
-}
-
-/// Beside a field, where it stands, for messages that begin with `word`.
-void NotePlace(FieldReader& visit,
-               std::string_view key,
-               const std::string& word,
-               ScenarioDraft* draft) {
-  if (const YamlReader child = visit.Child(key)) draft->places[word] = PlaceOf(child);
-}
-
-void WorldFields(FieldReader& visit, ScenarioDraft* draft) {
-  SimulatedWorld& world = draft->scenario.world;
-  NotePlace(visit, "gravity_mps2", "gravity ", draft);
+void WorldFields(FieldReader& visit, SimulatedWorld& world) {
   visit("gravity_mps2", world.gravity_mps2, kPositive);
   visit.Map("field", [&](FieldReader& field) {
-    NotePlace(field, "strength_ut", "field strength ", draft);
     field("strength_ut", world.field_ut, kPositive);
     field(InDegrees("dip_deg"), world.dip_rad, kDipDeg);
   });
@@ -80,52 +52,23 @@ void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* 
   visit("seed", scenario.seed, Seed());
   visit("count", scenario.count, Range{1, 9999, "1 to 9999 units"});
   visit("sessions", scenario.sessions, Range{1, kMostSimulatedSessions, kSessions});
-  visit.Map("world", [&](FieldReader& world) { WorldFields(world, draft); });
+  visit.Map("world", [&](FieldReader& world) { WorldFields(world, scenario.world); });
   visit.Map("sensors", [&](FieldReader& sensors) {
     for (const Triad triad : kTriads) {
-      NotePlace(sensors, TriadName(triad), std::string(TriadName(triad)), draft);
       ScenarioSensorMap(sensors, triad, &draft->sensors[triad]);
     }
   });
-  NotePlace(visit, "motion", "the motion ", draft);
-  NotePlaces(visit.Child("motion"), "motion step", draft);
-  NotePlaces(visit.Child("disturbances"), "disturbance", draft);
   CourseFields(visit, file, &scenario);
 }
 
-void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft) {
-  FieldReader::ReadMap(std::move(root),
-                       [&](FieldReader& visit) { ScenarioFields(visit, file, draft); });
-}
-
-/// Reads the scenario that the documents name as their base, if any does.
-void ReadBase(const std::string& file, ScenarioDraft* draft, std::vector<Error>* errors) {
-  Result<YamlReader> base = YamlReader::FromFile(file);
-  if (!base) {
-    errors->push_back(base.error());
-    return;
-  }
-  base->RequireChild("scenario");
-  if (YamlReader further = base->Child("base")) {
+/// The scenario on top of which another one goes.
+Result<YamlReader> OpenBase(const std::string& file) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader base, YamlReader::FromFile(file));
+  base.RequireChild("scenario");
+  if (YamlReader further = base.Child("base")) {
     further.Fail("this scenario is the base of another, so it cannot have a base itself");
   }
-  ReadDocument(*base, file, draft);
-  errors->insert(errors->end(), base->errors().begin(), base->errors().end());
-}
-
-/// Each line of `message` after the place of what it is about, or else `path`.
-void AddLines(const std::string& message,
-              const std::string& path,
-              const ScenarioDraft& draft,
-              std::vector<Error>* errors) {
-  std::istringstream lines(message);
-  for (std::string line; std::getline(lines, line);) {
-    FilePlace place{path};
-    for (const auto& [word, where] : draft.places) {
-      if (line.starts_with(word)) place = where;
-    }
-    errors->push_back(Error(ErrorCode::kInvalidValue, place, line));
-  }
+  return base;
 }
 
 Result<Scenario> ReadOpenedScenario(YamlReader main,
@@ -138,23 +81,32 @@ Result<Scenario> ReadOpenedScenario(YamlReader main,
   std::vector<Error> errors;
   std::string base;
   for (YamlReader& document : documents.all()) document.Optional("base", &base);
-  if (!base.empty()) ReadBase(Resolve(base, path), &draft, &errors);
-  for (const YamlReader& document : documents.all()) ReadDocument(document, path, &draft);
+  if (!base.empty()) {
+    const Result<YamlReader> opened = OpenBase(Resolve(base, path));
+    opened ? documents.PutBelow(*opened) : errors.push_back(opened.error());
+  }
+  for (const YamlReader& document : documents.all()) {
+    const std::string file = IsOverride(document.file()) ? path : document.file();
+    FieldReader::ReadMap(document,
+                         [&](FieldReader& visit) { ScenarioFields(visit, file, &draft); });
+  }
   documents.CollectErrors(&errors);
+  const Places places = documents.AllPlaces();
+  const auto fail = [&](const std::string& key, const std::string& problem) {
+    const std::string place = PlaceOf(key, places);
+    errors.push_back(ErrorIn(ErrorCode::kInvalidValue, place.empty() ? path : place, problem));
+  };
   if (errors.empty()) {
     for (const Triad triad : kTriads) {
       if (!draft.sensors[triad]) continue;
-      const std::string name(TriadName(triad));
-      const auto fail = [&, place = draft.places[name]](const std::string& problem) {
-        errors.push_back(
-            Error(ErrorCode::kInvalidValue, place, "sensors." + name + ": " + problem));
-      };
-      draft.scenario.sensors[triad] = SettledSensor(*draft.sensors[triad], fail);
+      const std::string key = "sensors." + std::string(TriadName(triad));
+      draft.scenario.sensors[triad] =
+          SettledSensor(*draft.sensors[triad],
+                        [&](const std::string& problem) { fail(key, key + ": " + problem); });
     }
   }
   if (errors.empty()) {
-    const Status valid = draft.scenario.Validate();
-    if (!valid) AddLines(valid.error().message, path, draft, &errors);
+    for (const Error& mistake : draft.scenario.Mistakes()) fail(mistake.key, mistake.message);
   }
   if (!errors.empty()) return Joined(errors);
   return std::move(draft.scenario);

@@ -1,234 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/io/corrected_log.h"
 
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <deque>
 #include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "io/reading_corrector.h"
-#include "io/whole_file.h"
-#include "truetriad/io/recording.h"
+#include "io/row_writer.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
-
-struct Sample {
-  std::int64_t time_ns = 0;
-  Eigen::Vector3d raw = Eigen::Vector3d::Zero();
-  double temperature_degc = kNotKnown;
-  std::int32_t pose = 0;
-};
-
-/// A triad that is written, with the samples that wait for those of the others.
-struct Channel {
-  Triad triad = Triad::kAccelerometer;
-  ReadingCorrector corrector;
-  std::deque<Sample> waiting;
-  double lengths = 0.0;  ///< Of what was written, and how many.
-  std::int64_t written = 0;
-};
-
-void AppendNumber(double value, std::string* text) {
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-  text->append(digits.data(), end);
-}
-
-/// Nanoseconds as decimal seconds, exactly.
-void AppendSeconds(std::int64_t time_ns, std::string* text) {
-  constexpr std::uint64_t kPerSecond = 1'000'000'000;
-  const auto bits = static_cast<std::uint64_t>(time_ns);
-  const std::uint64_t magnitude = time_ns < 0 ? 0 - bits : bits;
-  if (time_ns < 0) *text += '-';
-  *text += std::to_string(magnitude / kPerSecond);
-  std::string fraction = std::to_string(kPerSecond + magnitude % kPerSecond);
-  fraction[0] = '.';
-  fraction.resize(fraction.find_last_not_of('0') + 1);
-  if (fraction.size() > 1) *text += fraction;
-}
-
-/// Merges the channels by time into rows of text.
-class RowWriter {
+/// Corrects the readings of the triads that the calibration covers, and counts what it does.
+class Correction : public ReadingChange {
  public:
-  RowWriter(const RecordingInfo& info, std::vector<Channel> channels)
-      : has_time_(info.has_time), channels_(std::move(channels)) {
-    for (const StreamInfo& stream : info.streams) {
-      has_temperature_ = has_temperature_ || stream.has_temperature;
-      has_pose_ = has_pose_ || stream.has_pose_column;
+  /// Error: no triad of the recording can be corrected, or one cannot that should.
+  static Result<Correction> Create(const RecordingInfo& info, const Calibration& calibration) {
+    if (!calibration.IsUsable()) {
+      return Error(ErrorCode::kCalibrationNotUsable,
+                   "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
+                       "): set right what its findings name, and calibrate again");
     }
-  }
-
-  std::string Header() const {
-    std::string text = has_time_ ? "time[s]," : "";
-    for (const Channel& channel : channels_) {
-      for (const char* axis : {"_x[", "_y[", "_z["}) {
-        text.append(TriadPrefix(channel.triad)).append(axis);
-        text.append(TruthUnitName(channel.triad)).append("],");
-      }
-    }
-    if (has_temperature_) text += "temperature[degC],";
-    if (has_pose_) text += "pose,";
-    text.back() = '\n';
-    return text;
-  }
-
-  void Add(const SampleBlock& block) {
-    for (Channel& channel : channels_) {
-      if (channel.triad != block.triad) continue;
-      for (std::size_t i = 0; i < block.x.size(); ++i) {
-        channel.waiting.push_back(
-            {block.time_ns[i],
-             {block.x[i], block.y[i], block.z[i]},
-             block.temperature_degc.empty() ? kNotKnown : block.temperature_degc[i],
-             block.pose.empty() ? 0 : block.pose[i]});
-      }
-    }
-  }
-
-  void StateLengths(CorrectedLogSummary* summary) const {
-    for (const Channel& channel : channels_) {
-      if (channel.written == 0) continue;
-      summary->mean_length[channel.triad] = channel.lengths / static_cast<double>(channel.written);
-    }
-  }
-
-  /// Appends the rows whose samples are all there; at the end of the recording, all that wait.
-  Status TakeRows(bool at_end, std::string* text, CorrectedLogSummary* summary) {
-    while (at_end || NothingMissing()) {
-      const Channel* next = nullptr;
-      for (const Channel& channel : channels_) {
-        if (!channel.waiting.empty() &&
-            (next == nullptr || channel.waiting.front().time_ns < next->waiting.front().time_ns)) {
-          next = &channel;
-        }
-      }
-      if (next == nullptr) break;
-      const std::int64_t time_ns = next->waiting.front().time_ns;
-      if (time_ns < last_time_ns_) {
-        return Error(ErrorCode::kTimeGoesBack,
-                     "the " + std::string(TriadName(next->triad)) +
-                         " appears too late in the log to sort its rows by time; sort the log, "
-                         "or put each sensor into its own file");
-      }
-      last_time_ns_ = time_ns;
-      AppendRow(time_ns, text, summary);
-    }
-    return {};
-  }
-
- private:
-  /// No sample can come any more that belongs before the first one waiting. A triad that has ended,
-  /// or is silent for long, must not make the others wait: the memory is bounded.
-  bool NothingMissing() const {
-    // Samples: some seconds of the fastest loggers, 12 MB.
-    constexpr std::size_t kMaxWaiting = 1U << 18U;
-    bool any_empty = false;
-    bool any_full = false;
-    for (const Channel& channel : channels_) {
-      any_empty = any_empty || channel.waiting.empty();
-      any_full = any_full || channel.waiting.size() > kMaxWaiting;
-    }
-    return !any_empty || any_full;
-  }
-
-  void AppendRow(std::int64_t time_ns, std::string* text, CorrectedLogSummary* summary) {
-    if (has_time_) {
-      AppendSeconds(time_ns, text);
-      *text += ',';
-    }
-    double temperature_degc = kNotKnown;
-    std::optional<std::int32_t> pose;
-    bool clamped = false;
-    bool unknown_temperature = false;
-    // The accelerometer comes first, so that its force is there for the gyroscope's row.
-    for (Channel& channel : channels_) {
-      if (channel.waiting.empty() || channel.waiting.front().time_ns != time_ns) {
-        *text += ",,,";
+    Correction correction;
+    std::string names;
+    bool has_any = false;
+    for (const Triad triad : kTriads) {
+      const StreamInfo* const stream = info.Find(triad);
+      if (stream == nullptr) continue;
+      if (!calibration.sensors[triad]) {
+        correction.summary_.left_out.push_back(triad);
+        names += (names.empty() ? "" : ", ") + std::string(TriadName(triad));
         continue;
       }
-      const Sample sample = channel.waiting.front();
-      channel.waiting.pop_front();
-      if (std::isnan(temperature_degc)) temperature_degc = sample.temperature_degc;
-      if (!pose) pose = sample.pose;
-      const Eigen::Vector3d truth =
-          channel.corrector.Correct(time_ns, sample.raw, sample.temperature_degc, force_mps2_);
-      if (channel.triad == Triad::kAccelerometer) force_mps2_ = truth;
-      clamped = clamped || channel.corrector.clamped();
-      unknown_temperature = unknown_temperature || truth.hasNaN();
-      if (!truth.hasNaN()) {
-        channel.lengths += truth.norm();
-        ++channel.written;
+      TRUETRIAD_ASSIGN_OR_RETURN(const ReadingCorrector corrector,
+                                 ReadingCorrector::Create(*calibration.sensors[triad], *stream));
+      if (corrector.needs_force() && !correction.correctors_[Triad::kAccelerometer]) {
+        return Error(ErrorCode::kMissingSensor,
+                     {info.path},
+                     "the calibration of the " + std::string(TriadName(triad)) +
+                         " has g-sensitivity, which needs the accelerometer too; add its columns");
       }
-      for (const double value : truth) {
-        if (!std::isnan(value)) AppendNumber(value, text);
-        *text += ',';
-      }
+      correction.correctors_[triad] = corrector;
+      has_any = true;
     }
-    if (has_temperature_) {
-      if (!std::isnan(temperature_degc)) AppendNumber(temperature_degc, text);
-      *text += ',';
-    }
-    if (has_pose_) *text += std::to_string(pose.value_or(0)) + ',';
-    text->back() = '\n';
-    ++summary->rows;
-    summary->clamped_temperature += clamped ? 1 : 0;
-    summary->not_corrected += unknown_temperature ? 1 : 0;
-  }
-
-  bool has_time_;
-  bool has_temperature_ = false;
-  bool has_pose_ = false;
-  std::vector<Channel> channels_;
-  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kNotKnown);  ///< The last one known.
-  std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
-};
-
-/// The triads of the recording that the calibration covers.
-Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
-                                          const Calibration& calibration,
-                                          CorrectedLogSummary* summary) {
-  if (!calibration.IsUsable()) {
-    return Error(ErrorCode::kCalibrationNotUsable,
-                 "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
-                     "): set right what its findings name, and calibrate again");
-  }
-  std::vector<Channel> channels;
-  for (const Triad triad : kTriads) {
-    const StreamInfo* const stream = info.Find(triad);
-    if (stream == nullptr) continue;
-    if (!calibration.sensors[triad]) {
-      summary->left_out.push_back(triad);
-      continue;
-    }
-    TRUETRIAD_ASSIGN_OR_RETURN(ReadingCorrector corrector,
-                               ReadingCorrector::Create(*calibration.sensors[triad], *stream));
-    if (corrector.needs_force() &&
-        (channels.empty() || channels[0].triad != Triad::kAccelerometer)) {
-      return Error(ErrorCode::kMissingSensor,
-                   {info.path},
-                   "the calibration of the " + std::string(TriadName(triad)) +
-                       " has g-sensitivity, which needs the accelerometer too; add its columns");
-    }
-    channels.push_back({triad, std::move(corrector), {}});
-  }
-  if (channels.empty()) {
-    std::string names;
-    for (const Triad triad : summary->left_out) {
-      names += (names.empty() ? "" : ", ") + std::string(TriadName(triad));
-    }
+    if (has_any) return correction;
     return Error(ErrorCode::kMissingSensor,
                  {info.path},
                  "contains " + names + ", but the calibration includes none of these sensors");
   }
-  return channels;
-}
+
+  bool Covers(Triad triad) const { return correctors_[triad].has_value(); }
+
+  Eigen::Vector3d Changed(Triad triad,
+                          std::int64_t time_ns,
+                          const Eigen::Vector3d& raw,
+                          double temperature_degc) override {
+    ReadingCorrector& corrector = *correctors_[triad];
+    const Eigen::Vector3d truth = corrector.Correct(time_ns, raw, temperature_degc, force_mps2_);
+    if (triad == Triad::kAccelerometer) force_mps2_ = truth;
+    is_clamped_ |= corrector.clamped();
+    if (truth.hasNaN()) {
+      is_empty_ = true;
+    } else {
+      summary_.mean_length[triad] += truth.norm();
+      ++written_[triad];
+    }
+    return truth;
+  }
+
+  void EndRow() override {
+    ++summary_.rows;
+    summary_.clamped_temperature += std::exchange(is_clamped_, false) ? 1 : 0;
+    summary_.not_corrected += std::exchange(is_empty_, false) ? 1 : 0;
+  }
+
+  CorrectedLogSummary Summary() const {
+    CorrectedLogSummary summary = summary_;
+    for (const Triad triad : kTriads) {
+      if (written_[triad] > 0) summary.mean_length[triad] /= static_cast<double>(written_[triad]);
+    }
+    return summary;
+  }
+
+ private:
+  PerTriad<std::optional<ReadingCorrector>> correctors_;
+  Eigen::Vector3d force_mps2_ =
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< The last one known.
+  bool is_clamped_ = false, is_empty_ = false;                              ///< Of this row.
+  CorrectedLogSummary summary_;  ///< With sums of lengths in the place of means.
+  PerTriad<std::int64_t> written_{};
+};
 
 }  // namespace
 
@@ -237,13 +99,21 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const std::string& path,
                                               const ProgressCallback& progress,
                                               const std::function<bool()>& stop) {
-  CorrectedLogSummary summary;
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Channel> channels,
-                             MakeChannels(source.info(), calibration, &summary));
-  RowWriter rows(source.info(), std::move(channels));
-  WholeFile file(path);
-  TRUETRIAD_RETURN_IF_ERROR(file.status());
-  std::string text = rows.Header();
+  const RecordingInfo& info = source.info();
+  TRUETRIAD_ASSIGN_OR_RETURN(Correction correction, Correction::Create(info, calibration));
+  RecordingFormat format;
+  format.time_decimals = RecordingFormat::kShortest;
+  RowWriter rows(path, format, info.has_time);
+  TRUETRIAD_RETURN_IF_ERROR(rows.status());
+  // The accelerometer comes first, so that its force is there for the gyroscope's row.
+  for (const Triad triad : kTriads) {
+    if (!correction.Covers(triad)) continue;
+    StreamInfo stream = *info.Find(triad);
+    stream.unit = {std::string(TruthUnitName(triad)), 1.0, false};
+    stream.has_ambient = false;
+    rows.AddStream(stream);
+  }
+  rows.WriteHeader();
   std::vector<SampleBlock> blocks;
   for (bool at_end = false; !at_end;) {
     if (stop && stop())
@@ -251,15 +121,11 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
     at_end = !more;
     for (const SampleBlock& block : blocks) rows.Add(block);
-    TRUETRIAD_RETURN_IF_ERROR(rows.TakeRows(at_end, &text, &summary));
-    file.Write(text);
-    TRUETRIAD_RETURN_IF_ERROR(file.status());
-    text.clear();
+    TRUETRIAD_RETURN_IF_ERROR(rows.WriteRows(at_end, &correction));
     if (progress) progress(source.progress());
   }
-  TRUETRIAD_RETURN_IF_ERROR(file.Commit());
-  rows.StateLengths(&summary);
-  return summary;
+  TRUETRIAD_RETURN_IF_ERROR(rows.Commit());
+  return correction.Summary();
 }
 
 }  // namespace truetriad

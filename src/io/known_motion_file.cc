@@ -27,67 +27,51 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
 }
 
 /// `start_s` and `end_s`, times of the log.
-void ReadTimes(YamlReader& item, TimeRange* times) {
+void TimeFields(FieldReader& visit, TimeRange* times) {
   // An int64 of nanoseconds reaches so far.
   constexpr double kFurthestS = 9.2e9;
   constexpr double kNsPerS = 1e9;
+  constexpr Range kLogTime{-kFurthestS, kFurthestS, "seconds of the log's time"};
   double start_s = 0.0, end_s = 0.0;
-  if (!item.Require("start_s", &start_s) || !item.Require("end_s", &end_s)) return;
-  if (!(start_s < end_s) || std::abs(start_s) > kFurthestS || std::abs(end_s) > kFurthestS) {
-    item.Fail("its time is not a range; expected start_s < end_s, in seconds of the log's time");
-    return;
-  }
+  for (const char* key : {"start_s", "end_s"}) visit.Require(key);
+  const bool has_start = visit("start_s", start_s, kLogTime);
+  if (!visit("end_s", end_s, kLogTime) || !has_start) return;
+  visit.Expect(start_s < end_s,
+               "its time is not a range; expected start_s < end_s, in seconds of the log's time");
   *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
 }
 
 /// `first` and `last`, `start_s` and `end_s`, or a pose's number at `pose_key`.
-void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) {
-  place->stated_in = item.file() + ":" + std::to_string(item.line());
-  YamlReader pose = item.Child(pose_key);
-  YamlReader first = item.Child("first");
-  YamlReader last = item.Child("last");
-  const bool has_start = static_cast<bool>(item.Child("start_s"));
-  const bool has_end = static_cast<bool>(item.Child("end_s"));
-  const bool has_times = has_start || has_end;
-  if (has_times && (pose || first || last)) {
-    item.Fail(
-        "a time, rows and a pose exclude each other; keep `start_s` and `end_s`, `first` and "
-        "`last`, or `" +
-        std::string(pose_key) + "`");
-    return;
-  }
-  if (has_times) return ReadTimes(item, &place->times);
-  if (pose) {
-    if (first || last) {
-      pose.Fail("rows and a pose exclude each other; keep `first` and `last`, or `" +
-                std::string(pose_key) + "`");
-    }
-    if (pose.Read(&place->pose) && place->pose < 1) {
-      pose.Fail("expected the number of a pose, counted from 1 (`truetriad inspect` lists them)");
-    }
-    return;
-  }
-  if (!first && !last) {
-    item.Fail(
-        "has no place in the recording; expected rows `first` and `last`, times `start_s` and "
-        "`end_s`, or `" +
-        std::string(pose_key) + "`");
-    return;
-  }
-  if (!item.Require("first", &place->rows.first) || !item.Require("last", &place->rows.last)) {
-    return;
-  }
-  if (place->rows.first < 0 || place->rows.empty()) {
-    item.Fail("rows " + std::to_string(place->rows.first) + " to " +
-              std::to_string(place->rows.last) + " are not a range; expected 0 <= first <= last");
-  }
+void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* place) {
+  place->stated_in = visit.map().file() + ":" + std::to_string(visit.map().line());
+  const bool has_pose = visit.Has(pose_key);
+  const bool has_start = visit.Has("start_s"), has_times = visit.Has("end_s") || has_start;
+  const bool has_first = visit.Has("first"), has_rows = visit.Has("last") || has_first;
+  const int ways = int{has_pose} + int{has_times} + int{has_rows};
+  const std::string known =
+      "`first` and `last`, `start_s` and `end_s`, or `" + std::string(pose_key) + "`";
+  visit.Expect(ways > 0, "has no place in the recording; expected " + known);
+  visit.Expect(ways < 2, "a time, rows and a pose exclude each other; keep " + known);
+  visit(pose_key,
+        place->pose,
+        Range{.lowest = 1.0,
+              .expected = "the number of a pose, counted from 1 (`truetriad inspect` lists them)"});
+  if (has_times) TimeFields(visit, &place->times);
+  if (!has_rows) return;
+  RowSpan& rows = place->rows;
+  for (const char* key : {"first", "last"}) visit.Require(key);
+  const bool is_read = visit("first", rows.first, kAnyNumber);
+  if (!visit("last", rows.last, kAnyNumber) || !is_read) return;
+  visit.Expect(rows.first >= 0 && !rows.empty(),
+               "rows " + std::to_string(rows.first) + " to " + std::to_string(rows.last) +
+                   " are not a range; expected 0 <= first <= last");
 }
 
 StatedTurn ReadTurn(FieldReader& visit, const TurnDefaults& defaults) {
   StatedTurn turn;
   turn.sigma_rad = defaults.sigma_rad;
   turn.axis_sigma_rad = defaults.axis_sigma_rad;
-  ReadPlace(visit.map(), "after_pose", &turn.at);
+  PlaceFields(visit, "after_pose", &turn.at);
   visit.Require("axis");
   ReadAxis(visit, &turn.axis);
   const bool is_one = visit.Has("turns") != visit.Has("degrees");
@@ -105,7 +89,7 @@ StatedTurn ReadTurn(FieldReader& visit, const TurnDefaults& defaults) {
 
 StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
   StatedRate rate;
-  ReadPlace(visit.map(), "pose", &rate.at);
+  PlaceFields(visit, "pose", &rate.at);
   if (visit.Has("rate_degps")) {
     visit(InDegrees("rate_degps"), rate.rate_radps, kNumbers);
   } else {

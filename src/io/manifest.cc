@@ -7,6 +7,7 @@
 
 #include "io/burst_windows.h"
 #include "io/field_reader.h"
+#include "io/manifest_stream.h"
 #include "io/recording_layout.h"
 #include "io/tags_yaml.h"
 #include "io/text_file.h"
@@ -16,21 +17,6 @@
 
 namespace truetriad {
 namespace {
-
-/// A column as a manifest names it, and where it does.
-struct ColumnReference {
-  std::string text;                  ///< A header name or a 0-based index.
-  std::optional<YamlReader> stated;  ///< Unset where the call names it.
-};
-
-struct ManifestStream {
-  StreamLayout layout;  ///< Columns not resolved yet.
-  CsvLayout csv;
-  std::optional<YamlReader> stated;
-  std::optional<ColumnReference> time;
-  std::array<ColumnReference, 3> axes;
-  std::optional<ColumnReference> temperature, ambient;
-};
 
 struct Manifest {
   std::string sha256;
@@ -149,29 +135,6 @@ bool TemperatureField(FieldReader& visit,
   return temperature->has_value();
 }
 
-void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream) {
-  StreamInfo& info = stream.layout.info;
-  stream.stated = visit.map();
-  info.triad = triad;
-  for (const char* key : {"file", "unit"}) visit.Require(key);
-  if (visit("file", info.file, kAnyText)) info.file = Resolved(visit.map().file(), info.file);
-  visit.Map("time", [&](FieldReader& time) { TimeFields(time, stream); });
-  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
-    stream.axes[axis] = ReadColumn(visit, kAxisLetters.substr(axis, 1));
-  }
-  visit("unit", info.unit, ReadingsUnit{triad});
-  info.has_temperature =
-      TemperatureField(visit, "temperature", &stream.temperature, &stream.layout.temperature);
-  info.has_ambient =
-      TemperatureField(visit, "ambient_temperature", &stream.ambient, &stream.layout.ambient);
-  visit("si_per_count", info.si_per_count, kPositive);
-  visit.Expect(info.unit.is_counts, "needs `unit: counts`", "si_per_count");
-  visit("separator", stream.csv.separator, Separator());
-  visit("skip_lines", stream.csv.skip_lines, kNotNegative);
-  visit("header", stream.csv.header, kHeaders);
-  visit("ragged", stream.csv.ragged, kRagged);
-}
-
 /// Which corrections the readings already have, one entry for all triads or one a triad.
 void ReadApplied(YamlReader applied,
                  const PerTriad<bool>& left_out,
@@ -258,8 +221,12 @@ Result<Manifest> ReadManifest(const std::string& path, const PerTriad<bool>& lef
     for (const char* for_people : {"source", "frame"}) visit.Has(for_people);
     visit.Map("streams", [&](FieldReader& streams) {
       for (const Triad triad : kTriads) {
-        streams.Map(TriadName(triad), [&](FieldReader& stream) {
-          StreamFields(stream, triad, manifest.streams.emplace_back());
+        streams.Map(TriadName(triad), [&](FieldReader& in) {
+          ManifestStream& stream = manifest.streams.emplace_back();
+          std::string& file_name = stream.layout.info.file;
+          in.Require("file");
+          if (in("file", file_name, kAnyText)) file_name = Resolved(path, file_name);
+          StreamFields(in, triad, stream);
         });
       }
       streams.Expect(!manifest.streams.empty(),
@@ -348,6 +315,28 @@ Result<FileLayout*> FileOf(const ManifestStream& stream,
 }
 
 }  // namespace
+
+void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream) {
+  StreamInfo& info = stream.layout.info;
+  stream.stated = visit.map();
+  info.triad = triad;
+  visit.Require("unit");
+  visit.Map("time", [&](FieldReader& time) { TimeFields(time, stream); });
+  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+    stream.axes[axis] = ReadColumn(visit, kAxisLetters.substr(axis, 1));
+  }
+  visit("unit", info.unit, ReadingsUnit{triad});
+  info.has_temperature =
+      TemperatureField(visit, "temperature", &stream.temperature, &stream.layout.temperature);
+  info.has_ambient =
+      TemperatureField(visit, "ambient_temperature", &stream.ambient, &stream.layout.ambient);
+  visit("si_per_count", info.si_per_count, kPositive);
+  visit.Expect(info.unit.is_counts, "needs `unit: counts`", "si_per_count");
+  visit("separator", stream.csv.separator, Separator());
+  visit("skip_lines", stream.csv.skip_lines, kNotNegative);
+  visit("header", stream.csv.header, kHeaders);
+  visit("ragged", stream.csv.ragged, kRagged);
+}
 
 bool IsManifest(const std::string& path) {
   return path.ends_with(".yaml") || path.ends_with(".yml");

@@ -5,35 +5,23 @@
 #include <array>
 #include <filesystem>
 #include <memory>
-#include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "io/csv_reader.h"
+#include "io/manifest_stream.h"
 #include "io/text_file.h"
-#include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-struct ColumnUnit {
-  std::string column, unit;
-  std::vector<std::pair<std::string, double>> more;  ///< Keys that a manifest has, too.
-  std::optional<bool> is_signed;                     ///< A register.
-};
-
-/// One way in which a file may hold a triad.
+/// One way in which a file may hold a triad: a stream of a manifest.
 struct Candidate {
-  Triad triad = Triad::kAccelerometer;
-  int input = 1;                   ///< 1-based.
-  std::optional<ColumnUnit> time;  ///< None: rows.
-  std::array<std::string, 3> axes;
-  std::string unit;
-  std::optional<double> si_per_count;
-  std::optional<ColumnUnit> temperature, ambient_temperature;
-  std::string separator, header;  ///< Empty: found.
+  int input = 1;  ///< 1-based.
+  ManifestStream stream;
 };
 
 struct Mapping {
@@ -42,86 +30,36 @@ struct Mapping {
   std::vector<Candidate> candidates;
 };
 
-std::optional<ColumnUnit> ReadColumnUnit(YamlReader yaml,
-                                         const std::vector<std::string>& more_keys) {
-  if (!yaml) return std::nullopt;
-  ColumnUnit read;
-  yaml.Require("column", &read.column);
-  yaml.Require("unit", &read.unit);
-  for (const std::string& key : more_keys) {
-    if (key == "signed") {
-      if (bool is_signed = false; yaml.Optional(key, &is_signed)) read.is_signed = is_signed;
-    } else if (double value = 0.0; yaml.Optional(key, &value)) {
-      read.more.emplace_back(key, value);
-    }
-  }
-  yaml.RejectUnknown();
-  return read;
-}
-
-Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
-  const std::vector<std::string> register_keys = {"scale", "offset", "wrap_bits", "signed"};
-  Candidate candidate;
-  candidate.triad = triad;
-  if (yaml.Optional("input", &candidate.input) &&
-      (candidate.input < 1 || candidate.input > input_count)) {
-    yaml.Child("input").Fail("is not among the inputs, which are counted from 1");
-    candidate.input = 1;
-  }
-  candidate.time = ReadColumnUnit(yaml.Child("time"), {"rate_hz", "window_samples"});
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    yaml.Require(kAxisLetters.substr(axis, 1), &candidate.axes[axis]);
-  yaml.Require("unit", &candidate.unit);
-  if (double value = 0.0; yaml.Optional("si_per_count", &value)) candidate.si_per_count = value;
-  candidate.temperature = ReadColumnUnit(yaml.Child("temperature"), register_keys);
-  candidate.ambient_temperature = ReadColumnUnit(yaml.Child("ambient_temperature"), register_keys);
-  yaml.Optional("separator", &candidate.separator);
-  yaml.Optional("header", &candidate.header);
-  yaml.RejectUnknown();
-  return candidate;
+void CandidateFields(FieldReader& visit, Triad triad, Mapping& mapping) {
+  Candidate& candidate = mapping.candidates.emplace_back();
+  const std::size_t inputs = mapping.info.inputs.size();
+  const std::string expected = "an input, from 1 to " + std::to_string(inputs);
+  visit("input", candidate.input, Range{1.0, static_cast<double>(inputs), expected});
+  StreamFields(visit, triad, candidate.stream);
 }
 
 Result<Mapping> ReadMapping(const std::string& text, const std::string& name) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, name));
-  YamlReader& yaml = file;
   Mapping mapping;
-  int version = 0;
-  if (yaml.Require("mapping", &version) && version != 1) {
-    yaml.Child("mapping").Fail("this program reads version 1 of mappings");
-  }
-  yaml.Require("about", &mapping.info.about);
-  for (YamlReader& item : yaml.RequireChild("inputs").Items()) {
-    std::string input;
-    item.Read(&input);
-    mapping.info.inputs.push_back(input);
-  }
-  yaml.Optional("first_line", &mapping.first_line);
-  for (YamlReader& item : yaml.RequireChild("streams").Items()) {
-    for (const Triad triad : kTriads) {
-      if (YamlReader stream = item.Child(TriadName(triad))) {
-        mapping.candidates.push_back(
-            ReadCandidate(stream, triad, static_cast<int>(mapping.info.inputs.size())));
-      }
+  FieldReader::ReadMap(file, [&mapping](FieldReader& visit) {
+    for (const char* key : {"mapping", "about", "inputs", "streams"}) visit.Require(key);
+    int version = kVersion;
+    visit("mapping", version, FormatVersion());
+    visit("about", mapping.info.about, kAnyText);
+    visit("inputs", mapping.info.inputs, ListOf{kAnyText});
+    visit("first_line", mapping.first_line, kAnyText);
+    for (const YamlReader& item : visit.Child("streams").Items()) {
+      FieldReader::ReadMap(item, [&mapping](FieldReader& streams) {
+        for (const Triad triad : kTriads) {
+          streams.Map(TriadName(triad), [&mapping, triad](FieldReader& candidate) {
+            CandidateFields(candidate, triad, mapping);
+          });
+        }
+      });
     }
-    item.RejectUnknown();
-  }
-  yaml.RejectUnknown();
-  TRUETRIAD_RETURN_IF_ERROR(yaml.status());
+  });
+  TRUETRIAD_RETURN_IF_ERROR(file.status());
   return mapping;
-}
-
-CsvLayout LayoutOf(const Candidate& candidate) {
-  CsvLayout layout;
-  if (candidate.separator == "blank") {
-    layout.separator = ' ';
-  } else if (candidate.separator == "tab") {
-    layout.separator = '\t';
-  } else if (!candidate.separator.empty()) {
-    layout.separator = candidate.separator[0];
-  }
-  if (candidate.header == "false") layout.header = CsvLayout::Header::kAbsent;
-  if (candidate.header == "true") layout.header = CsvLayout::Header::kPresent;
-  return layout;
 }
 
 Status CheckFirstLine(const std::string& expected, const std::string& path) {
@@ -135,40 +73,49 @@ Status CheckFirstLine(const std::string& expected, const std::string& path) {
                    "` is not the expected first line of this format, `" + expected + "…`");
 }
 
-/// Whether the file has the candidate's columns.
-Result<bool> Fits(const Candidate& candidate, const std::string& path) {
+/// Whether the file has the stream's columns.
+Result<bool> Fits(const ManifestStream& stream, const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv,
-                             CsvReader::Open(path, LayoutOf(candidate)));
-  std::vector<std::string> columns(candidate.axes.begin(), candidate.axes.end());
-  for (const auto* other :
-       {&candidate.time, &candidate.temperature, &candidate.ambient_temperature}) {
-    if (*other) columns.push_back((*other)->column);
-  }
-  return std::all_of(columns.begin(), columns.end(), [&](const std::string& column) {
-    return !csv->ColumnsCalled(column).empty();
-  });
+                             CsvReader::Open(path, stream.csv));
+  const auto has = [&csv](const ColumnReference& column) {
+    return !csv->ColumnsCalled(column.text).empty();
+  };
+  return std::ranges::all_of(stream.axes, has) &&
+         std::ranges::all_of(std::array{&stream.time, &stream.temperature, &stream.ambient},
+                             [&](const auto* other) { return !*other || has(**other); });
 }
 
-void WriteStream(const Candidate& candidate, const std::string& path, YamlText* yaml) {
-  *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path} << "\n";
-  const auto write = [&](std::string_view key, const std::optional<ColumnUnit>& what) {
-    if (!what) return;
-    *yaml << "    " << key << ": {column: " << Quoted{what->column} << ", unit: " << what->unit;
-    for (const auto& [more_key, value] : what->more) *yaml << ", " << more_key << ": " << value;
-    if (what->is_signed) *yaml << ", signed: " << (*what->is_signed ? "true" : "false");
-    *yaml << "}\n";
-  };
-  write("time", candidate.time);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    *yaml << "    " << kAxisLetters.substr(axis, 1) << ": " << Quoted{candidate.axes[axis]} << "\n";
+/// A value as it stands; what names columns or separates them is a text.
+void WriteValue(std::string_view key, YamlReader value, YamlText* yaml) {
+  constexpr std::array<std::string_view, 5> kTexts = {"column", "x", "y", "z", "separator"};
+  std::string text;
+  value.Read(&text);
+  if (std::ranges::find(kTexts, key) != kTexts.end()) {
+    *yaml << key << ": " << Quoted{text};
+  } else {
+    *yaml << key << ": " << text;
   }
-  *yaml << "    unit: " << candidate.unit << "\n";
-  if (candidate.si_per_count) *yaml << "    si_per_count: " << *candidate.si_per_count << "\n";
-  write("temperature", candidate.temperature);
-  write("ambient_temperature", candidate.ambient_temperature);
-  if (!candidate.separator.empty())
-    *yaml << "    separator: " << Quoted{candidate.separator} << "\n";
-  if (!candidate.header.empty()) *yaml << "    header: " << candidate.header << "\n";
+}
+
+void WriteStream(const ManifestStream& stream, const std::string& path, YamlText* yaml) {
+  *yaml << "  " << TriadName(stream.layout.info.triad) << ":\n    file: " << Quoted{path} << "\n";
+  YamlReader stated = *stream.stated;
+  for (const std::string& key : stated.Keys()) {
+    if (key == "input") continue;
+    YamlReader value = stated.Child(key);
+    *yaml << "    ";
+    if (value.IsMap()) {
+      *yaml << key << ": {";
+      for (const std::string& part : value.Keys()) {
+        *yaml << (part == value.Keys().front() ? "" : ", ");
+        WriteValue(part, value.Child(part), yaml);
+      }
+      *yaml << "}\n";
+    } else {
+      WriteValue(key, value, yaml);
+      *yaml << "\n";
+    }
+  }
 }
 
 }  // namespace
@@ -177,8 +124,6 @@ Result<MappingInfo> ReadMappingInfo(const std::string& text, const std::string& 
   TRUETRIAD_ASSIGN_OR_RETURN(Mapping mapping, ReadMapping(text, name));
   return std::move(mapping.info);
 }
-
-Result<std::string> ReadMappingFile(const std::string& path) { return ReadSmallFile(path); }
 
 Result<std::string> ManifestFromMapping(const std::string& text,
                                         const std::string& name,
@@ -203,21 +148,21 @@ Result<std::string> ManifestFromMapping(const std::string& text,
   bool any = false, has_time = false;
   std::string wanted;
   for (const Triad triad : kTriads) {
-    for (const Candidate& candidate : mapping.candidates) {
-      if (candidate.triad != triad) continue;
-      const std::string& input = inputs[static_cast<std::size_t>(candidate.input - 1)];
-      TRUETRIAD_ASSIGN_OR_RETURN(const bool fits, Fits(candidate, input));
+    for (const auto& [number, stream] : mapping.candidates) {
+      if (stream.layout.info.triad != triad) continue;
+      const std::string& input = inputs[static_cast<std::size_t>(number - 1)];
+      TRUETRIAD_ASSIGN_OR_RETURN(const bool fits, Fits(stream, input));
       if (!fits) {
-        wanted += (wanted.empty() ? "" : ", ") + candidate.axes[0];
+        wanted += (wanted.empty() ? "" : ", ") + stream.axes[0].text;
         continue;
       }
       namespace fs = std::filesystem;
       std::error_code failure;
       fs::path path = fs::relative(fs::absolute(input), fs::absolute(directory), failure);
       if (failure || path.empty()) path = fs::absolute(input);
-      WriteStream(candidate, path.string(), &yaml);
+      WriteStream(stream, path.string(), &yaml);
       any = true;
-      has_time = has_time || candidate.time;
+      has_time |= stream.layout.time.kind != TimeColumn::Kind::kNone;
       break;
     }
   }

@@ -15,9 +15,6 @@ struct MappingInfo {
 };
 Result<MappingInfo> ReadMappingInfo(const std::string& text, const std::string& name);
 
-/// The text of a mapping that a user wrote. Error: unreadable, or larger than such a file can be.
-Result<std::string> ReadMappingFile(const std::string& path);
-
 /// The manifest (recording.yaml) of a log in a known layout of columns, as text to be saved in
 /// `directory`; it names the `inputs` by their path from there. The YAML `text` of a mapping is in
 /// docs/converting.md, `name` stands for it in messages.

@@ -234,7 +234,11 @@ py::object OptionalText(const std::optional<std::string>& text) {
 }
 
 /// What cannot change needs no copy.
-py::object Itself(const py::object& self) { return self; }
+template <typename Class>
+void BindCopies(Class& of) {
+  of.def("__copy__", [](const py::object& self) { return self; });
+  of.def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; });
+}
 
 /// From what PickleOf made.
 HeldCalibration Unpickled(const py::bytes& yaml) {
@@ -250,7 +254,9 @@ HeldSensor UnpickledSensor(const py::tuple& state) {
 }
 
 void BindFinding(py::module_& module) {
-  py::class_<Finding>(module, "Finding", "One thing that a person should know of a run.")
+  py::class_<Finding> finding(module, "Finding", "One thing that a person should know of a run.");
+  BindCopies(finding);
+  finding
       .def_property_readonly(
           "code",
           [](const Finding& f) { return FindingCodeName(f.code); },
@@ -265,8 +271,6 @@ void BindFinding(py::module_& module) {
           "text", [](const Finding& f) { return Printable(f.text); }, "What was found.")
       .def_property_readonly(
           "remedy", [](const Finding& f) { return Printable(f.remedy); }, "What to do.")
-      .def("__copy__", &Itself)
-      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
       .def_property_readonly(
           "sensor",
           [](const Finding& f) {
@@ -304,16 +308,18 @@ void BindFinding(py::module_& module) {
 }
 
 void BindSensor(py::module_& module) {
-  const auto matrix = [](const HeldSensor& s) { return s.value().model.sensitivity; };
-  py::class_<HeldSensor>(module, "Sensor", R"(One sensor of a calibration.
+  const auto stated = [](auto member) {
+    return [member](const HeldSensor& s) { return s.value().*member; };
+  };
+  py::class_<HeldSensor> sensor(module, "Sensor", R"(One sensor of a calibration.
 
-raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are sensing axes.)")
+raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are sensing axes.)");
+  BindCopies(sensor);
+  sensor
       .def_property_readonly(
           "name",
           [](const HeldSensor& s) { return TriadName(s.triad); },
           "\"accelerometer\", \"gyroscope\" or \"magnetometer\".")
-      .def("__copy__", &Itself)
-      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
       .def(py::pickle(
           [](const HeldSensor& s) { return py::make_tuple(PickleOf(*s.of), TriadName(s.triad)); },
           &UnpickledSensor))
@@ -323,26 +329,23 @@ raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are se
                     s.value().input_unit + " -> " + s.value().output_unit + ">";
            })
       .def_property_readonly(
-          "input_unit",
-          [](const HeldSensor& s) { return s.value().input_unit; },
-          "Of raw readings.")
+          "input_unit", stated(&TriadCalibration::input_unit), "Of raw readings.")
       .def_property_readonly(
-          "output_unit",
-          [](const HeldSensor& s) { return s.value().output_unit; },
-          "Of corrected readings.")
+          "output_unit", stated(&TriadCalibration::output_unit), "Of corrected readings.")
       .def_property_readonly(
           "bias", [](const HeldSensor& s) { return s.value().model.bias; }, "(3,), raw unit.")
-      .def_property_readonly("sensitivity", matrix, "(3, 3), raw per true unit.")
+      .def_property_readonly(
+          "sensitivity",
+          [](const HeldSensor& s) { return s.value().model.sensitivity; },
+          "(3, 3), raw per true unit.")
       .def_property_readonly(
           "correction",
           [](const HeldSensor& s) { return s.value().model.Correction(); },
           "(3, 3), true per raw unit: the inverse of sensitivity.")
-      .def_property_readonly(
-          "bias_sigma", [](const HeldSensor& s) { return s.value().bias_sigma; }, "(3,), raw unit.")
-      .def_property_readonly(
-          "sensitivity_sigma",
-          [](const HeldSensor& s) { return s.value().sensitivity_sigma; },
-          "(3, 3), raw per true unit.")
+      .def_property_readonly("bias_sigma", stated(&TriadCalibration::bias_sigma), "(3,), raw unit.")
+      .def_property_readonly("sensitivity_sigma",
+                             stated(&TriadCalibration::sensitivity_sigma),
+                             "(3, 3), raw per true unit.")
       .def_property_readonly("needs_temperature",
                              &HeldSensor::needs_temperature,
                              "Whether correct() needs temperature.")
@@ -377,11 +380,12 @@ void BindCalibration(py::module_& module) {
     return [triad](const HeldCalibration& c) { return SensorOf(c, triad); };
   };
   constexpr char kSensor[] = "The Sensor; None where it is not calibrated.";
-  py::class_<HeldCalibration>(module, "Calibration", R"(What calibration.yaml holds.
+  py::class_<HeldCalibration> calibration(module, "Calibration", R"(What calibration.yaml holds.
 
 A calibration that is not usable (exit code 3 of the command line) has no sensors and no covariance; its
-findings say why.)")
-      .def_property_readonly("accelerometer", sensor(Triad::kAccelerometer), kSensor)
+findings say why.)");
+  BindCopies(calibration);
+  calibration.def_property_readonly("accelerometer", sensor(Triad::kAccelerometer), kSensor)
       .def_property_readonly("gyroscope", sensor(Triad::kGyroscope), kSensor)
       .def_property_readonly("magnetometer", sensor(Triad::kMagnetometer), kSensor)
       .def_property_readonly(
@@ -430,8 +434,6 @@ findings say why.)")
            py::arg("path"),
            "Writes calibration.yaml, whole or not at all. Raises BadInput where it cannot.")
       .def("report", &Report, py::arg("path"), "Writes the report, one HTML page.")
-      .def("__copy__", &Itself)
-      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; })
       .def(py::pickle([](const HeldCalibration& c) { return PickleOf(*c.value); }, &Unpickled))
       .def("__str__", [](const HeldCalibration& c) { return Printable(HeadOf(*c.value)); })
       .def("__repr__", [](const HeldCalibration& c) {

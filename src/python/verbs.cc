@@ -109,17 +109,22 @@ RecordingOpener OpenerOf(const Recordings& recordings) {
   };
 }
 
-Texts NamesOf(const Recordings& recordings) {
-  Texts names;
-  for (const auto& recording : recordings) names.push_back(recording->name);
-  return names;
-}
+/// What a verb reads: files, or recordings in memory.
+struct Inputs {
+  Inputs(Texts files, const Recordings& recordings)
+      : names(std::move(files)), opener(OpenerOf(recordings)) {
+    for (const auto& recording : recordings) names.push_back(recording->name);
+  }
 
-/// The same file without the detours that come from paths relative to the experiment.
-std::string ShortPath(const std::string& path) {
-  const std::string shorter = fs::path(path).lexically_normal().string();
-  std::error_code failure;
-  return fs::equivalent(path, shorter, failure) ? shorter : path;
+  Texts names;
+  RecordingOpener opener;
+};
+
+/// Does the work of a verb with what tells of its progress; raises its error.
+template <typename Work>
+auto Run(const py::object& progress, const Work& work) {
+  const ProgressCallback callback = ProgressOf(progress);
+  return ValueOf(WithoutGil([&] { return work(callback); }));
 }
 
 Result<Experiment> ReadStated(const Document& config) {
@@ -139,9 +144,7 @@ Result<HeldCalibration> RunCalibrate(Texts inputs,
   Experiment experiment;
   if (config.path || config.text) {
     TRUETRIAD_ASSIGN_OR_RETURN(experiment, ReadStated(config));
-    if (inputs.empty()) {
-      for (const std::string& input : experiment.inputs) inputs.push_back(ShortPath(input));
-    }
+    if (inputs.empty()) inputs = experiment.inputs;
     if (inputs.empty()) {
       return Error(ErrorCode::kMissingArgument, "no recording; name one, or add `input:`");
     }
@@ -169,11 +172,10 @@ HeldCalibration CalibrateVerb(const Texts& files,
                               const Document& config,
                               const std::optional<fs::path>& folder,
                               const py::object& progress) {
-  const ProgressCallback callback = ProgressOf(progress);
-  const RecordingOpener opener = OpenerOf(recordings);
-  return ValueOf(WithoutGil([&] {
-    return RunCalibrate(opener ? NamesOf(recordings) : files, config, folder, opener, callback);
-  }));
+  const Inputs inputs(files, recordings);
+  return Run(progress, [&](const ProgressCallback& callback) {
+    return RunCalibrate(inputs.names, config, folder, inputs.opener, callback);
+  });
 }
 
 Result<Answer> RunEvaluate(const Calibration& calibration,
@@ -181,18 +183,8 @@ Result<Answer> RunEvaluate(const Calibration& calibration,
                            const std::string& poses,
                            const RecordingOpener& opener,
                            const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(poses));
-  config.time_offset_s = TimeOffsetsOf(calibration);
-  config.time_stamps = TimeStampsOf(calibration);
-  config.moves = calibration.sensors[Triad::kGyroscope].has_value();
-  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded, LoadPoses(input, config, progress, opener));
-  if (loaded.not_enough) return *loaded.not_enough;
-  const std::string& serial = loaded.poses.serial;
-  if (!serial.empty() && !calibration.serial.empty() && serial != calibration.serial) {
-    return Error(ErrorCode::kOtherDevice,
-                 input + ": the recording is of unit `" + serial +
-                     "`, but the calibration is of `" + calibration.serial + "`");
-  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded,
+                             LoadToEvaluate({calibration}, input, poses, progress, opener));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const EvaluationSummary found,
       Evaluate(
@@ -206,18 +198,14 @@ Answer EvaluateVerb(const HeldCalibration& calibration,
                     const Recordings& recordings,
                     const std::string& poses,
                     const py::object& progress) {
-  const ProgressCallback callback = ProgressOf(progress);
-  const RecordingOpener opener = OpenerOf(recordings);
-  const Texts inputs = opener ? NamesOf(recordings) : files;
-  return ValueOf(WithoutGil(
-      [&] { return RunEvaluate(*calibration.value, inputs.front(), poses, opener, callback); }));
+  const Inputs in(files, recordings);
+  return Run(progress, [&](const ProgressCallback& callback) {
+    return RunEvaluate(*calibration.value, in.names.front(), poses, in.opener, callback);
+  });
 }
 
 Result<Answer> RunCompare(const Calibration& a, const Calibration& b) {
-  if (!a.serial.empty() && !b.serial.empty() && a.serial != b.serial) {
-    return Error(ErrorCode::kOtherDevice,
-                 "one calibration is of unit `" + a.serial + "`, the other of `" + b.serial + "`");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors("a", a, b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison found, Compare(a, b));
   Texts about;
   if (IsMadeFrom(a, b.inputs) || IsTooAlike(found)) {
@@ -229,24 +217,16 @@ Result<Answer> RunCompare(const Calibration& a, const Calibration& b) {
 }
 
 Result<Answer> RunPlan(const Document& config,
-                       std::string measured,
+                       const std::string& measured,
                        const ProgressCallback& progress) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadStated(config));
-  if (measured.empty() && experiment.plan && experiment.plan->from_recording) {
-    if (experiment.inputs.size() != 1) {
-      return Error(ErrorCode::kConflictingArguments,
-                   "`start: recording` takes one recording; give it as measured=");
-    }
-    measured = experiment.inputs.front();
-  }
   TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
                              PlanExperiment(std::move(experiment), measured, progress));
   return AnswerOf(ReportOf(plan), PlanTree(plan));
 }
 
 Answer PlanVerb(const Document& config, const std::string& measured, const py::object& progress) {
-  const ProgressCallback callback = ProgressOf(progress);
-  return ValueOf(WithoutGil([&] { return RunPlan(config, measured, callback); }));
+  return Run(progress, [&](const auto& callback) { return RunPlan(config, measured, callback); });
 }
 
 Result<Answer> RunAllan(const std::string& input,
@@ -265,10 +245,10 @@ Answer AllanVerb(const Texts& files,
                  const Recordings& recordings,
                  double rate_hz,
                  const py::object& progress) {
-  const ProgressCallback callback = ProgressOf(progress);
-  const RecordingOpener opener = OpenerOf(recordings);
-  const Texts inputs = opener ? NamesOf(recordings) : files;
-  return ValueOf(WithoutGil([&] { return RunAllan(inputs.front(), opener, rate_hz, callback); }));
+  const Inputs in(files, recordings);
+  return Run(progress, [&](const ProgressCallback& callback) {
+    return RunAllan(in.names.front(), in.opener, rate_hz, callback);
+  });
 }
 
 /// All readings of a source.
@@ -334,9 +314,8 @@ Result<Scenario> ReadStatedScenario(const Document& scenario) {
 
 /// Serial, arrays of each sensor, truth.
 py::tuple SimulateVerb(const Document& document, int unit, const py::object& progress) {
-  const ProgressCallback callback = ProgressOf(progress);
   std::optional<Calibration> truth;
-  const ArrayRecording recording = ValueOf(WithoutGil([&]() -> Result<ArrayRecording> {
+  const auto simulate = [&](const ProgressCallback& callback) -> Result<ArrayRecording> {
     TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadStatedScenario(document));
     if (unit < 0 || unit >= scenario.count) {
       return Error(ErrorCode::kInvalidArgument,
@@ -348,7 +327,8 @@ py::tuple SimulateVerb(const Document& document, int unit, const py::object& pro
     TRUETRIAD_ASSIGN_OR_RETURN(ArrayRecording all, ReadAll(simulation.get(), callback));
     truth = TruthOf(scenario, unit, *simulation);
     return all;
-  }));
+  };
+  const ArrayRecording recording = Run(progress, simulate);
   py::list streams;
   for (const ArrayStream& stream : recording.streams) streams.append(ArraysOf(stream));
   return py::make_tuple(NameOrText(recording.serial), streams, HeldCalibration(*std::move(truth)));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -155,8 +154,8 @@ class ReadingsDigest {
                             kY = 0xE7037ED1A0B428DB, kZ = 0x8EBC6AF09C88C6E3;
     for (std::size_t i = 0; i < x.size(); ++i) {
       place_ += kPlace;
-      sum_ += Folded(place_, BitsOf(x[i]) ^ kX) +
-              Folded(BitsOf(y[i]) ^ place_ ^ kY, BitsOf(z[i]) ^ kZ);
+      sum_ +=
+          Folded(place_, BitsOf(x[i]) ^ kX) + Folded(BitsOf(y[i]) ^ place_ ^ kY, BitsOf(z[i]) ^ kZ);
     }
     count_ += static_cast<std::int64_t>(x.size());
   }
@@ -414,14 +413,6 @@ bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig c
   return read.input == input && read.config == config;
 }
 
-/// A number above zero and nothing else.
-template <class Number>
-bool ReadPositive(const std::string& text, Number* number) {
-  const char* end = text.data() + text.size();
-  const auto [stop, failure] = std::from_chars(text.data(), end, *number);
-  return failure == std::errc() && stop == end && *number > 0;
-}
-
 }  // namespace
 
 Result<LoadedPoses> LoadPoses(const std::string& input,
@@ -516,36 +507,47 @@ bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& in
                             is_same) != calibration.inputs.end();
 }
 
-Result<PosesConfig> ParsePoses(const std::string& text) {
-  PosesConfig config;
-  config.given = !text.empty();
-  const std::size_t colon = text.find(':');
-  const std::string kind = text.substr(0, colon);
-  const std::string value = colon == std::string::npos ? "" : text.substr(colon + 1);
-  bool is_known = text.empty() || text == "detect";
-  if (text == "every_row") {
-    config.kind = PoseSelectionKind::kEveryRow;
-    is_known = true;
-  } else if (kind == "every") {
-    config.kind = PoseSelectionKind::kEveryN;
-    is_known = ReadPositive(value, &config.every);
-  } else if (kind == "column") {
-    config.kind = PoseSelectionKind::kColumn;
-    config.column = value;
-    is_known = !value.empty();
-  } else if (kind == "file") {
-    config.kind = PoseSelectionKind::kRanges;
-    config.file = value;
-    is_known = !value.empty();
-  } else if (kind == "sweep") {
-    config.kind = PoseSelectionKind::kSweep;
-    is_known = colon == std::string::npos || ReadPositive(value, &config.sweep.window_s);
+Status CheckSameSensors(const std::string& what,
+                        const std::string& serial,
+                        const Tags& tags,
+                        const Calibration& of,
+                        const std::string& remedy) {
+  if (!serial.empty() && !of.serial.empty() && serial != of.serial) {
+    return Error(ErrorCode::kOtherDevice,
+                 what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
+                     "`; give those of one unit");
   }
-  if (is_known) return config;
-  return Error(ErrorCode::kInvalidArgument,
-               "--poses=" + text +
-                   " is unknown; expected detect, every_row, every:N (N >= 1), column:NAME, "
-                   "file:PATH, sweep or sweep:SECONDS");
+  // Each firmware numbers sensors in its own way.
+  const std::string &firmware = tags.firmware, &its_firmware = of.tags.firmware;
+  if (!firmware.empty() && !its_firmware.empty() && firmware != its_firmware) return {};
+  for (const Triad triad : kTriads) {
+    const auto &id = tags.device_ids[triad], &its_id = of.tags.device_ids[triad];
+    if (!id || !its_id || *id == *its_id) continue;
+    return Error(ErrorCode::kOtherDevice,
+                 what + "'s " + std::string(TriadName(triad)) + " has device id " +
+                     std::to_string(*id) + ", but that of the calibration has " +
+                     std::to_string(*its_id) + "; " + remedy);
+  }
+  return {};
+}
+
+Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
+                                   const std::string& input,
+                                   const std::string& poses,
+                                   const ProgressCallback& progress,
+                                   const RecordingOpener& opener) {
+  TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(poses));
+  TakeClocks(calibrations.front(), &config);
+  config.moves = std::ranges::any_of(calibrations, [](const Calibration& each) {
+    return each.sensors[Triad::kGyroscope].has_value();
+  });
+  TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded, LoadPoses(input, config, progress, opener));
+  if (loaded.not_enough) return *loaded.not_enough;
+  for (const Calibration& calibration : calibrations) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
+        input + ": the recording", loaded.poses.serial, loaded.poses.tags, calibration));
+  }
+  return loaded;
 }
 
 }  // namespace truetriad

@@ -25,10 +25,23 @@ LoadedPoses NothingMeasured(const Experiment& experiment) {
   return loaded;
 }
 
+/// The recording that is to be completed; empty: none.
+Result<std::string> MeasuredFor(const Experiment& experiment, const std::string& stated) {
+  if (!stated.empty() || !experiment.plan->from_recording) return stated;
+  const std::size_t count = experiment.inputs.size();
+  if (count == 1) return experiment.inputs.front();
+  return Error(
+      count == 0 ? ErrorCode::kMissingArgument : ErrorCode::kConflictingArguments,
+      {experiment.path},
+      std::string("`start: recording` ") +
+          (count == 0 ? "needs a recording; add `input:`" : "takes one recording; give it") +
+          " or state it with the call (--input=LOG)");
+}
+
 }  // namespace
 
 Result<Plan> PlanExperiment(Experiment experiment,
-                            const std::string& measured,
+                            const std::string& stated,
                             const ProgressCallback& progress) {
   if (!experiment.plan) {
     return Error(ErrorCode::kInvalidExperiment,
@@ -36,6 +49,7 @@ Result<Plan> PlanExperiment(Experiment experiment,
                  "has no `plan:`; state what to plan for, as in `plan: { poses: 12 }`");
   }
   const PlanConfig& config = *experiment.plan;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string measured, MeasuredFor(experiment, stated));
   LoadedPoses loaded = NothingMeasured(experiment);
   if (!measured.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(loaded, LoadPoses(measured, experiment.poses, progress));
@@ -43,7 +57,7 @@ Result<Plan> PlanExperiment(Experiment experiment,
   TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
   if (loaded.not_enough) return *loaded.not_enough;
 
-  PlanOptions options;
+  PlanOptions options = config.options;
   options.calibrate = experiment.options;
   for (const Triad triad : kTriads) {
     const NominalSensor& nominal = config.nominal[triad];
@@ -54,28 +68,17 @@ Result<Plan> PlanExperiment(Experiment experiment,
         stream->unit.truth_per_raw;
     options.nominal[triad] = {nominal.sensitivity.value_or(own_scale), nominal.bias};
   }
-  options.nominal_field_ut = config.nominal_strength_ut;
-  if (config.nominal_dip_deg) options.nominal_dip_rad = *config.nominal_dip_deg * kRadPerDeg;
   if (const std::optional<EarthField>& earth = experiment.earth_field) {
     if (!options.nominal_field_ut) options.nominal_field_ut = earth->strength_ut;
     if (!options.nominal_dip_rad) options.nominal_dip_rad = earth->dip_deg * kRadPerDeg;
   }
-  options.rest_s = config.rest_s;
-  options.turn_s = config.turn_s;
-  options.turn_sigma_rad = config.turn_sigma_deg * kRadPerDeg;
   options.attitude_sigma_rad.setConstant(experiment.attitudes_sigma_deg * kRadPerDeg);
-  options.grid = config.grid;
   if (options.grid.attitudes.empty()) {
     options.grid.attitudes = experiment.options.attitudes.kind == AttitudeKind::kSixFace
                                  ? SixFaceAttitudes()
                                  : HandAttitudes();
   }
-  options.criterion = config.criterion;
-  options.poses = config.poses;
-  options.wanted = config.wanted;
-  options.max_poses = std::max(config.max_poses, config.poses);
-  options.random_draws = config.random_draws;
-  options.seed = config.seed;
+  options.max_poses = std::max(options.max_poses, options.poses);
   if (!config.program.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(PoseProgram program, ReadPoseProgram(config.program));
     options.program = std::move(program);

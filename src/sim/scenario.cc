@@ -22,11 +22,13 @@ std::string RangeText(const Eigen::Vector2d& range) {
   return Number(range[0]) + " to " + Number(range[1]);
 }
 
-/// Collects what is wrong, a line each. All checks fail for NaN.
+/// Collects what is wrong. All checks fail for NaN.
 class Problems {
  public:
+  /// The key that what follows is about.
+  void About(const std::string& key) { key_ = key; }
   void Require(bool right, const std::string& what) {
-    if (!right) text_ += (text_.empty() ? "" : "\n") + what;
+    if (!right) errors_.push_back(Error(ErrorCode::kInvalidValue, what).About(key_));
   }
   void Positive(double value, const std::string& name) {
     Require(value > 0.0 && std::isfinite(value),
@@ -42,15 +44,20 @@ class Problems {
   }
   void Finite(bool finite, const std::string& name) { Require(finite, name + " must be finite"); }
 
-  void Add(const Problems& others) { Require(others.empty(), others.text_); }
-  bool empty() const { return text_.empty(); }
-  Status status() const {
-    return text_.empty() ? Status() : Error(ErrorCode::kInvalidValue, text_);
-  }
+  bool empty() const { return errors_.empty(); }
+  const std::vector<Error>& errors() const { return errors_; }
 
  private:
-  std::string text_;
+  std::string key_;
+  std::vector<Error> errors_;
 };
+
+/// "motion[1]": an item of a list, from 0.
+std::string ItemKey(std::string_view list, std::size_t item) {
+  return std::string(list) + "[" + std::to_string(item) + "]";
+}
+
+std::string SensorKey(Triad triad) { return "sensors." + std::string(TriadName(triad)); }
 
 void CheckSpread(const UnitSpread& spread, const std::string& name, Problems* problems) {
   problems->NotNegative(spread.bias, name + " spread of the bias");
@@ -172,15 +179,19 @@ void CheckSeesWorld(Triad triad,
 
 /// Mistakes in the unit are powers of ten away from what there is on a planet.
 void CheckWorld(const SimulatedWorld& world, Problems* problems) {
+  problems->About("world.gravity_mps2");
   problems->Require(
       world.gravity_mps2 >= 1.5 && world.gravity_mps2 <= 30.0,
       "gravity is " + Number(world.gravity_mps2) +
           " m/s^2; expected 1.5 to 30: 1 g, 980.665 Gal and 980665 mGal are 9.80665 m/s^2");
+  problems->About("world.field.strength_ut");
   problems->Require(world.field_ut == 0.0 || (world.field_ut >= 1.0 && world.field_ut <= 1000.0),
                     "field strength is " + Number(world.field_ut) +
                         " uT; expected 1 to 1000: 48000 nT, 480 mG and 0.48 G are 48 uT");
+  problems->About("world.field.dip_deg");
   problems->Require(std::abs(world.dip_rad) <= 0.5 * std::numbers::pi,
                     "the dip must lie between -90 and 90 degrees");
+  problems->About("world.earth_rate");
   problems->Finite(!world.earth_rate || (std::isfinite(world.earth_rate->latitude_rad) &&
                                          std::isfinite(world.earth_rate->declination_rad)),
                    "latitude and declination");
@@ -289,6 +300,7 @@ struct CheckSegment {
 
 void CheckTemperature(const Scenario& scenario, Problems* problems) {
   const SimulatedTemperature& temperature = scenario.temperature;
+  problems->About("temperature");
   problems->Finite(std::isfinite(temperature.start_degc), "temperature at the start");
   for (const TemperatureSegment& segment : temperature.profile) {
     std::visit(CheckSegment{problems}, segment);
@@ -305,6 +317,7 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
         });
     if (!asks_for_temperature) continue;
     const std::string name = "motion step " + std::to_string(k + 1);
+    problems->About(ItemKey("motion", k));
     problems->Require(!has_profile,
                       name +
                           " has poses with their own temperatures, which excludes a temperature "
@@ -314,6 +327,7 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
                           " has poses with their own temperatures, which excludes `soak_degc`; "
                           "remove it, or write `soak_degc: []` to remove the base's");
   }
+  problems->About("temperature");
   for (const double degc : temperature.soak_degc) {
     problems->Finite(std::isfinite(degc), "a soak temperature");
   }
@@ -398,6 +412,7 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
   const std::size_t soaks = std::max<std::size_t>(scenario.temperature.soak_degc.size(), 1);
   std::size_t rests = 0;
   for (const MotionStep& step : scenario.motion) rests += std::visit(Count(), step);
+  problems->About("motion");
   problems->Require(rests * soaks <= kMostSimulatedRests,
                     "the motion has " + std::to_string(rests) + " rests, " + std::to_string(soaks) +
                         " times over; the limit is " + std::to_string(kMostSimulatedRests));
@@ -415,6 +430,7 @@ void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Pro
       const TriadModel<double> model = ModelAtTemperature(sensor.nominal, *sensor.thermal, degc);
       const Eigen::Array3d share = model.sensitivity.diagonal().array() / nominal;
       if ((share > 0.0).all()) continue;
+      problems->About(SensorKey(triad));
       problems->Require(false,
                         std::string(TriadName(triad)) + ": a gain is " + Number(share.minCoeff()) +
                             " of its nominal size at " + Number(degc) +
@@ -429,6 +445,7 @@ void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Pro
 void CheckTimeline(const Scenario& scenario, Problems* problems) {
   const Timeline timeline = MakeTimeline(scenario, 0);
   constexpr double kLongestS = 1e8;  // Three years; far below the end of int64 nanoseconds.
+  problems->About("motion");
   problems->Require(timeline.motion.duration_s() <= kLongestS,
                     "the recording would last " + Number(timeline.motion.duration_s()) +
                         " s; the limit is 1e8 s");
@@ -436,6 +453,7 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
   for (std::size_t k = 0; k < scenario.disturbances.size(); ++k) {
     const std::string name = "disturbance " + std::to_string(k + 1);
     const DisturbanceTime when = TimeOf(scenario.disturbances[k]);
+    problems->About(ItemKey("disturbances", k));
     const bool has_rest = !when.rest || (*when.rest >= 1 && *when.rest <= rests);
     problems->Require(has_rest,
                       name + " is set for rest " + std::to_string(when.rest.value_or(0)) +
@@ -451,51 +469,65 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
 
 }  // namespace
 
-Status Scenario::Validate() const {
+std::vector<Error> Scenario::Mistakes() const {
   Problems problems;
   // Their folders are numbered with four digits.
   constexpr int kMostUnits = 9999;
+  problems.About("description");
   problems.Require(
       description.find_first_of("\r\n") == std::string::npos,
       "the description must be one line; it is written to the first line of recordings");
+  problems.About("count");
   problems.Require(count >= 1 && count <= kMostUnits,
                    "count is " + std::to_string(count) + "; it must be 1 to 9999 units");
+  problems.About("device.serial");
   problems.Require(
       !serial.empty() && serial != "." && serial != ".." &&
           serial.find_first_of("/\\\n\"") == std::string::npos,
       "the serial is used as a file name; it must not be empty or contain a slash or a quote");
+  problems.About("sensors");
   problems.Require(
       std::any_of(
           sensors.begin(), sensors.end(), [](const auto& sensor) { return sensor.has_value(); }),
       "no sensor is enabled; list at least one of accelerometer, gyroscope and magnetometer");
-  Problems of_world;
-  CheckWorld(world, &of_world);
-  problems.Add(of_world);
+  const std::size_t before_world = problems.errors().size();
+  CheckWorld(world, &problems);
+  const bool is_world_right = problems.errors().size() == before_world;
   for (const Triad triad : kTriads) {
     if (!sensors[triad]) continue;
+    problems.About(SensorKey(triad));
     CheckTriad(triad, *sensors[triad], &problems);
     // Whatever does not fit a world that is wrong need not be wrong itself.
-    if (of_world.empty()) CheckSeesWorld(triad, *sensors[triad], world, &problems);
+    if (is_world_right) CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
   double slowest_hz = std::numeric_limits<double>::infinity();
   for (const auto& sensor : sensors) {
     if (sensor) slowest_hz = std::min(slowest_hz, sensor->sampling.rate_hz);
   }
+  problems.About("motion");
   problems.Require(!motion.empty(), "the motion has no steps");
   for (std::size_t k = 0; k < motion.size(); ++k) {
+    problems.About(ItemKey("motion", k));
     std::visit(
         CheckStep{"motion step " + std::to_string(k + 1), slowest_hz, MeanRateHz(*this), &problems},
         motion[k]);
   }
+  problems.About("first_rest_s");
   problems.NotNegative(first_rest_s, "the first rest");
   CheckTemperature(*this, &problems);
   for (std::size_t k = 0; k < disturbances.size(); ++k) {
+    problems.About(ItemKey("disturbances", k));
     std::visit(CheckDisturbance{*this, "disturbance " + std::to_string(k + 1), &problems},
                disturbances[k]);
   }
   CheckRests(*this, &problems);
   if (problems.empty()) CheckTimeline(*this, &problems);
-  return problems.status();
+  return problems.errors();
+}
+
+Status Scenario::Validate() const {
+  const std::vector<Error> mistakes = Mistakes();
+  return mistakes.empty() ? Status() : Joined(mistakes);
 }
 
 }  // namespace truetriad

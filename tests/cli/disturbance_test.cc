@@ -71,7 +71,9 @@ TEST_F(DisturbedRun, CorrectsTheClocksOfTheSensors) {
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const Calibration found = Result();
   EXPECT_THAT(found.findings, Not(Contains(HasCode(FindingCode::kClockOffset))));
-  const PerTriad<double> taken_off_s = TimeOffsetsOf(found);
+  PosesConfig clocks;
+  TakeClocks(found, &clocks);
+  const PerTriad<double>& taken_off_s = clocks.time_offset_s;
   for (const auto& [triad, truth_s] :
        {std::pair(Triad::kAccelerometer, -0.035), std::pair(Triad::kMagnetometer, 0.060)}) {
     EXPECT_THAT(found.findings,
@@ -174,7 +176,9 @@ TEST_P(RunWithALateSensor, IsRightUnlessClocksAreToBeAsStated) {
   const Calibration corrected = Result();
   const ClockOffset* left = OffsetOf(corrected, Triad::kMagnetometer);
   ASSERT_NE(left, nullptr);
-  EXPECT_NEAR(TimeOffsetsOf(corrected)[Triad::kMagnetometer], late_s, 4.0 * left->sigma_s);
+  PosesConfig clocks;
+  TakeClocks(corrected, &clocks);
+  EXPECT_NEAR(clocks.time_offset_s[Triad::kMagnetometer], late_s, 4.0 * left->sigma_s);
   EXPECT_THAT(again.out, Not(HasSubstr("change within")));
   ExpectMagnetometerIsRight();
 }

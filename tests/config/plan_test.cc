@@ -38,34 +38,35 @@ TEST_F(PlanBlock, IsReadWithItsUnitsAndDefaults) {
   ASSERT_TRUE(experiment) << experiment.error().message;
   ASSERT_TRUE(experiment->plan);
   const PlanConfig& plan = *experiment->plan;
-  EXPECT_EQ(plan.poses, 0);
-  EXPECT_EQ(plan.wanted.at("accelerometer.bias"), 0.002);
-  EXPECT_EQ(plan.max_poses, 60);
-  EXPECT_EQ(plan.grid.attitudes.size(), 100U);
-  EXPECT_TRUE(plan.grid.continuous);
-  EXPECT_EQ(plan.criterion, PlanCriterion::kDeterminant);
+  EXPECT_EQ(plan.options.poses, 0);
+  EXPECT_EQ(plan.options.wanted.at("accelerometer.bias"), 0.002);
+  EXPECT_EQ(plan.options.max_poses, 60);
+  EXPECT_EQ(plan.options.grid.attitudes.size(), 100U);
+  EXPECT_TRUE(plan.options.grid.continuous);
+  EXPECT_EQ(plan.options.criterion, PlanCriterion::kDeterminant);
   EXPECT_TRUE(plan.from_recording);
-  EXPECT_EQ(plan.rest_s, 5.0);
-  EXPECT_EQ(plan.seed, 7U);
+  EXPECT_EQ(plan.options.rest_s, 5.0);
+  EXPECT_EQ(plan.options.seed, 7U);
   const NominalSensor& nominal = plan.nominal[Triad::kAccelerometer];
   EXPECT_TRUE(nominal.unit->is_counts);
   EXPECT_EQ((*nominal.sensitivity)(1, 1), 400.0);
-  EXPECT_EQ(plan.nominal_dip_deg, -30.0);
+  EXPECT_EQ(plan.options.nominal_dip_rad, -30.0 * kRadPerDeg);
 }
 
 TEST_F(PlanBlock, TakesOverrides) {
   const auto experiment = Read("  poses: 12\n", {"plan.poses=9", "plan.rotations=cube-24"});
   ASSERT_TRUE(experiment) << experiment.error().message;
-  EXPECT_EQ(experiment->plan->poses, 9);
-  EXPECT_EQ(experiment->plan->grid.attitudes.size(), 24U);
+  EXPECT_EQ(experiment->plan->options.poses, 9);
+  EXPECT_EQ(experiment->plan->options.grid.attitudes.size(), 24U);
 }
 
 TEST_F(PlanBlock, TakesChamberTemperaturesInAnyOrderOnceEach) {
   const auto experiment =
       Read("  poses: 12\n  rotations: cube-24\n  temperatures_degc: [60, -20, 25]\n");
   ASSERT_TRUE(experiment) << experiment.error().message;
-  EXPECT_EQ(experiment->plan->grid.temperatures_degc, (std::vector<double>{-20.0, 25.0, 60.0}));
-  EXPECT_EQ(experiment->plan->grid.attitudes.size(), 24U);
+  EXPECT_EQ(experiment->plan->options.grid.temperatures_degc,
+            (std::vector<double>{-20.0, 25.0, 60.0}));
+  EXPECT_EQ(experiment->plan->options.grid.attitudes.size(), 24U);
   const auto twice = Read("  poses: 12\n  temperatures_degc: [20, 20, hot]\n");
   ASSERT_FALSE(twice);
   EXPECT_THAT(twice.error().message,

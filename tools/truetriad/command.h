@@ -37,6 +37,11 @@ struct VerbResult {
   std::optional<Grade> grade = {};
 };
 
+/// A text that is all there is.
+inline VerbResult Shown(const std::string& text) {
+  return {.text = text, .result = {{"text", text}}};
+}
+
 /// A flag as a verb takes it.
 struct CommandFlag {
   std::string name;                 ///< With hyphens where gflags' has underscores.

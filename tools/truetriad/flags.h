@@ -45,6 +45,14 @@ std::vector<std::string> CommaSeparated(const std::string& values);
 /// The logs of --input (a file whose name has a comma is one) and of `words`.
 std::vector<std::string> StatedInputs(const std::vector<std::string>& words);
 
+/// The names of things that have one.
+template <typename Things>
+std::vector<std::string> NamesOf(const Things& things) {
+  std::vector<std::string> names;
+  for (const auto& thing : things) names.emplace_back(thing.name);
+  return names;
+}
+
 /// Of a flag's value: "--jobs=-1 is invalid; expected …".
 Error BadValue(std::string_view flag, const std::string& value, const std::string& what);
 

@@ -263,8 +263,6 @@ std::string BashCompletion() {
   return script;
 }
 
-VerbResult Shown(const std::string& text) { return {.text = text, .result = {{"text", text}}}; }
-
 Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
     if (!words.empty())

@@ -268,15 +268,12 @@ int RunVerb(const std::vector<std::string>& arguments) {
   std::string verb = arguments[0];
   if (words_of_verb > 1) verb += " " + arguments[1];
   FLAGS_json = AsksForJson(arguments);
-  const auto shown = [](const std::string& text) -> VerbResult {
-    return {.text = text, .result = {{"text", text}}};
-  };
-  if (IsHelp(verb)) return Show("help", shown(OverviewText()));
+  if (IsHelp(verb)) return Show("help", Shown(OverviewText()));
   const Result<const Command*> command = FindCommand(verb == "--version" ? "version" : verb);
   if (!command) return Fail("", command.error());
   const std::vector<std::string> rest(arguments.begin() + words_of_verb, arguments.end());
   if (std::any_of(rest.begin(), rest.end(), IsHelp))
-    return Show("help", shown(HelpText(**command)));
+    return Show("help", Shown(HelpText(**command)));
 
   const std::string_view name = (*command)->name;
   FlagSetter flags(**command, rest);

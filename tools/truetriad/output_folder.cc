@@ -12,6 +12,7 @@
 #include "tools/truetriad/flags.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/session/session.h"
 
 namespace truetriad {
 
@@ -152,30 +153,6 @@ Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code) {
                     .grade = report.grade};
   TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(report.html, &result));
   return result;
-}
-
-Status CheckSameSensors(const std::string& what,
-                        const std::string& serial,
-                        const Tags& tags,
-                        const Calibration& of,
-                        const std::string& remedy) {
-  if (!serial.empty() && !of.serial.empty() && serial != of.serial) {
-    return Error(ErrorCode::kOtherDevice,
-                 what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
-                     "`; give those of one unit");
-  }
-  // Each firmware numbers sensors in its own way.
-  const std::string &firmware = tags.firmware, &its_firmware = of.tags.firmware;
-  if (!firmware.empty() && !its_firmware.empty() && firmware != its_firmware) return {};
-  for (const Triad triad : kTriads) {
-    const auto &id = tags.device_ids[triad], &its_id = of.tags.device_ids[triad];
-    if (!id || !its_id || *id == *its_id) continue;
-    return Error(ErrorCode::kOtherDevice,
-                 what + "'s " + std::string(TriadName(triad)) + " has device id " +
-                     std::to_string(*id) + ", but that of the calibration has " +
-                     std::to_string(*its_id) + "; " + remedy);
-  }
-  return {};
 }
 
 }  // namespace truetriad

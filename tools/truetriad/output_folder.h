@@ -59,20 +59,4 @@ Status WriteStatedReport(const std::string& html, VerbResult* result);
 /// The result of a verb with this report, whose page is written where --report names one.
 Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code = kExitGood);
 
-/// Error (bad input): both state a unit, or device ids of their sensors, and not the same. `what`:
-/// "log.csv: the recording", which states `serial` and `tags`.
-Status CheckSameSensors(const std::string& what,
-                        const std::string& serial,
-                        const Tags& tags,
-                        const Calibration& of,
-                        const std::string& remedy = "give the calibration of this sensor");
-/// The same of two calibrations.
-inline Status CheckSameSensors(
-    const std::string& file,
-    const Calibration& one,
-    const Calibration& other,
-    const std::string& remedy = "give those of one sensor (`import --id=N` chooses it)") {
-  return CheckSameSensors(file, one.serial, one.tags, other, remedy);
-}
-
 }  // namespace truetriad

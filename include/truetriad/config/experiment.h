@@ -107,6 +107,9 @@ struct Experiment {
   std::shared_ptr<const ExperimentDraft> draft;  ///< What resolved_yaml was made of.
 };
 
+/// The files that the experiment names besides recordings and its plan's program; empty: none.
+std::vector<std::string*> FilesOf(Experiment& experiment);
+
 /// `resolved_yaml` with what was `auto` as it was chosen; reads back as an experiment that gives
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
@@ -121,10 +124,13 @@ Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
 /// away, in its `resolved_yaml` too.
 Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded);
 
-/// What the experiment inside a calibration takes off the times of each sensor, s, and what it
-/// makes of time stamps.
-PerTriad<double> TimeOffsetsOf(const Calibration& calibration);
-TimeStamps TimeStampsOf(const Calibration& calibration);
+/// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH, sweep, sweep:SECONDS;
+/// empty: not given. Error (usage): anything else.
+Result<PosesConfig> ParsePoses(const std::string& text);
+
+/// Sets what the experiment inside a calibration takes off the times of each sensor, and what it
+/// makes of time stamps: clocks are those of the unit.
+void TakeClocks(const Calibration& calibration, PosesConfig* poses);
 
 /// An error (usage) of what the experiment's keys ask for together, with the file and the line of
 /// the key that it is about; others stay as they are.

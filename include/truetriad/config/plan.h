@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -24,20 +21,12 @@ struct NominalSensor {
 
 /// `plan:` of an experiment: which poses to look for. A calibration reads over it.
 struct PlanConfig {
-  int poses = 0;  ///< 0: the fewest that reach what is wanted.
-  std::map<std::string, double> wanted;
-  int max_poses = 60;
-  PlanGrid grid;  ///< Of `rotations:`.
-  PlanCriterion criterion = PlanCriterion::kVariances;
-  std::string program;  ///< Judge this one; resolved; empty when not given.
-  int random_draws = 200;
+  PlanConfig() { options.random_draws = 200; }
+
+  PlanOptions options;          ///< As far as the block says them.
+  std::string program;          ///< Judge this one; resolved; empty when not given.
   bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
-  double rest_s = 0.0;
-  double turn_s = 2.0;
-  double turn_sigma_deg = 0.0;
-  std::uint64_t seed = 1;
   PerTriad<NominalSensor> nominal;
-  std::optional<double> nominal_strength_ut, nominal_dip_deg;
 };
 
 }  // namespace truetriad

@@ -16,7 +16,7 @@ namespace truetriad {
 struct RecordingFormat {
   /// As many digits as it takes to read the same double back; slower to write and to read.
   static constexpr int kShortest = -1;
-  int time_decimals = 9;  ///< Of seconds; 9 is exact. Range: 0…9.
+  int time_decimals = 9;  ///< Of seconds; 9 is exact. Range: -1…9.
   PerTriad<int> decimals = {{kShortest, kShortest, kShortest}};  ///< Of readings. Range: -1…15.
   int temperature_decimals = kShortest;
   /// False: a file for each triad, and a manifest.

@@ -63,9 +63,30 @@ std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
 
-/// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH; empty: not given.
-/// Error (usage): anything else.
-Result<PosesConfig> ParsePoses(const std::string& text);
+/// Error (bad input): both state a unit, or device ids of their sensors, and not the same. `what`:
+/// "log.csv: the recording", which states `serial` and `tags`.
+Status CheckSameSensors(const std::string& what,
+                        const std::string& serial,
+                        const Tags& tags,
+                        const Calibration& of,
+                        const std::string& remedy = "give the calibration of this sensor");
+/// The same of two calibrations.
+inline Status CheckSameSensors(
+    const std::string& file,
+    const Calibration& one,
+    const Calibration& other,
+    const std::string& remedy = "give those of one sensor (`import --id=N` chooses it)") {
+  return CheckSameSensors(file, one.serial, one.tags, other, remedy);
+}
+
+/// The poses of a recording on which calibrations are evaluated: where `poses` (ParsePoses) says,
+/// with the clocks of the first calibration. Errors: as LoadPoses; there is no pose; of other
+/// sensors.
+Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
+                                   const std::string& input,
+                                   const std::string& poses,
+                                   const ProgressCallback& progress = {},
+                                   const RecordingOpener& opener = {});
 
 /// Calibrates what `experiment` asks for from experiment.inputs; everything of calibration.yaml is
 /// filled. Too little data is an outcome. `first` is what was read of the first of them before:
@@ -101,7 +122,8 @@ Result<Calibration> TryCalibration(const std::string& input,
                                    const ProgressCallback& progress = {});
 
 /// Plans what the `plan:` block of `experiment` asks for, on top of the poses of the recording at
-/// `measured` (none when empty). Error (bad input, usage): as CalibrateExperiment, and what
+/// `measured`; where that is empty, of the experiment's own if it asks for that (`start:
+/// recording`), or of none. Error (bad input, usage): as CalibrateExperiment, and what
 /// MakePlan refuses.
 Result<Plan> PlanExperiment(Experiment experiment,
                             const std::string& measured,

@@ -261,8 +261,10 @@ struct Scenario {
   SimulatedTemperature temperature;
   std::vector<Disturbance> disturbances;
 
-  /// Error (bad input): every value out of its range and every contradiction between values, a line
-  /// each, with what was seen and what is expected.
+  /// Every value out of its range and every contradiction between values, with what was seen, what
+  /// is expected, and the key of a scenario's file that it is about.
+  std::vector<Error> Mistakes() const;
+  /// Error (bad input): all of these, a line each.
   Status Validate() const;
 };
 

@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -128,8 +127,7 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
 
 Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
   PerTriad<std::optional<std::int64_t>> ids;
-  std::istringstream items(FLAGS_id);
-  for (std::string item; std::getline(items, item, ',');) {
+  for (const std::string& item : CommaSeparated(FLAGS_id)) {
     const std::size_t colon = item.find(':');
     const bool for_all = colon == std::string::npos;
     if (for_all && item != FLAGS_id) {
@@ -274,12 +272,6 @@ std::vector<FormatInfo> FormatsThat(bool import) {
   std::vector<FormatInfo> formats = Formats();
   if (import) std::erase_if(formats, [](const FormatInfo& format) { return !format.can_import; });
   return formats;
-}
-
-std::vector<std::string> NamesOf(const std::vector<FormatInfo>& formats) {
-  std::vector<std::string> names;
-  for (const FormatInfo& format : formats) names.emplace_back(format.name);
-  return names;
 }
 
 std::string ListOf(const std::vector<FormatInfo>& formats) {

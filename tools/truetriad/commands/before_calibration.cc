@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -91,20 +90,11 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
 }
 
 Result<VerbResult> RunCheck(const std::vector<std::string>&) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
-                             ReadExperiment(FLAGS_config, Overrides()));
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   // All files that it names, and all sensors.
   std::vector<std::string> files = experiment.inputs, sensors;
-  const KnownMotionsConfig& motions = experiment.poses.known_motions;
-  files.insert(files.end(),
-               {experiment.poses.file,
-                experiment.attitudes_file,
-                experiment.static_file,
-                experiment.forces_file,
-                motions.turns_file,
-                motions.rates_file});
+  for (const std::string* const file : FilesOf(experiment)) files.push_back(*file);
   for (const Triad triad : kTriads) {
-    files.push_back(experiment.allan_files[triad]);
     if (experiment.options.triads[triad].enabled) sensors.emplace_back(TriadName(triad));
   }
   for (const std::string& file : files) {
@@ -125,24 +115,10 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
     if (!experiment.plan) experiment.plan = PlanConfig();
     experiment.plan->program = FLAGS_program;
   }
-  std::string measured = FLAGS_input;
-  if (measured.empty() && experiment.plan && experiment.plan->from_recording) {
-    if (experiment.inputs.size() > 1) {
-      return Error(ErrorCode::kConflictingArguments,
-                   {FLAGS_config},
-                   "`start: recording` takes one recording; give it as --input=LOG");
-    }
-    if (experiment.inputs.size() == 1) measured = experiment.inputs.front();
-    if (measured.empty()) {
-      return Error(ErrorCode::kMissingArgument,
-                   {FLAGS_config},
-                   "`start: recording` needs a recording; add `input:` or give --input=LOG");
-    }
-  }
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  ProgressLine progress("reading " + measured);
-  TRUETRIAD_ASSIGN_OR_RETURN(const Plan plan,
-                             PlanExperiment(std::move(experiment), measured, progress.callback()));
+  ProgressLine progress("reading what is measured");
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Plan plan, PlanExperiment(std::move(experiment), FLAGS_input, progress.callback()));
   const VerbReport report = ReportOf(plan);
   std::string text = report.text;
   if (!FLAGS_output.empty()) {
@@ -164,12 +140,10 @@ constexpr std::array<std::string_view, 3> kNoiseFormats = {"kalibr", "openvins",
 /// "0.3,3" as two numbers.
 Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text) {
   if (text.empty()) return std::optional<std::array<double, 2>>();
-  std::array<double, 2> range{};
-  const char* const end = text.data() + text.size();
-  const auto low = std::from_chars(text.data(), end, range[0]);
-  if (low.ec == std::errc() && low.ptr != end && *low.ptr == ',') {
-    const auto high = std::from_chars(low.ptr + 1, end, range[1]);
-    if (high.ec == std::errc() && high.ptr == end) return std::optional(range);
+  const std::vector<std::string> ends = CommaSeparated(text);
+  if (ends.size() == 2 && !text.ends_with(',')) {
+    const auto low = ParseReal("white_range", ends[0]), high = ParseReal("white_range", ends[1]);
+    if (low && high) return std::optional(std::array{*low, *high});
   }
   return BadValue("white_range", text, " is invalid; expected two times in seconds, as in 0.3,3");
 }

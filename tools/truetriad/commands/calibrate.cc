@@ -50,13 +50,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The same file without the detours that come from paths relative to the experiment.
-std::string ShortPath(const std::string& path) {
-  const std::string shorter = fs::path(path).lexically_normal().string();
-  std::error_code failure;
-  return fs::equivalent(path, shorter, failure) ? shorter : path;
-}
-
 /// What is to be done.
 struct Task {
   Experiment experiment;
@@ -634,9 +627,7 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   if (!FLAGS_config.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
     TRUETRIAD_ASSIGN_OR_RETURN(experiment, ReadExperiment(FLAGS_config, overrides));
-    if (logs.empty()) {
-      for (const std::string& input : experiment->inputs) logs.push_back(ShortPath(input));
-    }
+    if (logs.empty()) logs = experiment->inputs;
   }
   if (logs.empty()) {
     return Error(ErrorCode::kMissingArgument,
@@ -804,12 +795,6 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   return error;
 }
 
-std::vector<std::string> ExportNames() {
-  std::vector<std::string> names;
-  for (const FormatInfo& format : Formats()) names.emplace_back(format.name);
-  return names;
-}
-
 }  // namespace
 
 Command CalibrateCommand() {
@@ -829,7 +814,7 @@ SDLOG_MODE=2 (PX4) or LOG_DISARMED=1 (ArduPilot): docs/converting.md.
       .flags =
           "config input=LOG,... output to outside-limits set* tag* report=true|false interactive "
           "overwrite topic instance columns units solver",
-      .values = {{"to", ExportNames()}},
+      .values = {{"to", NamesOf(Formats())}},
       .more_words = "input",
       .run = RunCalibrate};
 }

@@ -32,19 +32,6 @@ namespace {
 
 constexpr char kWorse[] = "worse";
 
-/// Clocks are those of the unit: what was taken off the times that it was calibrated from is taken
-/// off these as well.
-void TakeClocks(const Calibration& calibration, PosesConfig* config) {
-  config->time_offset_s = TimeOffsetsOf(calibration);
-  config->time_stamps = TimeStampsOf(calibration);
-  for (const Triad triad : kTriads) {
-    const double offset_s = config->time_offset_s[triad];
-    if (offset_s == 0.0) continue;
-    Note(std::string(TriadName(triad)) +
-         Formatted(": %g s subtracted from its times, as in the calibration", offset_s));
-  }
-}
-
 /// Whether a file says that it is a calibration.yaml, of whatever version.
 bool IsCalibration(const std::string& path) {
   std::error_code none;
@@ -82,19 +69,14 @@ Status SortFiles(const std::vector<std::string>& words,
   return {};
 }
 
-/// Both clocks and the times of turns are those that the first calibration states.
 Result<LoadedPoses> LoadFor(const std::vector<Calibration>& calibrations, const std::string& log) {
-  TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
-  TakeClocks(calibrations.front(), &config);
-  config.moves = std::any_of(calibrations.begin(), calibrations.end(), [](const Calibration& each) {
-    return each.sensors[Triad::kGyroscope].has_value();
-  });
   ProgressLine progress("reading " + log);
-  TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded, LoadPoses(log, config, progress.callback()));
-  if (loaded.not_enough) return *loaded.not_enough;
-  for (const Calibration& calibration : calibrations) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
-        log + ": the recording", loaded.poses.serial, loaded.poses.tags, calibration));
+  Result<LoadedPoses> loaded = LoadToEvaluate(calibrations, log, FLAGS_poses, progress.callback());
+  for (const Triad triad : kTriads) {
+    const double offset_s = loaded ? loaded->config.time_offset_s[triad] : 0.0;
+    if (offset_s == 0.0) continue;
+    Note(std::string(TriadName(triad)) +
+         Formatted(": %g s subtracted from its times, as in the calibration", offset_s));
   }
   return loaded;
 }

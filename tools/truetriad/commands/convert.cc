@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -6,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -22,6 +24,7 @@
 #include "io/mapping.h"
 #include "io/text_file.h"
 #include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -219,8 +222,8 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
 
 std::vector<std::string> FormatNames() {
   std::vector<std::string> names = {"bbl"};
-  for (const LogFormat& format : kLogFormats) names.emplace_back(format.name);
-  for (const ShippedMapping& mapping : ShippedMappings()) names.emplace_back(mapping.name);
+  std::ranges::move(NamesOf(kLogFormats), std::back_inserter(names));
+  std::ranges::move(NamesOf(ShippedMappings()), std::back_inserter(names));
   return names;
 }
 
@@ -242,7 +245,7 @@ Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
                      "then truetriad convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadSmallFile(FLAGS_from));
     return ConvertTable(FLAGS_from, mapping);
   }
   const std::vector<std::string> names = FormatNames();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "fleet/unit_run.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
 #include "truetriad/base/error.h"
 #include "truetriad/model/finding.h"
 
@@ -134,10 +136,9 @@ VerbResult Explained(const std::vector<std::string>& codes) {
 }
 
 std::vector<std::string> AllCodes() {
-  std::vector<std::string> codes;
-  for (const FindingKind& kind : FindingKinds()) codes.emplace_back(kind.name);
-  for (const ErrorInfo& info : AllErrorCodes()) codes.emplace_back(info.name);
-  for (const fleet::RunCode& code : fleet::kRunCodes) codes.emplace_back(code.name);
+  std::vector<std::string> codes = NamesOf(FindingKinds());
+  std::ranges::move(NamesOf(AllErrorCodes()), std::back_inserter(codes));
+  std::ranges::move(NamesOf(fleet::kRunCodes), std::back_inserter(codes));
   return codes;
 }
 

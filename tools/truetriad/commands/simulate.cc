@@ -2,12 +2,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <filesystem>
 #include <memory>
-#include <mutex>
-#include <numeric>
 #include <optional>
+#include <semaphore>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -164,43 +162,39 @@ Status WriteUnit(const Scenario& scenario,
 }
 
 /// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
-/// the bytes are the same however many threads there are. Error: the first of any unit; the others
-/// are then given up. A signal that has been noted ends the program as it would have done, once
+/// the bytes are the same however many threads there are. Error: that of a unit; the others are
+/// then given up. A signal that has been noted ends the program as it would have done, once
 /// what was written so far is removed.
 Status WriteUnits(const Scenario& scenario,
                   const fs::path& folder,
                   int threads,
                   const ProgressCallback& progress) {
-  const auto count = static_cast<std::size_t>(std::min(threads, scenario.count));
-  std::vector<std::atomic<double>> shares(count);  // Of the unit that each thread is at.
+  struct Worker {
+    std::atomic<double> share = 0.0;  ///< Of the unit that it is at.
+    std::optional<Error> failure = {};
+  };
+  std::vector<Worker> workers(static_cast<std::size_t>(std::min(threads, scenario.count)));
   std::atomic<int> next = 0, finished = 0;
-  std::mutex mutex;
-  std::condition_variable ended;
-  std::size_t running = count;  // Guarded by the mutex, as is the failure.
-  std::optional<Error> failure;
-  std::vector<std::jthread> workers;
-  const auto work = [&](std::atomic<double>* share) {
+  std::counting_semaphore<> ended(0);
+  const auto work = [&](Worker* worker) {
     for (int index = next++; index < scenario.count && !IsInterrupted(); index = next++) {
       const std::string serial = DrawUnit(scenario, index).serial;
       const Status status = WriteUnit(
-          scenario, index, scenario.count > 1 ? folder / serial : folder, [share](double value) {
-            *share = value;
+          scenario, index, scenario.count > 1 ? folder / serial : folder, [worker](double value) {
+            worker->share = value;
           });
-      *share = 0.0;
+      worker->share = 0.0;
       ++finished;
       if (status) continue;
-      const std::lock_guard lock(mutex);
       next = scenario.count;
-      if (!failure) failure = Error{status.error().code, serial + ": " + status.error().message};
+      worker->failure = Error{status.error().code, serial + ": " + status.error().message};
     }
-    const std::lock_guard lock(mutex);
-    --running;
-    ended.notify_all();
+    ended.release();
   };
-  for (std::atomic<double>& share : shares) workers.emplace_back(work, &share);
-  std::unique_lock lock(mutex);
-  while (running > 0) {
-    ended.wait_for(lock, std::chrono::milliseconds(100));
+  std::vector<std::jthread> threads_at_work;
+  for (Worker& worker : workers) threads_at_work.emplace_back(work, &worker);
+  for (std::size_t left = workers.size(); left > 0;) {
+    if (ended.try_acquire_for(std::chrono::milliseconds(100))) --left;
     if (IsInterrupted()) {
       // Threads that write meanwhile may fill a folder that is being removed.
       std::error_code error;
@@ -209,12 +203,14 @@ Status WriteUnits(const Scenario& scenario,
       } while (error == std::errc::directory_not_empty);
       EndAsInterrupted();
     }
-    const double parts = std::accumulate(shares.begin(), shares.end(), 0.0);
-    if (progress) progress(std::min(1.0, (finished + parts) / scenario.count));
+    double units = finished;
+    for (const Worker& worker : workers) units += worker.share;
+    if (progress) progress(std::min(1.0, units / scenario.count));
   }
-  lock.unlock();
-  workers.clear();
-  return failure ? Status(*failure) : Status();
+  for (const Worker& worker : workers) {
+    if (worker.failure) return *worker.failure;
+  }
+  return {};
 }
 
 /// About what the recordings of all units take on the disk.

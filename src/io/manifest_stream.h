@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "io/csv_reader.h"
+#include "io/field_reader.h"
+#include "io/recording_layout.h"
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+/// A column as a manifest names it, and where it does.
+struct ColumnReference {
+  std::string text;                  ///< A header name or a 0-based index.
+  std::optional<YamlReader> stated;  ///< Unset where the call names it.
+};
+
+/// A triad as a manifest or a mapping describes it.
+struct ManifestStream {
+  StreamLayout layout;  ///< Columns not resolved yet.
+  CsvLayout csv;
+  std::optional<YamlReader> stated;
+  std::optional<ColumnReference> time;
+  std::array<ColumnReference, 3> axes;
+  std::optional<ColumnReference> temperature, ambient;
+};
+
+/// All keys of a stream but `file`.
+void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream);
+
+}  // namespace truetriad
