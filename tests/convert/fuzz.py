@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a converter on damaged variants of a valid log.
 
-    fuzz.py CONVERTER LOG COUNT [--seed=N] [--inspect=TRUETRIAD] [--layout-of=BAG] [ARGUMENT]...
+    fuzz.py COMMAND LOG COUNT [--seed=N] [--inspect=TRUETRIAD] [--layout-of=BAG] [ARGUMENT]...
 
 Bits flipped, bytes overwritten, cut out, put in or doubled, the end cut off, lengths replaced by lies.
-With --layout-of, LOG is the --layout of a bag that is whole. Each run must end by itself within 20 s of processor time, with
+COMMAND is a converter, or "truetriad convert --from=mat", where a library may be brought down. With --layout-of, LOG is the --layout of a bag that is whole. Each run must end by itself within 20 s of processor time, with
 exit code 0, 1 or 2 and a message where it is not 0, without a sanitizer's report, with bounded memory, and
 leave a recording that can be read to its end, or nothing. Prints how many of which; exit code 1 when one did not, with the variant kept in fuzz-failures/.
 """
@@ -14,6 +14,7 @@ import os
 import random
 import re
 import resource
+import shlex
 import shutil
 import signal
 import struct
@@ -98,7 +99,7 @@ def unreadable(truetriad, folder):
 
 
 def main():
-    converter, log, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+    converter, log, count = shlex.split(sys.argv[1]), sys.argv[2], int(sys.argv[3])
     seed, inspect, bag, more = 1, None, None, []
     for argument in sys.argv[4:]:
         if argument.startswith("--seed="):
@@ -120,9 +121,9 @@ def main():
             with open(os.path.join(folder, "stderr"), "wb") as errors:
                 damaged_input = [bag, f"--layout={path}"] if bag else [path]
                 code, seconds, memory = run(
-                    [converter, *damaged_input, f"--output={folder}/out", *more], errors)
+                    [*converter, *damaged_input, f"--output={folder}/out", *more], errors)
             said = open(os.path.join(folder, "stderr"), "rb").read().decode("utf-8", "replace")
-            ended += "the reader crashed on it" in said
+            ended += "was stopped by signal" in said
             wrong = complaint(code, memory, said, folder, name)
             if not wrong and code == 0 and inspect:
                 wrong = unreadable(inspect, folder)
@@ -131,7 +132,7 @@ def main():
             if wrong:
                 complaints += 1
                 os.makedirs("fuzz-failures", exist_ok=True)
-                kept = f"fuzz-failures/{os.path.basename(converter)}-{seed}-{number}"
+                kept = f"fuzz-failures/{os.path.basename(converter[0])}-{seed}-{number}"
                 shutil.copy(path, kept)
                 print(f"{kept}: {wrong}\n{said[:3000]}")
     counts = ", ".join(f"{n} with exit code {c}" for c, n in sorted(codes.items(), key=str))

@@ -8,12 +8,17 @@ format=$1 build=$2 count=$3
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
+converter="'$build/truetriad-convert-$format'"
+# What a damaged file does to HDF5 is said by the program that started the converter.
+if [[ $format == mat ]]; then
+  converter="'$build/truetriad' convert --from=mat"
+fi
 fuzz() {
-  "$here/fuzz.py" "$build/truetriad-convert-$format" "$@" --inspect="$build/truetriad"
+  "$here/fuzz.py" "$converter" "$@" --inspect="$build/truetriad"
 }
 # The bag is whole, and what --layout says of its messages is not.
 damaged_layouts() {
-  "$here/fuzz.py" "$build/truetriad-convert-$format" "$folder/Reading.msg" "$1" --layout-of="$folder/one" \
+  "$here/fuzz.py" "$converter" "$folder/Reading.msg" "$1" --layout-of="$folder/one" \
     --inspect="$build/truetriad" "${columns[@]:0:2}"
 }
 if [[ $format == mat ]]; then

@@ -9,11 +9,8 @@
 
 namespace truetriad::convert {
 
-/// In place of common/isolation.cc, which hides a crash in a process of its own: here it is what is
-/// looked for.
-Status Isolated(const std::vector<std::string>& /*paths*/, const std::function<Status()>& work) {
-  return work();
-}
+/// In place of common/memory_bound.cc: fuzzers map much, and bound memory by themselves.
+void BoundMemory(const std::vector<std::string>& /*paths*/) {}
 
 }  // namespace truetriad::convert
 
@@ -61,7 +58,7 @@ void TryConversion(const std::function<Status(const convert::Arguments& argument
 int TryNamedReadings(const convert::NamedFormat& format, const char* file, Bytes input) {
   if (input.empty()) return -1;
   convert::Arguments arguments;
-  arguments.input = WriteInput(file, TextOf(input.subspan(1)));
+  arguments.inputs = {WriteInput(file, TextOf(input.subspan(1)))};
   arguments.list = (input[0] & 1U) != 0;
   if ((input[0] & 2U) != 0) {
     arguments.others["columns"] =

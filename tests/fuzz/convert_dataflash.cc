@@ -7,8 +7,8 @@
 TRUETRIAD_FUZZ_TARGET(convert_dataflash) {
   if (input.empty()) return -1;
   truetriad::convert::Arguments arguments;
-  arguments.input =
-      truetriad::fuzz::WriteInput("log.bin", truetriad::fuzz::TextOf(input.subspan(1)));
+  arguments.inputs = {
+      truetriad::fuzz::WriteInput("log.bin", truetriad::fuzz::TextOf(input.subspan(1)))};
   arguments.list = (input[0] & 1U) != 0;
   if ((input[0] & 2U) != 0) arguments.instance = input[0] >> 6U;
   if ((input[0] & 4U) != 0) arguments.topics = {"IMU", "MAG"};

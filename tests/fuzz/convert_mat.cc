@@ -6,8 +6,8 @@
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
-/// HDF5 allocates what a file claims to hold. The converter reads in a process whose memory is
-/// bounded (common/isolation.cc); here what is too large is not there, either.
+/// HDF5 allocates what a file claims to hold. The converter's memory is bounded
+/// (common/memory_bound.cc); here what is too large is not there, either.
 extern "C" const char* __asan_default_options() {  // NOLINT: the sanitizer's name.
   return "allocator_may_return_null=1:max_allocation_size_mb=128";
 }

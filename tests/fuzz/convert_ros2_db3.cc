@@ -7,8 +7,8 @@
 TRUETRIAD_FUZZ_TARGET(convert_ros2_db3) {
   if (input.empty()) return -1;
   truetriad::convert::Arguments arguments;
-  arguments.input =
-      truetriad::fuzz::WriteInput("log.db3", truetriad::fuzz::TextOf(input.subspan(1)));
+  arguments.inputs = {
+      truetriad::fuzz::WriteInput("log.db3", truetriad::fuzz::TextOf(input.subspan(1)))};
   arguments.list = (input[0] & 1U) != 0;
   if ((input[0] & 2U) != 0) arguments.topics = {"/imu", "/mag", "/temperature"};
   truetriad::fuzz::TryConversion(

@@ -21,7 +21,7 @@ TRUETRIAD_FUZZ_TARGET(convert_six_face) {
     text.remove_prefix(end + 1);
   }
   truetriad::convert::Arguments arguments;
-  arguments.input = folder;
+  arguments.inputs = {folder};
   truetriad::fuzz::TryConversion(&truetriad::convert::Run, arguments);
   return 0;
 }

@@ -100,11 +100,11 @@ Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table)
 }
 
 Status Run(const Arguments& arguments) {
-  const fs::path folder = arguments.input;
+  const fs::path folder = arguments.inputs[0];
   std::error_code missing;
   if (!fs::is_directory(folder, missing)) {
     return Error(ErrorCode::kWrongFormat,
-                 {arguments.input},
+                 {arguments.inputs[0]},
                  "is not a folder; expected one with time.csv, accel-0.csv, …");
   }
   const std::string run = std::to_string(arguments.instance.value_or(0));
@@ -116,7 +116,7 @@ Status Run(const Arguments& arguments) {
   if (found.empty()) {
     return Error(
         ErrorCode::kMissingSensor,
-        {arguments.input},
+        {arguments.inputs[0]},
         "contains none of accel-" + run + ".csv, gyro-" + run + ".csv, mag-" + run + ".csv");
   }
   if (arguments.list) {
@@ -146,13 +146,8 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {
-      .format = "gnss-ins-sim",
-      .input = "a folder written by gnss-ins-sim (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
-      .details = R"(
---instance=N converts run N: accel-N.csv and so on (default: run 0).
-)",
-      .takes_instance = true,
-      .run = truetriad::convert::Run};
-  return truetriad::convert::RunConverter(converter, argc, argv);
+  return truetriad::convert::RunConverter(
+      {.format = "gnss-ins-sim", .flags = {"instance"}, .run = truetriad::convert::Run},
+      argc,
+      argv);
 }

@@ -211,10 +211,7 @@ Result<VariableFile> Open(const std::string& path) {
   return variables;
 }
 
-constexpr NamedFormat kFormat = {
-    .name = "json",
-    .input = "JSON files with arrays of readings, or with one object a line",
-    .open = Open};
+constexpr NamedFormat kFormat = {.name = "json", .open = Open};
 
 }  // namespace
 }  // namespace truetriad::convert

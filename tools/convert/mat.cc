@@ -5,9 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,6 +18,7 @@
 
 #include "tools/convert/common/byte_stream.h"
 #include "tools/convert/common/named_readings.h"
+#include "tools/convert/common/unpack.h"
 
 namespace truetriad::convert {
 namespace {
@@ -106,6 +105,7 @@ constexpr std::size_t kTag = 8;        ///< Type and size, a word each.
 constexpr std::size_t kHeader5 = 128;  ///< Its text, version and byte order.
 constexpr int kDeepestCell = 64;       ///< Cells in cells; the walk calls itself as deep.
 constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // Types of elements.
+constexpr std::size_t kChunk = std::size_t{1} << 14U;    ///< Is taken at once, at most.
 
 /// Cells and elements of structs, in all variables together. Eight zeros in the file, compressed to
 /// nothing, may be all of one.
@@ -139,90 +139,43 @@ std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped
   return is_swapped ? __builtin_bswap32(word) : word;
 }
 
-/// The bytes of an element, inflated where they are compressed, from front to back.
-class Content {
- public:
-  Content(ByteStream* file, std::uint64_t size, bool is_compressed)
-      : file_(file), left_(size), is_compressed_(is_compressed) {
-    if (is_compressed_) is_ready_ = inflateInit(&stream_) == Z_OK;
-  }
-  ~Content() {
-    if (is_compressed_) inflateEnd(&stream_);
-  }
-  Content(const Content&) = delete;
-  Content& operator=(const Content&) = delete;
-
-  static constexpr std::size_t kChunk = std::size_t{1} << 14U;  // Is taken at once, at most.
-
-  /// False where there are not as many, of which some may be taken.
-  bool Take(std::size_t count, char* into) {
-    if (is_compressed_) return Inflate(count, into);
-    const std::string_view bytes = file_->Peek(std::min<std::uint64_t>(count, left_));
-    if (bytes.size() < count) return false;
-    std::memcpy(into, bytes.data(), count);
-    return Skip(count);
-  }
-
-  bool Skip(std::uint64_t count) {
-    if (!is_compressed_) {
-      if (count > left_) return false;
-      file_->Skip(count);
-      left_ -= count;
-      return true;
-    }
-    std::array<char, kChunk> unseen;
-    for (; count > 0; count -= std::min<std::uint64_t>(count, unseen.size())) {
-      if (!Inflate(std::min<std::uint64_t>(count, unseen.size()), unseen.data())) return false;
-    }
-    return true;
-  }
-
- private:
-  bool Inflate(std::size_t count, char* into) {
-    if (!is_ready_) return false;
-    stream_.next_out = reinterpret_cast<Bytef*>(into);
-    stream_.avail_out = static_cast<unsigned>(count);
-    while (stream_.avail_out > 0) {
-      if (stream_.avail_in == 0) Fill();
-      if (inflate(&stream_, Z_NO_FLUSH) != Z_OK) return stream_.avail_out == 0;
-    }
-    return true;
-  }
-
-  void Fill() {
-    const std::string_view bytes = file_->Peek(std::min<std::uint64_t>(kChunk, left_));
-    input_.assign(bytes);
-    file_->Skip(bytes.size());
-    left_ -= bytes.size();
-    stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
-    stream_.avail_in = static_cast<unsigned>(input_.size());
-  }
-
-  ByteStream* file_;
-  std::uint64_t left_;
-  bool is_compressed_;
-  bool is_ready_ = false;
-  std::string input_;
-  z_stream stream_{};
-};
+/// What `packed` holds; where it is damaged or cut, what came out before.
+std::string Inflated(std::string_view packed) {
+  z_stream stream{};
+  std::string content;
+  if (inflateInit(&stream) != Z_OK) return content;
+  const auto step = [&](std::string_view* rest, char* room, std::size_t* produced) {
+    std::string some(rest->substr(0, kChunk));
+    stream.next_in = reinterpret_cast<Bytef*>(some.data());
+    stream.avail_in = static_cast<unsigned>(some.size());
+    stream.next_out = reinterpret_cast<Bytef*>(room);
+    stream.avail_out = static_cast<unsigned>(*produced);
+    const bool goes_on = inflate(&stream, Z_NO_FLUSH) == Z_OK;
+    rest->remove_prefix(some.size() - stream.avail_in);
+    *produced -= stream.avail_out;
+    return goes_on;
+  };
+  UnpackBy(step, packed, content.max_size(), &content);
+  inflateEnd(&stream);
+  return content;
+}
 
 /// Goes through a matrix and those in it. A matrix is sound that is there to its end and has the
 /// bytes for each of its numbers or cells, down to the innermost.
 class Walk {
  public:
   /// `cells`: how many there may be yet. `wanted`: the matrix whose numbers are read; empty: none.
-  Walk(Content* content, bool is_swapped, int* cells, std::string wanted = "")
+  Walk(ByteStream* content, bool is_swapped, int* cells, std::string wanted = "")
       : content_(content), is_swapped_(is_swapped), cells_(cells), wanted_(std::move(wanted)) {}
 
   /// What has a name, in the order of the file.
   const std::vector<Found>& found() const { return found_; }
   std::vector<double>& numbers() { return numbers_; }
 
-  /// Of an element of the file.
-  bool IsSound(std::uint32_t type, std::uint64_t size) {
-    if (type == kMatrix) return IsSoundMatrix(size, 0, "");
-    auto most = std::numeric_limits<std::uint64_t>::max();  // Nobody knows before it is inflated.
-    return IsSoundElement(&most, 0, "");
+  /// Of an element of the file whose tag comes next.
+  bool IsSound() {
+    std::uint64_t left = content_->left();
+    return IsSoundElement(&left, 0, "");
   }
 
  private:
@@ -248,19 +201,19 @@ class Walk {
     const auto flags = TakeNumbers(&size);
     if (flags.empty()) return false;
     Found matrix{.kind = flags[0] & 0xFFU, .is_complex = (flags[0] & kComplexFlag) != 0};
-    if (matrix.kind == 0 || matrix.kind >= kCount) return content_->Skip(size);
+    if (matrix.kind == 0 || matrix.kind >= kCount) return Skip(size);
     const auto dimensions = TakeNumbers(&size);
     const std::optional<std::string> own = TakeText(&size);
     if (dimensions.empty() || !own) return false;
     matrix.dimensions.assign(dimensions.begin(), dimensions.end());
     matrix.name = name && name->empty() ? *own : name.value_or("");
     if (name) found_.push_back(matrix);
-    if (matrix.kind == kText || matrix.kind == kSparse) return content_->Skip(size);
+    if (matrix.kind == kText || matrix.kind == kSparse) return Skip(size);
     const bool is_wanted = name && !wanted_.empty() && matrix.name == wanted_;
     const bool is_sound = IsNumeric(matrix.kind)
                               ? AreSoundNumbers(matrix, is_wanted, &size)
                               : AreSoundCells(matrix, depth, name.has_value(), &size);
-    return is_sound && content_->Skip(size);
+    return is_sound && Skip(size);
   }
 
   /// Of cells, or of the fields of structs and objects.
@@ -307,18 +260,31 @@ class Walk {
           });
       if (type == kNumberTypes.end() || tag->size != count * type->size) return false;
       *left -= tag->stored();
-      if (!(are_wanted ? ReadNumbers(*type, *tag) : content_->Skip(tag->stored()))) return false;
+      if (!(are_wanted ? ReadNumbers(*type, *tag) : Skip(tag->stored()))) return false;
     }
     return true;
   }
 
+  /// Nullopt where there are not as many bytes.
+  std::optional<std::string> Take(std::size_t count) {
+    std::string bytes(content_->Peek(count));
+    if (!Skip(count)) return std::nullopt;
+    return bytes;
+  }
+  bool Skip(std::uint64_t count) {
+    if (count > content_->left()) return false;
+    content_->Skip(count);
+    return true;
+  }
+
   std::vector<std::uint32_t> TakeWords(std::size_t count, std::uint64_t* left) {
-    std::string bytes(sizeof(std::uint32_t) * count, '\0');
-    if (bytes.size() > *left || !content_->Take(bytes.size(), bytes.data())) return {};
-    *left -= bytes.size();
+    const std::size_t size = sizeof(std::uint32_t) * count;
+    const std::optional<std::string> bytes = size > *left ? std::nullopt : Take(size);
+    if (!bytes) return {};
+    *left -= size;
     std::vector<std::uint32_t> words;
     for (std::size_t i = 0; i < count; ++i) {
-      words.push_back(WordAt(bytes, sizeof(std::uint32_t) * i, is_swapped_));
+      words.push_back(WordAt(*bytes, sizeof(std::uint32_t) * i, is_swapped_));
     }
     return words;
   }
@@ -332,13 +298,13 @@ class Walk {
     std::uint64_t stored() const { return inside ? 0 : (size + kTag - 1) / kTag * kTag; }
   };
   std::optional<PlainTag> TakePlainTag(std::uint64_t* left) {
-    std::string bytes(kTag, '\0');
-    if (kTag > *left || !content_->Take(kTag, bytes.data())) return std::nullopt;
+    const std::optional<std::string> bytes = kTag > *left ? std::nullopt : Take(kTag);
+    if (!bytes) return std::nullopt;
     *left -= kTag;
-    const std::uint32_t first = WordAt(bytes, 0, is_swapped_);
-    PlainTag tag{first, WordAt(bytes, sizeof first, is_swapped_)};
+    const std::uint32_t first = WordAt(*bytes, 0, is_swapped_);
+    PlainTag tag{first, WordAt(*bytes, sizeof first, is_swapped_)};
     if (const std::uint32_t size = first >> 16U; size != 0) {
-      tag = {first & 0xFFFFU, size, bytes.substr(sizeof first)};
+      tag = {first & 0xFFFFU, size, bytes->substr(sizeof first)};
     }
     if (tag.stored() > *left || (tag.inside && tag.size > tag.inside->size())) return std::nullopt;
     return tag;
@@ -347,10 +313,10 @@ class Walk {
   std::optional<std::string> TakeText(std::uint64_t* left) {
     const auto tag = TakePlainTag(left);
     if (!tag || tag->size > kLongestText) return std::nullopt;
-    std::string text = tag->inside.value_or(std::string(tag->stored(), '\0'));
     *left -= tag->stored();
-    if (!tag->inside && !content_->Take(text.size(), text.data())) return std::nullopt;
-    return text.substr(0, tag->size);
+    const std::optional<std::string> text = tag->inside ? tag->inside : Take(tag->stored());
+    if (!text) return std::nullopt;
+    return text->substr(0, tag->size);
   }
 
   /// Empty where there are none, or more than any matrix has.
@@ -367,21 +333,20 @@ class Walk {
   }
 
   bool ReadNumbers(const NumberType& type, const PlainTag& tag) {
-    std::string bytes = tag.inside.value_or("");
     for (std::uint64_t left = tag.size; left > 0;) {
-      const std::size_t size = std::min<std::uint64_t>(left, Content::kChunk);
-      bytes.resize(size);
-      if (!tag.inside && !content_->Take(size, bytes.data())) return false;
+      const std::size_t size = std::min<std::uint64_t>(left, kChunk);
+      std::optional<std::string> bytes = tag.inside ? tag.inside : Take(size);
+      if (!bytes) return false;
       for (std::size_t at = 0; at < size; at += type.size) {
-        if (is_swapped_) std::reverse(bytes.data() + at, bytes.data() + at + type.size);
-        numbers_.push_back(type.value(std::string_view(bytes).substr(at)));
+        if (is_swapped_) std::reverse(bytes->data() + at, bytes->data() + at + type.size);
+        numbers_.push_back(type.value(std::string_view(*bytes).substr(at)));
       }
       left -= size;
     }
-    return content_->Skip(tag.stored() - (tag.inside ? 0 : tag.size));
+    return Skip(tag.stored() - (tag.inside ? 0 : tag.size));
   }
 
-  Content* content_;
+  ByteStream* content_;
   bool is_swapped_;
   int* cells_;
   std::string wanted_;
@@ -402,17 +367,18 @@ bool ReadElement(ByteStream* bytes,
                  int* cells,
                  const std::string& wanted,
                  const std::function<void(Walk* walk)>& take) {
-  const std::uint64_t begin = bytes->position() + kTag;
   const std::string_view tag = bytes->Peek(kTag);
   if (tag.size() < kTag) return false;
   const std::uint32_t type = WordAt(tag, 0, is_swapped);
-  const std::uint32_t size = WordAt(tag, sizeof type, is_swapped);
-  if ((type != kMatrix && type != kCompressed) || size > bytes->left() - kTag) return false;
-  bytes->Skip(kTag);
-  Content content(bytes, size, type == kCompressed);
-  Walk walk(&content, is_swapped, cells, wanted);
-  if (!walk.IsSound(type, size)) return false;
-  bytes->Skip(begin + size - bytes->position());
+  const std::uint64_t size = WordAt(tag, sizeof type, is_swapped);
+  if (size > bytes->left() - kTag) return false;
+  const std::uint64_t end = bytes->position() + kTag + size;
+  std::unique_ptr<ByteStream> inflated;
+  if (type == kCompressed && size <= ByteStream::kLookAhead - kTag)
+    inflated = ByteStream::Of(Inflated(bytes->Peek(kTag + size).substr(kTag)));
+  Walk walk(inflated ? inflated.get() : bytes, is_swapped, cells, wanted);
+  if (!walk.IsSound()) return false;
+  bytes->Skip(end - bytes->position());
   take(&walk);
   return true;
 }
@@ -571,6 +537,7 @@ struct Group {
 
 /// Nullopt: it is no file of HDF5.
 std::optional<VariableFile> Open73(const std::string& path, std::uint64_t size) {
+  H5dont_atexit();                              // What damage has left of its state stays as it is.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // Prints nothing.
   const auto handle = std::make_shared<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   if (!handle->is_open()) return std::nullopt;
@@ -604,8 +571,7 @@ Result<VariableFile> Open(const std::string& path) {
                "MATLAB, write one with save(…, '-v7')");
 }
 
-constexpr NamedFormat kFormat = {
-    .name = "mat", .input = "MATLAB files (.mat of version 5, 7 or 7.3)", .open = Open};
+constexpr NamedFormat kFormat = {.name = "mat", .open = Open};
 
 }  // namespace
 }  // namespace truetriad::convert

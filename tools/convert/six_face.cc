@@ -123,19 +123,20 @@ Status CheckSameStreams(const Rest& first, const Rest& rest, const fs::path& pat
 
 Status Run(const Arguments& arguments) {
   std::error_code missing;
-  if (!fs::is_directory(arguments.input, missing)) {
+  if (!fs::is_directory(arguments.inputs[0], missing)) {
     return Error(ErrorCode::kWrongFormat,
-                 {arguments.input},
+                 {arguments.inputs[0]},
                  "is not a folder; expected one with +x.csv, -x.csv, …");
   }
   std::vector<std::pair<std::string, fs::path>> files;
   for (const Face& face : kFaces) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fs::path> file, FileOf(face, arguments.input));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fs::path> file,
+                               FileOf(face, arguments.inputs[0]));
     if (file) files.emplace_back(face.name, *file);
   }
   if (files.empty()) {
     return Error(ErrorCode::kNoReadings,
-                 {arguments.input},
+                 {arguments.inputs[0]},
                  "contains no face file; expected +x.csv, -x.csv, +y.csv, … (or "
                  "x_up.csv, x_down.csv, …), named after the axis that points up");
   }
@@ -178,7 +179,7 @@ Status Run(const Arguments& arguments) {
     next_start_ns = rest.rows.rbegin()->first + shift_ns + kPauseNs;
   }
   if (files.size() < kFaces.size()) {
-    Note("files for " + Count(files.size(), "face", "faces") + " of six");
+    Note("files for " + Counted(files.size(), "face") + " of six");
   }
   folder->SetPoses(PoseRangesToYaml(poses));
   return folder->Commit();
@@ -188,14 +189,6 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {
-      .format = "six-face",
-      .input = "a folder with one recording for each face, +x.csv, -x.csv, +y.csv, …,",
-      .details = R"(
-Each file is named after the body axis that points up: +x.csv, or x_up.csv and x_down.csv.
-It is a self-describing CSV or a manifest. The rests are joined one second apart, and
-poses.yaml states which rows belong to which face.
-)",
-      .run = truetriad::convert::Run};
-  return truetriad::convert::RunConverter(converter, argc, argv);
+  return truetriad::convert::RunConverter(
+      {.format = "six-face", .flags = {}, .run = truetriad::convert::Run}, argc, argv);
 }

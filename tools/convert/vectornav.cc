@@ -301,7 +301,7 @@ Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
     std::vector<std::string> names;
     for (const SentenceKind& kind : SentenceKinds()) names.emplace_back(kind.name);
     return Error(ErrorCode::kUnknownName,
-                 "--topic=" + Printable(topic) + ": is not among " + ListOf(names));
+                 "--topic=" + PrintableLine(topic) + ": is not among " + ListOf(names));
   }
   std::vector<const SentenceKind*> chosen;
   std::map<Triad, std::string_view> origin;
@@ -328,12 +328,11 @@ Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
   if (!chosen.empty()) return chosen;
   for (const auto& [name, tally] : contents.others) held.push_back(name);
   return Error(ErrorCode::kNoReadings,
-               {arguments.input},
+               {arguments.inputs[0]},
                "contains no intact VectorNav sentence with readings (VNYMR, VNQMR, VNMAR, VNIMU, "
                "VNMAG, VNACC, VNGYR)" +
                    (arguments.topics.empty() ? std::string() : " that --topic asks for") +
-                   "; intact are: " + ListOf(held) + "; " +
-                   Count(contents.bad(), "line is bad", "lines are bad"));
+                   "; intact are: " + ListOf(held) + "; " + Counted(contents.bad(), "bad line"));
 }
 
 /// Samples a second, of --columns=time=100Hz.
@@ -350,7 +349,7 @@ Result<double> RateOf(const Arguments& arguments) {
       text.starts_with(kPrefix) ? ParseRate(text.substr(kPrefix.size())) : std::nullopt;
   if (rate_hz) return *rate_hz;
   return Error(ErrorCode::kInvalidArgument,
-               "--columns=" + Printable(text) + ": expected a rate, as in time=40Hz");
+               "--columns=" + PrintableLine(text) + ": expected a rate, as in time=40Hz");
 }
 
 /// Rows of one kind. A bad sentence takes the time that it had.
@@ -441,7 +440,7 @@ void List(const Contents& contents) {
   std::printf("%-8s %10s %10s\n", "topic", "intact", "bad");
   const auto print = [](const std::string& name, const Tally& tally, std::string_view what) {
     std::printf("%-8s %10llu %10llu%s\n",
-                Printable(name).c_str(),
+                PrintableLine(name).c_str(),
                 static_cast<unsigned long long>(tally.intact),
                 static_cast<unsigned long long>(tally.bad),
                 std::string(what).c_str());
@@ -452,13 +451,13 @@ void List(const Contents& contents) {
 }
 
 Status Run(const Arguments& arguments) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Contents contents, Survey(arguments.input));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Contents contents, Survey(arguments.inputs[0]));
   if (contents.bad() > 0) {
-    Note(arguments.input + ": " + Count(contents.bad(), "bad sentence", "bad sentences") +
+    Note(arguments.inputs[0] + ": " + Counted(contents.bad(), "bad sentence") +
          " left out (wrong checksum, or cut)");
   }
   if (!contents.has_checksums && !contents.kinds.empty()) {
-    Note(arguments.input +
+    Note(arguments.inputs[0] +
          ": its sentences have no checksums; damage goes unnoticed unless it "
          "leaves other than numbers");
   }
@@ -471,22 +470,23 @@ Status Run(const Arguments& arguments) {
   TRUETRIAD_ASSIGN_OR_RETURN(const double rate_hz, RateOf(arguments));
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
                              RecordingFolder::Create(arguments.output));
-  folder->SetOrigin("vectornav-ascii", {arguments.input});
+  folder->SetOrigin("vectornav-ascii", {arguments.inputs[0]});
   folder->SetSource("rate", arguments.others.at("columns"));
   if (contents.bad() > 0) folder->SetSource("bad sentences", std::to_string(contents.bad()));
   if (!contents.has_checksums) folder->SetSource("checksums", "none");
   if (contents.with_appended > 0) {
-    Note(Count(contents.with_appended, "sentence ends", "sentences end") +
+    Note(Counted(contents.with_appended, "sentence") +
+         (contents.with_appended == 1 ? " ends" : " end") +
          " with a status or counter (register 30), which is not used");
   }
   folder->SetFrame("unit, after its reference frame rotation (register 26)");
   Conversion conversion(contents, rate_hz, OpenTables(kinds, folder.get()));
-  TRUETRIAD_RETURN_IF_ERROR(EachSentence(arguments.input, [&](std::string_view text) {
+  TRUETRIAD_RETURN_IF_ERROR(EachSentence(arguments.inputs[0], [&](std::string_view text) {
     conversion.Take(text);
     return true;
   }));
   if (conversion.unplaced() > 0) {
-    Note(Count(conversion.unplaced(), "unreadable line", "unreadable lines") +
+    Note(Counted(conversion.unplaced(), "unreadable line") +
          " may be of any kind: what comes after may be stamped too early by as many samples");
   }
   for (const SentenceKind* const kind : kinds) {
@@ -503,15 +503,8 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {.format = "vectornav",
-                                                   .input = "a log of VectorNav ASCII sentences",
-                                                   .details = R"(
-Topics are VNYMR, VNQMR, VNMAR, VNIMU, VNMAG, VNACC and VNGYR. The sentences have no time:
---columns=time=40Hz states how many of a kind come a second. Bad sentences are counted
-and keep their place in time.
-)",
-                                                   .takes_topics = true,
-                                                   .others = {"columns"},
-                                                   .run = truetriad::convert::Run};
-  return truetriad::convert::RunConverter(converter, argc, argv);
+  return truetriad::convert::RunConverter(
+      {.format = "vectornav", .flags = {"topic", "columns"}, .run = truetriad::convert::Run},
+      argc,
+      argv);
 }

@@ -36,7 +36,6 @@ struct LogFormat {
   std::string_view name;
   std::string_view description;
   std::string_view needs = {};       ///< To build the program; empty: nothing that may be missing.
-  bool is_script = false;            ///< Runs under Node.
   std::string_view how_to_log = {};  ///< What makes a vehicle log what a calibration needs.
 };
 

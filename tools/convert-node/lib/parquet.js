@@ -233,7 +233,7 @@ async function convert(decoder, options) {
     note(source.damage);
   }
   if (untimed > 0) note(`${count(untimed, 'row', 'rows')} skipped (no time)`);
-  send('M', JSON.stringify({ recording: 0, format: 'parquet', source, ids: {}, siPerCount: {} }));
+  send('M', { recording: 0, format: 'parquet', source, ids: {}, siPerCount: {} });
 }
 
 async function run(options) {

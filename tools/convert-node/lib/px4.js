@@ -503,10 +503,10 @@ function sendManifest(log, instance, entries, devices) {
     return log.latest.get(`${thermal}_ENABLE`) !== 1 && id && (n === thermalSlots[triad] || !devices[triad].includes(id));
   })]));
   const scaled = entries.filter(({ scales }) => scales.size === 1 && [...scales][0] > 0);
-  send('M', JSON.stringify({
+  send('M', {
     recording: instance, format: 'px4-ulog', serial: log.text('sys_uuid'), source,
     firmware: 'px4', ids, slots, thermalSlots, idleThermalSlots: idle,
-    magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) }));
+    magnetometerTurn: turn && turn.flat(), frame: 'board-frd', siPerCount: Object.fromEntries(scaled.map(({ table, scales }) => [table.number, [...scales][0]])) });
 }
 
 async function run(options) {

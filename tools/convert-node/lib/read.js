@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Reads a log for the converter that started it (tools/convert/node/node_log.h): what is asked for is
-// JSON in the first argument, and what is found goes as frames through a pipe.
+// Reads a log for the converter that started it (tools/convert/scripted.cc): what is asked for is
+// JSON in the first argument, and what is found goes as lines through a pipe.
 
 const { Refusal, end, printable, send } = require('./frames.js');
 
-const kReaders = { ulog: './px4.js', mcap: './mcap.js', parquet: './parquet.js' };
+const kReaders = { ulog: './px4.js', parquet: './parquet.js' };
 
 /** [code of docs/reasons.md, message] */
 function reasonOf(error) {
@@ -25,10 +25,10 @@ async function main() {
   try {
     const request = JSON.parse(process.argv[2]);
     await require(kReaders[request.format]).run(request);
-    send('X', '');
+    send('X', null);
   } catch (error) {
     const [code, message] = reasonOf(error);
-    send('E', JSON.stringify({ code, message }));
+    send('E', { code, message });
   }
   end();
 }

@@ -27,6 +27,13 @@ Result<std::unique_ptr<ByteStream>> ByteStream::Open(const std::string& path) {
   return stream;
 }
 
+std::unique_ptr<ByteStream> ByteStream::Of(std::string bytes) {
+  std::unique_ptr<ByteStream> stream(new ByteStream());
+  stream->size_ = stream->end_ = bytes.size();
+  stream->buffer_ = std::move(bytes);
+  return stream;
+}
+
 void ByteStream::Fill(std::size_t count) {
   // A small file needs no large buffer; one that still grows is read on by the same steps.
   constexpr std::uint64_t kLeastChunk = std::uint64_t{1} << 12U,

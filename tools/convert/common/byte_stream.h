@@ -20,6 +20,8 @@ class ByteStream {
  public:
   /// Error: missing, unreadable, empty, or no regular file.
   static Result<std::unique_ptr<ByteStream>> Open(const std::string& path);
+  /// Of bytes that are in memory already.
+  static std::unique_ptr<ByteStream> Of(std::string bytes);
   ByteStream(const ByteStream&) = delete;
   ByteStream& operator=(const ByteStream&) = delete;
 
@@ -30,7 +32,7 @@ class ByteStream {
   void Skip(std::uint64_t count);
 
   /// A record of a log that is longer is taken for damage.
-  static constexpr std::size_t kLookAhead = std::size_t{64} << 20U;
+  static constexpr std::size_t kLookAhead = std::size_t{512} << 20U;
 
   std::uint64_t position() const { return position_; }  ///< Of the next byte.
   std::uint64_t size() const { return size_; }

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/messages.h"
+#include "base/utf8.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::convert {
@@ -19,27 +21,21 @@ namespace truetriad::convert {
 /// Thrown where rows are added once a signal wants the program to end: what is half written goes.
 struct Interrupted {};
 
-/// What a converter was asked for: `truetriad-convert-FORMAT INPUT --output=DIR [--topic=A,B]
-/// [--instance=N] [--list]`.
+/// What `truetriad convert` hands on of its flags.
 struct Arguments {
-  std::string input;
-  std::vector<std::string> more_inputs;                    ///< Where the format takes several.
+  std::vector<std::string> inputs;                         ///< One where the format takes one.
   std::string output;                                      ///< Empty only with `list`.
   std::vector<std::string> topics;                         ///< Empty: the converter's choice.
   std::optional<int> instance;                             ///< Range: >= 0.
   bool list = false;                                       ///< Only say what the log holds.
-  std::map<std::string, std::string, std::less<>> others;  ///< Flags of this converter alone.
+  std::map<std::string, std::string, std::less<>> others;  ///< "columns", "units", "layout".
 };
 
 /// One converter program.
 struct Converter {
-  std::string_view format;     ///< "dataflash": the program is truetriad-convert-dataflash.
-  std::string_view input;      ///< "an ArduPilot log (.bin)"
-  std::string_view details;    ///< Lines of --help about topics, instances and choices.
-  bool takes_several = false;  ///< Inputs, in one or separated by commas.
-  bool takes_topics = false;
-  bool takes_instance = false;
-  std::vector<std::string_view> others = {};  ///< Names of its own flags.
+  std::string_view format;  ///< "dataflash": the program is truetriad-convert-dataflash.
+  std::vector<std::string_view> flags;  ///< That apply beside --output, --list and --json: "topic".
+  bool takes_several = false;           ///< Inputs, in one or separated by commas.
   /// Converts or lists. Error: usage, or bad input; then nothing has been written.
   std::function<Status(const Arguments& arguments)> run = {};
 };
@@ -47,9 +43,8 @@ struct Converter {
 /// The `main` of a converter. Exit code: 0 good, 1 usage, 2 bad input.
 int RunConverter(const Converter& converter, int argc, char** argv);
 
-/// Does `work` in a process of its own, with a bound on its memory, for libraries that a damaged
-/// file can bring down. Its error becomes that of this process; a crash becomes bad input.
-Status Isolated(const std::vector<std::string>& paths, const std::function<Status()>& work);
+/// Bounds the memory of this process by what files of this size can sensibly hold.
+void BoundMemory(const std::vector<std::string>& paths);
 
 /// The inputs, where one that is a folder stands for the files in it that end with `ending`
 /// (".db3"), by the numbers in their names. Error: a folder without any.
@@ -79,10 +74,6 @@ int Report(const Error& error);
 /// "/a, /b and 3 more", for messages; nothing of a damaged name can reach the terminal as a control
 /// character.
 std::string ListOf(const std::vector<std::string>& names, std::size_t most = 12);
-/// `text` with every byte that is not printable ASCII or UTF-8 text as `?`.
-std::string Printable(std::string_view text);
-/// "1 message", "2 messages".
-std::string Count(std::uint64_t count, std::string_view one, std::string_view many);
 /// "truetriad-convert-ros1".
 const std::string& ProgramName();
 /// Says something on stderr, after the program's name.

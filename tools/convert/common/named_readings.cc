@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -54,8 +55,8 @@ struct Inputs {
   std::string All() const {
     std::vector<std::string> all;
     for (const Variable& variable : variables) {
-      all.push_back(Printable(variable.full_name) + " (" + Shape(variable) + " " + variable.type +
-                    ")");
+      all.push_back(PrintableLine(variable.full_name) + " (" + Shape(variable) + " " +
+                    variable.type + ")");
     }
     return ListOf(all, 30);
   }
@@ -152,7 +153,7 @@ Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
                        .append("; choose one with --columns"));
     }
     chosen[role] = *names.begin();
-    Note(std::string(role).append(": taken from ").append(Printable(*names.begin())));
+    Note(std::string(role).append(": taken from ").append(PrintableLine(*names.begin())));
   }
   return chosen;
 }
@@ -180,7 +181,7 @@ Result<ByRole> ParseColumns(const std::string& columns,
       for (const std::string_view known : roles)
         all.append(all.empty() ? "" : ", ").append(known) += '=';
       return Error(ErrorCode::kInvalidArgument,
-                   "--columns: `" + Printable(item) + "` is not one of " + all + example);
+                   "--columns: `" + PrintableLine(item) + "` is not one of " + all + example);
     }
     if (!chosen.emplace(role, item.substr(equals + 1)).second)
       return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
@@ -427,92 +428,63 @@ Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
   return all;
 }
 
-/// Sensors with times of their own: a table each.
-void AddTables(const std::vector<TriadReadings>& all,
-               const ByRole& units,
-               RecordingFolder* folder) {
-  for (const TriadReadings& readings : all) {
-    const std::string name(TriadName(readings.triad));
-    Table* const table =
-        folder->AddTable(name + ".csv",
-                         {{.triad = readings.triad, .unit = units.at(name), .applied = {}}},
-                         {.has_temperature = !readings.temperatures_degc.empty()});
-    for (std::size_t i = 0; i < readings.times_ns.size(); ++i) {
-      if (!readings.temperatures_degc.empty()) table->SetTemperature(readings.temperatures_degc[i]);
-      const std::array<double, 3> row = {
-          readings.axes[0][i], readings.axes[1][i], readings.axes[2][i]};
-      table->Add(readings.times_ns[i], row.data());
-    }
-  }
-}
-
-/// Rows that belong together by their number: one table, so that a reading that is missing stays
-/// in its row. Error: sensors with different numbers of rows.
-Status AddRows(const std::vector<TriadReadings>& all,
-               const ByRole& units,
-               RecordingFolder* folder) {
+/// Sensors whose rows belong together: by the time of the first, or where it has none by their
+/// number, so that a reading that is missing stays in its row.
+void AddTable(const std::string& file,
+              bool has_time,
+              std::span<const TriadReadings> group,
+              const ByRole& units,
+              RecordingFolder* folder) {
   std::vector<TriadColumns> triads;
   const std::vector<double>* temperatures = nullptr;
-  for (const TriadReadings& readings : all) {
+  for (const TriadReadings& readings : group) {
     const std::string name(TriadName(readings.triad));
     triads.push_back({.triad = readings.triad, .unit = units.at(name), .applied = {}});
     if (!readings.temperatures_degc.empty()) temperatures = &readings.temperatures_degc;
-    if (readings.times_ns.size() == all[0].times_ns.size()) continue;
-    return Error(ErrorCode::kDoesNotMatch,
-                 "the " + name + " has " + std::to_string(readings.times_ns.size()) +
-                     " rows, but the " + std::string(TriadName(all[0].triad)) + " has " +
-                     std::to_string(all[0].times_ns.size()) +
-                     "; without a time their rows must belong together");
   }
-  Table* const table =
-      folder->AddTable("recording.csv",
-                       std::move(triads),
-                       {.has_temperature = temperatures != nullptr, .has_time = false});
-  for (std::size_t i = 0; i < all[0].times_ns.size(); ++i) {
+  Table* const table = folder->AddTable(
+      file, std::move(triads), {.has_temperature = temperatures != nullptr, .has_time = has_time});
+  for (std::size_t i = 0; i < group[0].times_ns.size(); ++i) {
     if (temperatures != nullptr) table->SetTemperature((*temperatures)[i]);
     std::vector<double> row;
-    for (const TriadReadings& readings : all) {
+    for (const TriadReadings& readings : group) {
       for (const std::vector<double>& axis : readings.axes) row.push_back(axis[i]);
     }
-    table->Add(all[0].times_ns[i], row.data());
+    table->Add(group[0].times_ns[i], row.data());
   }
-  return {};
 }
 
-Status Convert(const Inputs& inputs,
-               const ByRole& columns,
-               bool are_named,
-               const ByRole& units,
-               RecordingFolder* folder) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<TriadReadings> all,
-                             ReadTriads(inputs, columns, are_named, units));
-  std::size_t wanted = 0;
-  for (const Triad triad : kTriads) wanted += columns.count(std::string(TriadName(triad)));
-  if (all.size() < wanted) {
-    folder->SetSource("incomplete variables", std::to_string(wanted - all.size()));
+/// Error: sensors without a time and with different numbers of rows.
+Status AddTables(const std::vector<TriadReadings>& all,
+                 bool has_time,
+                 const ByRole& units,
+                 RecordingFolder* folder) {
+  for (const TriadReadings& readings : all) {
+    const std::string name(TriadName(readings.triad));
+    if (has_time) {
+      AddTable(name + ".csv", has_time, {&readings, 1}, units, folder);
+    } else if (readings.times_ns.size() != all[0].times_ns.size()) {
+      return Error(ErrorCode::kDoesNotMatch,
+                   "the " + name + " has " + std::to_string(readings.times_ns.size()) +
+                       " rows, but the " + std::string(TriadName(all[0].triad)) + " has " +
+                       std::to_string(all[0].times_ns.size()) +
+                       "; without a time their rows must belong together");
+    }
   }
-  const auto time = columns.find("time");
-  if (time == columns.end() || time->second != kNoTime) {
-    AddTables(all, units, folder);
-  } else if (!all.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(AddRows(all, units, folder));
-  }
-  return folder->Commit();
+  if (!has_time && !all.empty()) AddTable("recording.csv", has_time, all, units, folder);
+  return {};
 }
 
 void List(const Inputs& inputs) {
   for (const Variable& variable : inputs.variables) {
     std::printf("%-32s %12s  %s\n",
-                Printable(variable.full_name).c_str(),
+                PrintableLine(variable.full_name).c_str(),
                 Shape(variable).c_str(),
                 variable.type.c_str());
   }
 }
 
-Status ConvertInputs(const Inputs& inputs,
-                     const Arguments& arguments,
-                     const std::string& format,
-                     RecordingFolder* folder) {
+Status ConvertInputs(Inputs inputs, const Arguments& arguments, const std::string& format) {
   if (inputs.variables.empty()) {
     return Error(ErrorCode::kNoReadings, {inputs.paths[0]}, "contains no complete numeric matrix");
   }
@@ -532,61 +504,55 @@ Status ConvertInputs(const Inputs& inputs,
             inputs.All());
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const ByRole units, ReadUnits(columns, arguments));
+  // All is read before anything is written: a damaged file can bring a library down.
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::vector<TriadReadings> all,
+      ReadTriads(inputs, columns, arguments.others.contains("columns"), units));
+  inputs.variables.clear();  // Which closes the files.
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<RecordingFolder> folder,
+                             RecordingFolder::Create(arguments.output));
   folder->SetOrigin(format, inputs.paths);
   for (const auto& [role, column] : columns) folder->SetSource(role, column);
-  return Convert(inputs, columns, arguments.others.contains("columns"), units, folder);
+  std::size_t wanted = 0;
+  for (const Triad triad : kTriads) wanted += columns.count(std::string(TriadName(triad)));
+  if (all.size() < wanted) {
+    folder->SetSource("incomplete variables", std::to_string(wanted - all.size()));
+  }
+  const auto time = columns.find("time");
+  const bool has_time = time == columns.end() || time->second != kNoTime;
+  TRUETRIAD_RETURN_IF_ERROR(AddTables(all, has_time, units, folder.get()));
+  return folder->Commit();
 }
 
 }  // namespace
 
 Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments) {
-  std::unique_ptr<RecordingFolder> folder;
-  if (!arguments.list) {
-    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created,
-                               RecordingFolder::Create(arguments.output));
-    folder = std::move(created);
-  }
+  BoundMemory(arguments.inputs);
   Inputs inputs;
-  inputs.paths = {arguments.input};
-  inputs.paths.insert(
-      inputs.paths.end(), arguments.more_inputs.begin(), arguments.more_inputs.end());
-  const auto work = [&]() -> Status {
-    for (const std::string& path : inputs.paths) {
-      TRUETRIAD_ASSIGN_OR_RETURN(VariableFile file, format.open(path));
-      if (!file.damage.empty()) Note(path + ": " + file.damage);
-      inputs.is_damaged = inputs.is_damaged || !file.damage.empty();
-      inputs.others.merge(file.others);
-      const bool is_one = inputs.paths.size() == 1;
-      for (Variable& variable : file.variables) {
-        variable.path = path;
-        variable.full_name =
-            (is_one ? "" : std::filesystem::path(path).stem().string() + "/") + variable.name;
-        inputs.variables.push_back(std::move(variable));
-      }
+  inputs.paths = arguments.inputs;
+  for (const std::string& path : inputs.paths) {
+    TRUETRIAD_ASSIGN_OR_RETURN(VariableFile file, format.open(path));
+    if (!file.damage.empty()) Note(path + ": " + file.damage);
+    inputs.is_damaged = inputs.is_damaged || !file.damage.empty();
+    inputs.others.merge(file.others);
+    const bool is_one = inputs.paths.size() == 1;
+    for (Variable& variable : file.variables) {
+      variable.path = path;
+      variable.full_name =
+          (is_one ? "" : std::filesystem::path(path).stem().string() + "/") + variable.name;
+      inputs.variables.push_back(std::move(variable));
     }
-    if (!arguments.list)
-      return ConvertInputs(inputs, arguments, std::string(format.name), folder.get());
-    List(inputs);
-    return {};
-  };
-  return Isolated(inputs.paths, work);
+  }
+  if (!arguments.list) return ConvertInputs(std::move(inputs), arguments, std::string(format.name));
+  List(inputs);
+  return {};
 }
 
 int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv) {
   return RunConverter(
       {.format = format.name,
-       .input = format.input,
-       .details = R"(
---columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps the
-sensors to a variable, a field, three of either, or a range of columns (from 1); data:xyz is
-one list of x, y and z in turn. time=100Hz if there is no time, time=none if every row is
-one reading at rest. By default names such as acc, gyro, mag, t and temp are recognised if
-each occurs once. Of several inputs FILE/NAME, without the file's ending; each sensor goes
-with the time in its own file. accelerometer=acc@t_acc has a time of its own. --units=s,m/s^2,rad/s,uT,degC states the units, which the
-file does not contain. Readings are assumed to be raw.
-)",
+       .flags = {"columns", "units"},
        .takes_several = true,
-       .others = {"columns", "units"},
        .run = [&](const Arguments& arguments) { return ConvertNamedReadings(format, arguments); }},
       argc,
       argv);

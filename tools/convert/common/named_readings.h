@@ -55,11 +55,9 @@ Result<ByRole> ParseColumns(const std::string& columns,
 /// Error (usage): unknown, given twice, or missing.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 
-/// Files of one format. Reading is in a process of its own: a damaged file can bring a library
-/// down.
+/// Files of one format.
 struct NamedFormat {
-  std::string_view name;   ///< "json": the program is truetriad-convert-json.
-  std::string_view input;  ///< "JSON files with arrays of readings"
+  std::string_view name;  ///< "json": the program is truetriad-convert-json.
   Result<VariableFile> (*open)(const std::string& path) = nullptr;
 };
 

@@ -293,15 +293,16 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
   }
   YamlText yaml;
   yaml << "recording: 1\n";
-  if (!recording.serial.empty()) yaml << "serial: " << Quoted{Printable(recording.serial)} << "\n";
+  if (!recording.serial.empty())
+    yaml << "serial: " << Quoted{PrintableLine(recording.serial)} << "\n";
   if (const std::string tags = DeviceTagsText(held); !tags.empty()) {
     yaml << "device: {" << tags << " }\n";
   }
   yaml << "source:\n";
   for (const auto& [key, value] : recording.source) {
-    yaml << "  " << key << ": " << Quoted{Printable(value)} << "\n";
+    yaml << "  " << key << ": " << Quoted{PrintableLine(value)} << "\n";
   }
-  if (!recording.frame.empty()) yaml << "frame: " << Quoted{Printable(recording.frame)} << "\n";
+  if (!recording.frame.empty()) yaml << "frame: " << Quoted{PrintableLine(recording.frame)} << "\n";
   yaml << (applied.str().empty() ? "applied: none\n" : "applied:\n" + applied.str());
   yaml << "streams:\n" << streams.str();
   const bool has_time =
@@ -378,7 +379,7 @@ void RecordingFolder::SayWhatIsHeld() const {
     for (const TriadColumns& columns : table->triads()) {
       std::string line = (recordings_.size() > 1 ? table->file() + ", " : "") +
                          std::string(TriadName(columns.triad)) + ": " +
-                         Count(columns.rows, "sample", "samples");
+                         Counted(columns.rows, "sample");
       if (columns.rows > 0 && table->has_time()) {
         char span[32];
         std::snprintf(span,
@@ -390,11 +391,11 @@ void RecordingFolder::SayWhatIsHeld() const {
         line += span;
       }
       if (columns.without_numbers > 0) {
-        line += "; " + Count(columns.without_numbers, "row", "rows") +
+        line += "; " + Counted(columns.without_numbers, "row") +
                 " skipped (fewer than three valid numbers)";
       }
       if (table->too_late() > 0) {
-        line += "; " + Count(table->too_late(), "row", "rows") +
+        line += "; " + Counted(table->too_late(), "row") +
                 " skipped (time stamp far out of order, or not valid)";
       }
       Note(line);

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <optional>
-#include <vector>
 
 #include "formats/board_rotation.h"
 #include "formats/parameter_pattern.h"
@@ -196,40 +195,6 @@ Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance
                              Vector(parameters, CompassName("ODI#", slot)));
   const auto scale = parameters.find(CompassName("SCALE#", slot));
   return CompassMatrixOf<double>(d, o, scale == parameters.end() ? 0.0 : scale->second);
-}
-
-bool IsCorrectionParameter(const Parameters& parameters,
-                           Triad triad,
-                           int instance,
-                           std::string_view name) {
-  std::vector<std::string> prefixes;
-  const std::string thermal = InertialName("TCAL", "@_", instance);
-  if (triad == Triad::kMagnetometer) {
-    const Result<int> slot = CompassSlot(parameters, instance);
-    // Where a compass is external, ORIENT turns it in the place of AHRS_ORIENTATION.
-    for (const std::string_view what : {"OFS#", "DIA#", "ODI#", "SCALE#", "ORIENT#", "EXTERN#"}) {
-      if (slot) prefixes.push_back(CompassName(what, *slot));
-    }
-    if (slot && *slot == 1) prefixes.emplace_back("COMPASS_EXTERNAL");
-    prefixes.push_back(CompassName("PRIO@", instance + 1));
-    prefixes.emplace_back("AHRS_ORIENTATION");
-  } else {
-    const std::string sensor = triad == Triad::kAccelerometer ? "ACC" : "GYR";
-    prefixes = {InertialName(sensor, "#OFFS", instance),
-                InertialName(sensor, "#SCAL", instance),
-                InertialName(sensor, "@_CALTEMP", instance),
-                thermal + "ENABLE",
-                thermal + "TM",
-                thermal + sensor,
-                "AHRS_ORIENTATION"};
-  }
-  for (const std::string& prefix : prefixes) {
-    if (!name.starts_with(prefix)) continue;
-    const std::string_view rest = name.substr(prefix.size());
-    // COMPASS_OFS is not COMPASS_OFS2.
-    if (rest.empty() || rest[0] == '_' || prefix.starts_with(thermal)) return true;
-  }
-  return false;
 }
 
 Result<std::string> AppliedByFirmware(const Parameters& parameters,

@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include <Eigen/Core>
 
@@ -24,16 +23,9 @@ enum class CorrectionOrder {
   kVehicleFrame,  ///< (R·y) ∘ scale − offset: Copter and Plane up to 3.2.
 };
 
-/// Names of the parameters that correct sensor `instance` (0-based) of `triad`; what stands before
-/// _X is the prefix. ArduPilot: AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp,
-/// AP_Compass.cpp.
-bool IsCorrectionParameter(const Parameters& parameters,
-                           Triad triad,
-                           int instance,
-                           std::string_view name);
-
-/// What the firmware did to the readings in its log, as the text behind `applied.<triad>:` of a
-/// manifest (docs/recordings.md).
+/// What the firmware did to the readings of sensor `instance` (0-based) in its log, as the text
+/// behind `applied.<triad>:` of a manifest (docs/recordings.md). ArduPilot: AP_InertialSensor.cpp,
+/// AP_InertialSensor_Params.cpp, AP_Compass.cpp.
 ///
 /// Error (bad input): which parameter is missing or cannot be undone, in a few words.
 Result<std::string> AppliedByFirmware(const Parameters& parameters,

@@ -102,7 +102,8 @@ struct Contents {
   };
   std::map<Source, Messages> sources;
   Parameters parameters;
-  std::map<std::string, std::string> changed;  ///< Parameters that changed after readings began.
+  /// What parameters were that changed after readings began.
+  std::map<std::string, std::vector<double>> earlier;
   std::map<int, Eigen::Vector3d> compass_offsets;  ///< Of the first row of each magnetometer.
   std::set<int> with_temperature;                  ///< Instances whose IMU messages have one.
   bool in_milliseconds = false;                    ///< As firmware before 2015 logs.
@@ -118,7 +119,7 @@ void ReadParameter(const DataflashLog::Record& record, bool readings_began, Cont
   const double value = NumberIn(*value_field, record.bytes);
   const auto [known, fresh] = contents->parameters.emplace(name, value);
   if (!fresh && known->second != value) {
-    if (readings_began) contents->changed[name] = "changed during the log";
+    if (readings_began) contents->earlier[name].push_back(known->second);
     known->second = value;
   }
 }
@@ -253,12 +254,39 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
   std::vector<std::string> held;
   for (const auto& [source, messages] : contents.sources) held.push_back(SourceName(source));
   return Error(ErrorCode::kNoReadings,
-               {arguments.input},
+               {arguments.inputs[0]},
                "contains no readings of the requested kind" +
                    (arguments.instance ? " (instance " + std::to_string(*arguments.instance) + ")"
                                        : std::string()) +
                    "; messages with readings: " + ListOf(held) +
                    (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
+}
+
+/// By what a sensor's readings are corrected, and how it is turned.
+std::pair<std::string, std::optional<Eigen::Vector3d>> CorrectionIn(const Parameters& parameters,
+                                                                    Triad triad,
+                                                                    int instance) {
+  const Result<std::string> applied =
+      AppliedByFirmware(parameters, CorrectionOrder::kSensorFrame, triad, instance);
+  const bool is_compass = triad == Triad::kMagnetometer;
+  return {applied ? *applied : applied.error().message,
+          is_compass ? DeviceOf(parameters, instance).magnetometer_mount_deg : std::nullopt};
+}
+
+/// The parameter that changed in the log and with it a sensor's correction; empty: none.
+std::string ChangedCorrection(const Contents& contents, Triad triad, int instance) {
+  const auto correction = CorrectionIn(contents.parameters, triad, instance);
+  Parameters parameters = contents.parameters;
+  for (const auto& [name, values] : contents.earlier) {
+    double& value = parameters.at(name);
+    const double last = value;
+    for (const double earlier : values) {
+      value = earlier;
+      if (CorrectionIn(parameters, triad, instance) != correction) return name;
+    }
+    value = last;
+  }
+  return "";
 }
 
 /// What stands behind `applied.<triad>:`; ` unknown`, and a note, where the log does not say.
@@ -269,10 +297,9 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   const Result<CorrectionOrder> order = OrderOf(contents, triad);
   Result<std::string> applied =
       order ? AppliedByFirmware(contents.parameters, *order, triad, instance) : order.error();
-  for (const auto& [name, what] : contents.changed) {
-    if (!IsCorrectionParameter(contents.parameters, triad, instance, name)) continue;
-    applied = Error(ErrorCode::kInvalidValue, std::string(name).append(" ").append(what));
-  }
+  const std::string changed = ChangedCorrection(contents, triad, instance);
+  if (!changed.empty())
+    applied = Error(ErrorCode::kInvalidValue, changed + " changed during the log");
   if (applied && triad == Triad::kMagnetometer) {
     const Result<Eigen::Vector3d> offsets = CompassOffsets(contents.parameters, instance);
     const auto logged = contents.compass_offsets.find(instance);
@@ -424,7 +451,7 @@ class Conversion {
 
 void List(const Contents& contents) {
   if (!contents.firmware.empty())
-    std::printf("firmware: %s\n", Printable(contents.firmware).c_str());
+    std::printf("firmware: %s\n", PrintableLine(contents.firmware).c_str());
   std::printf(
       "%-6s %8s %10s %14s %14s\n", "topic", "instance", "messages", "first [s]", "last [s]");
   for (const auto& [source, messages] : contents.sources) {
@@ -439,9 +466,9 @@ void List(const Contents& contents) {
 
 void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
   if (contents.skipped_bytes == 0) return;
-  Note(path + ": " + Count(contents.skipped_bytes, "byte", "bytes") + " in " +
-       Count(contents.damages, "place", "places") + " skipped, not part of a complete message; " +
-       Count(contents.records, "message", "messages") + " complete");
+  Note(path + ": " + Counted(contents.skipped_bytes, "byte") + " in " +
+       Counted(contents.damages, "place") + " skipped, not part of a complete message; " +
+       Counted(contents.records, "message") + " complete");
 }
 
 /// What the manifest says of the recording that begins.
@@ -463,8 +490,8 @@ void Describe(const Contents& contents,
 }
 
 Status Run(const Arguments& arguments) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Contents contents, Survey(arguments.input));
-  SayWhatIsDamaged(contents, arguments.input);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Contents contents, Survey(arguments.inputs[0]));
+  SayWhatIsDamaged(contents, arguments.inputs[0]);
   if (arguments.list) {
     List(contents);
     return {};
@@ -475,12 +502,12 @@ Status Run(const Arguments& arguments) {
   std::vector<Conversion> conversions;
   for (const Choice& choice : choices) {
     if (!conversions.empty()) folder->BeginRecording(choice.instance);
-    Describe(contents, arguments.input, choice.instance, folder.get());
+    Describe(contents, arguments.inputs[0], choice.instance, folder.get());
     conversions.emplace_back(contents, choice, folder.get());
   }
   {
     TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log,
-                               DataflashLog::Open(arguments.input));
+                               DataflashLog::Open(arguments.inputs[0]));
     ProgressLine line("Converting");
     const ProgressCallback progress = line.callback();
     for (auto record = log->Next(); record.format != nullptr; record = log->Next()) {
@@ -494,16 +521,15 @@ Status Run(const Arguments& arguments) {
   }
   for (const Conversion& conversion : conversions) {
     if (conversion.restated() > 0) {
-      Note("magnetometer: " + Count(conversion.restated(), "row", "rows") +
+      Note("magnetometer: " + Counted(conversion.restated(), "row") +
            " logged with changed offsets converted to the first offsets");
     }
     if (conversion.without_temperature() > 0) {
-      Note(Count(conversion.without_temperature(), "row", "rows") +
+      Note(Counted(conversion.without_temperature(), "row") +
            " before the first temperature skipped, whose correction by it (INS_TCAL) is not known");
     }
     if (conversion.without_time() > 0) {
-      Note(Count(conversion.without_time(), "message", "messages") +
-           " skipped (no time or no readings)");
+      Note(Counted(conversion.without_time(), "message") + " skipped (no time or no readings)");
     }
   }
   return folder->Commit();
@@ -513,17 +539,8 @@ Status Run(const Arguments& arguments) {
 }  // namespace truetriad::convert
 
 int main(int argc, char** argv) {
-  const truetriad::convert::Converter converter = {.format = "dataflash",
-                                                   .input = "an ArduPilot DataFlash log (.bin)",
-                                                   .details = R"(
-Topics are IMU, ACC, GYR and MAG. By default ACC and GYR (raw rate) are converted if the
-log has them, otherwise IMU, plus MAG. Of several instances the first is recording.yaml, the others
-recording-N.yaml; --instance counts from 0 and picks one.
-The firmware logs corrected readings: its corrections, read from the parameters in the
-log, go into `applied:` of the recording and are undone when the recording is read.
-)",
-                                                   .takes_topics = true,
-                                                   .takes_instance = true,
-                                                   .run = truetriad::convert::Run};
-  return truetriad::convert::RunConverter(converter, argc, argv);
+  return truetriad::convert::RunConverter(
+      {.format = "dataflash", .flags = {"topic", "instance"}, .run = truetriad::convert::Run},
+      argc,
+      argv);
 }

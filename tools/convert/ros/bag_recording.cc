@@ -90,7 +90,7 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     }
     if (RoleOf(*found) == Role::kNone) {
       return Error(ErrorCode::kInvalidArgument,
-                   "--topic=" + name + " is of type " + Printable(found->type) +
+                   "--topic=" + name + " is of type " + PrintableLine(found->type) +
                        "; supported are Imu, MagneticField and Temperature of sensor_msgs");
     }
     candidates.push_back(static_cast<std::size_t>(found - topics.begin()));
@@ -108,7 +108,7 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
                      ": no such instance; there are fewer topics of one kind");
   }
   return Error(ErrorCode::kNoReadings,
-               {arguments.input},
+               {arguments.inputs[0]},
                "contains no sensor_msgs/Imu or sensor_msgs/MagneticField messages, so "
                "nothing to calibrate; topics: " +
                    ListOf(NamesAndTypes(topics)));
@@ -123,8 +123,8 @@ void ListTopics(const std::vector<Topic>& topics) {
               "last received [s]");
   for (const Topic& topic : topics) {
     std::printf("%-40s %-32s %10llu %20.6f %20.6f\n",
-                Printable(topic.name).c_str(),
-                Printable(topic.type).c_str(),
+                PrintableLine(topic.name).c_str(),
+                PrintableLine(topic.type).c_str(),
                 static_cast<unsigned long long>(topic.messages),
                 1e-9 * static_cast<double>(topic.first_ns),
                 1e-9 * static_cast<double>(topic.last_ns));
@@ -234,7 +234,7 @@ Status BagRecording::Open(const Arguments& arguments) {
 
 Status BagRecording::CreateFolder(const Arguments& arguments) {
   TRUETRIAD_ASSIGN_OR_RETURN(folder_, RecordingFolder::Create(arguments.output));
-  folder_->SetOrigin(std::string(format_.source), {arguments.input});
+  folder_->SetOrigin(std::string(format_.source), {arguments.inputs[0]});
   return {};
 }
 
@@ -300,15 +300,16 @@ Result<std::size_t> BagRecording::FindTopic(const std::string& name) const {
     if (topics_[i].name != name) continue;
     if (found) {
       return Error(ErrorCode::kInvalidArgument,
-                   "--columns: " + Printable(name) + " has messages of two types, " +
-                       Printable(topics_[*found].type) + " and " + Printable(topics_[i].type));
+                   "--columns: " + PrintableLine(name) + " has messages of two types, " +
+                       PrintableLine(topics_[*found].type) + " and " +
+                       PrintableLine(topics_[i].type));
     }
     found = i;
   }
   if (found) return *found;
   if (topics_.empty()) return NothingReadable();
   return Error(ErrorCode::kUnknownName,
-               "--columns: no topic " + Printable(name) + "; the bag contains " +
+               "--columns: no topic " + PrintableLine(name) + "; the bag contains " +
                    ListOf(NamesAndTypes(topics_)));
 }
 
@@ -331,7 +332,7 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
     if (!status) return Error(status.error().code, {file->second}, status.error().message);
   } else if (!of_bag) {
     return Error(of_bag.error().code,
-                 {arguments.input},
+                 {arguments.inputs[0]},
                  of_bag.error().message + "; the bag is damaged there: give --layout=FILE.msg");
   }
   for (const std::size_t topic : topics)
@@ -450,23 +451,23 @@ void BagRecording::StateFrame() {
   folder_->SetFrame(frame.empty() ? of_magnetometer : frame);
   if (frame.empty() || of_magnetometer.empty() || frame == of_magnetometer) return;
   SetSource("frame of the magnetometer", of_magnetometer);
-  Note("the magnetometer's frame is " + Printable(of_magnetometer) + ", the other sensors' is " +
-       Printable(frame) + "; axes are not rotated");
+  Note("the magnetometer's frame is " + PrintableLine(of_magnetometer) +
+       ", the other sensors' is " + PrintableLine(frame) + "; axes are not rotated");
 }
 
 Status BagRecording::Commit() {
   if (damaged_ > 0) {
-    Note(Count(damaged_, "message", "messages") +
+    Note(Counted(damaged_, "message") +
          " skipped (too short, too long, malformed, or not of the layout)");
     SetSource("messages skipped", std::to_string(damaged_));
   }
   if (not_three_ > 0) {
-    Note(Count(not_three_, "message", "messages") +
+    Note(Counted(not_three_, "message") +
          " skipped (an array that is not of three numbers; say which three, as in data:4-6)");
     SetSource("messages skipped for an array of another length", std::to_string(not_three_));
   }
   if (without_stamp_ > 0) {
-    Note(Count(without_stamp_, "message", "messages") + " of " + std::to_string(messages_) +
+    Note(Counted(without_stamp_, "message") + " of " + std::to_string(messages_) +
          " without a time stamp; used the time the bag received them");
   }
   StateFrame();
@@ -543,24 +544,8 @@ Status ConvertBags(const BagFormat& format, const Arguments& arguments) {
 int RunBagConverter(const BagFormat& format, int argc, char** argv) {
   return RunConverter(
       {.format = format.converter,
-       .input = format.input,
-       .details = R"(
-Reads topics of type Imu, MagneticField and Temperature of sensor_msgs. By default the only
-Imu and the only MagneticField topic are converted; if there are several, choose with
---topic=A,B, or with --instance (from 0, in the order of --list). A Temperature topic is
-converted only if named. Times are those of the message headers. Bags that were not closed
-or are cut are read as far as they are complete.
-
-Other messages: --columns=accelerometer=/topic:fields,gyroscope=… says which fields are the
-readings (acc, gx+gy+gz, or data:4-6, counted from 1), `@field` behind them which is
-their time, temperature=/topic:field; --units=us,m/s^2,rad/s,uT,degC. --layout=FILE.msg has
-the definition of the type where the bag does not. Several bags, or a folder of them, are
-one recording.
-)",
+       .flags = {"topic", "instance", "columns", "units", "layout"},
        .takes_several = true,
-       .takes_topics = true,
-       .takes_instance = true,
-       .others = {"columns", "units", "layout"},
        .run = [&](const Arguments& arguments) { return ConvertBags(format, arguments); }},
       argc,
       argv);

@@ -48,7 +48,6 @@ class Bag {
 /// A container of ROS messages.
 struct BagFormat {
   std::string_view converter;  ///< "ros1": the program is truetriad-convert-ros1.
-  std::string_view input;      ///< "a ROS 1 bag (.bag, version 2.0)"
   std::string_view source;     ///< What the manifest calls it: "ros1-bag".
   std::string_view ending;     ///< Of its files' names: ".bag".
   Encoding encoding = Encoding::kRos1;

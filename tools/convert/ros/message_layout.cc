@@ -162,8 +162,9 @@ Status MessageLayouts::Define(const std::string& type, std::string_view text) {
     const std::optional<LaidOutField> field = ParseField(line, package, encoding_);
     if (!field || current.empty()) {
       return Error(ErrorCode::kWrongFormat,
-                   (current.empty() ? "the layout" : "the layout of " + Printable(current)) +
-                       ", line " + std::to_string(number) + ": `" + Printable(line.substr(0, 60)) +
+                   (current.empty() ? "the layout" : "the layout of " + PrintableLine(current)) +
+                       ", line " + std::to_string(number) + ": `" +
+                       PrintableLine(line.substr(0, 60)) +
                        (current.empty() ? "`: begin with `MSG: package/Type`"
                                         : "` is not a field, as `float32[3] acc` is"));
     }
@@ -186,15 +187,15 @@ Status MessageLayouts::Check(const std::string& type) const {
     const std::vector<LaidOutField>* const fields = Find(name);
     if (fields == nullptr) {
       status = Error(ErrorCode::kMissingArgument,
-                     "it is not known which fields a " + Printable(name) +
+                     "it is not known which fields a " + PrintableLine(name) +
                          " has; name a file of its definition with --layout=FILE.msg, under a "
                          "line `MSG: " +
-                         Printable(name) + "`");
+                         PrintableLine(name) + "`");
       return;
     }
     if (around.size() >= kDeepest || !around.insert(TypeName(name)).second) {
       status = Error(ErrorCode::kWrongFormat,
-                     "the layout of " + Printable(name) + " holds itself, or too many others");
+                     "the layout of " + PrintableLine(name) + " holds itself, or too many others");
       return;
     }
     for (const LaidOutField& field : *fields) {
@@ -266,8 +267,8 @@ Result<std::string> MessageNumbers::Single(const std::string& reference) const {
                                    *WholeNumber(path.substr(path.rfind('.') + 1)) < field->count);
   if (is_there) return path;
   return Error(ErrorCode::kUnknownName,
-               "--columns: `" + Printable(reference) + "` is not a number of " + Printable(type_) +
-                   ", which has " + Fields());
+               "--columns: `" + PrintableLine(reference) + "` is not a number of " +
+                   PrintableLine(type_) + ", which has " + Fields());
 }
 
 Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& reference) const {
@@ -310,9 +311,9 @@ Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& referenc
   if (found.size() == 1) return found[0];
   return Error(ErrorCode::kUnknownName,
                "--columns: " +
-                   (reference.empty() ? "name the three readings of " + Printable(type_)
-                                      : "`" + Printable(reference) + "` is not three numbers of " +
-                                            Printable(type_)) +
+                   (reference.empty() ? "name the three readings of " + PrintableLine(type_)
+                                      : "`" + PrintableLine(reference) +
+                                            "` is not three numbers of " + PrintableLine(type_)) +
                    ", which has " + Fields() + "; as in acc, gx+gy+gz or data:4-6");
 }
 

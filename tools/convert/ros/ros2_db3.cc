@@ -130,7 +130,7 @@ class Db3 : public Bag {
       const std::optional<std::int64_t> next = NextReadable(&statement, from, last);
       ++damages_;
       const std::string lost =
-          next ? "at most " + Count(static_cast<std::uint64_t>(*next - from), "message", "messages")
+          next ? "at most " + Counted(static_cast<std::uint64_t>(*next - from), "message")
                : std::string("all messages");
       Note(path_ + ": damaged (" + sqlite3_errmsg(database_.get()) + "): " + lost +
            " of all topics lost after message " + std::to_string(from - 1));
@@ -261,7 +261,6 @@ class Db3 : public Bag {
 };
 
 constexpr BagFormat kFormat = {.converter = "ros2-db3",
-                               .input = "a ROS 2 bag in SQLite (.db3)",
                                .source = "ros2-db3",
                                .ending = ".db3",
                                .encoding = Encoding::kCdr,

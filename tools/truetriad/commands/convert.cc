@@ -53,28 +53,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kNode = "nodejs 18 or newer, and npm";
+constexpr std::string_view kPackers = "libbz2-dev, liblz4-dev and libzstd-dev";
+
 constexpr std::array<LogFormat, 11> kLogFormats = {{
     {"dataflash",
      "ArduPilot DataFlash log (.bin)",
      "",
-     false,
      "ArduPilot logs unarmed with LOG_DISARMED=1, and what a calibration needs with IMU, raw IMU "
      "and compass in LOG_BITMASK"},
-    {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev"},
+    {"ros1", "ROS 1 bag (.bag)", kPackers},
     {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev"},
     {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev"},
     {"json", "JSON files with arrays of readings, or one object a line"},
     {"vectornav", "VectorNav ASCII sentences ($VNYMR, $VNIMU, …)"},
     {"six-face", "folder with one recording for each face: +x.csv, -x.csv, …"},
     {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …"},
-    {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
+    {"mcap", "ROS 2 bag in MCAP (.mcap)", kPackers},
     {"ulog",
      "PX4 ULog (.ulg)",
-     "",
-     true,
+     kNode,
      "PX4 logs unarmed with SDLOG_MODE=2 (or 1), and raw readings of all sensors with sensor "
      "comparison in SDLOG_PROFILE"},
-    {"parquet", "Parquet table (.parquet)", "", true},
+    {"parquet", "Parquet table (.parquet)", kNode},
 }};
 
 /// How the name of a file ends that shows what kind of folder it is in.
@@ -109,16 +110,20 @@ std::string TextOf(const Captured& stream) {
   return text;
 }
 
-/// The converter of `format`. Error (usage): it is not there; says what to install.
-Result<std::string> FindConverter(const LogFormat& format) {
-  const std::string program = "truetriad-convert-" + std::string(format.name);
-  if (format.is_script) return FindNodeProgram(program, "--from=" + std::string(format.name));
-  if (const std::optional<std::string> found = FindCompanion(program)) return *found;
+/// A program that comes with this one. Error (usage): it is not there; begins with the `flag` that
+/// needs it and says what to install.
+Result<std::string> FindProgram(const std::string& program,
+                                const std::string& flag,
+                                std::string_view needs) {
+  // Until its packages are there a build tree has it beside its scripts alone; it says so itself.
+  for (const std::string& name : {program, "convert-node/bin/" + program}) {
+    if (const std::optional<std::string> found = FindCompanion(name)) return *found;
+  }
   return Error(ErrorCode::kMissingProgram,
-               "--from=" + std::string(format.name) + ": " + program +
+               flag + ": " + program +
                    " is not beside truetriad; build it with tools/build.sh programs" +
-                   (format.needs.empty() ? ", or install truetriad again"
-                                         : " (it needs " + std::string(format.needs) + ")"));
+                   (needs.empty() ? ", or install truetriad again"
+                                  : " (it needs " + std::string(needs) + ")"));
 }
 
 /// The error that a converter wrote as JSON.
@@ -152,7 +157,10 @@ Result<ProgramRun> RunLogConverter(const LogFormat& format,
                                    const std::string& folder,
                                    bool lists,
                                    bool captures) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string program, FindConverter(format));
+  const std::string name(format.name);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::string program,
+      FindProgram("truetriad-convert-" + name, "--from=" + name, format.needs));
   std::vector<std::string> arguments = {log};
   for (const auto& [flag, value] : {std::pair<const char*, const std::string&>("--output=", folder),
                                     {"--topic=", FLAGS_topic},
@@ -271,20 +279,11 @@ std::string FormatList() {
 }  // namespace
 
 Result<std::string> FindNodeProgram(const std::string& program, const std::string& flag) {
-  if (!IsInPath("node")) {
-    return Error(ErrorCode::kMissingProgram,
-                 flag +
-                     ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
-                     "tools/convert-node)");
-  }
-  // Until its packages are there a build tree has it beside its scripts alone; it says so itself.
-  for (const std::string& name : {program, "convert-node/bin/" + program}) {
-    if (const std::optional<std::string> found = FindCompanion(name)) return *found;
-  }
+  if (IsInPath("node")) return FindProgram(program, flag, kNode);
   return Error(ErrorCode::kMissingProgram,
-               flag + ": " + program +
-                   " is not beside truetriad; build it with tools/build.sh programs (it needs "
-                   "nodejs 18 or newer, and npm)");
+               flag +
+                   ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
+                   "tools/convert-node)");
 }
 
 Result<ProgramRun> RunProgram(const std::string& program,
