@@ -160,8 +160,7 @@ Result<LinesRead> ReadSource(const std::string& url, const std::function<Status(
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(url));
   LinesRead source;
   source.is_ended = true;
-  TRUETRIAD_ASSIGN_OR_RETURN(source.header.shards.count, store->Shards());
-  TRUETRIAD_ASSIGN_OR_RETURN(source.header.policy, store->StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(source.header, store->Header());
   TRUETRIAD_ASSIGN_OR_RETURN(source.decisions, store->ReadDecisions());
   const Status read = store->ForEachRun({}, [&](UnitRun run) -> Status {
     TRUETRIAD_RETURN_IF_ERROR(CheckRunOfStore(run, std::max(source.header.shards.count, 1)));
@@ -391,13 +390,13 @@ Result<Collected> AddAll(const std::vector<std::string>& sources,
   Survey survey;
   Collected& collected = survey.collected;
   TRUETRIAD_ASSIGN_OR_RETURN(const Table runs, store->Query("SELECT 1 FROM run LIMIT 1"));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<RetestPolicy> policy, store->StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(const StoreHeader header, store->Header());
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store->ReadDecisions());
   TRUETRIAD_RETURN_IF_ERROR(TakeDecisions(target, decisions, &survey));
   for (const std::string& source : sources) {
     TRUETRIAD_RETURN_IF_ERROR(Look(source, takes_unfinished, *store, &survey));
   }
-  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(policy, target, !runs.rows.empty(), &survey));
+  TRUETRIAD_RETURN_IF_ERROR(TakePolicy(header.policy, target, !runs.rows.empty(), &survey));
   if (survey.shards > 0) TRUETRIAD_RETURN_IF_ERROR(store->StateShard({0, survey.shards}));
   if (survey.states_policy) TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(*survey.policy));
   for (const std::string& source : sources) {

@@ -15,6 +15,7 @@
 
 #include "fleet/fields.h"
 #include "fleet/store.h"
+#include "io/whole_file.h"
 #include "tree/json.h"
 
 namespace truetriad::fleet {
@@ -52,13 +53,13 @@ Result<std::ifstream> Opened(const std::string& path) {
 }
 
 /// Error (bad input): none of these files begins so, or it has another version.
-Result<LinesHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
+Result<StoreHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
   TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(
       path, header.contains(kSchemaVersionName) ? header[kSchemaVersionName].dump() : ""));
   try {
-    LinesHeader stated;
+    StoreHeader stated;
     stated.shards.count = header.at("shards");
     if (header.contains("shard")) stated.shards.only = header["shard"].get<int>();
     stated.store = header.value("store", "");
@@ -176,7 +177,7 @@ class LinesReader {
 
 }  // namespace
 
-std::string HeaderLine(const LinesHeader& header) {
+std::string HeaderLine(const StoreHeader& header) {
   Json json = {
       {"format", kFormat}, {kSchemaVersionName, kSchemaVersion}, {"shards", header.shards.count}};
   if (header.shards.only) json["shard"] = *header.shards.only;
@@ -198,12 +199,12 @@ std::string LineOf(const StationCheck& check) {
 
 std::string EndLine(const LineCounts& above) { return LineOfJson({{"end", TreeOf(above)}}); }
 
-std::optional<LinesHeader> HeaderOf(const std::string& path) {
+std::optional<StoreHeader> HeaderOf(const std::string& path) {
   Result<std::ifstream> file = Opened(path);
   if (!file) return std::nullopt;
   const Result<std::string> first = FirstLine(&*file, path);
   if (!first) return std::nullopt;
-  const Result<LinesHeader> header = ReadHeaderLine(path, *first);
+  const Result<StoreHeader> header = ReadHeaderLine(path, *first);
   return header ? std::optional(*header) : std::nullopt;
 }
 
@@ -256,10 +257,10 @@ Status RunLines::Lock() {
   return has_no_locks ? Status() : Failure();
 }
 
-Status RunLines::Begin(const LinesHeader& header) {
+Status RunLines::Begin(const StoreHeader& header) {
   TRUETRIAD_RETURN_IF_ERROR(Append(HeaderLine(header)));
   read_.header = header;
-  return FlushFolder();
+  return IsFolderOnDisk(path_) ? Status() : Status(Failure());
 }
 
 Status RunLines::Add(const UnitRun& run) {
@@ -293,19 +294,6 @@ Status RunLines::Append(std::string_view text) {
   if (fdatasync(descriptor_) != 0) return take_back();
   read_.bytes += bytes;
   return {};
-}
-
-/// The file's name is on the disk, too.
-Status RunLines::FlushFolder() {
-  const std::string folder = std::filesystem::path(path_).parent_path().string();
-  const int descriptor =
-      open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  // A file system that cannot do it (EINVAL, ENOTSUP) has nothing to lose by it.
-  const bool is_flushed =
-      descriptor >= 0 && (fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP);
-  const Status status = is_flushed ? Status() : Failure();
-  if (descriptor >= 0) close(descriptor);
-  return status;
 }
 
 Error RunLines::Failure() const {

@@ -20,16 +20,10 @@ namespace truetriad::fleet {
 // decided about it in lines behind its own; checks of stations anywhere. A last line says how many
 // of each are above it: without it something is missing. What is added later ends with another one.
 
-/// What the first line says of the store that the runs are, or were, in.
-struct LinesHeader {
-  StatedShards shards;
-  std::string store = {};                   ///< Store::Identity.
-  std::optional<RetestPolicy> policy = {};  ///< Store::StatedRetestPolicy.
-};
-
+/// What the first line says of the store that the runs are, or were, in:
 /// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
 /// "retest_counts":"last"}
-std::string HeaderLine(const LinesHeader& header);
+std::string HeaderLine(const StoreHeader& header);
 
 /// {"disposition":{…}} and {"station_check":{…}}.
 std::string LineOf(const Disposition& disposition);
@@ -46,7 +40,7 @@ std::string EndLine(const LineCounts& above);
 
 /// What a file has besides its runs.
 struct LinesRead {
-  LinesHeader header;  ///< Of 0 shards: there is none yet.
+  StoreHeader header;  ///< Of 0 shards: there is none yet.
   Decisions decisions;
   LineCounts counts;
   bool is_ended = false;   ///< Its last line is an EndLine.
@@ -54,7 +48,7 @@ struct LinesRead {
 };
 
 /// What the first line of a file says; unset: it is no file of runs, or of another version.
-std::optional<LinesHeader> HeaderOf(const std::string& path);
+std::optional<StoreHeader> HeaderOf(const std::string& path);
 
 /// `take`s every run of a file; a last line that has no end, left by a writer that was killed, is
 /// passed over. Error (bad input): the file cannot be read or is none of these, the file and line
@@ -76,9 +70,9 @@ class RunLines {
   RunLines& operator=(const RunLines&) = delete;
 
   /// What the first line says, and what says whether there is one.
-  const LinesHeader& header() const { return read_.header; }
+  const StoreHeader& header() const { return read_.header; }
   bool HasBegun() const { return read_.header.shards.count > 0; }
-  Status Begin(const LinesHeader& header);
+  Status Begin(const StoreHeader& header);
   Status Add(const UnitRun& run);
   /// Writes the EndLine, where lines have come since the last.
   Status End();
@@ -88,7 +82,6 @@ class RunLines {
   Status Lock();
   /// On the disk when it returns; where that fails, nothing of it is there.
   Status Append(std::string_view text);
-  Status FlushFolder();
   Error Failure() const;
 
   std::string path_;

@@ -178,11 +178,8 @@ Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std
 Result<std::size_t> ExportJsonLines(Store& store,
                                     const RunSelection& which,
                                     const std::string& path) {
-  LinesHeader header;
-  TRUETRIAD_ASSIGN_OR_RETURN(header.shards.count, store.Shards());
-  if (header.shards.count == 0) header.shards.count = 1;
-  TRUETRIAD_ASSIGN_OR_RETURN(header.store, store.Identity());
-  TRUETRIAD_ASSIGN_OR_RETURN(header.policy, store.StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(StoreHeader header, store.Header());
+  header.shards.count = std::max(header.shards.count, 1);
   TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store.ReadDecisions());
   std::map<std::string, std::vector<Disposition>> by_serial;
   for (const Disposition& one : decisions.dispositions) by_serial[one.serial].push_back(one);
@@ -211,7 +208,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
     return EndLine(counts);
   };
   // An earlier export of this store may be replaced. A shard's file names that store, too.
-  const std::optional<LinesHeader> there = HeaderOf(path);
+  const std::optional<StoreHeader> there = HeaderOf(path);
   const bool is_export = there && there->store == header.store && !there->shards.only;
   return WriteRuns(store, which, path, head, lines_of, end_of, is_export);
 }

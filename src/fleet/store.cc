@@ -187,7 +187,7 @@ Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
   });
   TRUETRIAD_RETURN_IF_ERROR(opened);
   if (!store->lines_->HasBegun()) return store;
-  const LinesHeader& header = store->lines_->header();
+  const StoreHeader& header = store->lines_->header();
   TRUETRIAD_RETURN_IF_ERROR(
       store->StateShard({header.shards.only.value_or(0), header.shards.count}));
   // What was stated later than the first line cannot be kept.
@@ -322,9 +322,8 @@ Status Store::StateShard(const Shard& shard) {
   }
   if (!lines_) return {};
   if (!lines_->HasBegun()) {
-    LinesHeader header{.shards = {shard.count, shard.index}};
-    TRUETRIAD_ASSIGN_OR_RETURN(header.store, Identity());
-    TRUETRIAD_ASSIGN_OR_RETURN(header.policy, StatedRetestPolicy());
+    TRUETRIAD_ASSIGN_OR_RETURN(StoreHeader header, Header());
+    header.shards.only = shard.index;
     return lines_->Begin(header);
   }
   const std::optional<int> only = lines_->header().shards.only;
@@ -334,14 +333,20 @@ Status Store::StateShard(const Shard& shard) {
                    stated + ", not of " + ShardText(shard) + "; give each shard a file of its own");
 }
 
-Result<int> Store::Shards() {
+Result<StoreHeader> Store::Header() {
+  if (lines_ && lines_->HasBegun()) return lines_->header();
   TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({}));
+  StoreHeader header{.shards = {}, .store = FactIn(facts, kStoreFact), .policy = PolicyIn(facts)};
+  if (!facts.contains(kShardsFact)) return header;
   const std::string stated = FactIn(facts, kShardsFact);
-  if (!facts.contains(kShardsFact)) return 0;
-  if (const std::optional<Shard> last = ShardFromText("0/" + stated)) return last->count;
-  return Error(ErrorCode::kStoreFailure,
-               "its fact `shards` is `" + stated +
-                   "`, no number of shards; it has been changed by another program");
+  const std::optional<Shard> last = ShardFromText("0/" + stated);
+  if (!last) {
+    return Error(ErrorCode::kStoreFailure,
+                 "its fact `shards` is `" + stated +
+                     "`, no number of shards; it has been changed by another program");
+  }
+  header.shards.count = last->count;
+  return header;
 }
 
 Status Store::StateRetestPolicy(const RetestPolicy& policy) {
@@ -365,17 +370,6 @@ Status Store::StateRetestPolicy(const RetestPolicy& policy) {
   return Error(ErrorCode::kConflictingArguments,
                database_->name() + ": of a unit's runs counts the one by `" + PolicyText(there) +
                    "`, not by `" + PolicyText(policy) + "`; state the same, or take another store");
-}
-
-Result<std::optional<RetestPolicy>> Store::StatedRetestPolicy() {
-  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({}));
-  return PolicyIn(facts);
-}
-
-Result<std::string> Store::Identity() {
-  if (lines_ && lines_->HasBegun()) return lines_->header().store;
-  TRUETRIAD_ASSIGN_OR_RETURN(const StoreFacts facts, StateFacts({}));
-  return FactIn(facts, kStoreFact);
 }
 
 Result<std::string> Store::LatestRun(const UnitRun& run) {

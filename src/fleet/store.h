@@ -164,6 +164,13 @@ struct RetestPolicy {
 /// "best, 2 more".
 std::string PolicyText(const RetestPolicy& policy);
 
+/// What a store states of itself.
+struct StoreHeader {
+  StatedShards shards;
+  std::string store = {};                   ///< A name that was made with it and is no other's.
+  std::optional<RetestPolicy> policy = {};  ///< Unset: nobody has said it.
+};
+
 class Database;
 class RunLines;
 
@@ -201,18 +208,13 @@ class Store {
   /// Of which shard further runs are; the first who says how many there are, states it. Error
   /// (usage): another number was stated, or the file of runs is of another shard.
   Status StateShard(const Shard& shard);
-  /// 0: nobody has said it.
-  Result<int> Shards();
   /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
   /// was stated, or the file of runs has begun without one.
   Status StateRetestPolicy(const RetestPolicy& policy);
-  /// Unset: nobody has said it.
-  Result<std::optional<RetestPolicy>> StatedRetestPolicy();
   /// The last run of the run's unit that missed limits since any of its others was good; empty:
   /// there is none.
   Result<std::string> FailedSinceGood(const UnitRun& run);
-  /// A name that was made with the store and is no other's.
-  Result<std::string> Identity();
+  Result<StoreHeader> Header();
   /// Of one unit, the runs of which a person said that their serial number was wrong, by their
   /// names, each with that decision as if it were the unit's standing.
   Result<std::map<std::string, Standing>> GivenUpOf(const std::string& serial);

@@ -31,7 +31,7 @@ struct WorkPlan {
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedAssets, which are in `folder`.
   std::string folder;          ///< Units' folders are made in it; empty: no files are written.
-  /// Of the store that the runs go into: Store::Identity, and NameOfStore.
+  /// Of the store that the runs go into: StoreHeader::store, and NameOfStore.
   std::string store_identity, store_name;
   std::string shard;              ///< UnitRun::shard.
   std::int64_t memory_bytes = 0;  ///< UnitLimits::bytes; 0: any.

@@ -56,17 +56,6 @@ bool IsOnDisk(int descriptor) {
   return fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP;
 }
 
-/// The name of a file is on the disk when its folder is.
-bool IsFolderOnDisk(const std::string& path) {
-  const fs::path parent = fs::path(path).parent_path();
-  const int folder =
-      open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return false;
-  const bool is_on_disk = IsOnDisk(folder);
-  close(folder);
-  return is_on_disk;
-}
-
 /// Not even waiting for its parent to ask how it ended, as one whose parent never does.
 bool IsRunning(pid_t process) {
   if (kill(process, 0) != 0) return errno != ESRCH;
@@ -122,6 +111,16 @@ bool IsStore(const std::string& path) {
 }
 
 }  // namespace
+
+bool IsFolderOnDisk(const std::string& path) {
+  const fs::path parent = fs::path(path).parent_path();
+  const int folder =
+      open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return false;
+  const bool is_on_disk = IsOnDisk(folder);
+  close(folder);
+  return is_on_disk;
+}
 
 std::string TemporaryNameBeside(const std::string& path) {
   static std::atomic<int> count = 0;

@@ -19,6 +19,8 @@ namespace truetriad {
 std::string TemporaryNameBeside(const std::string& path);
 /// Whether `name` is one of those: what has it is not whole yet.
 bool IsTemporaryName(std::string_view name);
+/// Flushes the folder of a file, which has its name on the disk then. False, and errno: it cannot.
+bool IsFolderOnDisk(const std::string& path);
 
 /// A file that appears under its name only when it is whole, and is then on the disk: written
 /// beside it, flushed, renamed, and its folder flushed. A power cut or a kill leaves the file that

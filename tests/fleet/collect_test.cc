@@ -325,8 +325,7 @@ TEST_F(Collecting, TakesTheRetestPolicyAlongAndNoOther) {
     EXPECT_FALSE(std::filesystem::exists(target_));
   }
   ASSERT_TRUE(Collect({first}, target_));
-  EXPECT_EQ((*OpenStoreToRead(target_))->StatedRetestPolicy().value()->counts,
-            RetestCounts::kFirst);
+  EXPECT_EQ((*OpenStoreToRead(target_))->Header()->policy->counts, RetestCounts::kFirst);
   const Result<Collected> late = Collect({unstated}, target_);
   ASSERT_FALSE(late);
   EXPECT_THAT(late.error().message,

@@ -238,7 +238,7 @@ TEST_F(JsonLines, KeepTheRetestPolicyThatWasStatedFirst) {
     ASSERT_TRUE(store->StateShard({}));
   }
   const std::unique_ptr<Store> store = Opened();
-  EXPECT_EQ(*store->StatedRetestPolicy(), policy);
+  EXPECT_EQ(store->Header()->policy, policy);
   EXPECT_TRUE(store->StateRetestPolicy(policy));
   EXPECT_THAT(store->StateRetestPolicy({}).error().message,
               HasSubstr("`best, 2 more`, not by `last`"));

@@ -37,9 +37,9 @@ TEST_F(SqliteStoreTest, SaysThatItsNumberOfShardsIsNone) {
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);
   Execute(path_, "INSERT INTO fact VALUES ('shards', 'x')");
-  const Result<int> shards = (*store)->Shards();
-  ASSERT_FALSE(shards);
-  EXPECT_THAT(shards.error().message, HasSubstr("`shards` is `x`"));
+  const Result<StoreHeader> header = (*store)->Header();
+  ASSERT_FALSE(header);
+  EXPECT_THAT(header.error().message, HasSubstr("`shards` is `x`"));
 }
 
 TEST_F(SqliteStoreTest, SaysThatAVerdictIsNone) {

@@ -640,9 +640,10 @@ TEST_P(StoreTest, KnowsTheLatestRunOfAUnitOrALog) {
 TEST_P(StoreTest, IsNoOther) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_), other = OpenStore(NewUrl());
   ASSERT_TRUE(store && other);
-  EXPECT_EQ((*store)->Identity()->size(), NewRunId().size());
-  EXPECT_EQ(*(*store)->Identity(), *(*OpenStoreToRead(url_))->Identity());
-  EXPECT_NE(*(*store)->Identity(), *(*other)->Identity());
+  const std::string identity = (*store)->Header()->store;
+  EXPECT_EQ(identity.size(), NewRunId().size());
+  EXPECT_EQ(identity, (*OpenStoreToRead(url_))->Header()->store);
+  EXPECT_NE(identity, (*other)->Header()->store);
 }
 
 TEST_P(StoreTest, TakesNoDecisionThatIsNone) {

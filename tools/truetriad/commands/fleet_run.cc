@@ -120,10 +120,9 @@ Status StateRetestPolicy(fleet::Store& store) {
       return Error(ErrorCode::kInvalidArgument, "--retest-most: expected 0 or more");
     }
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::RetestPolicy> before,
-                             store.StatedRetestPolicy());
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::StoreHeader before, store.Header());
   TRUETRIAD_RETURN_IF_ERROR(store.StateRetestPolicy(policy));
-  if (before || policy == fleet::RetestPolicy()) return {};
+  if (before.policy || policy == fleet::RetestPolicy()) return {};
   // JSON lines take none once they have begun.
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
@@ -182,7 +181,8 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   }
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
-  TRUETRIAD_ASSIGN_OR_RETURN(plan->store_identity, store->Identity());
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::StoreHeader header, store->Header());
+  plan->store_identity = header.store;
   plan->store_name = fleet::NameOfStore(StatedStore());
   return store;
 }
