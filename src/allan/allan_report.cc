@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "allan/allan_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "report/content.h"
-#include "report/format.h"
-#include "report/page.h"
 #include "report/svg.h"
+#include "report/content.h"
 #include "report/table.h"
+#include "report/page.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -159,20 +159,13 @@ std::vector<std::string> Disturbances(const AllanResult& result) {
   return disturbances;
 }
 
-constexpr std::string_view kNoCoefficients =
-    "No coefficients are stated for sensors that were not at rest: they would describe the motion.";
-
 /// What may spoil the coefficients, and what the words of the tables mean, where they stand.
-struct Remarks {
-  std::string title;
-  std::vector<std::string> points;
-};
-std::vector<Remarks> RemarksOf(const AllanResult& result) {
-  Remarks warnings{"Warnings", {}}, notes{"Notes", {}};
+std::vector<Section> RemarksOf(const AllanResult& result) {
+  Section warnings{"Warnings", {}}, notes{"Notes", {}};
   std::string hidden;
   bool bound = false;
   for (const AllanTriad& triad : result.triads) {
-    for (const std::string& warning : triad.warnings) warnings.points.push_back(warning);
+    for (const std::string& warning : triad.warnings) warnings.Add(Bullet{warning});
     for (const AllanAxis& axis : triad.axes) {
       if (axis.points.empty() || !triad.at_rest()) continue;
       std::string shown;
@@ -186,22 +179,175 @@ std::vector<Remarks> RemarksOf(const AllanResult& result) {
     }
   }
   for (const AllanCoefficientKind& kind : kAllanCoefficientKinds) {
-    if (hidden.find(kind.symbol) != std::string::npos) notes.points.emplace_back(kind.why_hidden);
+    if (hidden.find(kind.symbol) == std::string::npos) continue;
+    notes.Add(Bullet{std::string(kind.why_hidden)});
   }
   if (bound) {
-    notes.points.emplace_back(
+    notes.Add(Bullet{
         "B ≤: the curve is still falling, or has no floor above white noise; the bias may be more "
-        "stable than this. A longer log may show it.");
+        "stable than this. A longer log may show it."});
   }
   return {warnings, notes};
 }
 
-void AddBullets(const std::string& title,
-                const std::vector<std::string>& points,
-                PageContent* content) {
-  if (points.empty()) return;
-  Section& section = content->sections.emplace_back(Section{title, {}});
-  for (const std::string& point : points) section.blocks.emplace_back(Bullet{point});
+// --------------------------------------------------------------------------------------- plot
+
+constexpr std::string_view kStyle = R"css(
+svg{background:#fff;font:12px system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif}
+text{fill:#5b6675}.start{text-anchor:start}.middle{text-anchor:middle}.end{text-anchor:end}
+.head{font-size:17px;font-weight:600;fill:#1c2430}.title{font-size:13px;font-weight:600;fill:#1c2430}
+.frame{fill:none;stroke:#aeb7c2}.grid{stroke:#dde2e8}.minor{stroke:#f0f2f5}
+.band{fill:#1f5fbf;fill-opacity:.16}.curve{fill:none;stroke:#1f5fbf;stroke-width:1.6}.dots{fill:none;stroke:#1f5fbf;stroke-width:3.6;stroke-linecap:round}
+.slope{fill:none;stroke-width:1.3;stroke-dasharray:6 4}.mark{stroke:#fff;stroke-width:1.2}
+.N{stroke:#d1690e}.B{stroke:#1a7f37}.K{stroke:#b3261e}.Q{stroke:#7a3fb0}
+.fillN{fill:#d1690e}.fillB{fill:#1a7f37}.fillK{fill:#b3261e}.fillQ{fill:#7a3fb0}.bold{font-weight:600}
+)css";
+
+// User units, of which text is 12 high: three panels and the numbers on their left.
+constexpr double kPanelWidth = 330.0, kPanelHeight = 300.0, kLeft = 78.0, kGap = 24.0,
+                 kRight = 16.0;
+// Title and legend stand above the first row; a row has a title above its panels, and below them
+// its ticks and a line for each of four coefficients.
+constexpr double kHead = 58.0, kRowTop = 34.0, kRowBottom = 130.0;
+
+void DrawCurve(const std::vector<AllanPoint>& points, double scale, Frame* frame) {
+  Points curve, high, low;
+  for (const auto& [tau_s, deviation, dof, terms] : points) {
+    curve.emplace_back(tau_s, scale * deviation.value);
+    high.emplace_back(tau_s, scale * deviation.high);
+    low.emplace_back(tau_s, scale * deviation.low);
+  }
+  frame->DrawBand(high, low);
+  frame->DrawLine(curve, "curve");
+  frame->DrawDots(curve, "dots");
+}
+
+/// How far the line of a coefficient is drawn, in decades of tau: past its mark and the part of the
+/// curve that it explains, as far as it is inside the panel.
+Range Reach(const AllanCoefficient& coefficient,
+            const AllanAxis& axis,
+            const Range& tau,
+            const Range& deviation) {
+  const double mark = std::log10(coefficient.mark_tau_s);
+  Range reach{mark - 0.6, mark + 0.6};
+  if (coefficient.symbol == 'N' && axis.white_range_s) {
+    reach.Add(std::log10(axis.white_range_s->front()));
+    reach.Add(std::log10(axis.white_range_s->back()) + 0.3);
+  }
+  if (coefficient.symbol == 'K') reach.Add(std::log10(axis.points.back().tau_s));
+  if (coefficient.symbol == 'Q') reach.Add(std::log10(axis.points.front().tau_s));
+  double from = std::max(reach.low, tau.low), to = std::min(reach.high, tau.high);
+  if (coefficient.slope != 0.0) {
+    // Where the line leaves the panel at the bottom or top.
+    const double height = std::log10(coefficient.mark);
+    const double low = mark + (deviation.low - height) / coefficient.slope;
+    const double high = mark + (deviation.high - height) / coefficient.slope;
+    from = std::max(from, std::min(low, high)), to = std::min(to, std::max(low, high));
+  }
+  return {from, to};
+}
+
+/// The line of a coefficient through its mark.
+void DrawSlope(const AllanCoefficient& coefficient,
+               const AllanAxis& axis,
+               const Range& tau,
+               const Range& deviation,
+               Frame* frame,
+               Svg* svg) {
+  const Range reach = Reach(coefficient, axis, tau, deviation);
+  const std::string symbol(1, coefficient.symbol);
+  const auto at = [&](double decade) {
+    const double tau_s = std::pow(10.0, decade);
+    return std::pair(
+        tau_s, coefficient.mark * std::pow(tau_s / coefficient.mark_tau_s, coefficient.slope));
+  };
+  if (reach.low < reach.high) frame->DrawLine({at(reach.low), at(reach.high)}, "slope " + symbol);
+  const double mark = std::log10(coefficient.mark);
+  if (mark < deviation.low || mark > deviation.high) return;
+  const double x = frame->X(coefficient.mark_tau_s), y = frame->Y(coefficient.mark);
+  svg->Circle(x, y, 4.4, "mark fill" + symbol);
+  svg->Text(x + 7.0, y - 7.0, symbol, "start bold fill" + symbol);
+}
+
+/// What a row's panels show, in decades: all of the curves and marks, on one scale, so that the
+/// axes can be compared.
+std::pair<Range, Range> RowRanges(const AllanTriad& triad, const AllanScale& scale) {
+  Range tau{.is_log = true}, curve{.is_log = true};
+  tau.Add(0.0);  // N is marked at 1 s, K at 3 s.
+  tau.Add(std::log10(3.0));
+  for (const AllanAxis& axis : triad.axes) {
+    for (const AllanPoint& point : axis.points) {
+      tau.Add(std::log10(point.tau_s));
+      curve.Add(std::log10(scale.shown_per_raw * point.deviation.value));
+    }
+  }
+  Range deviation = curve;
+  for (const AllanAxis& axis : triad.axes) {
+    for (const AllanCoefficient& coefficient : Coefficients(axis, scale)) {
+      // A mark that is further from the curve than 2.5 decades would flatten it, and stays outside.
+      const double mark = std::log10(coefficient.mark);
+      if (mark > curve.low - 2.5 && mark < curve.high + 2.5) deviation.Add(mark);
+    }
+  }
+  return {tau, deviation};
+}
+
+void DrawHead(const AllanResult& result, double width, Svg* svg) {
+  svg->Text(kLeft,
+            24.0,
+            "Allan deviation" + (result.serial.empty() ? "" : ", unit " + result.serial),
+            "start head");
+  // The end of a long path says which recording it is; so much has room beside the title.
+  constexpr std::size_t kMostSource = 80;
+  const std::string source = result.source.size() <= kMostSource
+                                 ? result.source
+                                 : "…" + result.source.substr(result.source.size() - kMostSource);
+  svg->Text(width - kRight, 24.0, source, "end");
+  const double y = 45.0;
+  double x = kLeft;
+  svg->Line(x, y - 4.0, x + 22.0, y - 4.0, "curve");
+  svg->Text(x + 28.0, y, "deviation, 95 % band", "start");
+  for (const AllanCoefficientKind& kind : kAllanCoefficientKinds) {
+    const std::string symbol(1, kind.symbol);
+    x += 207.0;
+    svg->Line(x, y - 4.0, x + 22.0, y - 4.0, "slope " + symbol);
+    svg->Text(x + 28.0, y, symbol, "start bold fill" + symbol);
+    svg->Text(x + 42.0, y, kind.line, "start");
+  }
+}
+
+/// The panel of an axis, and a line for each coefficient below it.
+void DrawPanel(const AllanTriad& triad,
+               std::size_t i,
+               double top,
+               const std::pair<Range, Range>& ranges,
+               Svg* svg) {
+  const AllanAxis& axis = triad.axes[i];
+  const AllanScale scale = ShownScale(triad);
+  const auto& [tau, deviation] = ranges;
+  const Frame::Box box{
+      kLeft + static_cast<double>(i) * (kPanelWidth + kGap), top, kPanelWidth, kPanelHeight};
+  const std::string name = std::string(TriadName(triad.triad)) + ' ' + AxisLetter(i);
+  if (axis.points.empty()) {
+    svg->Rectangle(box.left, box.top, box.width, box.height, "frame");
+    svg->Text(box.left, box.top - 8.0, name + ": constant", "start title");
+    return;
+  }
+  Frame frame(*svg, box, tau, deviation);
+  frame.Draw(triad.at_rest() ? name : name + ": NOT AT REST", "tau [s]", /*has_y=*/i == 0);
+  DrawCurve(axis.points, scale.shown_per_raw, &frame);
+  double y = top + kPanelHeight + 56.0;
+  for (const AllanCoefficient& coefficient : Coefficients(axis, scale)) {
+    DrawSlope(coefficient, axis, tau, deviation, &frame, svg);
+    const std::string symbol(1, coefficient.symbol);
+    svg->Text(box.left, y, symbol, "start bold fill" + symbol);
+    svg->Text(
+        box.left + 16.0,
+        y,
+        ValueText(coefficient) + " " + coefficient.unit + "  (" + IntervalText(coefficient) + ")",
+        "start");
+    y += 17.0;
+  }
 }
 
 /// The plot as a picture that has its own style.
@@ -260,22 +406,23 @@ std::string IntervalText(const AllanCoefficient& coefficient) {
   return AllanNumber(coefficient.value.low) + "…" + AllanNumber(coefficient.value.high);
 }
 
-std::string AllanText(const AllanResult& result) {
-  std::string text;
-  for (const std::string& disturbance : Disturbances(result)) {
-    text += Wrapped("NOT AT REST: " + disturbance, 0);
-  }
-  if (!text.empty()) text += Wrapped(kNoCoefficients, 0) + "\n";
-  text += Wrapped(TitleOf(result), 0);
+std::string AllanSvg(const AllanResult& result) {
+  const double width = kLeft + 3.0 * kPanelWidth + 2.0 * kGap + kRight;
+  const double row = kRowTop + kPanelHeight + kRowBottom;
+  Svg svg(width,
+          kHead + row * static_cast<double>(result.triads.size()),
+          "Allan deviation of " + result.source);
+  DrawHead(result, width, &svg);
+  double top = kHead + kRowTop;
   for (const AllanTriad& triad : result.triads) {
-    const auto [head, table] = WordsOf(triad);
-    text += "\n" + Wrapped(head, 0) + TextOf(table);
+    const AllanScale scale = ShownScale(triad);
+    const std::pair<Range, Range> ranges = RowRanges(triad, scale);
+    for (std::size_t i = 0; i < triad.axes.size(); ++i) DrawPanel(triad, i, top, ranges, &svg);
+    svg.RotatedText(
+        18.0, top + kPanelHeight / 2.0, -90.0, "Allan deviation [" + scale.unit + "]", "middle");
+    top += row;
   }
-  for (const auto& [title, points] : RemarksOf(result)) {
-    if (!points.empty()) text += "\n" + title + ":\n";
-    for (const std::string& point : points) text += Wrapped(point, 2, "- ");
-  }
-  return text;
+  return svg.FinishAlone(kStyle);
 }
 
 Drawing AllanDrawing(const AllanResult& result) {
@@ -283,22 +430,30 @@ Drawing AllanDrawing(const AllanResult& result) {
           "Deviation over averaging time with its 95 % band, and the line of each coefficient."};
 }
 
-std::string AllanHtml(const AllanResult& result) {
+VerbReport ReportOf(const AllanResult& result) {
   PageContent content{
-      TitleOf(result), {Grade::kGood, "AT REST", "Coefficients of all sensors are stated."}, {}};
+      TitleOf(result),
+      {Grade::kGood, "AT REST", TitleOf(result) + ": coefficients of all sensors are stated."},
+      {{"", {}, [&result] { return std::vector{AllanDrawing(result)}; }}}};
   if (const std::vector<std::string> moved = Disturbances(result); !moved.empty()) {
-    content.headline = {Grade::kBad, "NOT AT REST: " + moved.front(), std::string(kNoCoefficients)};
-    AddBullets("", {moved.begin() + 1, moved.end()}, &content);
+    content.headline = {Grade::kBad,
+                        "NOT AT REST: " + moved.front(),
+                        TitleOf(result) +
+                            ": no coefficients are stated for sensors that were not at rest; they "
+                            "would describe the motion."};
+    for (std::size_t i = 1; i < moved.size(); ++i) {
+      content.sections.front().Add(Bullet{"NOT AT REST: " + moved[i]});
+    }
   }
-  content.sections.push_back(
-      {"Curves", {}, [&result] { return std::vector{AllanDrawing(result)}; }});
   for (const AllanTriad& triad : result.triads) {
     auto [head, table] = WordsOf(triad);
     content.sections.push_back({TriadTitle(triad.triad), {std::move(head)}});
-    if (triad.at_rest()) content.sections.back().blocks.emplace_back(std::move(table));
+    if (triad.at_rest()) content.sections.back().Add(std::move(table));
   }
-  for (const auto& [title, points] : RemarksOf(result)) AddBullets(title, points, &content);
-  return ReportOf(content).html;
+  for (Section& remarks : RemarksOf(result)) {
+    if (!remarks.blocks.empty()) content.sections.push_back(std::move(remarks));
+  }
+  return ReportOf(content);
 }
 
 }  // namespace truetriad

@@ -13,20 +13,28 @@ Eigen::Matrix3d TruthByReading(const TriadModel<double>& model, const Eigen::Vec
   return model.Correction() * slope.cwiseInverse().asDiagonal();
 }
 
-// dx = -C D^-1 (D dS x + f(u) da + db + dG force), u = S x.
-Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
-                                   Triad triad,
+}  // namespace
+
+NamesOfTriad NamesOf(const NamedCovariance& covariance, Triad triad) {
+  NamesOfTriad names;
+  for (const std::string& text : covariance.parameters) {
+    std::optional<ParameterName>& name = names.emplace_back(ParameterName::Parse(text));
+    if (name && name->triad != triad) name.reset();
+  }
+  return names;
+}
+
+Eigen::Matrix3Xd TruthByParameters(const NamesOfTriad& names,
                                    const ModelAtPose& at,
                                    const Eigen::Vector3d& truth,
                                    const Eigen::Vector3d& force_mps2) {
-  const NamedCovariance& covariance = calibration.covariance;
   const Eigen::Matrix3d by_reading = TruthByReading(at.model, truth);
   const Eigen::Vector3d felt = at.model.sensitivity * truth;
   const Eigen::Vector3d slope = at.model.Slope(felt);
-  Eigen::Matrix3Xd derivative = Eigen::Matrix3Xd::Zero(3, covariance.matrix.rows());
-  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
-    const auto name = ParameterName::Parse(covariance.parameters[i]);
-    if (!name || name->triad != triad) continue;
+  Eigen::Matrix3Xd derivative = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(names.size()));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::optional<ParameterName>& name = names[i];
+    if (!name) continue;
     double factor = at.FactorOf(*name);
     if (name->kind == ParameterKind::kSensitivity) factor *= slope[name->row] * truth[name->col];
     if (const auto term = InfoOf(name->kind).axis_term) factor *= ValueOf(*term, felt[name->row]);
@@ -35,8 +43,6 @@ Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
   }
   return derivative;
 }
-
-}  // namespace
 
 double ModelAtPose::FactorOf(const ParameterName& name) const {
   const ParameterInfo& info = InfoOf(name.kind);
@@ -134,7 +140,8 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
 
   EvaluatedReading evaluated;
   evaluated.truth = at->model.TruthFromRaw(reading);
-  evaluated.by_parameters = TruthByParameters(calibration, triad, *at, evaluated.truth, force);
+  evaluated.by_parameters =
+      TruthByParameters(NamesOf(calibration.covariance, triad), *at, evaluated.truth, force);
   const Eigen::Matrix3d by_reading = TruthByReading(at->model, evaluated.truth);
   const Eigen::Matrix3d mean = seen->has_covariance
                                    ? seen->mean_covariance_raw

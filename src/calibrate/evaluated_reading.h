@@ -33,6 +33,17 @@ ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor,
                                  double rate_degcps);
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state);
 
+// The names of a covariance that are a triad's; those of others are unset.
+using NamesOfTriad = std::vector<std::optional<ParameterName>>;
+NamesOfTriad NamesOf(const NamedCovariance& covariance, Triad triad);
+
+// d truth / d these parameters: dx = -C D^-1 (D dS x + f(u) da + db + dG force), u = S x, with D
+// the slope of the readings by u.
+Eigen::Matrix3Xd TruthByParameters(const NamesOfTriad& names,
+                                   const ModelAtPose& at,
+                                   const Eigen::Vector3d& truth,
+                                   const Eigen::Vector3d& force_mps2);
+
 // What each axis feels at the windows of a sweep, one a pose, as `apply` would filter it; empty
 // where the sensor follows the thermometer itself. Error (bad input): it has lags and `poses` no
 // track of temperature.

@@ -28,7 +28,7 @@
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "line/line_data.h"
-#include "report/format.h"
+#include "report/table.h"
 #include "report/svg.h"
 #include "truetriad/base/version.h"
 #include "truetriad/io/calibration_file.h"

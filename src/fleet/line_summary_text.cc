@@ -13,7 +13,6 @@
 #include "fleet/database.h"
 #include "fleet/line_summary.h"
 #include "line/control_chart.h"
-#include "report/format.h"
 #include "report/table.h"
 
 namespace truetriad::fleet {

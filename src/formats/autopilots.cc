@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <sstream>
 
@@ -186,79 +186,63 @@ class ParameterText {
   bool is_px4_;
 };
 
-void WarnOfPx4(const SensorNames& names,
-               int slot,
-               const WriteRequest& request,
-               std::vector<std::string>* warnings) {
+void WarnOfPx4(const SensorNames& names, int slot, const WriteRequest& request) {
   const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
-  const std::string name(TriadName(names.triad));
   const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
-  const bool has_scale = names.fields.size() > 1;
   const Tags& tags = request.calibration.tags;
+  const bool has_scale = names.fields.size() > 1,
+             has_id = request.options.device_ids[names.triad].has_value();
+  const bool is_magnetometer = names.triad == Triad::kMagnetometer;
+  const bool is_of_log = tags.firmware == Px4().name;
+  const auto warn = [&](bool is_so, const std::string& what) {
+    if (is_so) request.warnings.push_back(std::string(TriadName(names.triad)) + ": " + what);
+  };
   // Limits of the sources named above.
   constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
-  if (!request.options.device_ids[names.triad]) {
-    warnings->emplace_back(name + ": without --id, PX4 uses these values only if " +
-                           Expanded(names.id, slot) + " already matches the sensor");
-  }
-  if (sensor.model.bias.norm() < kIgnoredOffset) {
-    warnings->emplace_back(name + ": some versions of PX4 ignore offsets this small (below 0.01 " +
-                           sensor.input_unit + ")");
-  }
-  if (has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale))
-    warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
-  if (sensor.thermal && names.triad == Triad::kMagnetometer) {
-    warnings->emplace_back(
-        name +
-        ": versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the "
-        "offset holds at the reference temperature alone");
-  }
-  if (tags.firmware == Px4().name && request.options.device_ids[names.triad] &&
-      !tags.device_slots[names.triad]) {
-    warnings->emplace_back(
-        name + ": where the vehicle has this sensor is not known from the log; check that " +
-        Expanded(names.id, slot) + " is its number, or 0");
-  }
-  if (names.triad == Triad::kMagnetometer && tags.firmware == Px4().name &&
-      !tags.magnetometer_turn_deg) {
-    warnings->emplace_back("magnetometer: its mounting is not known from the log; check " +
-                           Expanded("CAL_MAG@_ROT", slot));
-  }
+  warn(!has_id,
+       "without --id, PX4 uses these values only if " + Expanded(names.id, slot) +
+           " already matches the sensor");
+  warn(sensor.model.bias.norm() < kIgnoredOffset,
+       "some versions of PX4 ignore offsets this small (below 0.01 " + sensor.input_unit + ")");
+  warn(has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale),
+       "PX4 accepts only scales between 0.1 and 3");
+  warn(sensor.thermal && is_magnetometer,
+       "versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the offset "
+       "holds at the reference temperature alone");
+  warn(is_of_log && has_id && !tags.device_slots[names.triad],
+       "where the vehicle has this sensor is not known from the log; check that " +
+           Expanded(names.id, slot) + " is its number, or 0");
+  warn(is_magnetometer && is_of_log && !tags.magnetometer_turn_deg,
+       "its mounting is not known from the log; check " + Expanded("CAL_MAG@_ROT", slot));
 }
 
-void WarnOfArduPilot(const SensorNames& names,
-                     const WriteRequest& request,
-                     std::vector<std::string>* warnings) {
+void WarnOfArduPilot(const SensorNames& names, const WriteRequest& request) {
   const TriadCalibration& sensor = *request.calibration.sensors[names.triad];
-  const Eigen::Vector3d scale = sensor.model.Correction().diagonal();
+  const Eigen::Vector3d &bias = sensor.model.bias, scale = sensor.model.Correction().diagonal();
   const Tags& tags = request.calibration.tags;
-  if (names.triad == Triad::kAccelerometer) {
-    // Limits of the firmware's arming checks.
-    constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
-    if (sensor.model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
-        scale.minCoeff() < kMinAccelScale || scale.maxCoeff() > kMaxAccelScale) {
-      warnings->emplace_back(
-          "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales outside "
-          "0.8 to 1.2");
-    }
-  } else if (names.triad == Triad::kGyroscope) {
-    warnings->emplace_back(
-        "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to 0 to "
-        "keep them");
-  } else {
-    constexpr double kMaxOffsetMilligauss = 1800.0;  // COMPASS_OFFS_MAX of most boards.
-    if (sensor.model.bias.norm() > kMaxOffsetMilligauss) {
-      warnings->emplace_back(
-          "magnetometer: ArduPilot refuses to arm with offsets longer than COMPASS_OFFS_MAX "
-          "(1800 mG unless changed); these are " +
-          RoundedText(sensor.model.bias.norm(), 4) + " mG");
-    }
-    if (!Reads(tags.firmware, ArduPilot().name) || !tags.magnetometer_turn_deg) {
-      warnings->emplace_back(
-          "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, "
-          "so these values are valid only where the recording's axes are the vehicle's");
-    }
-  }
+  // Limits of the firmware's arming checks.
+  constexpr double kMaxOffsetMps2 = 3.5, kMinAccelScale = 0.8, kMaxAccelScale = 1.2;
+  constexpr double kMaxOffsetMilligauss = 1800.0;  // COMPASS_OFFS_MAX of most boards.
+  const auto warn = [&](Triad triad, bool is_so, const std::string& what) {
+    if (triad == names.triad && is_so)
+      request.warnings.push_back(std::string(TriadName(triad)) + ": ArduPilot " + what);
+  };
+  warn(Triad::kAccelerometer,
+       bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 || scale.minCoeff() < kMinAccelScale ||
+           scale.maxCoeff() > kMaxAccelScale,
+       "refuses to arm with offsets beyond 3.5 m/s^2 or scales outside 0.8 to 1.2");
+  warn(Triad::kGyroscope,
+       true,
+       "re-estimates these offsets at every start; set INS_GYR_CAL to 0 to keep them");
+  warn(Triad::kMagnetometer,
+       bias.norm() > kMaxOffsetMilligauss,
+       "refuses to arm with offsets longer than COMPASS_OFFS_MAX (1800 mG unless changed); these "
+       "are " +
+           RoundedText(bias.norm(), 4) + " mG");
+  warn(Triad::kMagnetometer,
+       !Reads(tags.firmware, ArduPilot().name) || !tags.magnetometer_turn_deg,
+       "corrects after rotating the readings into the vehicle's axes, so these values are valid "
+       "only where the recording's axes are the vehicle's");
 }
 
 /// Whether offsets are subtracted of what is scaled.
@@ -318,8 +302,7 @@ Status WriteThermal(const Autopilot& autopilot,
                     const SensorNames& names,
                     const WriteRequest& request,
                     bool imu_has_terms,
-                    ParameterText* out,
-                    std::vector<std::string>* warnings) {
+                    ParameterText* out) {
   const Calibration& calibration = request.calibration;
   const std::optional<ThermalTerms>& thermal = calibration.sensors[names.triad]->thermal;
   if (autopilot.is_px4) {
@@ -341,9 +324,10 @@ Status WriteThermal(const Autopilot& autopilot,
       ended += (ended.empty() ? "" : " and ") + Expanded(number, out->slot);
     }
     if (!ended.empty()) {
-      warnings->push_back(std::string(TriadName(names.triad)) +
-                          ": the vehicle has terms of other sensors that it does not use, and " +
-                          names.enable + " 1 would: " + ended + " 0 keeps them out of use");
+      request.warnings.push_back(
+          std::string(TriadName(names.triad)) +
+          ": the vehicle has terms of other sensors that it does not use, and " + names.enable +
+          " 1 would: " + ended + " 0 keeps them out of use");
     }
   } else if (!names.thermal.empty()) {
     const auto& recorded_degc = calibration.reference.recorded_degc;
@@ -360,9 +344,7 @@ Status WriteThermal(const Autopilot& autopilot,
   return {};
 }
 
-Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
-                                                  const WriteRequest& request,
-                                                  std::vector<std::string>* warnings) {
+Result<Files> WriteParameters(const Autopilot& autopilot, const WriteRequest& request) {
   const int instance = request.options.instance.value_or(autopilot.first_instance);
   std::optional<Eigen::Vector2d> common_range;
   if (!autopilot.is_px4) {
@@ -393,19 +375,19 @@ Result<std::vector<ExportedFile>> WriteParameters(const Autopilot& autopilot,
       }
       if (!names.scale.empty()) out.Number(names.scale, 1.0);
       if (autopilot.is_px4) {
-        WarnOfPx4(names, out.slot, request, warnings);
+        WarnOfPx4(names, out.slot, request);
       } else {
-        WarnOfArduPilot(names, request, warnings);
+        WarnOfArduPilot(names, request);
       }
       TRUETRIAD_RETURN_IF_ERROR(
-          WriteThermal(autopilot, names, request, common_range.has_value(), &out, warnings));
+          WriteThermal(autopilot, names, request, common_range.has_value(), &out));
     }
     if (names.triad == Triad::kGyroscope && common_range) {
       WriteRange(names, *common_range, &out);
       out.Integer(names.enable, 1);
     }
   }
-  return std::vector<ExportedFile>{{"", std::move(out.text)}};
+  return Files{{"", std::move(out.text)}};
 }
 
 // ---------------------------------------------------------------------------------------- reading
@@ -442,9 +424,7 @@ struct ParameterList {
 /// separated by blanks, tabs or commas; `#` starts a comment. Errors name the line.
 Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field) {
   ParameterList list;
-  std::istringstream lines(file.text);
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
+  for (const auto& [place, line, words] : WordLines(file)) {
     const std::size_t said = line.starts_with("# ") ? line.find(kInAxesTurnedBy) : line.npos;
     if (said != line.npos) {
       std::istringstream angles(line.substr(said + kInAxesTurnedBy.size()));
@@ -452,36 +432,28 @@ Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field
       if (angles >> turn_deg[0] >> turn_deg[1] >> turn_deg[2])
         list.turns_deg[line.substr(2, said - 2)] = turn_deg;
     }
-    std::string plain = line.substr(0, line.find('#'));
-    std::replace_if(
-        plain.begin(), plain.end(), [](char c) { return c == ','; }, ' ');
-    std::istringstream words(plain);
-    std::vector<std::string> fields;
-    for (std::string word; words >> word;) fields.push_back(word);
-    const FilePlace place{file.suffix, ++number};
-    if (fields.empty()) continue;
-    if (fields.size() < name_field + 2) {
+    if (words.empty()) continue;
+    if (words.size() < name_field + 2) {
       return Error(ErrorCode::kWrongFormat,
                    place,
                    "`" + line + "` is not a parameter; expected a name and a value");
     }
-    const std::string& name = fields[name_field];
-    const std::string& text = fields[name_field + 1];
-    float value = 0.0F;
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+    const std::string& name = words[name_field];
+    const std::string& text = words[name_field + 1];
+    const std::optional<float> value = ParseNumber<float>(text);
+    if (!value || !std::isfinite(*value)) {
       return Error(
           ErrorCode::kUnreadableNumber,
           place,
           name + ": `" + text + "` is not a number; expected a name and a value on each line");
     }
-    std::int64_t id = 0;
-    const auto [id_end, no_id] = std::from_chars(text.data(), text.data() + text.size(), id);
     // Some programs write all numbers with decimals.
+    const std::size_t point = text.find('.');
     const bool is_whole =
-        std::all_of(id_end + (*id_end == '.'), end, [](char c) { return c == '0'; });
-    if (no_id == std::errc() && is_whole && id != 0) list.ids[name] = id;
-    if (!list.values.emplace(name, value).second)
+        text.find_first_not_of('0', std::min(point, text.size() - 1) + 1) == text.npos;
+    const auto id = ParseNumber<std::int64_t>(std::string_view(text).substr(0, point));
+    if (id && is_whole && *id != 0) list.ids[name] = *id;
+    if (!list.values.emplace(name, *value).second)
       return Error(ErrorCode::kDuplicateKey, place, name + " occurs twice; remove one");
   }
   return list;
@@ -701,33 +673,26 @@ std::vector<Format> AutopilotFormats() {
   constexpr int kOrder = kFirmwareOrder;
   const TriadCapacity acceleration = held(MatrixForm::kDiagonal, "m/s^2", kOrder);
   const TriadCapacity rate = held(MatrixForm::kNone, "rad/s", kOrder);
-  return {
-      {.info = {"px4",
-                "PX4 parameters, for QGroundControl (.params)",
-                "px4.params",
-                Arithmetic::kFloat32,
-                true,
-                0},
-       .is_firmware = true,
-       .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "G", kOrder)}},
-       .write =
-           [](const WriteRequest& request, std::vector<std::string>* warnings) {
-             return WriteParameters(Px4(), request, warnings);
-           },
-       .read = [](const ReadRequest& request) { return ReadParameters(Px4(), request); }},
-      {.info = {"ardupilot",
-                "ArduPilot parameters (.param)",
-                "ardupilot.param",
-                Arithmetic::kFloat32,
-                true,
-                1},
-       .is_firmware = true,
-       .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "mG", 0)}},
-       .write =
-           [](const WriteRequest& request, std::vector<std::string>* warnings) {
-             return WriteParameters(ArduPilot(), request, warnings);
-           },
-       .read = [](const ReadRequest& request) { return ReadParameters(ArduPilot(), request); }}};
+  return {{.info = {"px4",
+                    "PX4 parameters, for QGroundControl (.params)",
+                    "px4.params",
+                    Arithmetic::kFloat32,
+                    true,
+                    0},
+           .is_firmware = true,
+           .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "G", kOrder)}},
+           .write = std::bind_front(WriteParameters, std::cref(Px4())),
+           .read = std::bind_front(ReadParameters, std::cref(Px4()))},
+          {.info = {"ardupilot",
+                    "ArduPilot parameters (.param)",
+                    "ardupilot.param",
+                    Arithmetic::kFloat32,
+                    true,
+                    1},
+           .is_firmware = true,
+           .capacity = {{acceleration, rate, held(MatrixForm::kSymmetric, "mG", 0)}},
+           .write = std::bind_front(WriteParameters, std::cref(ArduPilot())),
+           .read = std::bind_front(ReadParameters, std::cref(ArduPilot()))}};
 }
 
 }  // namespace truetriad

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
-#include <sstream>
 
 #include "formats/format.h"
 #include "formats/text.h"
@@ -47,21 +46,28 @@ struct Setting {
   bool is_inverse = false;
   std::string_view end = {};
 };
-using Settings = PerTriad<std::vector<Setting>>;
+struct Settings {
+  PerTriad<std::vector<Setting>> of;
+  std::string_view warning;
+};
 const Settings& Betaflight() {
   // The 1 marks the calibration as done.
   static const auto& settings =
-      *new Settings{{{{{"acc_calibration", Quantity::kBias, 1.0, false, ",1"}},
-                      {},
-                      {{"mag_calibration", Quantity::kBias}}}}};
+      *new Settings{{{{{{"acc_calibration", Quantity::kBias, 1.0, false, ",1"}},
+                       {},
+                       {{"mag_calibration", Quantity::kBias}}}}},
+                    "Betaflight subtracts offsets after aligning the sensors to the board, so "
+                    "these are valid only for readings recorded that way, as in its own log"};
   return settings;
 }
 const Settings& Inav() {
   static const auto& settings = *new Settings{
-      {{{{"acczero_*", Quantity::kBias}, {"accgain_*", Quantity::kDiagonal, kAccGainUnity}},
-        {},
-        {{"magzero_*", Quantity::kBias},
-         {"maggain_*", Quantity::kDiagonal, kMagGainUnity, /*is_inverse=*/true}}}}};
+      {{{{{"acczero_*", Quantity::kBias}, {"accgain_*", Quantity::kDiagonal, kAccGainUnity}},
+         {},
+         {{"magzero_*", Quantity::kBias},
+          {"maggain_*", Quantity::kDiagonal, kMagGainUnity, /*is_inverse=*/true}}}}},
+      "INAV corrects before aligning the sensors to the board, so these are valid only for "
+      "readings in the chip's own axes"};
   return settings;
 }
 
@@ -73,15 +79,12 @@ std::string SettingName(const Setting& setting, Eigen::Index axis) {
   return name;
 }
 
-Result<std::vector<ExportedFile>> WriteSettings(const Settings& settings,
-                                                const WriteRequest& request,
-                                                std::string_view warning,
-                                                std::vector<std::string>* warnings) {
+Result<Files> WriteSettings(const Settings& settings, const WriteRequest& request) {
   std::string text = CommentText("# ", request.comment);
   for (const Triad triad : kHeld) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    for (const Setting& setting : settings[triad]) {
+    for (const Setting& setting : settings.of[triad]) {
       const bool is_offset = setting.quantity == Quantity::kBias;
       const bool is_list = setting.name.find('*') == std::string_view::npos;
       const Eigen::VectorXd values = ValueOf(setting.quantity, *sensor);
@@ -99,31 +102,22 @@ Result<std::vector<ExportedFile>> WriteSettings(const Settings& settings,
       }
     }
   }
-  warnings->emplace_back(warning);
-  return std::vector<ExportedFile>{{"", text + "save\n"}};
+  request.warnings.emplace_back(settings.warning);
+  return Files{{"", text + "save\n"}};
 }
 
 /// The numbers of each `set name = n,n,n`.
 Result<std::map<std::string, std::vector<int>>> StoredSettings(const ExportedFile& file) {
   std::map<std::string, std::vector<int>> settings;
-  std::istringstream lines(file.text);
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    if (!line.starts_with(kSet)) continue;
-    const std::size_t equals = line.find(" = ");
-    if (equals == std::string::npos) continue;
-    std::vector<int>& values = settings[line.substr(kSet.size(), equals - kSet.size())];
-    std::istringstream items(line.substr(equals + 3));
-    for (std::string item; std::getline(items, item, ',');) {
-      int value = 0;
-      const auto [end, failure] = std::from_chars(item.data(), item.data() + item.size(), value);
-      if (failure != std::errc() || end != item.data() + item.size()) {
-        return Error(ErrorCode::kUnreadableNumber,
-                     {file.suffix, number},
-                     "`" + item + "` is not a whole number");
+  for (const auto& [place, line, words] : WordLines(file)) {
+    if (!line.starts_with(kSet) || words.size() < 3 || words[2] != "=") continue;
+    for (std::size_t i = 3; i < words.size(); ++i) {
+      const std::optional<int> value = ParseNumber<int>(words[i]);
+      if (!value) {
+        return Error(
+            ErrorCode::kUnreadableNumber, place, "`" + words[i] + "` is not a whole number");
       }
-      values.push_back(value);
+      settings[words[1]].push_back(*value);
     }
   }
   return settings;
@@ -134,7 +128,7 @@ Result<Carried> ReadSettings(const Settings& settings, const ReadRequest& reques
   Carried carried;
   for (const Triad triad : kHeld) {
     Stated stated;
-    for (const Setting& setting : settings[triad]) {
+    for (const Setting& setting : settings.of[triad]) {
       Eigen::Vector3d values;
       bool whole = true;
       for (Eigen::Index axis = 0; axis < 3 && whole; ++axis) {
@@ -148,7 +142,8 @@ Result<Carried> ReadSettings(const Settings& settings, const ReadRequest& reques
       }
       if (whole) stated[setting.quantity] = values;
     }
-    if (stated.size() == settings[triad].size()) carried.parts[triad] = CorrectionParts::Of(stated);
+    if (stated.size() == settings.of[triad].size())
+      carried.parts[triad] = CorrectionParts::Of(stated);
   }
   return carried;
 }
@@ -167,28 +162,12 @@ std::vector<Format> CountsFormats() {
                 "betaflight.txt",
                 Arithmetic::kIntegers},
        .capacity = held(MatrixForm::kNone),
-       .write =
-           [](const WriteRequest& request, std::vector<std::string>* warnings) {
-             return WriteSettings(
-                 Betaflight(),
-                 request,
-                 "Betaflight subtracts offsets after aligning the sensors to the board, so these "
-                 "are valid only for readings recorded that way, as in its own log",
-                 warnings);
-           },
-       .read = [](const ReadRequest& request) { return ReadSettings(Betaflight(), request); }},
+       .write = std::bind_front(WriteSettings, std::cref(Betaflight())),
+       .read = std::bind_front(ReadSettings, std::cref(Betaflight()))},
       {.info = {"inav", "INAV command line, offsets and gains", "inav.txt", Arithmetic::kIntegers},
        .capacity = held(MatrixForm::kDiagonal),
-       .write =
-           [](const WriteRequest& request, std::vector<std::string>* warnings) {
-             return WriteSettings(
-                 Inav(),
-                 request,
-                 "INAV corrects before aligning the sensors to the board, so these are valid only "
-                 "for readings in the chip's own axes",
-                 warnings);
-           },
-       .read = [](const ReadRequest& request) { return ReadSettings(Inav(), request); }}};
+       .write = std::bind_front(WriteSettings, std::cref(Inav())),
+       .read = std::bind_front(ReadSettings, std::cref(Inav()))}};
 }
 
 }  // namespace truetriad

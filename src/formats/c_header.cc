@@ -151,9 +151,7 @@ class HeaderText {
     for (std::size_t i = 0; i < rows; ++i) {
       text_ += "    " + Row(items[i].data(), columns) + (i + 1 < rows ? ",\n" : "};\n");
     }
-    for (std::size_t i = 0; i < rows; ++i) AddNumbers(items[i].data(), columns);
-    calls_ += "  crc = truetriad_crc32(crc, &" + name + "[0][0], " +
-              std::to_string(rows * columns) + "u);\n";
+    Add("&" + name + "[0][0]", items->data(), rows * columns);  // One after the other.
   }
 
   void Plain(std::string_view text) { text_ += text; }
@@ -163,12 +161,8 @@ class HeaderText {
   std::uint32_t crc() const { return crc_; }
 
  private:
-  void Add(const std::string& name, const float* values, std::size_t count) {
-    AddNumbers(values, count);
-    calls_ += "  crc = truetriad_crc32(crc, " + name + ", " + std::to_string(count) + "u);\n";
-  }
-
-  void AddNumbers(const float* values, std::size_t count) {
+  void Add(const std::string& first, const float* values, std::size_t count) {
+    calls_ += "  crc = truetriad_crc32(crc, " + first + ", " + std::to_string(count) + "u);\n";
     for (std::size_t i = 0; i < count; ++i) {
       std::uint32_t bits = 0;
       std::memcpy(&bits, &values[i], sizeof bits);
@@ -306,8 +300,7 @@ std::string SelfTest(Triad triad, float tolerance) {
   return text;
 }
 
-Result<std::vector<ExportedFile>> WriteCHeader(const WriteRequest& request,
-                                               std::vector<std::string>* /*warnings*/) {
+Result<Files> WriteCHeader(const WriteRequest& request) {
   HeaderText numbers;
   HeaderText tests;
   std::string functions;
@@ -376,7 +369,7 @@ static inline int truetriad_self_test(void) {
   if (truetriad_calibration_crc32() != TRUETRIAD_CALIBRATION_CRC32) return 0;
 )" + checks +
           "  return 1;\n}\n\n#endif\n";
-  return std::vector<ExportedFile>{{"", std::move(text)}};
+  return Files{{"", std::move(text)}};
 }
 
 // ---------------------------------------------------------------------------------------- reading

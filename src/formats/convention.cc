@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/convention.h"
-
 #include <algorithm>
 #include <array>
 #include <iterator>
 
 #include <Eigen/LU>
 
+#include "formats/format.h"
 #include "math/dense/qr.h"
 
 namespace truetriad {
 namespace {
 
-using Numbers = Eigen::VectorXd;
+using Entries = Eigen::VectorXd;
 
-Numbers ByRows(const Eigen::Matrix3d& matrix) { return matrix.transpose().reshaped(); }
-Eigen::Matrix3d Rows(const Numbers& numbers) {
+Entries ByRows(const Eigen::Matrix3d& matrix) { return matrix.transpose().reshaped(); }
+Eigen::Matrix3d Rows(const Entries& numbers) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
 }
 
-/// The symbols of convention.h.
+/// The symbols of format.h.
 struct Symbols {
   Eigen::Vector3d b;
   Eigen::Matrix3d S, C, K, G, M, R;
@@ -46,19 +45,19 @@ constexpr std::array<std::array<Eigen::Index, 2>, 6> kLower = {
 /// What a quantity is of our model, and of the consumer's equation.
 struct Convention {
   Quantity quantity;
-  Numbers (*of)(const Symbols& symbols);
-  void (*take)(const Numbers& numbers, CorrectionParts* parts);
+  Entries (*of)(const Symbols& symbols);
+  void (*take)(const Entries& numbers, CorrectionParts* parts);
 };
 
-void TakeMatrix(const Numbers& numbers, CorrectionParts* parts) { parts->matrix = Rows(numbers); }
+void TakeMatrix(const Entries& numbers, CorrectionParts* parts) { parts->matrix = Rows(numbers); }
 
-void TakeSensitivity(const Numbers& numbers, CorrectionParts* parts) {
+void TakeSensitivity(const Entries& numbers, CorrectionParts* parts) {
   parts->sensitivity = Rows(numbers) * parts->rotation.transpose();
   parts->matrix = Rows(numbers).inverse();
 }
 
-Numbers LowerDeviation(const Symbols& s) {
-  Numbers lower(kLower.size());
+Entries LowerDeviation(const Symbols& s) {
+  Entries lower(kLower.size());
   for (std::size_t i = 0; i < kLower.size(); ++i) {
     const auto& [row, col] = kLower[i];
     lower[static_cast<Eigen::Index>(i)] = s.C(row, col) - (row == col ? 1.0 : 0.0);
@@ -66,69 +65,69 @@ Numbers LowerDeviation(const Symbols& s) {
   return lower;
 }
 
-void TakeLowerDeviation(const Numbers& numbers, CorrectionParts* parts) {
+void TakeLowerDeviation(const Entries& numbers, CorrectionParts* parts) {
   for (std::size_t i = 0; i < kLower.size(); ++i)
     parts->matrix(kLower[i][0], kLower[i][1]) += numbers[static_cast<Eigen::Index>(i)];
 }
 
 const Convention kConventions[] = {
     {Quantity::kRotationFactor,
-     [](const Symbols& s) -> Numbers { return ByRows(s.R); },
-     [](const Numbers& n, CorrectionParts* parts) { parts->rotation = Rows(n).transpose(); }},
+     [](const Symbols& s) -> Entries { return ByRows(s.R); },
+     [](const Entries& n, CorrectionParts* parts) { parts->rotation = Rows(n).transpose(); }},
     {Quantity::kBias,
-     [](const Symbols& s) -> Numbers { return s.b; },
-     [](const Numbers& n, CorrectionParts* parts) { parts->before = n; }},
+     [](const Symbols& s) -> Entries { return s.b; },
+     [](const Entries& n, CorrectionParts* parts) { parts->before = n; }},
     {Quantity::kBiasAdded,
-     [](const Symbols& s) -> Numbers { return -s.b; },
-     [](const Numbers& n, CorrectionParts* parts) { parts->before = -n; }},
+     [](const Symbols& s) -> Entries { return -s.b; },
+     [](const Entries& n, CorrectionParts* parts) { parts->before = -n; }},
     {Quantity::kBiasAfter,
-     [](const Symbols& s) -> Numbers { return s.C * s.b; },
-     [](const Numbers& n, CorrectionParts* parts) { parts->after = n; }},
-    {Quantity::kCorrection, [](const Symbols& s) -> Numbers { return ByRows(s.C); }, TakeMatrix},
+     [](const Symbols& s) -> Entries { return s.C * s.b; },
+     [](const Entries& n, CorrectionParts* parts) { parts->after = n; }},
+    {Quantity::kCorrection, [](const Symbols& s) -> Entries { return ByRows(s.C); }, TakeMatrix},
     {Quantity::kCorrectionByColumn,
-     [](const Symbols& s) -> Numbers { return s.C.reshaped(); },
-     [](const Numbers& n, CorrectionParts* parts) { parts->matrix = Rows(n).transpose(); }},
+     [](const Symbols& s) -> Entries { return s.C.reshaped(); },
+     [](const Entries& n, CorrectionParts* parts) { parts->matrix = Rows(n).transpose(); }},
     {Quantity::kDiagonal,
-     [](const Symbols& s) -> Numbers { return s.C.diagonal(); },
-     [](const Numbers& n, CorrectionParts* parts) { parts->matrix = n.asDiagonal(); }},
+     [](const Symbols& s) -> Entries { return s.C.diagonal(); },
+     [](const Entries& n, CorrectionParts* parts) { parts->matrix = n.asDiagonal(); }},
     {Quantity::kOffDiagonal,
-     [](const Symbols& s) -> Numbers { return Eigen::Vector3d(s.C(0, 1), s.C(0, 2), s.C(1, 2)); },
-     [](const Numbers& n, CorrectionParts* parts) {
+     [](const Symbols& s) -> Entries { return Eigen::Vector3d(s.C(0, 1), s.C(0, 2), s.C(1, 2)); },
+     [](const Entries& n, CorrectionParts* parts) {
        parts->matrix(0, 1) = parts->matrix(1, 0) = n[0];
        parts->matrix(0, 2) = parts->matrix(2, 0) = n[1];
        parts->matrix(1, 2) = parts->matrix(2, 1) = n[2];
      }},
     {Quantity::kMisalignment,
-     [](const Symbols& s) -> Numbers {
+     [](const Symbols& s) -> Entries {
        Eigen::Matrix3d T = s.C * s.K.inverse();
        T.diagonal().setOnes();  // They are, up to rounding.
        return ByRows(T);
      },
      TakeMatrix},
     {Quantity::kGainsMatrix,
-     [](const Symbols& s) -> Numbers { return ByRows(s.K); },
-     [](const Numbers& n, CorrectionParts* parts) {
+     [](const Symbols& s) -> Entries { return ByRows(s.K); },
+     [](const Entries& n, CorrectionParts* parts) {
        parts->matrix = (parts->matrix * Rows(n)).eval();
      }},
     {Quantity::kGains,
-     [](const Symbols& s) -> Numbers { return s.C.diagonal(); },
-     [](const Numbers& n, CorrectionParts* parts) { parts->gains = n; }},
+     [](const Symbols& s) -> Entries { return s.C.diagonal(); },
+     [](const Entries& n, CorrectionParts* parts) { parts->gains = n; }},
     {Quantity::kDeviation,
-     [](const Symbols& s) -> Numbers { return (s.C - Eigen::Matrix3d::Identity()).reshaped(); },
-     [](const Numbers& n, CorrectionParts* parts) { parts->matrix += Rows(n).transpose(); }},
+     [](const Symbols& s) -> Entries { return (s.C - Eigen::Matrix3d::Identity()).reshaped(); },
+     [](const Entries& n, CorrectionParts* parts) { parts->matrix += Rows(n).transpose(); }},
     {Quantity::kLowerDeviation, LowerDeviation, TakeLowerDeviation},
     {Quantity::kSensitivity,
-     [](const Symbols& s) -> Numbers { return ByRows(s.S); },
+     [](const Symbols& s) -> Entries { return ByRows(s.S); },
      TakeSensitivity},
     {Quantity::kLowerFactor,
-     [](const Symbols& s) -> Numbers { return ByRows(s.M); },
+     [](const Symbols& s) -> Entries { return ByRows(s.M); },
      TakeSensitivity},
     {Quantity::kGSensitivity,
-     [](const Symbols& s) -> Numbers { return ByRows(s.G); },
-     [](const Numbers& n, CorrectionParts* parts) { parts->g_sensitivity = Rows(n); }},
+     [](const Symbols& s) -> Entries { return ByRows(s.G); },
+     [](const Entries& n, CorrectionParts* parts) { parts->g_sensitivity = Rows(n); }},
     {Quantity::kGBehindRotation,
-     [](const Symbols& s) -> Numbers { return ByRows(s.G * s.R.transpose()); },
-     [](const Numbers& n, CorrectionParts* parts) {
+     [](const Symbols& s) -> Entries { return ByRows(s.G * s.R.transpose()); },
+     [](const Entries& n, CorrectionParts* parts) {
        parts->g_sensitivity = Rows(n) * parts->rotation.transpose();
      }}};
 

@@ -11,7 +11,6 @@
 #include "base/utf8.h"
 #include "formats/board_rotation.h"
 #include "formats/format.h"
-#include "formats/loss.h"
 #include "formats/parameter_pattern.h"
 #include "formats/restate.h"
 #include "formats/text.h"
@@ -186,17 +185,6 @@ void Add(const Export& exported,
   }
 }
 
-ReadRequest AsRead(const std::vector<ExportedFile>& files,
-                   const ExportOptions& options,
-                   const Tags& tags) {
-  ReadRequest request;
-  request.files = files;
-  request.instance = options.instance;
-  request.slots = options.slots;
-  request.firmware = tags.firmware;
-  return request;
-}
-
 /// Adds what the log of a calibration says of its sensors; it holds for those with its numbers.
 void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options) {
   for (const Triad triad : kTriads) {
@@ -241,10 +229,12 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   // Written, read back and compared; then written again with what was found.
   std::vector<std::string> said_twice;
   TRUETRIAD_ASSIGN_OR_RETURN(
-      const std::vector<ExportedFile> draft,
-      format.write({restated.held, options, comment, &calibration}, &said_twice));
+      const Files draft, format.write({restated.held, options, comment, &calibration, said_twice}));
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried,
-                             format.read(AsRead(draft, options, calibration.tags)));
+                             format.read({.files = draft,
+                                          .instance = options.instance,
+                                          .slots = options.slots,
+                                          .firmware = calibration.tags.firmware}));
   for (const Triad triad : kTriads) {
     const std::optional<CorrectionParts>& parts = carried.parts[triad];
     const Equation equation =
@@ -265,9 +255,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   }
   for (const std::string& note : result.notes) comment.push_back(note + ".");
   TRUETRIAD_ASSIGN_OR_RETURN(
-      std::vector<ExportedFile> files,
-      format.write({restated.held, options, comment, &calibration}, &result.warnings));
-  result.files = std::move(files);
+      result.files, format.write({restated.held, options, comment, &calibration, result.warnings}));
   return result;
 }
 
@@ -498,7 +486,7 @@ Result<Export> ExportNoise(std::string_view format_name, const ExportOptions& op
              std::string(kExportedBy) + options.software_version + " at " + TimestampUtc() + "."});
   Export result;
   TRUETRIAD_ASSIGN_OR_RETURN(
-      result.files, format->write({restated.held, options, comment, &perfect}, &result.warnings));
+      result.files, format->write({restated.held, options, comment, &perfect, result.warnings}));
   return result;
 }
 

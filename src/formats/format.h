@@ -2,14 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "formats/convention.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/export.h"
@@ -17,6 +19,81 @@
 #include "truetriad/model/gauge.h"
 
 namespace truetriad {
+
+// A field of a file states one quantity of our model, result = C (y - b - G f) with C = S^-1, which
+// is a part of the consumer's own equation (CorrectionParts).
+enum class Quantity {
+  kRotationFactor,      // R by rows of S = M R, a rotation     transpose of the rotation
+  kBias,                // b                                    before
+  kBiasAdded,           // -b                                   before
+  kBiasAfter,           // C b                                  after
+  kCorrection,          // C by rows                            matrix
+  kCorrectionByColumn,  // C by columns                         matrix
+  kDiagonal,            // C_xx, C_yy, C_zz                     diagonal of the matrix
+  kOffDiagonal,         // C_xy, C_xz, C_yz, C symmetric        the matrix beside its diagonal
+  kMisalignment,        // C K^-1 by rows, K = diag(C)          matrix
+  kGainsMatrix,         // K by rows                            on the right of the matrix
+  kGains,               // C_xx, C_yy, C_zz                     gains
+  kDeviation,           // C - I by columns                     matrix, with I
+  kLowerDeviation,      // its lower triangle by columns        matrix, with I
+  kSensitivity,         // S by rows                            inverse of the matrix
+  kLowerFactor,         // M by rows, lower triangular          inverse of the matrix
+  kGSensitivity,        // G by rows                            g_sensitivity
+  kGBehindRotation,     // A by rows of G = A R                 g_sensitivity, with R
+};
+
+// A field of a triad: its name or place in the file, which the syntax of the file completes.
+struct Field {
+  std::string_view name;
+  Quantity quantity;
+  bool is_optional = false;
+};
+
+// How many numbers it is of.
+Eigen::Index SizeOf(Quantity quantity);
+// The numbers as the file states them.
+Eigen::VectorXd ValueOf(Quantity quantity, const TriadCalibration& sensor);
+
+// What files state of a triad.
+using Stated = std::map<Quantity, Eigen::VectorXd>;
+
+// Of fields whose numbers stand one after another.
+Stated StatedTogether(std::span<const Field> fields, const double* numbers);
+
+// What a consumer computes:
+//
+//   result = rotation matrix ((y - thermal(T) - before - g_sensitivity f) o gains) - after
+struct CorrectionParts {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d gains = Eigen::Vector3d::Ones();
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  Eigen::Vector3d after = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Matrix3d> g_sensitivity = {};
+  // In the consumer's arithmetic.
+  std::function<Eigen::Vector3d(double temperature_degc)> thermal = {};
+
+  // For an import: S where the file states it, temperature terms with what they add to the bias at
+  // their reference, and the unit of the readings where the format has none of its own.
+  std::optional<Eigen::Matrix3d> sensitivity = {};
+  Eigen::Vector3d thermal_constant = Eigen::Vector3d::Zero();
+  std::optional<ThermalTerms> thermal_terms = {};
+  std::string reading_unit = {};
+
+  // Of the inverse of a singular matrix they are not finite.
+  static CorrectionParts Of(const Stated& stated);
+};
+
+// What a consumer makes of a reading, in its units and its arithmetic.
+using Equation = std::function<Eigen::Vector3d(
+    const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
+
+// In float32 where that is the consumer's arithmetic, else in double.
+Equation EquationOf(const CorrectionParts& parts, Arithmetic arithmetic);
+// As our model. `reading_unit` and `result_unit`: of the consumer.
+TriadCalibration TriadOf(const CorrectionParts& parts,
+                         std::string_view reading_unit,
+                         std::string_view result_unit);
 
 // What a format can hold of one triad; shared code (restate.h) removes the rest before it is
 // written, so that a writer only writes.
@@ -48,9 +125,11 @@ struct TriadCapacity {
 struct WriteRequest {
   const Calibration& calibration;  // what the format holds, in its units and gauge
   const ExportOptions& options;
-  std::vector<std::string> comment;  // lines that every file opens with
-  const Calibration* stated;         // as it was: in the units and gauge of its covariance
+  std::vector<std::string> comment;    // lines that every file opens with
+  const Calibration* stated;           // as it was: in the units and gauge of its covariance
+  std::vector<std::string>& warnings;  // what makes the result worse is added here
 };
+using Files = std::vector<ExportedFile>;
 
 // What a file tells its consumer: of a triad that is in it its parts, or an equation of the
 // format's own.
@@ -77,9 +156,8 @@ struct Format {
   // (model/tags.h).
   bool is_firmware = false;
   PerTriad<TriadCapacity> capacity = {};
-  Result<std::vector<ExportedFile>> (*write)(const WriteRequest&,
-                                             std::vector<std::string>* warnings) = nullptr;
-  Result<Carried> (*read)(const ReadRequest&) = nullptr;
+  std::function<Result<Files>(const WriteRequest&)> write = {};
+  std::function<Result<Carried>(const ReadRequest&)> read = {};
 };
 
 std::vector<Format> AutopilotFormats();
@@ -95,6 +173,7 @@ Format RecordFormat();
 const std::vector<Format>& AllFormats();
 
 // Error (usage): there is none of that name; says which is nearest.
-Result<const Format*> FindFormat(std::string_view name);
+// `to_import`: among those that can be imported.
+Result<const Format*> FindFormat(std::string_view name, bool to_import = false);
 
 }  // namespace truetriad

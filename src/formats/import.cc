@@ -2,11 +2,13 @@
 #include "truetriad/formats/import.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
 #include <Eigen/Core>
 
+#include "base/spelling.h"
 #include "calibrate/reading_units.h"
 #include "formats/board_rotation.h"
 #include "formats/format.h"
@@ -19,6 +21,52 @@
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
+
+const std::vector<Format>& AllFormats() {
+  static const auto& formats = *[] {
+    auto* const all = new std::vector<Format>();
+    for (const std::vector<Format>& some :
+         {AutopilotFormats(), CountsFormats(), KalibrFormats(), ListedFormats()}) {
+      all->insert(all->end(), some.begin(), some.end());
+    }
+    all->insert(all->end(), {MatlabFormat(), JsonFormat(), CHeaderFormat(), RecordFormat()});
+    return all;
+  }();
+  return formats;
+}
+
+std::vector<FormatInfo> Formats() {
+  std::vector<FormatInfo> infos;
+  for (const Format& format : AllFormats()) infos.push_back(format.info);
+  return infos;
+}
+
+Result<const Format*> FindFormat(std::string_view name, bool to_import) {
+  // As the projects spell themselves, too: imu_tk.
+  std::string wanted(name);
+  std::replace(wanted.begin(), wanted.end(), '_', '-');
+  std::vector<std::string_view> names;
+  std::string list, why = "is not a format";
+  for (const Format& format : AllFormats()) {
+    const bool is_it = format.info.name == wanted;
+    if (to_import && !format.info.can_import) {
+      if (is_it) why = "cannot be imported";
+      continue;
+    }
+    if (is_it) return &format;
+    names.push_back(format.info.name);
+    list.append(list.empty() ? "" : ", ").append(format.info.name);
+  }
+  return Error(ErrorCode::kUnknownName,
+               "`" + std::string(name) + "` " + why + DidYouMean(wanted, names) +
+                   "; expected one of " + list);
+}
+
+Result<FormatInfo> InfoOfFormat(std::string_view name) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Format* const format, FindFormat(name));
+  return format->info;
+}
+
 namespace {
 
 /// What a file carries, in the units that the calibration is to have.
@@ -110,18 +158,8 @@ Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
 Result<Import> ImportCalibration(std::string_view format_name,
                                  const std::vector<std::string>& paths,
                                  const ImportOptions& options) {
-  const Result<const Format*> found = FindFormat(format_name);
-  if (!found || !(*found)->info.can_import) {
-    std::string list;
-    for (const Format& other : AllFormats()) {
-      if (other.info.can_import) list += (list.empty() ? "" : ", ") + std::string(other.info.name);
-    }
-    return Error(ErrorCode::kUnknownName,
-                 "`" + std::string(format_name) + "` " +
-                     (found ? "cannot be imported" : "is not a format") + "; expected one of " +
-                     list);
-  }
-  const Format& format = **found;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name, true));
+  const Format& format = *found;
   Import import;
   Calibration& calibration = import.calibration;
   ReadRequest request;

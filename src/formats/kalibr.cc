@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <span>
+#include <functional>
 
 #include "formats/format.h"
-#include "formats/list_text.h"
-#include "formats/noise.h"
 #include "formats/text.h"
 
 // Kalibr's input, which is noise alone, its result with the scale-misalignment model, and OpenVINS'
@@ -27,25 +25,35 @@ constexpr std::string_view kBiasComment = "# bias ";
 
 constexpr std::array<Triad, 2> kInertial = {Triad::kAccelerometer, Triad::kGyroscope};
 
-/// The matrices of both programs, in the order in which a file states them.
+/// A matrix of the file, in the order in which it states them.
 struct ChainField {
   Triad triad;
   Field field;
 };
-constexpr std::array<ChainField, 4> kKalibrFields = {
-    {{Triad::kAccelerometer, {"M", Quantity::kSensitivity}},
-     {Triad::kGyroscope, {"M", Quantity::kLowerFactor}},
-     {Triad::kGyroscope, {"A", Quantity::kGBehindRotation}},
-     {Triad::kGyroscope, {"C_gyro_i", Quantity::kRotationFactor}}}};
-constexpr std::array<ChainField, 4> kOpenVinsFields = {
-    {{Triad::kGyroscope, {"Tw", Quantity::kLowerFactor}},
-     {Triad::kGyroscope, {"R_IMUtoGYRO", Quantity::kRotationFactor}},
-     {Triad::kAccelerometer, {"Ta", Quantity::kSensitivity}},
-     {Triad::kGyroscope, {"Tg", Quantity::kGSensitivity}}}};
+/// The file of a program.
+struct Chain {
+  std::string_view begin, model;
+  bool has_blocks;  ///< Each sensor has a map of its own.
+  std::array<ChainField, 4> fields;
+};
+constexpr Chain kKalibr = {"",
+                           "scale-misalignment",
+                           true,
+                           {{{Triad::kAccelerometer, {"M", Quantity::kSensitivity}},
+                             {Triad::kGyroscope, {"M", Quantity::kLowerFactor}},
+                             {Triad::kGyroscope, {"A", Quantity::kGBehindRotation}},
+                             {Triad::kGyroscope, {"C_gyro_i", Quantity::kRotationFactor}}}}};
+constexpr Chain kOpenVins = {"%YAML:1.0\n\n",
+                             "\"kalibr\"",
+                             false,
+                             {{{Triad::kGyroscope, {"Tw", Quantity::kLowerFactor}},
+                               {Triad::kGyroscope, {"R_IMUtoGYRO", Quantity::kRotationFactor}},
+                               {Triad::kAccelerometer, {"Ta", Quantity::kSensitivity}},
+                               {Triad::kGyroscope, {"Tg", Quantity::kGSensitivity}}}}};
 
-std::vector<Field> ChainFieldsOf(Triad triad, std::span<const ChainField> fields) {
+std::vector<Field> ChainFieldsOf(Triad triad, const Chain& chain) {
   std::vector<Field> own;
-  for (const ChainField& field : fields) {
+  for (const ChainField& field : chain.fields) {
     if (field.triad == triad) own.push_back(field.field);
   }
   return own;
@@ -53,8 +61,8 @@ std::vector<Field> ChainFieldsOf(Triad triad, std::span<const ChainField> fields
 
 /// These files state both sensors: the identity, and a warning, for one that is not calibrated.
 /// Error: a mirrored gyroscope.
-Result<PerTriad<TriadCalibration>> BothSensors(const Calibration& calibration,
-                                               std::vector<std::string>* warnings) {
+Result<PerTriad<TriadCalibration>> BothSensors(const WriteRequest& request) {
+  const Calibration& calibration = request.calibration;
   PerTriad<TriadCalibration> both;
   const std::optional<TriadCalibration>& gyroscope = calibration.sensors[Triad::kGyroscope];
   if (gyroscope && gyroscope->model.sensitivity.determinant() < 0.0) {
@@ -68,8 +76,9 @@ Result<PerTriad<TriadCalibration>> BothSensors(const Calibration& calibration,
       both[triad] = *calibration.sensors[triad];
       continue;
     }
-    warnings->emplace_back(std::string(TriadName(triad)) +
-                           ": not calibrated; the file, which must state it, holds the identity");
+    request.warnings.emplace_back(
+        std::string(TriadName(triad)) +
+        ": not calibrated; the file, which must state it, holds the identity");
   }
   return both;
 }
@@ -97,9 +106,8 @@ std::string RealText(double value) {
 
 /// Noise keys, or what to fill in. A rest that is too short for a random walk still tells the
 /// density.
-Result<std::string> NoiseText(const std::string& indent,
-                              const ExportOptions& options,
-                              std::vector<std::string>* warnings) {
+Result<std::string> NoiseText(const std::string& indent, const WriteRequest& request) {
+  const ExportOptions& options = request.options;
   std::string text;
   double rate_hz = 0.0;
   for (const Triad triad : kInertial) {
@@ -122,7 +130,7 @@ Result<std::string> NoiseText(const std::string& indent,
          unit + "/s/sqrt(Hz)");
     if (noise) rate_hz = noise->rate_hz;
     if (has_walk) continue;
-    warnings->emplace_back(
+    request.warnings.emplace_back(
         name + (!options.allan ? ": its noise densities are missing; give --allan=FILE, or fill "
                                  "them in"
                 : noise ? ": the Allan file does not tell the random walk of every axis (a longer "
@@ -131,7 +139,7 @@ Result<std::string> NoiseText(const std::string& indent,
                           "may); fill the densities in"));
   }
   if (!(rate_hz > 0.0)) {
-    warnings->emplace_back("update_rate is missing; give --allan=FILE, or fill it in");
+    request.warnings.emplace_back("update_rate is missing; give --allan=FILE, or fill it in");
   }
   text += indent +
           (rate_hz > 0.0 ? "update_rate: " + RealText(rate_hz) + "\n" : "# update_rate: ?  # Hz\n");
@@ -143,49 +151,29 @@ constexpr std::string_view kBody =
     "  time_offset: 0.0\n"
     "  rostopic: /imu0\n";
 
-Result<std::vector<ExportedFile>> WriteKalibr(const WriteRequest& request,
-                                              std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("", request.options, warnings));
-  return std::vector<ExportedFile>{
-      {"", CommentText("# ", request.comment) + "rostopic: /imu0\n" + noise}};
+Result<Files> WriteKalibr(const WriteRequest& request) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("", request));
+  return Files{{"", CommentText("# ", request.comment) + "rostopic: /imu0\n" + noise}};
 }
 
-/// What both files begin with.
-Result<std::string> ChainHead(const WriteRequest& request,
-                              std::string_view model,
-                              std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request.options, warnings));
-  return CommentText("# ", request.comment) + BiasComments(request.calibration) +
-         "imu0:\n  model: " + std::string(model) + "\n" + std::string(kBody) + noise;
-}
-
-Result<std::vector<ExportedFile>> WriteKalibrResult(const WriteRequest& request,
-                                                    std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto both, BothSensors(request.calibration, warnings));
-  TRUETRIAD_ASSIGN_OR_RETURN(std::string text, ChainHead(request, "scale-misalignment", warnings));
+Result<Files> WriteChain(const Chain& chain, const WriteRequest& request) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto both, BothSensors(request));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText("  ", request));
+  std::string text(chain.begin);
+  text += CommentText("# ", request.comment) + BiasComments(request.calibration) +
+          "imu0:\n  model: " + std::string(chain.model) + "\n" + std::string(kBody) + noise;
+  const std::string indent = chain.has_blocks ? "    " : "  ";
   std::optional<Triad> block;
-  for (const auto& [triad, field] : kKalibrFields) {
-    if (block != triad) text.append("  ").append(TriadName(triad)).append("s:\n");
+  for (const auto& [triad, field] : chain.fields) {
+    if (chain.has_blocks && block != triad) text.append("  ").append(TriadName(triad)) += "s:\n";
     block = triad;
-    text.append("    ").append(field.name).append(": ");
-    text += RowsText(ValueOf(field.quantity, both[triad])) + "\n";
-  }
-  return std::vector<ExportedFile>{{"", std::move(text)}};
-}
-
-Result<std::vector<ExportedFile>> WriteOpenVins(const WriteRequest& request,
-                                                std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const auto both, BothSensors(request.calibration, warnings));
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string head, ChainHead(request, "\"kalibr\"", warnings));
-  std::string text = "%YAML:1.0\n\n" + head;
-  for (const auto& [triad, field] : kOpenVinsFields) {
-    text.append("  ").append(field.name).append(": ");
+    text.append(indent).append(field.name) += ": ";
     text += RowsText(ValueOf(field.quantity, both[triad])) + "\n";
     // The accelerometer's axes are those of the IMU.
-    if (triad == Triad::kAccelerometer)
+    if (!chain.has_blocks && triad == Triad::kAccelerometer)
       text += "  R_IMUtoACC: " + RowsText(Eigen::Matrix3d::Identity().reshaped()) + "\n";
   }
-  return std::vector<ExportedFile>{{"", std::move(text)}};
+  return Files{{"", std::move(text)}};
 }
 
 /// The biases of the comment; zero, and a note, where there is none.
@@ -197,25 +185,12 @@ Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* c
   if (end < text.size()) {
     Result<YamlReader> line =
         YamlReader::FromText("bias: " + text.substr(list, end + 1 - list), "the comment");
-    const auto numbers = line ? ReadList(line->Child("bias"), 3) : std::vector<double>();
-    if (!numbers.empty()) return {numbers[0], numbers[1], numbers[2]};
+    Eigen::Vector3d bias;
+    if (line && line->Child("bias").Read(&bias)) return bias;
   }
   carried->notes.emplace_back(std::string(TriadName(triad)) +
                               ": the file contains no bias; assumed zero");
   return Eigen::Vector3d::Zero();
-}
-
-/// Error: a singular matrix.
-Result<Carried> CarriedChain(const PerTriad<Stated>& stated, const ExportedFile& file) {
-  Carried carried;
-  for (const Triad triad : kInertial) {
-    CorrectionParts& parts = carried.parts[triad].emplace(CorrectionParts::Of(stated[triad]));
-    if (!parts.matrix.allFinite())
-      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "a matrix of the IMU is singular");
-    parts.before = BiasFromComment(file.text, triad, &carried);
-    if (parts.g_sensitivity && parts.g_sensitivity->isZero(0.0)) parts.g_sensitivity.reset();
-  }
-  return carried;
 }
 
 /// The block of the first IMU.
@@ -226,43 +201,36 @@ YamlReader FirstImu(YamlReader* root) {
   return root->RequireChild("imu0");
 }
 
-/// Its input, which is not corrected, or its result.
-Result<Carried> ReadKalibr(const ReadRequest& request) {
-  const ExportedFile& file = request.files[0];
-  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
-  PerTriad<Stated> stated;
-  if (root.Child("rostopic")) {
-    TRUETRIAD_ASSIGN_OR_RETURN(Carried carried, CarriedChain(stated, file));
-    carried.notes = {"Kalibr's input holds noise alone: readings are taken as they are"};
-    return carried;
-  }
-  if (YamlReader imu = FirstImu(&root)) {
-    std::string model;
-    if (imu.Require("model", &model) && model != "scale-misalignment") {
-      imu.Child("model").Fail("`" + model + "` has no matrices; expected `scale-misalignment`");
-    }
-    for (const Triad triad : kInertial) {
-      if (YamlReader block = imu.RequireChild(std::string(TriadName(triad)) + "s"))
-        stated[triad] = ReadFields(block, ChainFieldsOf(triad, kKalibrFields), /*in_rows=*/true);
-    }
-  }
-  TRUETRIAD_RETURN_IF_ERROR(root.status());
-  return CarriedChain(stated, file);
-}
-
-Result<Carried> ReadOpenVins(const ReadRequest& request) {
+/// Kalibr's input, which is not corrected, or a chain. Error: a singular matrix.
+Result<Carried> ReadChain(const Chain& chain, const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   // OpenCV's first line is not YAML.
   const std::size_t begin = file.text.starts_with("%YAML:") ? file.text.find('\n') : 0;
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root,
                              YamlReader::FromText(file.text.substr(begin), file.suffix));
-  PerTriad<Stated> stated;
-  if (YamlReader imu = FirstImu(&root)) {
-    for (const Triad triad : kInertial)
-      stated[triad] = ReadFields(imu, ChainFieldsOf(triad, kOpenVinsFields), /*in_rows=*/true);
+  const bool is_input = chain.has_blocks && root.Child("rostopic");
+  YamlReader imu = is_input ? root.Child("imu0") : FirstImu(&root);
+  std::string model;
+  if (chain.has_blocks && imu && imu.Require("model", &model) && model != chain.model) {
+    imu.Child("model").Fail("`" + model + "` has no matrices; expected `" +
+                            std::string(chain.model) + "`");
   }
-  TRUETRIAD_RETURN_IF_ERROR(root.status());
-  return CarriedChain(stated, file);
+  Carried carried;
+  for (const Triad triad : kInertial) {
+    YamlReader block =
+        imu && chain.has_blocks ? imu.RequireChild(std::string(TriadName(triad)) + "s") : imu;
+    Stated stated;
+    if (block) stated = ReadFields(block, ChainFieldsOf(triad, chain), /*in_rows=*/true);
+    TRUETRIAD_RETURN_IF_ERROR(root.status());
+    CorrectionParts& parts = carried.parts[triad].emplace(CorrectionParts::Of(stated));
+    if (!parts.matrix.allFinite())
+      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "a matrix of the IMU is singular");
+    parts.before = BiasFromComment(file.text, triad, &carried);
+    if (parts.g_sensitivity && parts.g_sensitivity->isZero(0.0)) parts.g_sensitivity.reset();
+  }
+  if (is_input)
+    carried.notes = {"Kalibr's input holds noise alone: readings are taken as they are"};
+  return carried;
 }
 
 }  // namespace
@@ -280,7 +248,7 @@ std::vector<Format> KalibrFormats() {
                     true},
            .capacity = {{as_read("m/s^2"), as_read("rad/s"), {}}},
            .write = WriteKalibr,
-           .read = ReadKalibr},
+           .read = std::bind_front(ReadChain, std::cref(kKalibr))},
           {.info = {"kalibr-result",
                     "Kalibr's result, scale-misalignment",
                     "kalibr-imu.yaml",
@@ -288,16 +256,16 @@ std::vector<Format> KalibrFormats() {
                     true},
            .gauge = Gauge::kAccelX,
            .capacity = {{kAcceleration, kRate, {}}},
-           .write = WriteKalibrResult,
-           .read = ReadKalibr},
+           .write = std::bind_front(WriteChain, std::cref(kKalibr)),
+           .read = std::bind_front(ReadChain, std::cref(kKalibr))},
           {.info = {"openvins",
                     "OpenVINS kalibr_imu_chain.yaml",
                     "kalibr_imu_chain.yaml",
                     Arithmetic::kFloat64},
            .gauge = Gauge::kAccelX,
            .capacity = {{kAcceleration, kRate, {}}},
-           .write = WriteOpenVins,
-           .read = ReadOpenVins}};
+           .write = std::bind_front(WriteChain, std::cref(kOpenVins)),
+           .read = std::bind_front(ReadChain, std::cref(kOpenVins))}};
 }
 
 }  // namespace truetriad

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,9 +8,7 @@
 #include <Eigen/LU>
 
 #include "formats/format.h"
-#include "formats/list_text.h"
-#include "formats/loss.h"
-#include "formats/noise.h"
+#include "formats/restate.h"
 #include "formats/text.h"
 #include "tree/json.h"
 
@@ -111,18 +107,16 @@ Result<Carried> ReadListing(const Listing& listing, const ReadRequest& request) 
   return carried;
 }
 
-Result<std::vector<ExportedFile>> WriteImuCalib(const WriteRequest& request,
-                                                std::vector<std::string>* /*warnings*/) {
+Result<Files> WriteImuCalib(const WriteRequest& request) {
   std::string text = CommentText("# ", request.comment);
   for (const Field& field : ImuCalib().fields[Triad::kAccelerometer]) {
     const auto& sensor = request.calibration.sensors[Triad::kAccelerometer];
     text.append(field.name).append(": ").append(ListText(ValueOf(field.quantity, *sensor))) += '\n';
   }
-  return std::vector<ExportedFile>{{"", std::move(text)}};
+  return Files{{"", std::move(text)}};
 }
 
-Result<std::vector<ExportedFile>> WriteRealSense(const WriteRequest& request,
-                                                 std::vector<std::string>* warnings) {
+Result<Files> WriteRealSense(const WriteRequest& request) {
   Json sensors = Json::object();
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -133,17 +127,16 @@ Result<std::vector<ExportedFile>> WriteRealSense(const WriteRequest& request,
           ListJson(numbers.cast<double>());
     }
   }
-  warnings->emplace_back(
+  request.warnings.emplace_back(
       "RealSense corrects in the depth camera's frame (x right, y down, z forward); record and "
       "calibrate in those axes");
   const Json json = {{"device_type", "D435i"},
                      {"imus", Json::array({std::move(sensors)})},
                      {"comment", request.comment}};
-  return std::vector<ExportedFile>{{"", TextOf(json)}};
+  return Files{{"", TextOf(json)}};
 }
 
-Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
-                                              std::vector<std::string>* warnings) {
+Result<Files> WriteBasalt(const WriteRequest& request) {
   Json members = Json::object();
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
@@ -161,15 +154,15 @@ Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
       members[name + "_bias_std"] = ListJson(*noise->random_walk);
       rate_hz = noise->rate_hz;
     } else {
-      warnings->emplace_back(std::string(TriadName(triad)) + ": " + name + "_noise_std and " +
-                             name +
-                             "_bias_std are missing; give --allan=FILE with white noise and random "
-                             "walk of every axis, or fill them in");
+      request.warnings.emplace_back(
+          std::string(TriadName(triad)) + ": " + name + "_noise_std and " + name +
+          "_bias_std are missing; give --allan=FILE with white noise and random "
+          "walk of every axis, or fill them in");
     }
   }
   if (rate_hz > 0.0) members["imu_update_rate"] = rate_hz;
   const Json json = {{"value0", std::move(members)}, {"comment", request.comment}};
-  return std::vector<ExportedFile>{{"", TextOf(json)}};
+  return Files{{"", TextOf(json)}};
 }
 
 constexpr double kTeslaPerMicrotesla = 1e-6;  // sensor_msgs/MagneticField is in tesla.
@@ -192,16 +185,15 @@ std::string RealListText(const Eigen::VectorXd& values) {
 /// than the truth would claim too much.
 Result<Eigen::Vector3d> Variances(const WriteRequest& request,
                                   Triad triad,
-                                  const Eigen::Matrix3d& correction,
-                                  std::vector<std::string>* warnings) {
+                                  const Eigen::Matrix3d& correction) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise,
                              NoiseOf(request.options, triad));
   if (!noise) {
-    warnings->emplace_back(std::string(TriadName(triad)) + ": " +
-                           std::string(kCovarianceNames[triad]) + " is zero (unknown): " +
-                           (request.options.allan
-                                ? "the Allan file does not tell white noise of every axis"
-                                : "its noise density is missing; give --allan=FILE"));
+    request.warnings.emplace_back(std::string(TriadName(triad)) + ": " +
+                                  std::string(kCovarianceNames[triad]) + " is zero (unknown): " +
+                                  (request.options.allan
+                                       ? "the Allan file does not tell white noise of every axis"
+                                       : "its noise density is missing; give --allan=FILE"));
     return Eigen::Vector3d(Eigen::Vector3d::Zero());
   }
   const Eigen::Vector3d of_sample = noise->white.array().square() * noise->rate_hz;
@@ -209,16 +201,15 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
   if (request.stated->covariance.matrix.size() > 0) {
     variances += ReadingVariances(triad, *request.stated);
   } else {
-    warnings->emplace_back(std::string(TriadName(triad)) +
-                           ": the calibration states no covariance; " +
-                           std::string(kCovarianceNames[triad]) + " is of noise alone");
+    request.warnings.emplace_back(std::string(TriadName(triad)) +
+                                  ": the calibration states no covariance; " +
+                                  std::string(kCovarianceNames[triad]) + " is of noise alone");
   }
   if (triad == Triad::kMagnetometer) variances *= kTeslaPerMicrotesla * kTeslaPerMicrotesla;
   return variances;
 }
 
-Result<std::vector<ExportedFile>> WriteRos2(const WriteRequest& request,
-                                            std::vector<std::string>* warnings) {
+Result<Files> WriteRos2(const WriteRequest& request) {
   std::string text = CommentText("# ", request.comment) + "/**:\n  ros__parameters:\n";
   std::string covariances;
   for (const Triad triad : kTriads) {
@@ -231,12 +222,12 @@ Result<std::vector<ExportedFile>> WriteRos2(const WriteRequest& request,
       text.append(RealListText(ValueOf(quantity, *sensor))).append("\n");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d variances,
-                               Variances(request, triad, sensor->model.Correction(), warnings));
+                               Variances(request, triad, sensor->model.Correction()));
     const Eigen::Matrix3d covariance = variances.asDiagonal();
     covariances.append("    ").append(kCovarianceNames[triad]).append(": ");
     covariances += RealListText(covariance.reshaped()) + "\n";
   }
-  return std::vector<ExportedFile>{{"", text + covariances}};
+  return Files{{"", text + covariances}};
 }
 
 const PerTriad<std::vector<Field>>& FusionConstants() {
@@ -260,8 +251,7 @@ std::string Constant(std::string_view name, const Eigen::VectorXd& values) {
   return text + "};\n";
 }
 
-Result<std::vector<ExportedFile>> WriteFusion(const WriteRequest& request,
-                                              std::vector<std::string>* /*warnings*/) {
+Result<Files> WriteFusion(const WriteRequest& request) {
   std::string text = CommentText("// ", request.comment) + "#include \"Fusion.h\"\n\n";
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -269,7 +259,7 @@ Result<std::vector<ExportedFile>> WriteFusion(const WriteRequest& request,
     for (const Field& field : FusionConstants()[triad])
       text += Constant(field.name, ValueOf(field.quantity, *sensor));
   }
-  return std::vector<ExportedFile>{{"", std::move(text)}};
+  return Files{{"", std::move(text)}};
 }
 
 Result<Carried> ReadFusion(const ReadRequest& request) {
@@ -301,9 +291,8 @@ constexpr Field kImuTkFields[] = {
     {"T", Quantity::kMisalignment}, {"K", Quantity::kGainsMatrix}, {"B", Quantity::kBias}};
 constexpr std::size_t kImuTkNumbers = 9 + 9 + 3;  // Two matrices and a bias.
 
-Result<std::vector<ExportedFile>> WriteImuTk(const WriteRequest& request,
-                                             std::vector<std::string>* /*warnings*/) {
-  std::vector<ExportedFile> files;
+Result<Files> WriteImuTk(const WriteRequest& request) {
+  Files files;
   for (const ImuTkFile& file : kImuTkFiles) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[file.triad];
     if (!sensor) continue;
@@ -326,20 +315,12 @@ Result<std::vector<ExportedFile>> WriteImuTk(const WriteRequest& request,
 /// The numbers of a file up to its comment.
 Result<std::vector<double>> NumbersOfFile(const ExportedFile& file) {
   std::vector<double> numbers;
-  std::istringstream lines(file.text);
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    line.resize(std::min(line.find('#'), line.size()));
-    std::istringstream words(line);
-    for (std::string word; words >> word;) {
-      double value = 0.0;
-      const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
-      if (failure != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
-        return Error(
-            ErrorCode::kUnreadableNumber, {file.suffix, number}, "`" + word + "` is not a number");
-      }
-      numbers.push_back(value);
+  for (const auto& [place, line, words] : WordLines(file)) {
+    for (const std::string& word : words) {
+      const std::optional<double> value = ParseNumber<double>(word);
+      if (!value || !std::isfinite(*value))
+        return Error(ErrorCode::kUnreadableNumber, place, "`" + word + "` is not a number");
+      numbers.push_back(*value);
     }
   }
   return numbers;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/loss.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "problem/parameter_name.h"
+#include "calibrate/evaluated_reading.h"
+#include "formats/restate.h"
+#include "model/directions.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
@@ -19,13 +19,7 @@ constexpr int kTemperatures = 17;
 // Of those that a sweep passed, both ends among them.
 constexpr int kRates = 5;
 
-/// Directions on a Fibonacci spiral.
-Eigen::Vector3d Direction(int i) {
-  const double z = 1.0 - (2.0 * i + 1.0) / kDirections;
-  const double r = std::sqrt(1.0 - z * z);
-  const double longitude = 2.0 * std::numbers::pi * i / std::numbers::phi;
-  return {r * std::cos(longitude), r * std::sin(longitude), z};
-}
+Eigen::Vector3d Direction(int i) { return EvenDirection(i, kDirections); }
 
 double Signal(Triad triad, const ReferenceValues& reference) {
   // At middle latitudes.
@@ -51,58 +45,15 @@ std::vector<double> Temperatures(const TriadCalibration& sensor, const Reference
   return temperatures;
 }
 
-/// Covariance of the corrected reading's error from the uncertainty of the parameters, to
-/// first order in the higher terms: d truth = -C (dS truth + db + dG f + dq o u^2 + da o |u|), u =
-/// S truth.
-class PredictionSigma {
- public:
-  PredictionSigma(Triad triad, const Calibration& calibration)
-      : matrix_(calibration.covariance.matrix) {
-    names_.reserve(calibration.covariance.parameters.size());
-    for (const std::string& text : calibration.covariance.parameters) {
-      std::optional<ParameterName> name = ParameterName::Parse(text);
-      if (name && name->triad != triad) name.reset();
-      names_.push_back(name);
-    }
-  }
-
-  /// σ of the error's length.
-  double operator()(const TriadModel<double>& model,
-                    const Eigen::Vector3d& truth,
-                    const Eigen::Vector3d& force_mps2,
-                    double tau_degc) const {
-    return std::sqrt(std::max(Covariance(model, truth, force_mps2, tau_degc).trace(), 0.0));
-  }
-
-  Eigen::Matrix3d Covariance(const TriadModel<double>& model,
-                             const Eigen::Vector3d& truth,
-                             const Eigen::Vector3d& force_mps2,
-                             double tau_degc) const {
-    const Eigen::Matrix3d correction = model.Correction();
-    const Eigen::Vector3d felt = model.sensitivity * truth;
-    Eigen::Matrix3Xd jacobian = Eigen::Matrix3Xd::Zero(3, matrix_.rows());
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      if (!names_[i]) continue;
-      const ParameterName& name = *names_[i];
-      double factor = std::pow(tau_degc, name.power);
-      if (name.kind == ParameterKind::kSensitivity) {
-        factor *= truth[name.col];
-      } else if (name.kind == ParameterKind::kGSensitivity) {
-        factor *= force_mps2[name.col];
-      } else if (const auto term = InfoOf(name.kind).axis_term) {
-        factor *= ValueOf(*term, felt[name.row]);
-      } else if (name.kind != ParameterKind::kBias) {
-        continue;  // Terms in the rate of temperature: no rate here.
-      }
-      jacobian.col(static_cast<Eigen::Index>(i)) = -factor * correction.col(name.row);
-    }
-    return jacobian * matrix_ * jacobian.transpose();
-  }
-
- private:
-  std::vector<std::optional<ParameterName>> names_;
-  const Eigen::MatrixXd& matrix_;
-};
+/// Covariance of the corrected reading's error from the uncertainty of the parameters.
+Eigen::Matrix3d PredictedCovariance(const NamesOfTriad& names,
+                                    const Eigen::MatrixXd& covariance,
+                                    const ModelAtPose& at,
+                                    const Eigen::Vector3d& truth,
+                                    const Eigen::Vector3d& force_mps2) {
+  const Eigen::Matrix3Xd by_parameters = TruthByParameters(names, at, truth, force_mps2);
+  return by_parameters * covariance * by_parameters.transpose();
+}
 
 bool HasRates(const ThermalTerms& thermal) { return thermal.rate.any() || thermal.element_lag_s; }
 
@@ -120,39 +71,37 @@ ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_
   return state;
 }
 
-ExportLoss::AtRates LossAtRates(Triad triad,
-                                const Equation& equation,
-                                const Restated& restated,
-                                const ReferenceValues& reference) {
-  const TriadCalibration& whole = *restated.whole.sensors[triad];
-  const double signal = Signal(triad, reference);
-  ExportLoss::AtRates loss;
-  loss.range_degcps = *whole.thermal->rate_range_degcps;
-  double squares = 0.0;
-  int points = 0;
-  for (const double degc : Temperatures(whole, reference)) {
-    for (int r = 0; r < kRates; ++r) {
-      const double rate =
-          loss.range_degcps[0] + (loss.range_degcps[1] - loss.range_degcps[0]) * r / (kRates - 1.0);
-      const TriadModel<double> model =
-          ModelAtTemperature(whole.model, *whole.thermal, SettledState(*whole.thermal, degc, rate));
-      for (int i = 0; i < kDirections; ++i) {
-        const Eigen::Vector3d truth = signal * Direction(i);
-        const Eigen::Vector3d force = reference.gravity_mps2 * Direction((7 * i) % kDirections);
-        Eigen::Vector3d raw = model.RawFromTruth(truth);
-        if (whole.g_sensitivity) raw += *whole.g_sensitivity * force;
-        const double error = (restated.truth_per_result[triad] *
-                                  equation(restated.reading_per_raw[triad] * raw, force, degc) -
-                              truth)
-                                 .norm();
-        loss.largest = std::max(loss.largest, error);
-        squares += error * error;
-        ++points;
-      }
-    }
+/// The force that goes with the i-th truth: any one goes with any rate.
+Eigen::Vector3d ForceWith(int i, const ReferenceValues& reference) {
+  return reference.gravity_mps2 * Direction((7 * i) % kDirections);
+}
+
+/// What the consumer's results are off by, for truths on the sphere in their order, of readings by
+/// `model` at a temperature.
+Eigen::VectorXd ErrorsOf(Triad triad,
+                         const Equation& equation,
+                         const Restated& restated,
+                         const TriadModel<double>& model,
+                         double degc) {
+  const Calibration& whole = restated.whole;
+  const auto& g_sensitivity = whole.sensors[triad]->g_sensitivity;
+  Eigen::VectorXd errors(kDirections);
+  for (int i = 0; i < kDirections; ++i) {
+    const Eigen::Vector3d truth = Signal(triad, whole.reference) * Direction(i);
+    const Eigen::Vector3d force = ForceWith(i, whole.reference);
+    Eigen::Vector3d raw = model.RawFromTruth(truth);
+    if (g_sensitivity) raw += *g_sensitivity * force;
+    const Eigen::Vector3d result = equation(restated.reading_per_raw[triad] * raw, force, degc);
+    errors[i] = (restated.truth_per_result[triad] * result - truth).norm();
   }
-  loss.rms = std::sqrt(squares / points);
-  return loss;
+  return errors;
+}
+
+/// Adds errors to those of `loss`; its rms is their mean square until all are there.
+template <typename Loss>
+void Add(const Eigen::VectorXd& errors, double share, Loss* loss) {
+  loss->largest = std::max(loss->largest, errors.maxCoeff());
+  loss->rms += share * errors.squaredNorm() / kDirections;
 }
 
 }  // namespace
@@ -162,55 +111,53 @@ ExportLoss LossOf(Triad triad,
                   const Restated& restated,
                   const Calibration& calibration) {
   const TriadCalibration& whole = *restated.whole.sensors[triad];
-  const TriadCalibration& stated = *calibration.sensors[triad];
+  const std::optional<ThermalTerms>& thermal = whole.thermal;
   const Eigen::Matrix3d& rotation = restated.rotation[triad];
-  const PredictionSigma sigma_of(triad, calibration);
+  const NamesOfTriad names = NamesOf(calibration.covariance, triad);
+  const std::vector<double> temperatures = Temperatures(whole, calibration.reference);
+  const double share = 1.0 / static_cast<double>(temperatures.size());
   ExportLoss loss;
   loss.signal = Signal(triad, calibration.reference);
-  double squares = 0.0;
-  int points = 0;
-  for (const double temperature : Temperatures(whole, calibration.reference)) {
-    const auto at = [temperature](const TriadCalibration& sensor) {
-      return sensor.thermal ? ModelAtTemperature(sensor.model, *sensor.thermal, temperature)
-                            : sensor.model;
-    };
-    const TriadModel<double> model = at(whole);
-    const TriadModel<double> stated_model = at(stated);
-    const double tau = whole.thermal ? temperature - whole.thermal->reference_degc : 0.0;
+  if (thermal && thermal->rate_range_degcps && DropsRates(restated, triad))
+    loss.at_rates = {*thermal->rate_range_degcps};
+  for (const double degc : temperatures) {
+    const ModelAtPose at = ModelAtTemperatureOf(whole, degc, 0.0);
+    const Eigen::VectorXd errors = ErrorsOf(triad, equation, restated, at.model, degc);
+    Add(errors, share, &loss);
+    const ModelAtPose stated = ModelAtTemperatureOf(*calibration.sensors[triad], degc, 0.0);
     for (int i = 0; i < kDirections; ++i) {
-      const Eigen::Vector3d truth = loss.signal * Direction(i);
-      // Any force goes with any rate.
-      const Eigen::Vector3d force =
-          calibration.reference.gravity_mps2 * Direction((7 * i) % kDirections);
-      Eigen::Vector3d raw = model.RawFromTruth(truth);
-      if (whole.g_sensitivity) raw += *whole.g_sensitivity * force;
-      const Eigen::Vector3d result =
-          restated.truth_per_result[triad] *
-          equation(restated.reading_per_raw[triad] * raw, force, temperature);
-      const double error = (result - truth).norm();
-      loss.largest = std::max(loss.largest, error);
-      squares += error * error;
-      ++points;
-      const double sigma = sigma_of(stated_model, rotation * truth, rotation * force, tau);
-      if (sigma > 0.0) loss.in_sigmas = std::max(loss.in_sigmas.value_or(0.0), error / sigma);
+      const double variance = PredictedCovariance(names,
+                                                  calibration.covariance.matrix,
+                                                  stated,
+                                                  rotation * loss.signal * Direction(i),
+                                                  rotation * ForceWith(i, calibration.reference))
+                                  .trace();
+      if (!(variance > 0.0)) continue;
+      loss.in_sigmas = std::max(loss.in_sigmas.value_or(0.0), errors[i] / std::sqrt(variance));
+    }
+    for (int r = 0; loss.at_rates && r < kRates; ++r) {
+      const Eigen::Vector2d& range = loss.at_rates->range_degcps;
+      const ThermalState state =
+          SettledState(*thermal, degc, range[0] + (range[1] - range[0]) * r / (kRates - 1.0));
+      const TriadModel<double> model = ModelAtTemperature(whole.model, *thermal, state);
+      Add(ErrorsOf(triad, equation, restated, model, degc), share / kRates, &*loss.at_rates);
     }
   }
-  loss.rms = std::sqrt(squares / points);
-  if (whole.thermal && whole.thermal->rate_range_degcps && DropsRates(restated, triad)) {
-    loss.at_rates = LossAtRates(triad, equation, restated, calibration.reference);
-  }
+  loss.rms = std::sqrt(loss.rms);
+  if (loss.at_rates) loss.at_rates->rms = std::sqrt(loss.at_rates->rms);
   return loss;
 }
 
 Eigen::Vector3d ReadingVariances(Triad triad, const Calibration& calibration) {
-  const TriadModel<double>& model = calibration.sensors[triad]->model;
+  const ModelAtPose at{.model = calibration.sensors[triad]->model};
   const double signal = Signal(triad, calibration.reference);
-  const PredictionSigma sigma_of(triad, calibration);
+  const NamesOfTriad names = NamesOf(calibration.covariance, triad);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int i = 0; i < kDirections; ++i) {
-    const Eigen::Vector3d force =
-        calibration.reference.gravity_mps2 * Direction((7 * i) % kDirections);
-    sum += sigma_of.Covariance(model, signal * Direction(i), force, 0.0).diagonal();
+    const Eigen::Vector3d force = ForceWith(i, calibration.reference);
+    sum +=
+        PredictedCovariance(names, calibration.covariance.matrix, at, signal * Direction(i), force)
+            .diagonal();
   }
   return sum.cwiseMax(0.0) / kDirections;
 }

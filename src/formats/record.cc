@@ -7,23 +7,146 @@
 #include <utility>
 
 #include "formats/format.h"
-#include "formats/sensor_json.h"
+#include "io/yaml_fields.h"
 #include "math/distributions.h"
-#include "problem/parameter_name.h"
 #include "report/content.h"
-#include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
 #include "tree/json.h"
+#include "tree/to_tree.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/laboratory.h"
+#include "truetriad/model/thermal.h"
 
-// The digital calibration record for the quality department: values with expanded uncertainties
-// (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page
-// that carries the same JSON inside.
+// Our own JSON files, which hold every term; and the digital calibration record for the quality
+// department: values with expanded uncertainties (k = 2; JCGM 100:2008, 6.2), conditions,
+// references, traceability. JSON, or one printable page that carries the same JSON inside.
 
 namespace truetriad {
 namespace {
+
+constexpr int kAnyOrder = 99;  // More than any model has.
+constexpr TriadCapacity kHoldsAll = {.held = true,
+                                     .bias_order = kAnyOrder,
+                                     .matrix_thermal = true,
+                                     .rate_thermal = true,
+                                     .g_sensitivity = true,
+                                     .axis_terms = true};
+
+/// Temperature terms as these files have them: each rate by its own name.
+struct ThermalBlock {
+  ThermalTerms terms;
+};
+
+template <class V>
+void Fields(V& visit, Like<ThermalBlock> auto& block) {
+  auto& terms = block.terms;
+  visit("reference_degc", terms.reference_degc);
+  visit("range_degc", terms.range_degc);
+  visit("bias", terms.bias);
+  visit("sensitivity", terms.sensitivity);
+  for (const RateTermInfo& info : kRateTerms)
+    visit("rate_" + std::string(info.name()), terms.rate[info.term]);
+  visit("element_lag_s", terms.element_lag_s);
+  visit("rate_lag_s", terms.rate_lag_s);
+  visit.If(terms.smoothing_s > 0.0, "smoothing_s", terms.smoothing_s);
+}
+
+/// The fields of a sensor's block.
+template <class V>
+void SensorFields(V& visit, Like<TriadCalibration> auto& sensor) {
+  visit("input_unit", sensor.input_unit);
+  visit("output_unit", sensor.output_unit);
+  visit("bias", sensor.model.bias);
+  visit("sensitivity", sensor.model.sensitivity);
+  Eigen::Matrix3d correction = sensor.model.Correction();
+  visit("correction", correction);
+  // Who applies them needs no σ, which may be infinite.
+  if constexpr (!V::kReads) {
+    visit("bias_sigma", sensor.bias_sigma);
+    visit("sensitivity_sigma", sensor.sensitivity_sigma);
+  }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    auto& sigma = sensor.axis_term_sigma[info.term];
+    visit.If(sigma.has_value(), info.name, sensor.model.axis_terms[info.term]);
+    if constexpr (!V::kReads) visit(std::string(info.name) + "_sigma", sigma);
+  }
+  visit("g_sensitivity", sensor.g_sensitivity);
+  visit("si_per_count", sensor.si_per_count);
+  std::optional<ThermalBlock> thermal;
+  if (sensor.thermal) thermal.emplace(*sensor.thermal);
+  visit("thermal", thermal);
+  if constexpr (V::kReads) {
+    if (thermal) sensor.thermal = thermal->terms;
+  }
+}
+
+/// Units, bias, sensitivity, correction, σ and all other terms of a sensor.
+Json SensorJson(const TriadCalibration& sensor) {
+  TreeWriter fields(Json::object());
+  SensorFields(fields, sensor);
+  return fields.Take();
+}
+
+Json CovarianceJson(const NamedCovariance& covariance) {
+  return {{"parameters", covariance.parameters}, {"matrix", RowsJson(covariance.matrix)}};
+}
+
+/// The member `sensors` of a file, with the equation
+///
+///   truth = C(T) u(raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
+///
+/// u as in triad_model.h; the reading itself where there is no axis term.
+Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(text, name));
+  YamlReader sensors = root.RequireChild("sensors");
+  Carried carried;
+  for (const Triad triad : kTriads) {
+    YamlReader block = sensors.Child(TriadName(triad));
+    if (!block) continue;
+    TriadCalibration sensor;
+    YamlFieldReader fields(block);
+    SensorFields(fields, sensor);
+    carried.equations[triad] = [sensor](const Eigen::Vector3d& reading,
+                                        const Eigen::Vector3d& force_mps2,
+                                        double temperature_degc) -> Eigen::Vector3d {
+      TriadModel<double> model = sensor.model;
+      if (sensor.thermal) {
+        const Eigen::Vector2d& range = sensor.thermal->range_degc;
+        model = ModelAtTemperature(
+            model, *sensor.thermal, std::clamp(temperature_degc, range[0], range[1]));
+      }
+      Eigen::Vector3d raw = reading;
+      if (sensor.g_sensitivity) raw -= *sensor.g_sensitivity * force_mps2;
+      return model.TruthFromRaw(raw);
+    };
+  }
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
+  return carried;
+}
+
+// Everything that calibration.yaml says of the sensors, in JSON, in the calibration's units.
+constexpr std::string_view kExportFormat = "truetriad/export/1";
+
+Result<Files> WriteJsonExport(const WriteRequest& request) {
+  const Calibration& calibration = request.calibration;
+  Json json = {{"format", kExportFormat},
+               {"comment", request.comment},
+               {"serial", calibration.serial},
+               {"model", calibration.model},
+               {"created", calibration.created},
+               {"gauge", GaugeName(calibration.gauge)},
+               {"gauge_sensor", TriadName(calibration.gauge_sensor)},
+               {"gravity_mps2", calibration.reference.gravity_mps2},
+               {"temperature_degc", calibration.reference.temperature_degc},
+               {"sensors", Json::object()}};
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (sensor) json["sensors"][std::string(TriadName(triad))] = SensorJson(*sensor);
+  }
+  json["covariance"] = CovarianceJson(calibration.covariance);
+  return Files{{"", TextOf(json)}};
+}
 
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
 constexpr double kCoverageFactor = 2.0;  // 95 % of a normal distribution, rounded up.
@@ -213,113 +336,6 @@ Json RecordJson(const WriteRequest& request) {
 
 // ------------------------------------------------------------------------------------------- page
 
-/// Rows of values with expanded uncertainties, one column an axis.
-class ResultRows {
- public:
-  ResultRows(Triad triad, const TriadCalibration& sensor, const NamedCovariance& covariance)
-      : triad_(triad),
-        covariance_(covariance),
-        raw_(DisplayUnit(sensor.input_unit)),
-        truth_(DisplayUnit(sensor.output_unit)),
-        table_(Headed(TriadTitle(triad) + "; x; y; z; unit", "lrrrl")) {
-    Add("bias b", sensor.model.bias, sensor.bias_sigma, raw_);
-    AddMatrix("sensitivity S",
-              sensor.model.sensitivity,
-              sensor.sensitivity_sigma,
-              raw_ == truth_ ? "" : raw_ + " per " + truth_);
-    for (const AxisTermInfo& info : kAxisTerms) {
-      const auto& sigma = sensor.axis_term_sigma[info.term];
-      if (!sigma) continue;
-      const std::string power = info.power > 1 ? "^" + std::to_string(info.power) : "";
-      Add(std::string(info.name),
-          sensor.model.axis_terms[info.term],
-          *sigma,
-          info.power > 0 ? DisplayUnit("1/(" + raw_ + ")" + power) : "");
-    }
-    if (sensor.g_sensitivity) {
-      AddMatrix("g-sensitivity G",
-                *sensor.g_sensitivity,
-                MatrixSigma(ParameterKind::kGSensitivity, 0),
-                raw_ + " per m/s²");
-    }
-    if (sensor.thermal) AddThermal(*sensor.thermal);
-  }
-
-  const Table& table() const { return table_; }
-
- private:
-  void Add(const std::string& label,
-           const Eigen::Vector3d& values,
-           const Eigen::Vector3d& sigmas,
-           const std::string& unit) {
-    table_.Add() << label << WithSigma(values, kCoverageFactor * sigmas) << unit;
-  }
-  void AddMatrix(const std::string& label,
-                 const Eigen::Matrix3d& matrix,
-                 const Eigen::Matrix3d& sigmas,
-                 const std::string& unit) {
-    for (int i = 0; i < 3; ++i)
-      Add(label + " " + AxisLetter(i), matrix.row(i).transpose(), sigmas.row(i).transpose(), unit);
-  }
-
-  void AddThermal(const ThermalTerms& thermal) {
-    for (std::size_t k = 0; k < thermal.bias.size(); ++k) {
-      const int power = static_cast<int>(k) + 1;
-      Eigen::Vector3d sigmas;
-      for (int i = 0; i < 3; ++i) {
-        sigmas[i] =
-            covariance_.Sigma(ParameterName{triad_, ParameterKind::kBias, power, i, 0}.str());
-      }
-      const std::string order = std::to_string(power);
-      Add("b, τ^" + order, thermal.bias[k], sigmas, raw_ + "/°C^" + order);
-    }
-    for (std::size_t k = 0; k < thermal.sensitivity.size(); ++k) {
-      const int power = static_cast<int>(k) + 1;
-      const std::string order = std::to_string(power);
-      AddMatrix("S, τ^" + order,
-                thermal.sensitivity[k],
-                MatrixSigma(ParameterKind::kSensitivity, power),
-                (raw_ == truth_ ? "1" : raw_ + " per " + truth_) + "/°C^" + order);
-    }
-    const auto add = [this](const std::optional<Eigen::Vector3d>& values,
-                            const std::string& label,
-                            const std::string& name,
-                            const std::string& unit) {
-      if (!values) return;
-      Eigen::Vector3d sigmas;
-      for (int i = 0; i < 3; ++i) {
-        sigmas[i] = covariance_.Sigma(std::string(TriadName(triad_)) + ".thermal." + name + "." +
-                                      AxisLetter(i));
-      }
-      Add(label, *values, sigmas, unit);
-    };
-    for (const RateTermInfo& info : kRateTerms) {
-      add(thermal.rate[info.term],
-          "b, " + DisplayUnit(info.words),
-          std::string(info.path),
-          raw_ + " " + DisplayUnit(info.unit));
-    }
-    add(thermal.element_lag_s, "lag of T", "element_lag", "s");
-    add(thermal.rate_lag_s, "lag of dT/dt", "rate_lag", "s");
-  }
-
-  /// As the covariance lists them.
-  Eigen::Matrix3d MatrixSigma(ParameterKind kind, int power) const {
-    Eigen::Matrix3d sigmas;
-    for (int row = 0; row < 3; ++row) {
-      for (int col = 0; col < 3; ++col) {
-        sigmas(row, col) = covariance_.Sigma(ParameterName{triad_, kind, power, row, col}.str());
-      }
-    }
-    return sigmas;
-  }
-
-  Triad triad_;
-  const NamedCovariance& covariance_;
-  std::string raw_, truth_;
-  Table table_;
-};
-
 constexpr std::string_view kPrintStyle = R"css(
 @page{size:A4;margin:12mm}
 main{padding:1.2rem 1.6rem}h1{font-size:1.3rem}h2{margin:.8rem 0 .2rem;font-size:1rem}p{margin:.2rem 0;font-size:.82rem;max-width:none}
@@ -328,102 +344,99 @@ table{font-size:.78rem;margin:.2rem 0}th,td{padding:.08rem .6rem .08rem 0}.verdi
 @media print{body{font-size:9.5px}.verdict{padding:.3rem .6rem}}
 )css";
 
-std::string LaboratoryHtml(const Laboratory& laboratory, const std::string& created) {
+Section LaboratorySection(const Laboratory& laboratory, const std::string& created) {
   Table table{{}, "ll", {}};
   for (const auto& key : kLaboratoryKeys) {
     const std::string& value = laboratory.*key.value;
     if (!value.empty()) table.Add() << key.key << value;
   }
-  std::string html = Element("h2", "Laboratory and equipment") + HtmlOf(table);
-  if (laboratory.equipment.empty()) return html;
   Table equipment{{}, std::string(kEquipmentKeys.size(), 'l'), {}};
   for (const auto& key : kEquipmentKeys) equipment.header.emplace_back(key.key);
   for (const Equipment& item : laboratory.equipment) {
-    std::vector<std::string>& row = equipment.rows.emplace_back();
-    for (const auto& key : kEquipmentKeys) row.push_back(item.*key.value);
+    TableRow row = equipment.Add();
+    for (const auto& key : kEquipmentKeys) row << item.*key.value;
     const std::optional<bool> is_overdue = IsOverdue(item, created);
-    if (!is_overdue) row.back() += " (not known to be valid)";
-    if (is_overdue.value_or(false)) row.back() += " (overdue)";
+    if (!is_overdue) equipment.rows.back().back() += " (not known to be valid)";
+    if (is_overdue.value_or(false)) equipment.rows.back().back() += " (overdue)";
   }
-  return html + HtmlOf(equipment);
+  return {"Laboratory and equipment", {std::move(table), std::move(equipment)}};
+}
+
+std::vector<Section> RecordSections(const WriteRequest& request) {
+  const Calibration& calibration = request.calibration;
+  std::vector<Section> sections(1);
+  for (const Decision& decision : calibration.decisions)
+    sections[0].Add("Decided: " + DecisionText(decision) + ".");
+  sections[0].Add(IdentityTable(calibration));
+  if (request.options.laboratory)
+    sections.push_back(LaboratorySection(*request.options.laboratory, calibration.created));
+  const Quality& quality = calibration.quality;
+  Table conditions{{}, "ll", {}};
+  conditions.Add() << "poses"
+                   << std::to_string(quality.poses) + ", " +
+                          std::to_string(quality.rests.rejected_poses.size()) + " rejected";
+  conditions.Add() << "temperature" << Temperatures(calibration);
+  Table references = Headed("reference; value ± U, k = 2; how known", "lll");
+  for (const auto& [name, value, source] : References(calibration))
+    references.Add() << name << value << source;
+  sections.push_back({"Conditions and references",
+                      {std::move(conditions), std::move(references), Traceability(calibration)}});
+  Section results{"Results: truth = S⁻¹ (raw − b), value ± U, k = 2", {}};
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (sensor) results.Add(ResultTable(*sensor, triad, calibration.covariance, kCoverageFactor));
+  }
+  results.Add(UncertaintyStatement(calibration) +
+              " Values without U are fixed by the gauge or by the experiment.");
+  sections.push_back(std::move(results));
+  Section& limits = sections.emplace_back(LimitsSection(calibration, kCoverageFactor));
+  limits.draw = {};
+  Table inputs = Headed("recording; SHA-256", "ll");
+  for (const InputFile& input : calibration.inputs) inputs.Add() << input.file << input.sha256;
+  sections.push_back({"Recordings", {std::move(inputs)}});
+  return sections;
 }
 
 std::string RecordPage(const WriteRequest& request, std::string json) {
-  const Calibration& calibration = request.calibration;
-  Table conditions{{}, "ll", {}};
-  conditions.Add() << "poses"
-                   << std::to_string(calibration.quality.poses) + ", " +
-                          std::to_string(calibration.quality.rests.rejected_poses.size()) +
-                          " rejected";
-  conditions.Add() << "temperature" << Temperatures(calibration);
-  Table references = Headed("reference; value ± U, k = 2; how known", "lll");
-  for (const auto& [name, value, source] : References(calibration)) {
-    references.Add() << name << value << source;
-  }
-  std::string body;
-  for (const Decision& decision : calibration.decisions) {
-    body += Element("p", "Decided: " + DecisionText(decision) + ".");
-  }
-  body += HtmlOf(IdentityTable(calibration));
-  if (request.options.laboratory) {
-    body += LaboratoryHtml(*request.options.laboratory, calibration.created);
-  }
-  body += Element("h2", "Conditions and references") + HtmlOf(conditions) + HtmlOf(references) +
-          Element("p", Traceability(calibration)) +
-          Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U, k = 2");
-  for (const Triad triad : kTriads) {
-    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
-    if (sensor) body += HtmlOf(ResultRows(triad, *sensor, calibration.covariance).table());
-  }
-  body += Element("p",
-                  UncertaintyStatement(calibration) +
-                      " Values without U are fixed by the gauge or by the experiment.");
-  const Section limits = LimitsSection(calibration, kCoverageFactor);
-  body += Element("h2", limits.title) + HtmlOf(limits.blocks);
-  Table inputs = Headed("recording; SHA-256", "ll");
-  for (const InputFile& input : calibration.inputs) inputs.Add() << input.file << input.sha256;
-  body += Element("h2", "Recordings") + HtmlOf(inputs);
-  body +=
-      "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div><div>Approved "
-      "by</div></div>\n";
   // Nothing in the data may end the element.
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at)) {
     json.replace(at, 1, "\\u003c");
   }
-  body += std::string(kEmbedded) + "\n" + json + "</script>\n";
-  return HtmlPage("Calibration record " + calibration.serial,
-                  HeadlineOf(calibration),
-                  body,
+  return HtmlPage("Calibration record " + request.calibration.serial,
+                  HeadlineOf(request.calibration),
+                  HtmlOf(RecordSections(request)) +
+                      "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div>"
+                      "<div>Approved by</div></div>\n" +
+                      std::string(kEmbedded) + "\n" + json + "</script>\n",
                   {.style = kPrintStyle});
 }
 
 bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }
 
-Result<std::vector<ExportedFile>> WriteRecord(const WriteRequest& request,
-                                              std::vector<std::string>* warnings) {
+Result<Files> WriteRecord(const WriteRequest& request) {
   if (const std::optional<Laboratory>& laboratory = request.options.laboratory) {
     for (const Equipment& equipment : laboratory->equipment) {
       const std::string& created = request.calibration.created;
       const std::string name = "`" + equipment.name + "`";
       const std::optional<bool> is_overdue = IsOverdue(equipment, created);
       if (!is_overdue) {
-        warnings->push_back(
+        request.warnings.push_back(
             name + " is not known to have been valid: " +
             (created.empty() ? "this calibration has no date" : "it has no `due:` date") +
             "; the record says so");
       } else if (*is_overdue) {
-        warnings->push_back(name + " was due for calibration on " + equipment.due +
-                            ", before this calibration; the record says so");
+        request.warnings.push_back(name + " was due for calibration on " + equipment.due +
+                                   ", before this calibration; the record says so");
       }
       if (!created.empty() && equipment.calibrated > created.substr(0, 10)) {
-        warnings->push_back(name + " was calibrated on " + equipment.calibrated +
-                            ", after this calibration");
+        request.warnings.push_back(name + " was calibrated on " + equipment.calibrated +
+                                   ", after this calibration");
       }
     }
   }
   std::string json = TextOf(RecordJson(request));
   if (IsPage(request.options.file_name)) json = RecordPage(request, std::move(json));
-  return std::vector<ExportedFile>{{"", std::move(json)}};
+  return Files{{"", std::move(json)}};
 }
 
 Result<Carried> ReadRecord(const ReadRequest& request) {
@@ -436,6 +449,15 @@ Result<Carried> ReadRecord(const ReadRequest& request) {
 }
 
 }  // namespace
+
+Format JsonFormat() {
+  return {.info = {"json", "everything, as JSON", "export.json", Arithmetic::kFloat64},
+          .capacity = {{kHoldsAll, kHoldsAll, kHoldsAll}},
+          .write = WriteJsonExport,
+          .read = [](const ReadRequest& request) {
+            return ReadSensorsJson(request.files[0].text, request.files[0].suffix);
+          }};
+}
 
 Format RecordFormat() {
   return {.info = {"record",

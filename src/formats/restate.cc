@@ -17,6 +17,7 @@
 #include "model/corrected_error.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/model/mounting.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
@@ -170,39 +171,12 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
 }
 
-/// The signed exchange of axes that is nearest to `correction`: row i says which reading makes
-/// axis i.
-Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
-  const Svd3 svd = SvdOf3(correction);
-  const Eigen::Matrix3d orthogonal = svd.U * svd.V.transpose();
-  std::array<int, 3> order = {0, 1, 2};
-  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
-  double best_sum = -1.0;
-  do {
-    Eigen::Matrix3d map = Eigen::Matrix3d::Zero();
-    double sum = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      const int j = order[static_cast<std::size_t>(i)];
-      map(i, j) = orthogonal(i, j) < 0.0 ? -1.0 : 1.0;
-      sum += std::abs(orthogonal(i, j));
-    }
-    if (sum > best_sum) {
-      best_sum = sum;
-      best = map;
-    }
-  } while (std::next_permutation(order.begin(), order.end()));
-  return best;
-}
-
 /// "(-y, x, z)".
 std::string AxisMapText(const Eigen::Matrix3d& map) {
-  std::string text = "(";
-  for (int i = 0; i < 3; ++i) {
-    int j = 0;
-    map.row(i).cwiseAbs().maxCoeff(&j);
-    text += i > 0 ? ", " : "";
-    text += map(i, j) < 0.0 ? "-" : "";
-    text += AxisLetter(j);
+  const std::string name = AxisMapName(map);
+  std::string text;
+  for (std::size_t i = 0; i < name.size(); i += 2) {
+    text += (i == 0 ? "(" : ", ") + (name[i] == '+' ? name.substr(i + 1, 1) : name.substr(i, 2));
   }
   return text + ")";
 }
@@ -219,9 +193,10 @@ Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, R
     return {};
   }
   const Eigen::Matrix3d correction = sensor->model.Correction();
-  const Eigen::Matrix3d map = NearestAxisMap(correction);
   const Svd3 svd = SvdOf3(correction);
   const Eigen::Matrix3d R = svd.U * svd.V.transpose();
+  // Row i says which reading makes axis i.
+  const Eigen::Matrix3d map = NearestAxisMap(R);
   const bool mirrored = correction.determinant() < 0.0;
   const bool straight = map.isIdentity(0.0);
   const std::string target(format.info.name);

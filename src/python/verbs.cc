@@ -238,7 +238,7 @@ Result<Answer> RunAllan(const std::string& input,
   AllanOptions options;
   options.rate_hz = rate_hz;
   TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult found, AnalyseAllan(*source, options, progress));
-  return Answer{AllanText(found), TextOf(AsInYaml(ToTree(found))), AllanHtml(found)};
+  return AnswerOf(ReportOf(found), AsInYaml(ToTree(found)));
 }
 
 Answer AllanVerb(const Texts& files,

@@ -14,9 +14,7 @@
 #include "base/utf8.h"
 #include "math/distributions.h"
 #include "report/charts.h"
-#include "report/format.h"
-#include "report/parameter_table.h"
-#include "report/sections.h"
+#include "report/table.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -254,7 +252,7 @@ void AddCorrections(const Calibration& calibration, Section* section) {
 Section ParametersSection(const Calibration& calibration) {
   Section section{"Parameters and predicted uncertainty", {}};
   if (!calibration.IsUsable()) return section;
-  const Propagation propagation(calibration.covariance);
+  const NamedCovariance& covariance = calibration.covariance;
   const double dof = calibration.quality.effective_dof;
   const bool from_motion = calibration.mode == Mode::kMotion;
   section.Add(IntervalSentence(dof));
@@ -262,11 +260,11 @@ Section ParametersSection(const Calibration& calibration) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
     section.Add(Subtitle{TriadTitle(triad)});
-    Table table = ParameterTable(*sensor, triad, propagation);
+    Table table = ParameterTable(*sensor, triad, covariance);
     if (from_motion) table.rows.back().front() = "noise σ";
     section.Add(std::move(table));
     section.Add(NoiseSentence(sensor->noise, triad, from_motion));
-    section.Add(MisalignmentTable(*sensor, triad, propagation));
+    section.Add(MisalignmentTable(*sensor, triad, covariance));
     AddSessions(calibration.quality.rests, triad, sensor->input_unit, &section);
     if (sensor->thermal) {
       section.Add("τ is the temperature above " + Significant(sensor->thermal->reference_degc, 4) +
@@ -276,7 +274,7 @@ Section ParametersSection(const Calibration& calibration) {
   }
   AddCorrections(calibration, &section);
   section.Add(Subtitle{"References"});
-  section.Add(ReferenceTable(calibration.reference, propagation));
+  section.Add(ReferenceTable(calibration.reference, covariance));
   if (std::string words = CorrelationSentence(calibration.covariance); !words.empty()) {
     section.Add(std::move(words));
   }

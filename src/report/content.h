@@ -83,4 +83,60 @@ std::string MedianAngles(double median_rad, const std::optional<double>& nominal
 /// The true unit of one triad, for display.
 std::string TruthUnit(Triad triad);
 
+// The sections of a calibration's report; without blocks where there is nothing to say.
+
+/// Errors of readings before and after the calibration, in true units. `turns`: as of SectionsOf.
+Section CorrectedErrorSection(const Calibration& calibration, bool turns);
+
+/// What the poses at each temperature say by themselves, against the temperature terms, and the
+/// errors with and without those.
+Section SoakSection(const Calibration& calibration);
+
+/// What a temperature sweep says axis by axis: terms and lags, errors before and after, what was
+/// left out, how terms were chosen, the fit beside the data and the bias over temperature and rate.
+Section SweepSection(const Calibration& calibration);
+
+/// What a calibration from poses says besides its parameters.
+Section LeftOutSection(const Quality& quality);
+Section ModelChoiceSection(const Quality& quality);
+Section HeldOutSection(const Calibration& calibration);
+Section ResidualsSection(const Calibration& calibration);
+Section CoverageSection(const Calibration& calibration);
+
+/// The biases of a sensor's sessions, to stand beside its parameters.
+void AddSessions(const RestQuality& quality,
+                 Triad triad,
+                 const std::string& unit,
+                 Section* section);
+
+/// σ = sqrt(J P J^T) of a combination of parameters with the derivatives J by their names; nullopt
+/// when a name is not in the covariance.
+using Derivatives = std::vector<std::pair<std::string, double>>;
+std::optional<double> SigmaOf(const NamedCovariance& covariance, const Derivatives& derivatives);
+
+/// Bias, scale and scale error (or the whole matrix where the axes are permuted), temperature terms
+/// and noise of one triad, with σ; one column an axis.
+Table ParameterTable(const TriadCalibration& sensor,
+                     Triad triad,
+                     const NamedCovariance& covariance);
+
+/// What raw = S truth + b holds of one triad as it stands, with `coverage_factor` σ behind each ±.
+Table ResultTable(const TriadCalibration& sensor,
+                  Triad triad,
+                  const NamedCovariance& covariance,
+                  double coverage_factor);
+
+/// How much of each body axis (columns) a chip's axis (rows) senses, with σ, in mrad and degrees.
+/// Empty where the axes are permuted.
+Table MisalignmentTable(const TriadCalibration& sensor,
+                        Triad triad,
+                        const NamedCovariance& covariance);
+
+/// C and b of corrected = C (raw - b), as firmware needs them: rows of C by body axis, b by chip
+/// axis.
+Table CorrectionTable(const TriadCalibration& sensor, Triad triad);
+
+/// Gravity, field and temperature, and where each value comes from.
+Table ReferenceTable(const ReferenceValues& reference, const NamedCovariance& covariance);
+
 }  // namespace truetriad

@@ -11,9 +11,7 @@
 
 #include "report/charts.h"
 #include "report/content.h"
-#include "report/format.h"
 #include "report/page.h"
-#include "report/sphere.h"
 #include "report/table.h"
 #include "truetriad/base/units.h"
 #include "truetriad/report/report.h"
@@ -249,7 +247,9 @@ Section HeadOf(const PoseSet& poses) {
   return head;
 }
 
-PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
+}  // namespace
+
+VerbReport ReportOf(const PoseSet& poses, const Result<Calibration>& tried) {
   const DirectionsOfSensors directions = DirectionsOf(poses);
   PageContent content{"Inspection of " + poses.source, HeadlineOf(tried), {HeadOf(poses)}};
   const auto add = [&content](Section section) {
@@ -259,13 +259,7 @@ PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
   for (const Triad triad : kTriads) add(PosesSection(poses, triad));
   add(CoverageOfReadings(directions));
   if (tried && tried->IsUsable()) add(EnoughSection(*tried));
-  return content;
-}
-
-}  // namespace
-
-VerbReport ReportOf(const PoseSet& poses, const Result<Calibration>& tried) {
-  return ReportOf(ContentOf(poses, tried));
+  return ReportOf(content);
 }
 
 }  // namespace truetriad

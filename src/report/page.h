@@ -7,6 +7,7 @@
 
 #include "report/content.h"
 #include "report/table.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad {
 
@@ -43,5 +44,14 @@ std::string HtmlPage(std::string_view title,
                      const Headline& headline,
                      const std::string& body,
                      const PageLooks& looks = {});
+
+// What is in src/report/assets.
+
+/// report.css.
+std::string_view PageStyle();
+/// report.js.
+EmbeddedScript PageScript();
+/// sphere.js, which needs Plotly before it.
+EmbeddedScript SphereScript();
 
 }  // namespace truetriad

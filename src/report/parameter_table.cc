@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/parameter_table.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +6,7 @@
 
 #include "model/corrected_error.h"
 #include "report/content.h"
-#include "report/format.h"
+#include "report/table.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/mounting.h"
@@ -26,11 +24,6 @@ std::string SensitivityName(Triad triad, int row, int column) {
   return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
 }
 
-/// Value and σ, or the value marked as fixed: by the gauge or on request.
-std::string Entry(double value, double sigma) {
-  return sigma > 0.0 ? WithSigma(value, sigma) : Significant(value, 6) + " fixed";
-}
-
 /// Gains on the diagonal and small angles off it describe only a chip whose axes are about where
 /// they are meant to be; another one is shown as its matrix.
 bool AxesAreAligned(const TriadCalibration& sensor) {
@@ -39,37 +32,42 @@ bool AxesAreAligned(const TriadCalibration& sensor) {
       .all();
 }
 
-/// The rows of one triad's parameter table, in the making.
+/// The rows of one triad's tables, in the making.
 class ParameterRows {
  public:
-  ParameterRows(const TriadCalibration& sensor, Triad triad, const Propagation& propagation)
+  ParameterRows(const TriadCalibration& sensor,
+                Triad triad,
+                const NamedCovariance& covariance,
+                double coverage_factor = 1.0)
       : sensor_(sensor),
         triad_(triad),
-        propagation_(propagation),
+        covariance_(covariance),
+        coverage_factor_(coverage_factor),
         truth_unit_(TruthUnit(triad)),
-        raw_unit_(DisplayUnit(sensor.input_unit)) {
+        raw_unit_(DisplayUnit(sensor.input_unit)) {}
+
+  Table Parameters() {
     table_ = Headed("; x; y; z; unit", "lrrrl");
     AddMounting();
     AddBias();
-    if (AxesAreAligned(sensor)) {
+    AddBiasPerScale();
+    if (AxesAreAligned(sensor_)) {
       AddScale();
     } else {
       AddSensitivity();
     }
-    AddAxisTerms();
-    if (sensor.g_sensitivity) {
-      for (int row = 0; row < 3; ++row) {
-        AddTerm("g-sensitivity " + AxisName(row),
-                sensor.g_sensitivity->row(row),
-                "g_sensitivity." + AxisName(row),
-                raw_unit_ + " per m/s²");
-      }
-    }
-    if (sensor.thermal) AddThermal(*sensor.thermal);
-    table_.Add() << "rest noise σ" << Significant(sensor.noise.sigma, 4) << raw_unit_;
+    AddFurtherTerms();
+    table_.Add() << "rest noise σ" << Significant(sensor_.noise.sigma, 4) << raw_unit_;
+    return std::move(table_);
   }
 
-  Table Take() { return std::move(table_); }
+  Table Results() {
+    table_ = Headed(TriadTitle(triad_) + "; x; y; z; unit", "lrrrl");
+    AddBias();
+    AddSensitivity();
+    AddFurtherTerms();
+    return std::move(table_);
+  }
 
   /// Of an axis of the gauge, or of a model without, there is no row: nothing is said by zeros.
   Table Misalignment() const {
@@ -92,12 +90,18 @@ class ParameterRows {
   }
 
  private:
+  /// Value and σ, or the value marked as fixed: by the gauge or on request.
+  std::string Entry(double value, double sigma) const {
+    return sigma > 0.0 ? WithSigma(value, coverage_factor_ * sigma)
+                       : Significant(value, 6) + " fixed";
+  }
+
   /// σ of a value over the gain of sensing axis i, from the covariance or, where that lacks the
   /// names, from the σ alone.
   double SigmaPerScale(const std::string& name, double value, double sigma, int i) const {
     // The covariance is that of the entries as they stand, with their signs.
     const double scale = sensor_.model.sensitivity(i, BodyAxis(i)), quotient = value / scale;
-    return propagation_.Sigma({{name, 1.0 / scale}, {ScaleName(i), -quotient / scale}})
+    return SigmaOf(covariance_, {{name, 1.0 / scale}, {ScaleName(i), -quotient / scale}})
         .value_or(std::hypot(sigma / scale, quotient * ScaleSigma(i) / scale));
   }
 
@@ -124,6 +128,10 @@ class ParameterRows {
   std::string ScaleName(int i) const { return SensitivityName(triad_, i, BodyAxis(i)); }
   double ScaleSigma(int i) const { return sensor_.sensitivity_sigma(i, BodyAxis(i)); }
 
+  std::string GainUnit() const {
+    return raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_;
+  }
+
   void AddMounting() {
     if (sensor_.mounting.isIdentity(0.0)) return;
     const std::string map = AxisMapName(sensor_.mounting);
@@ -134,6 +142,9 @@ class ParameterRows {
     Add("bias", raw_unit_, [&](int i) {
       return Entry(sensor_.model.bias(i), sensor_.bias_sigma(i));
     });
+  }
+
+  void AddBiasPerScale() {
     // Of a log in another unit of the same quantity its own is enough.
     const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
     if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_)) return;
@@ -146,9 +157,7 @@ class ParameterRows {
 
   void AddScale() {
     const Eigen::Vector3d scale = sensor_.Scale();
-    Add("scale", raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_, [&](int i) {
-      return Entry(scale(i), ScaleSigma(i));
-    });
+    Add("scale", GainUnit(), [&](int i) { return Entry(scale(i), ScaleSigma(i)); });
     const std::optional<double> nominal = NominalTruthPerRaw(sensor_, triad_);
     if (!nominal) return;
     // A chip that reports gravity reads the other way on all axes.
@@ -163,7 +172,7 @@ class ParameterRows {
 
   void AddSensitivity() {
     for (int i = 0; i < 3; ++i) {
-      Add("sensitivity " + AxisName(i), raw_unit_ + " per " + truth_unit_, [&](int j) {
+      Add("sensitivity " + AxisName(i), GainUnit(), [&](int j) {
         return Entry(sensor_.model.sensitivity(i, j), sensor_.sensitivity_sigma(i, j));
       });
     }
@@ -177,7 +186,7 @@ class ParameterRows {
                const std::string& unit) {
     Add(label, unit, [&](int i) {
       const auto sigma =
-          propagation_.Sigma({{std::string(TriadName(triad_)) + "." + name + AxisName(i), 1.0}});
+          SigmaOf(covariance_, {{std::string(TriadName(triad_)) + "." + name + AxisName(i), 1.0}});
       return sigma ? Entry(values(i), *sigma) : Significant(values(i), 4);
     });
   }
@@ -196,6 +205,17 @@ class ParameterRows {
         return Entry(factor * sensor_.model.axis_terms[info.term][i], factor * (*sigma)[i]);
       });
     }
+  }
+
+  void AddFurtherTerms() {
+    AddAxisTerms();
+    for (int row = 0; sensor_.g_sensitivity && row < 3; ++row) {
+      AddTerm("g-sensitivity " + AxisName(row),
+              sensor_.g_sensitivity->row(row),
+              "g_sensitivity." + AxisName(row),
+              raw_unit_ + " per m/s²");
+    }
+    if (sensor_.thermal) AddThermal(*sensor_.thermal);
   }
 
   void AddThermal(const ThermalTerms& thermal) {
@@ -231,7 +251,8 @@ class ParameterRows {
 
   const TriadCalibration& sensor_;
   Triad triad_;
-  const Propagation& propagation_;
+  const NamedCovariance& covariance_;
+  double coverage_factor_;
   std::string truth_unit_;
   std::string raw_unit_;
   Table table_;
@@ -253,35 +274,43 @@ std::string CopyOfCorrection(const Table& table, Triad triad) {
 
 }  // namespace
 
-Propagation::Propagation(const NamedCovariance& covariance) : covariance_(covariance) {
-  const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
-  if (covariance.matrix.rows() != size || covariance.matrix.cols() != size) return;
-  for (Eigen::Index i = 0; i < size; ++i) {
-    index_[covariance.parameters[static_cast<std::size_t>(i)]] = i;
+std::optional<double> SigmaOf(const NamedCovariance& covariance, const Derivatives& derivatives) {
+  const std::vector<std::string>& names = covariance.parameters;
+  const auto size = static_cast<Eigen::Index>(names.size());
+  if (covariance.matrix.rows() != size || covariance.matrix.cols() != size) return std::nullopt;
+  std::vector<Eigen::Index> places;
+  for (const auto& [name, derivative] : derivatives) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) return std::nullopt;
+    places.push_back(found - names.begin());
   }
-}
-
-std::optional<double> Propagation::Sigma(const std::vector<Term>& derivatives) const {
   double variance = 0.0;
-  for (const auto& [row_name, row] : derivatives) {
-    for (const auto& [column_name, column] : derivatives) {
-      const auto i = index_.find(row_name);
-      const auto j = index_.find(column_name);
-      if (i == index_.end() || j == index_.end()) return std::nullopt;
-      variance += row * column * covariance_.matrix(i->second, j->second);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < places.size(); ++j) {
+      variance +=
+          derivatives[i].second * derivatives[j].second * covariance.matrix(places[i], places[j]);
     }
   }
   return std::sqrt(std::max(variance, 0.0));
 }
 
-Table ParameterTable(const TriadCalibration& sensor, Triad triad, const Propagation& propagation) {
-  return ParameterRows(sensor, triad, propagation).Take();
+Table ParameterTable(const TriadCalibration& sensor,
+                     Triad triad,
+                     const NamedCovariance& covariance) {
+  return ParameterRows(sensor, triad, covariance).Parameters();
+}
+
+Table ResultTable(const TriadCalibration& sensor,
+                  Triad triad,
+                  const NamedCovariance& covariance,
+                  double coverage_factor) {
+  return ParameterRows(sensor, triad, covariance, coverage_factor).Results();
 }
 
 Table MisalignmentTable(const TriadCalibration& sensor,
                         Triad triad,
-                        const Propagation& propagation) {
-  return ParameterRows(sensor, triad, propagation).Misalignment();
+                        const NamedCovariance& covariance) {
+  return ParameterRows(sensor, triad, covariance).Misalignment();
 }
 
 Table CorrectionTable(const TriadCalibration& sensor, Triad triad) {
@@ -299,7 +328,7 @@ Table CorrectionTable(const TriadCalibration& sensor, Triad triad) {
   return table;
 }
 
-Table ReferenceTable(const ReferenceValues& reference, const Propagation& propagation) {
+Table ReferenceTable(const ReferenceValues& reference, const NamedCovariance& covariance) {
   Table table = Headed("reference; value; unit; ", "lrll");
   const auto add = [&](const std::string& label,
                        double value,
@@ -308,7 +337,7 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
                        const std::string& unit,
                        const std::string& otherwise,
                        bool is_stated = false) {
-    const double sigma = propagation.Sigma({{parameter, factor}}).value_or(0.0);
+    const double sigma = SigmaOf(covariance, {{parameter, factor}}).value_or(0.0);
     table.Add() << label << WithSigma(value * factor, sigma) << unit
                 << (sigma > 0.0 && !is_stated ? "estimated with the parameters" : otherwise);
   };
@@ -321,7 +350,8 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
           ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2) + ", all gains with it"
           : "assumed exact",
       reference.gravity_sigma_mps2.has_value());
-  const bool listed = propagation.Has("reference.field_ut") || propagation.Has("reference.dip_rad");
+  const bool listed = SigmaOf(covariance, {{"reference.field_ut", 1.0}}) ||
+                      SigmaOf(covariance, {{"reference.dip_rad", 1.0}});
   const std::string given =
       reference.field_estimated && !listed ? "strength or dip estimated" : "given";
   if (reference.field_ut) {

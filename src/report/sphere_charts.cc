@@ -3,22 +3,122 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
+
 #include "model/corrected_error.h"
 #include "model/directions.h"
-#include "report/chart_frame.h"
 #include "report/charts.h"
 #include "report/content.h"
-#include "report/format.h"
-#include "report/sphere.h"
 #include "report/svg.h"
+#include "report/table.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
+namespace {
+
+/// What there is to read, true unit; 0: nothing that makes a sphere.
+double StrengthOf(const ReferenceValues& reference, Triad triad) {
+  if (triad == Triad::kAccelerometer) return reference.gravity_mps2;
+  return triad == Triad::kMagnetometer ? reference.field_ut.value_or(0.0) : 0.0;
+}
+
+}  // namespace
+
+std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad triad) {
+  std::vector<SpherePoint> points;
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  const double strength = StrengthOf(calibration.reference, triad);
+  if (!sensor || !(strength > 0.0) || !calibration.IsUsable()) return points;
+  const Eigen::Matrix3d nominal = NominalCorrection(*sensor, triad)
+                                      .value_or(sensor->mounting.transpose() /
+                                                std::cbrt(sensor->BySensingAxes().determinant()));
+  for (const PoseResidual& pose : calibration.quality.rests.pose_residuals) {
+    if (pose.triad != triad || !(pose.direction.norm() > 0.5)) continue;
+    SpherePoint point;
+    point.pose = pose.pose;
+    point.is_rejected = !(pose.weight > 0.0);
+    point.truth = pose.direction.normalized();
+    const Eigen::Vector3d corrected = strength * point.truth + pose.residual;
+    point.corrected = corrected / strength;
+    point.raw = nominal * sensor->model.RawFromTruth(corrected) / strength;
+    if (point.raw.allFinite() && point.corrected.allFinite()) points.push_back(point);
+  }
+  return points;
+}
+
+std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) {
+  constexpr double kClearly = 2.0;  // Less is no direction to remark on.
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  if (!sensor || !calibration.IsUsable()) return std::nullopt;
+  const Eigen::Matrix3d correction = sensor->model.Correction();
+  const Eigen::Matrix3d covariance =
+      correction *
+      BiasAndSensitivityCovariance(calibration.covariance, {triad}).topLeftCorner<3, 3>() *
+      correction.transpose();
+  if (!covariance.allFinite()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+  const double sigma = std::sqrt(std::max(axes.eigenvalues()[2], 0.0));
+  const double across = std::sqrt(std::max(axes.eigenvalues()[1], 0.0));
+  if (!(across > 0.0) || sigma < kClearly * across) return std::nullopt;
+  Eigen::Vector3d direction = axes.eigenvectors().col(2);
+  Eigen::Index largest = 0;
+  direction.cwiseAbs().maxCoeff(&largest);
+  if (direction[largest] < 0.0) direction = -direction;
+  return WeakAxis{direction, sigma, across};
+}
+
+double SphereMagnification(const std::vector<SpherePoint>& points) {
+  // Errors of 0.4 radii keep all readings apart; what is a millionth of it nobody looks for.
+  constexpr double kMost = 0.4, kLargest = 1e6;
+  double greatest = 0.0;
+  for (const SpherePoint& point : points) {
+    if (!point.is_rejected) greatest = std::max(greatest, (point.raw - point.truth).norm());
+  }
+  double factor = 1.0;
+  for (double decade = 1.0; decade < kLargest; decade *= 10.0) {
+    for (const double digit : {1.0, 2.0, 5.0}) {
+      if (digit * decade * greatest <= kMost) factor = digit * decade;
+    }
+  }
+  return factor;
+}
+
+double SphereReach(const std::vector<SpherePoint>& points, double factor) {
+  double reach = 1.0;
+  for (const SpherePoint& point : points) {
+    if (point.is_rejected) continue;
+    reach = std::max(reach, Magnified(point.raw, point.truth, factor).norm());
+  }
+  return reach;
+}
+
+std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most) {
+  if (points.size() <= most) return points;
+  std::vector<SpherePoint> kept;
+  const auto error = [](const SpherePoint& point) {
+    return (point.corrected - point.truth).norm();
+  };
+  for (std::size_t run = 0; run < most; ++run) {
+    const std::size_t begin = run * points.size() / most, end = (run + 1) * points.size() / most;
+    std::optional<std::size_t> greatest;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (points[i].is_rejected) {
+        kept.push_back(points[i]);
+      } else if (!greatest || error(points[i]) > error(points[*greatest])) {
+        greatest = i;
+      }
+    }
+    if (greatest) kept.push_back(points[*greatest]);
+  }
+  return kept;
+}
+
 namespace {
 
 /// The sizes of two discs side by side, user units.
@@ -27,12 +127,10 @@ struct DiscLayout {
   double radius = 120.0;
   double centre_y = 150.0;
   std::array<double, 2> centres = {150.0, 450.0};
-  double cell = 6.0;        ///< Of what is shaded: a twentieth of the radius.
-  double patch = 0.05;      ///< The same of a unit sphere; in it a second pose says nothing more.
-  double head = 9.0;        ///< Length of an arrow's head: a letter.
-  double half_width = 4.0;  ///< Of it.
-  double sphere = 85.0;     ///< Radius of a sphere at most.
-  double reach = 118.0;     ///< What is further from its centre is drawn here.
+  double cell = 6.0;     ///< Of what is shaded: a twentieth of the radius.
+  double patch = 0.05;   ///< The same of a unit sphere; in it a second pose says nothing more.
+  double sphere = 85.0;  ///< Radius of a sphere at most.
+  double reach = 118.0;  ///< What is further from its centre is drawn here.
 };
 constexpr DiscLayout kDiscs;
 
@@ -146,24 +244,14 @@ void DrawDiscs(const std::array<std::string_view, 2>& titles, std::string_view u
 /// An arrow with two heads through the middle of both views.
 void DrawWeakAxis(const Eigen::Vector3d& axis, Svg* svg) {
   for (std::size_t disc = 0; disc < 2; ++disc) {
+    const double x = kDiscs.centres[disc], y = kDiscs.centre_y;
     const Eigen::Vector2d tip(axis.x(), disc == 0 ? -axis.y() : -axis.z());
-    const Eigen::Vector2d centre(kDiscs.centres[disc], kDiscs.centre_y);
-    if (tip.norm() < 2.0 * kDiscs.head) {  // It points at the reader.
-      svg->Circle(centre.x(), centre.y(), kDiscs.half_width, "weak");
+    if (tip.norm() < 2.0 * kLayout.line) {  // It points at the reader.
+      svg->Circle(x, y, kLayout.dot, "weak");
       continue;
     }
-    svg->Line(centre.x() - tip.x(),
-              centre.y() - tip.y(),
-              centre.x() + tip.x(),
-              centre.y() + tip.y(),
-              "weak");
-    const Eigen::Vector2d along = tip.normalized(), across(-along.y(), along.x());
-    for (const double side : {-1.0, 1.0}) {
-      const Eigen::Vector2d end = centre + side * tip, base = end - side * kDiscs.head * along;
-      const Eigen::Vector2d left = base + kDiscs.half_width * across,
-                            right = base - kDiscs.half_width * across;
-      svg->Polyline({{left.x(), left.y()}, {end.x(), end.y()}, {right.x(), right.y()}}, "weak");
-    }
+    for (const double side : {-1.0, 1.0})
+      svg->Arrow({x, y}, {x + side * tip.x(), y + side * tip.y()}, "weak");
   }
 }
 

@@ -2,12 +2,107 @@
 #include "report/table.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
 #include "base/utf8.h"
 
 namespace truetriad {
+namespace {
+
+constexpr int kMaxDecimals = 8;  // More zeros than that nobody counts.
+
+std::string Characters(double value, std::chars_format format, int precision) {
+  if (std::isnan(value)) return "n/a";
+  if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
+  // The longest: 309 digits, a point, 17 decimals and a sign.
+  std::array<char, 400> buffer;
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format, precision).ptr;
+  std::string text(buffer.data(), end);
+  if (text.front() == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
+  return text;
+}
+
+int DecimalExponent(double value) { return static_cast<int>(std::floor(std::log10(value))); }
+
+}  // namespace
+
+std::string Fixed(double value, int decimals) {
+  return Characters(value, std::chars_format::fixed, decimals);
+}
+
+std::string Significant(double value, int digits) {
+  return Characters(value, std::chars_format::general, digits);
+}
+
+std::string WithSigma(double value, double sigma) {
+  if (!std::isfinite(value) || std::isnan(sigma) || sigma <= 0.0) return Significant(value, 6);
+  if (std::isinf(sigma)) return Significant(value, 3) + " ± ∞";
+  int decimals = 1 - DecimalExponent(sigma);
+  // 0.0996 has become 0.100: one digit too many.
+  if (std::round(sigma * std::pow(10.0, decimals)) >= 100.0) --decimals;
+  if (decimals > kMaxDecimals) {
+    const int exponent = DecimalExponent(std::max(std::abs(value), sigma));
+    const double unit = std::pow(10.0, exponent);
+    const int digits = std::min(decimals + exponent, 15);
+    std::string text(1, '(');
+    text.append(Fixed(value / unit, digits)).append(" ± ").append(Fixed(sigma / unit, digits));
+    return text.append(")e").append(std::to_string(exponent));
+  }
+  // With σ in the hundreds or more the last digits of the value mean nothing: show zeros.
+  const double step = decimals < 0 ? std::pow(10.0, -decimals) : 1.0;
+  decimals = std::max(decimals, 0);
+  return Fixed(decimals == 0 ? std::round(value / step) * step : value, decimals) + " ± " +
+         Fixed(decimals == 0 ? std::round(sigma / step) * step : sigma, decimals);
+}
+
+ThreeCells Fixed(const Eigen::Vector3d& values, int decimals) {
+  return {Fixed(values[0], decimals), Fixed(values[1], decimals), Fixed(values[2], decimals)};
+}
+
+ThreeCells Significant(const Eigen::Vector3d& values, int digits) {
+  return {Significant(values[0], digits),
+          Significant(values[1], digits),
+          Significant(values[2], digits)};
+}
+
+ThreeCells WithSigma(const Eigen::Vector3d& values, const Eigen::Vector3d& sigmas) {
+  return {WithSigma(values[0], sigmas[0]),
+          WithSigma(values[1], sigmas[1]),
+          WithSigma(values[2], sigmas[2])};
+}
+
+std::string Significant(const std::optional<double>& value, int digits) {
+  return value ? Significant(*value, digits) : "–";
+}
+
+std::string Joined(const ThreeCells& cells, std::string_view between) {
+  return cells[0] + std::string(between) + cells[1] + std::string(between) + cells[2];
+}
+
+std::string Percent(double share) { return Significant(100.0 * share, 3) + " %"; }
+
+std::string Probability(double p) { return p < 1e-6 ? "< 1e-6" : Significant(p, 2); }
+
+std::string DisplayUnit(std::string_view unit) {
+  std::string text(unit);
+  for (const auto& [ascii, sign] : {std::pair<std::string_view, std::string_view>("uT", "µT"),
+                                    {"degC", "°C"},
+                                    {"tau", "τ"},
+                                    {"^1", "¹"},
+                                    {"^2", "²"},
+                                    {"^3", "³"}}) {
+    for (std::size_t at = 0; (at = text.find(ascii, at)) != std::string::npos; at += sign.size()) {
+      text.replace(at, ascii.size(), sign);
+    }
+  }
+  return text;
+}
+
 namespace {
 
 constexpr std::size_t kGap = 3;        // Blanks between columns.

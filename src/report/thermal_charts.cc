@@ -2,16 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <utility>
 #include <vector>
 
-#include "report/chart_frame.h"
 #include "report/charts.h"
 #include "report/content.h"
-#include "report/format.h"
-#include "report/parameter_table.h"
+#include "report/svg.h"
+#include "report/table.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/thermal.h"
 
@@ -27,20 +25,6 @@ std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) 
 }
 
 std::string AxisTitle(Triad triad, int axis) { return TriadTitle(triad) + ' ' + AxisLetter(axis); }
-
-// White at 0, red above, blue below.
-std::string Colour(double share) {
-  const double size = std::min(std::abs(share), 1.0);
-  const std::array<int, 3> full =
-      share < 0.0 ? std::array{0x1f, 0x5f, 0xbf} : std::array{0xc6, 0x28, 0x28};
-  char text[8];
-  std::array<int, 3> mixed;
-  for (std::size_t i = 0; i < 3; ++i) {
-    mixed[i] = static_cast<int>(std::lround(255.0 + size * (full[i] - 255)));
-  }
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", mixed[0], mixed[1], mixed[2]);
-  return text;
-}
 
 /// A column for each 2.5 % of the temperatures and a row for each tenth of the rates.
 constexpr int kColumns = 40, kRows = 11;
@@ -85,7 +69,8 @@ class BiasSurface {
       const double share = static_cast<double>(shade) / kShades;
       svg->Cells(corners,
                  kLayout.cell,
-                 Colour(share),
+                 share < 0.0 ? "minus" : "plus",
+                 (std::abs(shade) + 1.0) / (kShades + 1.0),  // None: it was not reached.
                  "about " + Significant(middle() + 0.5 * share * values_.span(), 4) + " " + unit);
     }
   }
@@ -117,7 +102,7 @@ class BiasCurve {
  public:
   BiasCurve(const Calibration& calibration, Triad triad, int axis)
       : sensor_(*calibration.sensors[triad]),
-        propagation_(calibration.covariance),
+        covariance_(calibration.covariance),
         name_(TriadName(triad)),
         axis_(axis) {}
 
@@ -128,17 +113,17 @@ class BiasCurve {
   double Sigma(double degc) const {
     const ThermalTerms& thermal = *sensor_.thermal;
     const std::string axis(1, AxisLetter(axis_));
-    std::vector<Propagation::Term> terms = {{name_ + ".bias." + axis, 1.0}};
+    Derivatives terms = {{name_ + ".bias." + axis, 1.0}};
     for (std::size_t i = 1; i <= thermal.bias.size(); ++i) {
       terms.emplace_back(name_ + ".thermal.bias." + std::to_string(i) + "." + axis,
                          std::pow(degc - thermal.reference_degc, static_cast<double>(i)));
     }
-    return propagation_.Sigma(terms).value_or(0.0);
+    return SigmaOf(covariance_, terms).value_or(0.0);
   }
 
  private:
   const TriadCalibration& sensor_;
-  Propagation propagation_;
+  const NamedCovariance& covariance_;
   std::string name_;
   int axis_ = 0;
 };
@@ -193,9 +178,9 @@ Drawing SweepSurfaceDrawing(const Calibration& calibration, Triad triad, int axi
   Svg svg(kLayout.width,
           kLayout.top + BiasSurface::Reach(kRows) + kLayout.bottom,
           name + ": bias over temperature and rate");
-  surface.Draw(name + ", bias over temperature and rate: blue " +
-                   Significant(surface.values().low, 3) + ", white " +
-                   Significant(surface.middle(), 3) + ", red " +
+  surface.Draw(name + ", bias over temperature and rate: orange " +
+                   Significant(surface.values().low, 3) + ", pale " +
+                   Significant(surface.middle(), 3) + ", blue " +
                    Significant(surface.values().high, 3) + " " + unit,
                unit,
                &svg);

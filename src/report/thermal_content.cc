@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "report/charts.h"
-#include "report/format.h"
-#include "report/sections.h"
+#include "report/content.h"
+#include "report/table.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/thermal.h"
 

@@ -4,10 +4,9 @@
 #include <map>
 #include <utility>
 
-#include "report/chart_frame.h"
 #include "report/charts.h"
-#include "report/format.h"
 #include "report/svg.h"
+#include "report/table.h"
 
 namespace truetriad {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/convention.h"
-
 #include <vector>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
+
+#include "formats/format.h"
 
 namespace truetriad {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/format.h"
+#include "report/table.h"
 
 #include <array>
 #include <charconv>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/sphere.h"
-
 #include <algorithm>
 
 #include <gmock/gmock.h>

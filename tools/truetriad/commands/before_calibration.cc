@@ -195,8 +195,9 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult result,
                              AnalyseAllan(*source, options, progress.callback()));
   progress.Wipe();
+  const VerbReport report = ReportOf(result);
   VerbResult said{.exit_code = result.at_rest() ? kExitGood : kExitNotEnough,
-                  .text = AllanText(result),
+                  .text = report.text,
                   .result = AsInYaml(ToTree(result))};
   FileTexts files;
   if (!FLAGS_output.empty()) {
@@ -207,7 +208,7 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
   }
   WholeFiles whole;
   for (const auto& [path, text] : files) TRUETRIAD_RETURN_IF_ERROR(whole.Write(path, text));
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(AllanHtml(result), &said));
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(report.html, &said));
   TRUETRIAD_RETURN_IF_ERROR(whole.Commit());
   return said;
 }
