@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "io/merged_rows.h"
 #include "io/reading_corrector.h"
 #include "io/whole_file.h"
 #include "truetriad/io/recording.h"
@@ -19,18 +19,10 @@ namespace {
 
 constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-struct Sample {
-  std::int64_t time_ns = 0;
-  Eigen::Vector3d raw = Eigen::Vector3d::Zero();
-  double temperature_degc = kNotKnown;
-  std::int32_t pose = 0;
-};
-
-/// A triad that is written, with the samples that wait for those of the others.
+/// A triad that is written.
 struct Channel {
   Triad triad = Triad::kAccelerometer;
   ReadingCorrector corrector;
-  std::deque<Sample> waiting;
   double lengths = 0.0;  ///< Of what was written, and how many.
   std::int64_t written = 0;
 };
@@ -59,6 +51,7 @@ class RowWriter {
  public:
   RowWriter(const RecordingInfo& info, std::vector<Channel> channels)
       : has_time_(info.has_time), channels_(std::move(channels)) {
+    for (const Channel& channel : channels_) rows_.AddStream(channel.triad);
     for (const StreamInfo& stream : info.streams) {
       has_temperature_ = has_temperature_ || stream.has_temperature;
       has_pose_ = has_pose_ || stream.has_pose_column;
@@ -79,18 +72,7 @@ class RowWriter {
     return text;
   }
 
-  void Add(const SampleBlock& block) {
-    for (Channel& channel : channels_) {
-      if (channel.triad != block.triad) continue;
-      for (std::size_t i = 0; i < block.x.size(); ++i) {
-        channel.waiting.push_back(
-            {block.time_ns[i],
-             {block.x[i], block.y[i], block.z[i]},
-             block.temperature_degc.empty() ? kNotKnown : block.temperature_degc[i],
-             block.pose.empty() ? 0 : block.pose[i]});
-      }
-    }
-  }
+  void Add(const SampleBlock& block) { rows_.Add(block); }
 
   void StateLengths(CorrectedLogSummary* summary) const {
     for (const Channel& channel : channels_) {
@@ -101,46 +83,14 @@ class RowWriter {
 
   /// Appends the rows whose samples are all there; at the end of the recording, all that wait.
   Status TakeRows(bool at_end, std::string* text, CorrectedLogSummary* summary) {
-    while (at_end || NothingMissing()) {
-      const Channel* next = nullptr;
-      for (const Channel& channel : channels_) {
-        if (!channel.waiting.empty() &&
-            (next == nullptr || channel.waiting.front().time_ns < next->waiting.front().time_ns)) {
-          next = &channel;
-        }
-      }
-      if (next == nullptr) break;
-      const std::int64_t time_ns = next->waiting.front().time_ns;
-      if (time_ns < last_time_ns_) {
-        return Error(ErrorCode::kTimeGoesBack,
-                     "the " + std::string(TriadName(next->triad)) +
-                         " appears too late in the log to sort its rows by time; sort the log, "
-                         "or put each sensor into its own file");
-      }
-      last_time_ns_ = time_ns;
-      AppendRow(time_ns, text, summary);
-    }
-    return {};
+    while (rows_.Next(at_end)) AppendRow(text, summary);
+    return rows_.status();
   }
 
  private:
-  /// No sample can come any more that belongs before the first one waiting. A triad that has ended,
-  /// or is silent for long, must not make the others wait: the memory is bounded.
-  bool NothingMissing() const {
-    // Samples: some seconds of the fastest loggers, 12 MB.
-    constexpr std::size_t kMaxWaiting = 1U << 18U;
-    bool any_empty = false;
-    bool any_full = false;
-    for (const Channel& channel : channels_) {
-      any_empty = any_empty || channel.waiting.empty();
-      any_full = any_full || channel.waiting.size() > kMaxWaiting;
-    }
-    return !any_empty || any_full;
-  }
-
-  void AppendRow(std::int64_t time_ns, std::string* text, CorrectedLogSummary* summary) {
+  void AppendRow(std::string* text, CorrectedLogSummary* summary) {
     if (has_time_) {
-      AppendSeconds(time_ns, text);
+      AppendSeconds(rows_.time_ns(), text);
       *text += ',';
     }
     double temperature_degc = kNotKnown;
@@ -148,18 +98,20 @@ class RowWriter {
     bool clamped = false;
     bool unknown_temperature = false;
     // The accelerometer comes first, so that its force is there for the gyroscope's row.
-    for (Channel& channel : channels_) {
-      if (channel.waiting.empty() || channel.waiting.front().time_ns != time_ns) {
+    for (std::size_t k = 0; k < channels_.size(); ++k) {
+      const auto& [triad, samples, i, is_in_row] = rows_.streams()[k];
+      Channel& channel = channels_[k];
+      if (!is_in_row) {
         *text += ",,,";
         continue;
       }
-      const Sample sample = channel.waiting.front();
-      channel.waiting.pop_front();
-      if (std::isnan(temperature_degc)) temperature_degc = sample.temperature_degc;
-      if (!pose) pose = sample.pose;
+      const double degc =
+          samples.temperature_degc.empty() ? kNotKnown : samples.temperature_degc[i];
+      if (std::isnan(temperature_degc)) temperature_degc = degc;
+      if (!pose) pose = samples.pose.empty() ? 0 : samples.pose[i];
       const Eigen::Vector3d truth =
-          channel.corrector.Correct(time_ns, sample.raw, sample.temperature_degc, force_mps2_);
-      if (channel.triad == Triad::kAccelerometer) force_mps2_ = truth;
+          channel.corrector.Correct(rows_.time_ns(), samples.reading(i), degc, force_mps2_);
+      if (triad == Triad::kAccelerometer) force_mps2_ = truth;
       clamped = clamped || channel.corrector.clamped();
       unknown_temperature = unknown_temperature || truth.hasNaN();
       if (!truth.hasNaN()) {
@@ -187,7 +139,7 @@ class RowWriter {
   bool has_pose_ = false;
   std::vector<Channel> channels_;
   Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kNotKnown);  ///< The last one known.
-  std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
+  MergedRows rows_;
 };
 
 /// The triads of the recording that the calibration covers.
@@ -216,7 +168,7 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
                    "the calibration of the " + std::string(TriadName(triad)) +
                        " has g-sensitivity, which needs the accelerometer too; add its columns");
     }
-    channels.push_back({triad, std::move(corrector), {}});
+    channels.push_back({triad, std::move(corrector)});
   }
   if (channels.empty()) {
     std::string names;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "io/merged_rows.h"
 #include "io/whole_file.h"
 #include "io/yaml_text.h"
 #include "truetriad/io/calibration_file.h"
@@ -84,32 +85,6 @@ char* WriteNumber(double value, int decimals, char* text) {
   return std::to_chars(text, text + kLongestNumber, value).ptr;
 }
 
-/// Samples of one triad that wait for those of the others.
-struct Waiting {
-  StreamInfo stream;
-  int decimals = RecordingFormat::kShortest;
-  std::vector<std::int64_t> time_ns = {};
-  std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {}, ambient_degc = {};
-  std::size_t next = 0;
-
-  bool empty() const { return next == time_ns.size(); }
-
-  void Add(const SampleBlock& block) {
-    const auto drop = static_cast<std::ptrdiff_t>(next);
-    const auto move = [drop](auto* values, const auto& fresh) {
-      values->erase(values->begin(), values->begin() + drop);
-      values->insert(values->end(), fresh.begin(), fresh.end());
-    };
-    move(&time_ns, block.time_ns);
-    move(&x, block.x);
-    move(&y, block.y);
-    move(&z, block.z);
-    if (stream.has_temperature) move(&temperature_degc, block.temperature_degc);
-    if (stream.has_ambient) move(&ambient_degc, block.ambient_degc);
-    next = 0;
-  }
-};
-
 /// One CSV with some of the triads.
 class CsvFile {
  public:
@@ -117,7 +92,8 @@ class CsvFile {
       : name_(std::move(name)), file_(directory + "/" + name_), format_(format) {}
 
   void AddStream(const StreamInfo& stream) {
-    waiting_.push_back({.stream = stream, .decimals = format_.decimals[stream.triad]});
+    streams_.push_back(stream);
+    rows_.AddStream(stream.triad);
     has_temperature_ = has_temperature_ || stream.has_temperature;
     has_ambient_ = has_ambient_ || stream.has_ambient;
   }
@@ -125,33 +101,24 @@ class CsvFile {
   void WriteHeader() {
     if (!format_.comment.empty()) text_.append("# ").append(format_.comment).append("\n");
     text_ += "time[s]";
-    for (const Waiting& waiting : waiting_) {
-      for (const char axis : {'x', 'y', 'z'})
-        text_.append(",").append(Column(waiting.stream, axis));
+    for (const StreamInfo& stream : streams_) {
+      for (const char axis : {'x', 'y', 'z'}) text_.append(",").append(Column(stream, axis));
     }
     if (has_temperature_) text_.append(",").append(kTemperatureColumn);
     if (has_ambient_) text_.append(",").append(kAmbientColumn);
     text_ += "\n";
   }
 
-  void Add(const SampleBlock& block) {
-    for (Waiting& waiting : waiting_) {
-      if (waiting.stream.triad == block.triad) waiting.Add(block);
-    }
-  }
+  void Add(const SampleBlock& block) { rows_.Add(block); }
 
-  /// Writes the rows whose samples are all there; at the end, all that wait. A triad that has ended
-  /// or is silent for long does not make the others wait: the memory is bounded.
+  /// Writes the rows whose samples are all there; at the end, all that wait.
   Status WriteRows(bool at_end) {
-    const std::size_t longest_row = kLongestNumber * (3 * waiting_.size() + 3);
+    const std::size_t longest_row = kLongestNumber * (3 * streams_.size() + 3);
     constexpr std::size_t kBytesAtOnce = 1U << 18U;
     std::size_t filled = text_.size();
-    while (at_end || NothingMissing()) {
+    while (rows_.Next(at_end)) {
       if (text_.size() < filled + longest_row) text_.resize(filled + kBytesAtOnce);
-      char* const begin = text_.data() + filled;
-      char* const end = WriteRow(begin);
-      if (end == begin) break;
-      filled += static_cast<std::size_t>(end - begin);
+      filled = static_cast<std::size_t>(WriteRow(text_.data() + filled) - text_.data());
       if (filled > kBytesAtOnce) {
         file_.Write({text_.data(), filled});
         filled = 0;
@@ -159,11 +126,7 @@ class CsvFile {
     }
     file_.Write({text_.data(), filled});
     text_.clear();
-    if (went_back_) {
-      return Error(ErrorCode::kTimeGoesBack,
-                   {name_},
-                   "samples of the recording are too far out of order to sort its rows by time");
-    }
+    TRUETRIAD_RETURN_IF_ERROR(rows_.status());
     return file_.status();
   }
 
@@ -172,8 +135,7 @@ class CsvFile {
 
   /// The streams of a manifest that stand in this file.
   void DescribeStreams(YamlText* manifest) const {
-    for (const Waiting& waiting : waiting_) {
-      const StreamInfo& stream = waiting.stream;
+    for (const StreamInfo& stream : streams_) {
       *manifest << "  " << TriadName(stream.triad) << ":\n    file: " << name_
                 << "\n    time: {column: \"time[s]\", unit: s}\n";
       for (const char axis : {'x', 'y', 'z'}) {
@@ -197,43 +159,21 @@ class CsvFile {
     return std::string(TriadPrefix(stream.triad)) + "_" + axis + "[" + stream.unit.name + "]";
   }
 
-  bool NothingMissing() const {
-    // Samples: some seconds of the fastest loggers, 12 MB.
-    constexpr std::size_t kMostWaiting = 1U << 18U;
-    bool any_empty = false;
-    for (const Waiting& waiting : waiting_) {
-      if (waiting.time_ns.size() - waiting.next > kMostWaiting) return true;
-      any_empty = any_empty || waiting.empty();
-    }
-    return !any_empty;
-  }
-
-  /// The row of the earliest time that waits; nothing when none does.
-  char* WriteRow(char* text) {
-    std::int64_t time_ns = std::numeric_limits<std::int64_t>::max();
-    bool any = false;
-    for (const Waiting& waiting : waiting_) {
-      if (waiting.empty()) continue;
-      any = true;
-      time_ns = std::min(time_ns, waiting.time_ns[waiting.next]);
-    }
-    if (!any) return text;
-    went_back_ = went_back_ || time_ns < last_time_ns_;
-    last_time_ns_ = time_ns;
-    text = WriteFixed(time_ns / time_unit_ns_, format_.time_decimals, text);
+  /// The row that has come up; returns its end.
+  char* WriteRow(char* text) const {
+    text = WriteFixed(rows_.time_ns() / time_unit_ns_, format_.time_decimals, text);
     double temperature_degc = kNoTemperature, ambient_degc = kNoTemperature;
-    for (Waiting& waiting : waiting_) {
-      if (waiting.empty() || waiting.time_ns[waiting.next] != time_ns) {
+    for (const auto& [triad, samples, i, is_in_row] : rows_.streams()) {
+      if (!is_in_row) {
         text = std::fill_n(text, 3, ',');
         continue;
       }
-      const std::size_t i = waiting.next++;
-      for (const std::vector<double>* axis : {&waiting.x, &waiting.y, &waiting.z}) {
+      for (const std::vector<double>* axis : {&samples.x, &samples.y, &samples.z}) {
         *text++ = ',';
-        text = WriteNumber((*axis)[i], waiting.decimals, text);
+        text = WriteNumber((*axis)[i], format_.decimals[triad], text);
       }
-      if (waiting.stream.has_temperature) temperature_degc = waiting.temperature_degc[i];
-      if (waiting.stream.has_ambient) ambient_degc = waiting.ambient_degc[i];
+      if (!samples.temperature_degc.empty()) temperature_degc = samples.temperature_degc[i];
+      if (!samples.ambient_degc.empty()) ambient_degc = samples.ambient_degc[i];
     }
     if (has_temperature_) {
       *text++ = ',';
@@ -250,12 +190,11 @@ class CsvFile {
   std::string name_;
   WholeFile file_;
   RecordingFormat format_;
-  std::vector<Waiting> waiting_;
+  std::vector<StreamInfo> streams_;
+  MergedRows rows_;
   bool has_temperature_ = false, has_ambient_ = false;
   std::int64_t time_unit_ns_ =
       std::llround(kPowersOfTen[static_cast<std::size_t>(9 - format_.time_decimals)]);
-  std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
-  bool went_back_ = false;
   std::string text_;
 };
 
