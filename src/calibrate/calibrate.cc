@@ -14,7 +14,7 @@
 #include "calibrate/rival_alignment.h"
 #include "calibrate/stated_dip.h"
 #include "choice/model_choice.h"
-#include "data/recorded_temperature.h"
+#include "data/pose_statistics.h"
 #include "model/mechanisms.h"
 #include "motion/calibrate_motion.h"
 #include "noise/deletion.h"

@@ -9,16 +9,15 @@
 #include <glog/logging.h>
 
 #include "base/messages.h"
+#include "data/window_statistics.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
 
-// Finer than any lag that a rest of a second cannot bear, and ten and more samples of the usual
-// logs.
-constexpr std::int64_t kSlotNs = 100'000'000;
-constexpr double kSlotS = 1e-9 * static_cast<double>(kSlotNs);
+// Slots are finer than any lag that a rest of a second cannot bear.
+constexpr double kSlotS = 1e-9 * static_cast<double>(kWindowNs);
 // Before the first reading seen: streams need not begin together.
 constexpr std::int64_t kSlotsBefore = 100;
 // Six hours: what bounds the memory.
@@ -155,11 +154,11 @@ void ClockLagFinder::Add(const SampleBlock& block) {
   if (block.x.empty()) return;
   if (!started_) {
     started_ = true;
-    origin_ns_ = block.time_ns.front() - kSlotsBefore * kSlotNs;
+    origin_ns_ = block.time_ns.front() - kSlotsBefore * kWindowNs;
   }
   Track& track = tracks_[block.triad];
   for (std::size_t i = 0; i < block.x.size(); ++i) {
-    const std::int64_t slot = std::max<std::int64_t>(block.time_ns[i] - origin_ns_, 0) / kSlotNs;
+    const std::int64_t slot = std::max<std::int64_t>(block.time_ns[i] - origin_ns_, 0) / kWindowNs;
     if (slot >= kMostSlots) break;
     if (slot != track.slot) {
       Close(&track);

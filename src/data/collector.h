@@ -1,22 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "data/pose_statistics.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/finding.h"
 
 namespace truetriad {
 
+class StreamMonitor;
+
 // A list names so many places, and counts the others.
 inline constexpr std::size_t kMostPlacesNamed = 10;
+
+// "3, 4, 7, …", of `count` places whose names `name` gives.
+template <typename Name>
+std::string Named(std::size_t count, const Name& name) {
+  std::string text;
+  for (std::size_t k = 0; k < std::min(count, kMostPlacesNamed); ++k) {
+    text += (k == 0 ? "" : ", ") + name(k);
+  }
+  return text + (count > kMostPlacesNamed ? ", …" : "");
+}
+
+// What a recording that has no time cannot do, and what is to be done about it.
+inline Error NoTime(const RecordingInfo& info,
+                    const std::string& so,
+                    const std::string& remedy = {}) {
+  return Error(ErrorCode::kMissingTime,
+               {info.path},
+               "has no time, so " + so +
+                   "; add a time column, or state the rate in a manifest (`time: {unit: samples, "
+                   "rate_hz: 100}`)" +
+                   remedy);
+}
 
 /// Reduces a recording while it streams by; one for each kind of selection. The monitors of the
 /// streams have seen every block before it comes here.
@@ -31,6 +59,9 @@ class Collector {
   /// Fills in the set, which has its streams. Error: there is too little.
   virtual Status Finish(PoseSet* set) = 0;
 };
+
+/// Keeps all readings of a unit that never rests.
+std::unique_ptr<Collector> MakeMotionCollector(const RecordingInfo& info);
 
 /// A pose and what its covariance is made from.
 struct CollectedPose {
@@ -54,5 +85,13 @@ class RestFinder {
   /// Why there is none, when Finish gave none.
   virtual Error NoPose(const PoseSet& set) const = 0;
 };
+
+/// Poses, and between them what a gyroscope saw: of detected rests as of those that are given.
+/// `monitors` belong to the caller.
+std::unique_ptr<Collector> MakeRestCollector(std::unique_ptr<RestFinder> finder,
+                                             const PoseSelection& selection,
+                                             const RecordingInfo& info,
+                                             const PerTriad<StreamMonitor*>& monitors,
+                                             Triad leading);
 
 }  // namespace truetriad

@@ -2,25 +2,20 @@
 #include "data/detected_poses.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "base/messages.h"
 
 namespace truetriad {
 namespace {
 
-// A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
-constexpr double kWindowNs = 1e8;
 // Samples of the slowest triad in use that a window has for a good variance, unless that takes so
 // long that five windows in a row are no part of a rest; two tell some.
 constexpr double kSamplesOfWindow = 4.0, kLongestWindowNs = 4e8, kFewestWindowSamples = 2.0;
-// A gyroscope much slower than the leading triad would make the windows too long.
-constexpr double kSlowestRateShare = 0.25;
 
-// Windows that are searched at once: 27 minutes at 0.1 s.
-constexpr std::size_t kChunkWindows = 16384;
-// Windows at the end of a chunk whose neighbours are yet to come: two knocks and the activity.
+// Windows at the end of those that are searched whose neighbours are yet to come: two knocks and
+// the activity.
 constexpr std::size_t kTailWindows = 64;
 
 // Samples of a stream that tell its rate.
@@ -40,10 +35,8 @@ std::string MotionSeen(const PoseSet& set) {
     const StreamSummary* stream = set.Find(triad);
     if (stream == nullptr || stream->samples == 0) continue;
     const double range = (stream->maximum_raw - stream->minimum_raw).maxCoeff();
-    std::array<char, 64> number{};
-    std::snprintf(number.data(), number.size(), "%.3g ", range);
     seen += (seen.empty() ? " (over it the " : ", the ") + std::string(TriadName(triad)) +
-            "'s readings spread over " + number.data() + stream->unit.name;
+            Format("'s readings spread over %.3g ", range) + stream->unit.name;
   }
   return seen.empty() ? seen : seen + ")";
 }
@@ -58,11 +51,9 @@ DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
 
 Status DetectedPoses::Validate() const {
   if (!info_.has_time) {
-    return Error(ErrorCode::kMissingTime,
-                 {info_.path},
-                 "has no time, so rests cannot be detected; add a time column, state the "
-                 "rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or state the "
-                 "poses (`poses: every_row`, `poses: { every: 100 }`, …)");
+    return NoTime(info_,
+                  "rests cannot be detected",
+                  ", or state the poses (`poses: every_row`, `poses: { every: 100 }`, …)");
   }
   if (!(options_.min_duration_s > 0.0) || !(options_.max_knock_s >= 0.0)) {
     return Error(ErrorCode::kInvalidValue,
@@ -77,10 +68,7 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
   const bool has_both =
       set.Find(Triad::kGyroscope) != nullptr &&
       (set.Find(Triad::kAccelerometer) != nullptr || set.Find(Triad::kMagnetometer) != nullptr);
-  std::array<char, 64> duration{};
-  std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
-  std::array<char, 64> least{};
-  std::snprintf(least.data(), least.size(), "%g s", options_.min_duration_s);
+  const std::string duration = Format("%.1f s", set.duration_s);
   // No such sensor is read at more than some 10 kHz.
   constexpr double kMostHz = 2e4;
   std::string too_fast;
@@ -88,15 +76,15 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
     const double rate_hz = static_cast<double>(stream.samples) / set.duration_s;
     if (!(set.duration_s > 0.0 && rate_hz > kMostHz) || !too_fast.empty()) continue;
     too_fast = "check the unit of the times: " + std::to_string(stream.samples) +
-               " samples of the " + std::string(TriadName(stream.triad)) + " in " +
-               duration.data() + " are " + std::to_string(std::lround(rate_hz / 1e3)) +
-               " kHz; else ";
+               " samples of the " + std::string(TriadName(stream.triad)) + " in " + duration +
+               " are " + std::to_string(std::lround(rate_hz / 1e3)) + " kHz; else ";
   }
   return NotEnoughError(
       Finding(
           FindingCode::kNoRest,
-          set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
-              "; expected poses with the unit still for at least " + least.data(),
+          set.source + ": no rest found in " + duration + MotionSeen(set) +
+              Format("; expected poses with the unit still for at least %g s",
+                     options_.min_duration_s),
           too_fast +
               "hold each pose longer, or state the poses (`poses: every_row` where each row is "
               "one); for a unit tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
@@ -144,13 +132,14 @@ Status DetectedPoses::Start() {
                          info.unit.is_counts ? 0.0 : info.unit.truth_per_raw};
   };
   std::vector<DetectorTriad> triads, witnesses;
-  double width_ns = kWindowNs;
+  double width_ns = static_cast<double>(kWindowNs);
   const double leading_spacing_ns = monitors_[leading_]->spacing_ns();
   for (const Triad triad : {leading_, Triad::kGyroscope}) {
     if (std::find(streams.begin(), streams.end(), triad) == streams.end()) continue;
     if (!triads.empty() && triads.front().triad == triad) continue;
     const double spacing_ns = monitors_[triad]->spacing_ns();
-    if (spacing_ns * kSlowestRateShare > leading_spacing_ns) continue;
+    // A gyroscope that is slower by as much would make the windows too long.
+    if (spacing_ns > kSamplesOfWindow * leading_spacing_ns) continue;
     width_ns = std::max({width_ns,
                          std::min(kSamplesOfWindow * spacing_ns, kLongestWindowNs),
                          kFewestWindowSamples * spacing_ns});
@@ -177,7 +166,7 @@ Status DetectedPoses::Start() {
 Status DetectedPoses::AddToBuffer(const SampleBlock& block) {
   TRUETRIAD_RETURN_IF_ERROR(buffer_->Add(block));
   peak_windows_ = std::max(peak_windows_, buffer_->size());
-  if (buffer_->CompleteCount() >= kChunkWindows) FindRests(/*at_end=*/false);
+  if (buffer_->CompleteCount() >= kMostWindows) FindRests(/*at_end=*/false);
   return {};
 }
 
@@ -242,8 +231,7 @@ void DetectedPoses::ClosePose() {
 Result<std::vector<CollectedPose>> DetectedPoses::Finish(Findings* findings) {
   if (!buffer_) TRUETRIAD_RETURN_IF_ERROR(Start());
   FindRests(/*at_end=*/true);
-  const Findings stuck = stuck_->Stretches();
-  findings->insert(findings->end(), stuck.begin(), stuck.end());
+  stuck_->Tell(findings);
   return std::move(poses_);
 }
 

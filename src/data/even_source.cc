@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
@@ -16,10 +18,69 @@ namespace {
 // Samples at the end that wait for those after them, and handed over ones that stay, so that the
 // line through the stamps goes on from one batch to the next.
 constexpr std::size_t kOverlap = 8192;
-// As the reader of logs hands them over: blocks that stay in the cache.
-constexpr std::size_t kSlice = 4096;
 
 }  // namespace
+
+ExcludedTime::ExcludedTime(const std::vector<ExcludedRange>& ranges)
+    : ranges_(ranges), readings_(ranges.size(), 0) {}
+
+void ExcludedTime::Apply(std::vector<SampleBlock>* blocks) {
+  if (ranges_.empty()) return;
+  std::vector<SampleBlock> pieces;
+  for (const SampleBlock& block : *blocks) {
+    const std::size_t size = block.time_ns.size();
+    if (size > 0) {
+      first_ns_ = std::min(first_ns_, block.time_ns.front());
+      last_ns_ = std::max(last_ns_, block.time_ns.back());
+    }
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::int64_t time_ns = block.time_ns[i];
+      const auto range =
+          std::find_if(ranges_.begin(), ranges_.end(), [time_ns](const ExcludedRange& each) {
+            return each.times.start_ns <= time_ns && time_ns <= each.times.end_ns;
+          });
+      if (range == ranges_.end()) continue;
+      if (begin < i) pieces.push_back(PieceOf(block, begin, i));
+      begin = i + 1;
+      ++readings_[static_cast<std::size_t>(std::distance(ranges_.begin(), range))];
+    }
+    if (begin < size) pieces.push_back(PieceOf(block, begin, size));
+  }
+  *blocks = std::move(pieces);
+}
+
+std::vector<TimeRange> ExcludedTime::Left() const {
+  std::vector<TimeRange> left;
+  for (const ExcludedRange& range : ranges_) {
+    left.push_back(
+        {std::max(range.times.start_ns, first_ns_), std::min(range.times.end_ns, last_ns_)});
+  }
+  return left;
+}
+
+Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
+  if (ranges_.empty()) return {};
+  double readings = 0.0, seconds = 0.0;
+  const std::vector<TimeRange> left = Left();
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    const TimeRange& times = left[i];
+    readings += static_cast<double>(readings_[i]);
+    seconds += 1e-9 * static_cast<double>(times.end_ns - times.start_ns);
+    if (readings_[i] > 0) continue;
+    return ErrorIn(ErrorCode::kNotInRecording,
+                   ranges_[i].stated_in,
+                   "no reading of " + info.path +
+                       " lies in it, or another range has them already; expected seconds from "
+                       "the recording's first sample");
+  }
+  findings->push_back(Finding(FindingCode::kExcluded,
+                              Format("%.0f readings", readings) + Format(" in %.6g s", seconds) +
+                                  " are left out, as `exclude:` asks")
+                          .With("readings", readings)
+                          .With("duration", seconds, "s"));
+  return {};
+}
 
 Result<bool> EvenSource::Next(std::vector<SampleBlock>* blocks) {
   while (true) {
@@ -35,7 +96,7 @@ Result<bool> EvenSource::Next(std::vector<SampleBlock>* blocks) {
       }
       return true;
     }
-    Hold(*blocks);
+    for (const SampleBlock& block : *blocks) streams_[block.triad].held.Append(block);
     std::size_t waiting = 0;
     for (const Stream& stream : streams_) waiting += stream.waiting();
     if (at_end_ || waiting >= kMostHeldSamples) Settle(at_end_);
@@ -61,10 +122,6 @@ std::int64_t EvenSource::WindowOf(Triad triad) const {
   return info == nullptr ? 1 : info->window_samples;
 }
 
-void EvenSource::Hold(const std::vector<SampleBlock>& blocks) {
-  for (const SampleBlock& block : blocks) streams_[block.triad].held.Append(block);
-}
-
 void EvenSource::SettleStream(Triad triad) {
   Stream* const stream = &streams_[triad];
   const bool is_open = stream->judgement == Judgement::kOpen;
@@ -81,7 +138,7 @@ void EvenSource::SettleStream(Triad triad) {
   const StampShare share = ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns);
   if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven() &&
       Acts(Mechanism::kNoRowLost)) {
-    even = FitEvenTimesOfAll(stamps);
+    even = FitEvenTimes(stamps, /*none_lost=*/true);
   }
   if (is_open) {
     stream->kind = even.kind;
@@ -151,7 +208,7 @@ bool EvenSource::HandOver(std::vector<SampleBlock>* blocks) {
     return false;
   }
   Stream& stream = streams_[triad];
-  const std::size_t end = std::min(stream.ready, stream.handed + kSlice);
+  const std::size_t end = std::min(stream.ready, stream.handed + kBlockSamples);
   SampleBlock& block = blocks->emplace_back(stream.held.View(triad, stream.handed, end));
   block.time_ns = stream.times_ns().subspan(stream.handed, end - stream.handed);
   stream.last_ns = block.time_ns.back();

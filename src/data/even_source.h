@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "data/excluded_time.h"
 #include "data/held_samples.h"
 #include "data/time_stamps.h"
 #include "truetriad/base/result.h"
@@ -18,6 +17,28 @@
 #include "truetriad/model/finding.h"
 
 namespace truetriad {
+
+/// Takes out of a stream of readings what was taken in times that are to be left out.
+class ExcludedTime {
+ public:
+  explicit ExcludedTime(const std::vector<ExcludedRange>& ranges);
+
+  /// Leaves the pieces of the blocks that count, in order.
+  void Apply(std::vector<SampleBlock>* blocks);
+
+  /// The ranges, none beyond the recording's first and last reading.
+  std::vector<TimeRange> Left() const;
+
+  /// How much was left out. Error (bad input): a range without any reading.
+  Status Tell(const RecordingInfo& info, Findings* findings) const;
+
+ private:
+  std::vector<ExcludedRange> ranges_;
+  std::vector<std::int64_t> readings_;  // That each has left out.
+  // Of all readings, left out or not.
+  std::int64_t first_ns_ = std::numeric_limits<std::int64_t>::max();
+  std::int64_t last_ns_ = std::numeric_limits<std::int64_t>::min();
+};
 
 /// The readings of a recording without those that are excluded, at even times where its stamps
 /// scatter about such.
@@ -63,7 +84,6 @@ class EvenSource {
   /// Samples that are stamped together; 1: each by itself.
   std::int64_t WindowOf(Triad triad) const;
   bool MustHold(const std::vector<SampleBlock>& blocks);
-  void Hold(const std::vector<SampleBlock>& blocks);
   void Settle(bool at_end);
   void SettleStream(Triad triad);
   bool HandOver(std::vector<SampleBlock>* blocks);

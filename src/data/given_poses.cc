@@ -2,7 +2,6 @@
 #include "data/given_poses.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include <glog/logging.h>
@@ -13,7 +12,6 @@
 namespace truetriad {
 namespace {
 
-constexpr std::int64_t kNoPose = std::numeric_limits<std::int64_t>::min();
 // Samples a window: short enough for white noise inside, long enough for a variance.
 constexpr std::int64_t kWindowSamples = 10;
 
@@ -85,8 +83,8 @@ std::string GivenPoses::Spoken(std::size_t range) const {
          ")";
 }
 
-// Names the pose that the row belongs to; neighbouring rows of one name are one pose.
-std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
+// Names the pose that the row belongs to, if any; neighbouring rows of one name are one pose.
+std::optional<std::int64_t> GivenPoses::Label(const SampleBlock& block, std::size_t i) {
   const std::int64_t row = block.row[i];
   switch (selection_.kind) {
     case PoseSelectionKind::kEveryRow:
@@ -94,12 +92,13 @@ std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
     case PoseSelectionKind::kEveryN:
       return row / selection_.every;
     case PoseSelectionKind::kColumn:
-      return block.pose.empty() || block.pose[i] == 0 ? kNoPose : block.pose[i];
+      if (block.pose.empty() || block.pose[i] == 0) return std::nullopt;
+      return block.pose[i];
     case PoseSelectionKind::kRanges: {
       const std::size_t count = selection_.ranges.size();
       const std::int64_t at = IsByTime() ? block.time_ns[i] : row;
       while (range_ < count && End(range_) < at) ++range_;
-      if (range_ == count || at < Begin(range_)) return kNoPose;
+      if (range_ == count || at < Begin(range_)) return std::nullopt;
       range_used_[range_] = true;
       return static_cast<std::int64_t>(range_);
     }
@@ -109,7 +108,7 @@ std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
       break;
   }
   LOG(FATAL) << "not a given selection";
-  return kNoPose;
+  return std::nullopt;
 }
 
 void GivenPoses::AddSamples(const SampleBlock& block,
@@ -131,14 +130,14 @@ void GivenPoses::AddSamples(const SampleBlock& block,
 
 void GivenPoses::AddLeading(const SampleBlock& block) {
   for (std::size_t begin = 0; begin < block.x.size();) {
-    const std::int64_t label = Label(block, begin);
+    const std::optional<std::int64_t> label = Label(block, begin);
     std::size_t end = begin + 1;
     while (end < block.x.size() && Label(block, end) == label) ++end;
     if (!open_.empty() && open_.back().label != label) open_.back().closed = true;
-    if (label != kNoPose) {
+    if (label) {
       if (open_.empty() || open_.back().closed) {
         OpenPose& pose = open_.emplace_back();
-        pose.label = label;
+        pose.label = *label;
         pose.first_row = block.row[begin], pose.first_ns = block.time_ns[begin];
       }
       OpenPose& pose = open_.back();

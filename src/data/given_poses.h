@@ -70,7 +70,7 @@ class GivenPoses : public RestFinder {
   std::int64_t End(std::size_t range) const;
   std::string Spoken(std::size_t range) const;
   Status CheckRowsAreRests() const;
-  std::int64_t Label(const SampleBlock& block, std::size_t i);
+  std::optional<std::int64_t> Label(const SampleBlock& block, std::size_t i);
   void AddLeading(const SampleBlock& block);
   void AddWaiting(Triad triad, bool at_end);
   bool IsOver(const OpenPose& pose) const;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,6 +17,29 @@ namespace truetriad {
 
 /// Held at most, of all streams: 14 minutes of three at 100 Hz, some 25 MB.
 inline constexpr std::size_t kMostHeldSamples = 262144;
+/// Samples that sources hand over at once: blocks that stay in the cache.
+inline constexpr std::size_t kBlockSamples = 4096;
+
+/// Readings number [begin, end) of a block; columns that it lacks stay empty.
+SampleBlock PieceOf(const SampleBlock& block, std::size_t begin, std::size_t end);
+
+/// So many readings of a stream show its smallest step: with noise σ of a hundred steps neighbours
+/// differ by one step once in √π σ = 177 times.
+inline constexpr std::int64_t kStepReadings = 20000;
+
+/// The lesser of `step` and the smallest difference between readings that follow each other, from
+/// `before` on. What is smaller than 1e-9 of the `largest` reading is rounding of its conversion.
+inline double SmallestStep(std::span<const double> values,
+                           double before,
+                           double largest,
+                           double step) {
+  const double rounding = 1e-9 * largest;
+  for (const double value : values) {
+    const double difference = std::abs(value - std::exchange(before, value));
+    step = difference > rounding && difference < step ? difference : step;
+  }
+  return step;
+}
 
 /// Samples of one triad that are held back until more of them have come. Columns that a recording
 /// does not have stay empty.
@@ -28,16 +54,20 @@ struct HeldSamples {
   void Move(std::size_t from, std::size_t to);
   void Resize(std::size_t size);
   void EraseFront(std::size_t count);
-  SampleBlock View(Triad triad, std::size_t begin, std::size_t end) const;
+  SampleBlock View(Triad triad, std::size_t begin, std::size_t end) const {
+    return PieceOf(
+        {triad, time_ns, x, y, z, temperature_degc, pose, row, ambient_degc}, begin, end);
+  }
 
  private:
-  // Optional columns are empty.
+  // Optional columns are empty. `change` gets each, and that of a block.
   template <typename Change>
   void EachColumn(const Change& change) {
-    change(&time_ns), change(&row);
-    change(&x), change(&y), change(&z);
-    change(&temperature_degc), change(&ambient_degc);
-    change(&pose);
+    change(&time_ns, &SampleBlock::time_ns), change(&row, &SampleBlock::row);
+    change(&x, &SampleBlock::x), change(&y, &SampleBlock::y), change(&z, &SampleBlock::z);
+    change(&temperature_degc, &SampleBlock::temperature_degc);
+    change(&ambient_degc, &SampleBlock::ambient_degc);
+    change(&pose, &SampleBlock::pose);
   }
 };
 

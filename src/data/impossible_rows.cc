@@ -8,7 +8,7 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
-#include "data/smallest_step.h"
+#include "data/held_samples.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
@@ -22,6 +22,101 @@ constexpr std::size_t kAhead = 24;
 constexpr std::size_t kMostHeld = 8192;
 // A word this many steps off the reading before is looked at.
 constexpr double kFewSteps = 5.0;
+// The smallest word but zero.
+constexpr double kLeastWord = 999.0;
+// Fewer readings do not say how they spread.
+constexpr std::size_t kFewestAbout = 6;
+// A check leaves out the most extreme of those about it on each side, which may be bad themselves.
+constexpr std::size_t kTrimmed = 1;
+// What remains of 16 spreads over 2.6 σ, which it tells like 12 degrees of freedom do.
+constexpr double kSpreadSigmas = 2.6, kDof = 12.0;
+// A word is this many times as far off as the others spread: they are 16 readings of one motion,
+// whose end lies within one spread of them.
+constexpr double kFarSpreads = 5.0;
+// A chance below which a row is none: one good row in a million is no loss.
+constexpr double kUnlikely = 1e-6;
+// A third of the share of zeros in a stream: the chance that another one is a reading is then less
+// than one in four.
+constexpr double kZeroShare = 1.0 / 3.0;
+// Where each row is elsewhere on the sphere a word lies among the others; a few in a row are then
+// no rest.
+constexpr std::size_t kFewInARow = 3;
+// Another word on all three axes at once is none where it is half a spread off.
+constexpr double kApartSpreads = 0.5;
+// Readings that spread over fewer steps are a rest, in which any word may lie outside by chance.
+constexpr double kSomeSteps = 20.0;
+
+// What drivers and file formats put where there is no reading: zero, ends of 16 and 32 bits, rows
+// of nines.
+bool IsWord(double value) {
+  const double size = std::abs(value);
+  if (size < kLeastWord) return size == 0.0;
+  if (size < 32767.0) return size == 999.0 || size == 9999.0;
+  if (size <= 65535.0) return size == 32767.0 || size == 32768.0 || size == 65535.0;
+  return size == 99999.0 || size == 2147483647.0 || size == 2147483648.0 || size >= kNoSensorReads;
+}
+
+// All axes read the same.
+bool IsOneWord(const Eigen::Vector3d& reading) {
+  return reading.x() == reading.y() && reading.y() == reading.z();
+}
+
+// Readings about a word, and what is known of their stream.
+struct AboutWord {
+  std::vector<Eigen::Vector3d> readings;  // Good ones before and after.
+  Eigen::Vector3d step;                   // Smallest between readings, by axis.
+  std::size_t in_a_row = 1;               // Words.
+  double zero_share = 0.0;                // Of the rows so far that were 0, 0, 0 and no reading.
+};
+
+struct Spread {
+  double low, high, step;
+  double width() const { return std::max(high - low, step); }
+  // Widths that a value is outside.
+  double Off(double value) const { return std::max({low - value, value - high, 0.0}) / width(); }
+  // Chance of a value of one step among readings scattered like these; of it, where it lies.
+  double sigma() const { return std::max((high - low) / kSpreadSigmas, 0.5 * step); }
+  double TailOf(double value) const {
+    const double distance = (value - 0.5 * (low + high)) / sigma();
+    return std::pow(1.0 + distance * distance / kDof, -0.5 * (kDof + 1.0));
+  }
+  double StepShare() const { return std::min(1.0, 0.4 * step / sigma()); }
+};
+
+Spread SpreadOf(const AboutWord& about, int axis) {
+  std::vector<double> values;
+  values.reserve(about.readings.size());
+  for (const Eigen::Vector3d& reading : about.readings) values.push_back(reading[axis]);
+  std::sort(values.begin(), values.end());
+  return {values[kTrimmed], values[values.size() - 1 - kTrimmed], about.step[axis]};
+}
+
+// Whether `reading`, of which at least one axis is a word or all are one, cannot be a reading. A
+// word alone says nothing: a gyroscope at rest may read 0, 0, 0.
+bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
+  // What is not finite is a fault of the file.
+  if (!reading.allFinite()) return false;
+  if (reading.cwiseAbs().maxCoeff() >= kNoSensorReads) return true;
+  if (about.readings.size() < kFewestAbout) return false;
+  const bool one_word = IsOneWord(reading);
+  const bool few = about.in_a_row <= kFewInARow;
+  bool has_noise = false;
+  double chance = 1.0, farthest = 0.0, apart = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Spread spread = SpreadOf(about, axis);
+    has_noise = has_noise || spread.high > spread.low;
+    const double off = spread.Off(reading[axis]);
+    if (one_word || IsWord(reading[axis])) farthest = std::max(farthest, off);
+    if (one_word && spread.width() >= kSomeSteps * spread.step) apart = std::max(apart, off);
+    chance *= spread.TailOf(reading[axis]) * (few ? spread.StepShare() : 1.0);
+  }
+  // A simulated rest between turns at constant rates.
+  if (!has_noise && !few) return false;
+  if (farthest > kFarSpreads) return true;
+  if (!one_word) return false;
+  if (reading.x() == 0.0) return chance < std::max(kUnlikely, kZeroShare * about.zero_share);
+  return few && IsWord(reading.x()) && apart > kApartSpreads;
+}
 
 // Far from all: nothing is known of what came before.
 Eigen::Vector3d Nowhere() { return Eigen::Vector3d::Constant(2.0 * kNoSensorReads); }
@@ -129,24 +224,22 @@ bool RowScreen::IsCoarseRest(std::size_t begin, std::size_t end) const {
   return false;
 }
 
-std::optional<RowScreen::Kind> RowScreen::WhyImpossible(const Eigen::Vector3d& reading,
-                                                        const AboutWord& about) const {
-  if (!IsNoReading(reading, about)) return std::nullopt;
-  if (reading.cwiseAbs().maxCoeff() >= kNoSensorReads) return kAbsurd;
-  return reading.isZero(0.0) ? kZero : kWord;
-}
-
-void RowScreen::Leave(Kind kind, std::size_t i) {
+bool RowScreen::LeaveOut(const Eigen::Vector3d& reading, std::int64_t row) {
+  constexpr std::array<Mechanism, kKinds> kActs = {
+      Mechanism::kZeroRows, Mechanism::kErrorWords, Mechanism::kAbsurdRows};
+  const Kind kind = reading.cwiseAbs().maxCoeff() >= kNoSensorReads ? kAbsurd
+                    : reading.isZero(0.0)                           ? kZero
+                                                                    : kWord;
+  if (!Acts(kActs[kind])) return false;
   if (first_row_ < 0) {
-    first_row_ = rows_.row[i];
-    example_ = rows_.reading(i);
+    first_row_ = row;
+    example_ = reading;
   }
   ++left_[kind];
+  return true;
 }
 
 SampleBlock RowScreen::Judge(bool at_end) {
-  constexpr std::array<Mechanism, kKinds> kActs = {
-      Mechanism::kZeroRows, Mechanism::kErrorWords, Mechanism::kAbsurdRows};
   std::size_t kept = 0;
   for (std::size_t i = handed_; i < rows_.size(); ++i) rows_.Move(i, i - handed_);
   rows_.Resize(rows_.size() - std::exchange(handed_, 0));
@@ -173,11 +266,8 @@ SampleBlock RowScreen::Judge(bool at_end) {
     }
     for (; i < end; ++i) {
       about.zero_share = static_cast<double>(left_[kZero]) / static_cast<double>(rows_seen_);
-      if (const auto kind = WhyImpossible(rows_.reading(i), about); kind && Acts(kActs[*kind])) {
-        Leave(*kind, i);
-      } else {
-        keep(i);
-      }
+      const Eigen::Vector3d reading = rows_.reading(i);
+      if (!IsNoReading(reading, about) || !LeaveOut(reading, rows_.row[i])) keep(i);
     }
   }
   handed_ = kept;
@@ -216,37 +306,34 @@ void ImpossibleRows::Apply(std::vector<SampleBlock>* blocks) {
       if (block.triad == triad) own.push_back(&block);
     }
     if (own.empty()) continue;
-    auto& screen = screens_[triad];
-    if (!screen) screen.emplace(triad);
+    RowScreen& screen = screens_[triad];
     bool is_clean = true;
-    for (const SampleBlock* block : own) is_clean = screen->IsClean(*block) && is_clean;
+    for (const SampleBlock* block : own) is_clean = screen.IsClean(*block) && is_clean;
     for (SampleBlock* block : own) {
       if (is_clean) {
-        screen->Accept(*block);
+        screen.Accept(*block);
       } else {
-        screen->Hold(*block);
+        screen.Hold(*block);
         block->x = {};
       }
     }
-    if (!is_clean) *own.front() = screen->Judge(/*at_end=*/false);
+    if (!is_clean) *own.front() = screen.Judge(/*at_end=*/false);
   }
   std::erase_if(*blocks, [](const SampleBlock& block) { return block.x.empty(); });
 }
 
 void ImpossibleRows::Flush(std::vector<SampleBlock>* blocks) {
   blocks->clear();
-  for (auto& screen : screens_) {
-    if (!screen) continue;
-    const SampleBlock rest = screen->Judge(/*at_end=*/true);
+  for (RowScreen& screen : screens_) {
+    const SampleBlock rest = screen.Judge(/*at_end=*/true);
     if (!rest.x.empty()) blocks->push_back(rest);
   }
 }
 
 Findings ImpossibleRows::Left() const {
   Findings findings;
-  for (const auto& screen : screens_) {
-    if (!screen) continue;
-    if (auto left = screen->Left()) findings.push_back(*std::move(left));
+  for (const RowScreen& screen : screens_) {
+    if (auto left = screen.Left()) findings.push_back(*std::move(left));
   }
   return findings;
 }

@@ -11,15 +11,17 @@
 #include <Eigen/Core>
 
 #include "data/held_samples.h"
-#include "data/word_check.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/model/finding.h"
 
 namespace truetriad {
 
+/// No sensor reads as much, in any unit; squares of larger numbers leave the range of a double.
+inline constexpr double kNoSensorReads = 1e30;
+
 /// Leaves out of one stream the rows that are no readings: words that a driver or a bus puts in
-/// place of one (word_check.h).
+/// place of one.
 class RowScreen {
  public:
   explicit RowScreen(Triad triad) : triad_(triad) {}
@@ -44,10 +46,9 @@ class RowScreen {
   bool MayHaveSuspects(const SampleBlock& block) const;
   bool IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const;
   void Remember(const Eigen::Vector3d& reading);
-  std::optional<Kind> WhyImpossible(const Eigen::Vector3d& reading, const AboutWord& about) const;
   std::vector<Eigen::Vector3d> ReadingsAbout(std::size_t begin, bool* is_enough) const;
   bool IsCoarseRest(std::size_t begin, std::size_t end) const;
-  void Leave(Kind kind, std::size_t i);
+  bool LeaveOut(const Eigen::Vector3d& reading, std::int64_t row);
 
   Triad triad_;
   HeldSamples rows_;                      // Handed over last, then what is held back.
@@ -73,7 +74,9 @@ class ImpossibleRows {
   Findings Left() const;
 
  private:
-  PerTriad<std::optional<RowScreen>> screens_;
+  PerTriad<RowScreen> screens_ = {{RowScreen(Triad::kAccelerometer),
+                                   RowScreen(Triad::kGyroscope),
+                                   RowScreen(Triad::kMagnetometer)}};
 };
 
 }  // namespace truetriad

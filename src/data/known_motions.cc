@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
 
 #include "base/messages.h"
 #include "data/stream_checks.h"
-#include "data/turn_ends.h"
 
 namespace truetriad {
 namespace {
@@ -62,10 +60,10 @@ Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
 }
 
 // A rate that is held is as large at the ends of its stretch as in the middle. What differs by more
-// than this share of it, and by so many times what the middle wanders by or noise and spikes make
-// of an eighth, is a table that gathers speed: an eighth of it would move the mean by an eighth of
-// the share.
-constexpr double kRampShare = 0.001, kRampFactor = 8.0;
+// than this share of it, and clearly from what the middle wanders by or noise and spikes make of an
+// eighth, is a table that gathers speed: an eighth of it would move the mean by an eighth of the
+// share.
+constexpr double kRampShare = 0.001;
 
 std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
   return (rate.at.stated_in.empty() ? "rates" : rate.at.stated_in) + ": " + set.source + ": rate" +
@@ -85,16 +83,14 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
   for (const bool is_first : {true, false}) {
     const Eigen::Vector3d end = is_first ? eighths.front() : eighths.back();
     const double missed = (end - middle).norm();
-    if (missed <= std::max(kRampShare * held, kRampFactor * wander)) continue;
-    char text[160];
-    std::snprintf(text,
-                  sizeof text,
-                  "the %s eighth of its time differs from the middle by %.2g %% of the rate, so "
-                  "the table is not at constant speed there; %s",
-                  is_first ? "first" : "last",
-                  100.0 * missed / held,
-                  is_first ? "begin it later" : "end it earlier");
-    return ErrorIn(ErrorCode::kNotInRecording, WhereOf(rate, set), text);
+    if (missed <= std::max(kRampShare * held, kClearFactor * wander)) continue;
+    return ErrorIn(ErrorCode::kNotInRecording,
+                   WhereOf(rate, set),
+                   std::string("the ") + (is_first ? "first" : "last") +
+                       Format(" eighth of its time differs from the middle by %.2g %% of the rate, "
+                              "so the table is not at constant speed there; ",
+                              100.0 * missed / held) +
+                       (is_first ? "begin it later" : "end it earlier"));
   }
   return {};
 }
@@ -123,7 +119,7 @@ Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const 
     const double share = product / held;
     const double dof = 3.0 * static_cast<double>(rates.size()) - 4.0;
     const double sigma = std::sqrt(std::max(square - share * product, 0.0) / (dof * held));
-    if (std::abs(share) <= std::max(kRampShare, kRampFactor * sigma)) continue;
+    if (std::abs(share) <= std::max(kRampShare, kClearFactor * sigma)) continue;
     return Error(
         ErrorCode::kDoesNotMatch,
         {set.source},

@@ -47,4 +47,8 @@ std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 /// next.
 Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
 
+/// Sets the fault of known turns whose rows or times begin or end while the unit still turns, so
+/// that a part of their angle is outside, and names them in set->findings. Needs set->poses.
+void RejectCutTurns(PoseSet* set);
+
 }  // namespace truetriad

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
+#include "math/distributions.h"
+
 namespace truetriad {
 namespace {
 
 // Half as many tell the spread of lengths to 5 %.
 constexpr std::size_t kMostKept = 1024;
-// Half of what is normal lies within so many σ of its middle.
-constexpr double kHalfSigmas = 0.6745;
 
 }  // namespace
 
@@ -37,7 +37,8 @@ LengthSpread::Half LengthSpread::ShortestHalf() const {
   }
   half.length = 0.5 * (sorted[best].norm() + sorted[best + further].norm());
   if (!(half.length > 0.0)) return half;
-  half.scatter = width(best) / (2.0 * kHalfSigmas * half.length);
+  // Half of what is normal lies within a median of |e| of its middle.
+  half.scatter = 0.5 * kMadToSigma * width(best) / half.length;
   Eigen::Vector3d least = sorted[best], most = sorted[best];
   for (std::size_t i = best; i <= best + further; ++i) {
     least = least.cwiseMin(sorted[i]), most = most.cwiseMax(sorted[i]);

@@ -9,8 +9,9 @@
 #include <string>
 
 #include "base/rounded_text.h"
-#include "data/gyroscope_faults.h"
+#include "data/held_samples.h"
 #include "data/readings_at.h"
+#include "data/repeats.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
@@ -85,15 +86,13 @@ std::optional<Finding> Fault(const RecordedMove& move,
 
 }  // namespace
 
-// Room for some minutes at once; pages that are never written cost nothing.
-MoveRecorder::Stream::Stream() {
-  constexpr std::size_t kFirstCapacity = 1 << 17;  // 22 minutes at 100 Hz.
-  time_ns.reserve(kFirstCapacity);
-  reading_raw.reserve(kFirstCapacity);
-}
-
 MoveRecorder::MoveRecorder(Triad leading, const std::vector<MotionPlace>& spans)
     : leading_(leading) {
+  for (ReadingTrack& track : tracks_) {
+    // Pages that are never written cost nothing.
+    track.time_ns.reserve(kMostHeldSamples);
+    track.reading_raw.reserve(kMostHeldSamples);
+  }
   for (const MotionPlace& at : spans) {
     spans_.push_back({at.rows, at.times.start_ns, at.times.end_ns, at.times.empty()});
   }
@@ -119,19 +118,11 @@ void MoveRecorder::Add(const SampleBlock& block) {
     }
   }
   if (!to_drop_.empty()) {
-    Compact(&gyroscope_);
-    Compact(&accelerometer_);
-    Compact(&magnetometer_);
+    for (ReadingTrack& track : tracks_) Compact(&track);
     to_drop_.clear();
   }
-  Stream& stream = block.triad == Triad::kGyroscope       ? gyroscope_
-                   : block.triad == Triad::kAccelerometer ? accelerometer_
-                                                          : magnetometer_;
-  stream.time_ns.insert(stream.time_ns.end(), block.time_ns.begin(), block.time_ns.end());
-  for (std::size_t i = 0; i < block.x.size(); ++i) {
-    stream.reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
-  }
-  peak_readings_ = std::max(peak_readings_, gyroscope_.time_ns.size());
+  Append(block, &tracks_[block.triad]);
+  peak_readings_ = std::max(peak_readings_, tracks_[Triad::kGyroscope].time_ns.size());
 }
 
 void MoveRecorder::DropRest(const StaticPose& pose) {
@@ -146,80 +137,58 @@ void MoveRecorder::DropLongMove(std::int64_t judged_before_ns) {
   if (after_ns < judged_before_ns) to_drop_.push_back({after_ns, judged_before_ns});
 }
 
-std::vector<MoveRecorder::Stretch> MoveRecorder::OutsideSpans() const {
-  std::vector<Stretch> outside;
-  for (auto [after_ns, before_ns] : to_drop_) {
-    while (after_ns < before_ns) {
-      // Up to the first span that is still to come, then behind it.
-      std::int64_t until_ns = before_ns, next_ns = before_ns;
-      for (const Span& span : spans_) {
-        if (span.end_ns <= after_ns || span.start_ns >= until_ns) continue;
-        until_ns = std::max(span.start_ns, after_ns);
-        next_ns = span.end_ns;
-      }
-      if (until_ns > after_ns) outside.push_back({after_ns, until_ns});
-      after_ns = next_ns;
-    }
+void MoveRecorder::Compact(ReadingTrack* track) const {
+  std::vector<std::int64_t>& time = track->time_ns;
+  std::int64_t first_ns = to_drop_.front().after_ns, last_ns = to_drop_.front().before_ns;
+  for (const auto& [after_ns, before_ns] : to_drop_) {
+    first_ns = std::min(first_ns, after_ns), last_ns = std::max(last_ns, before_ns);
   }
-  std::sort(outside.begin(), outside.end(), [](const Stretch& a, const Stretch& b) {
-    return a.after_ns < b.after_ns;
-  });
-  return outside;
-}
-
-void MoveRecorder::Compact(Stream* stream) const {
-  const std::vector<std::int64_t>& time = stream->time_ns;
-  std::size_t kept = 0, looked_at = 0;
-  const auto keep_until = [&](std::size_t end) {
-    if (end <= looked_at) return;
-    if (kept != looked_at) {
-      const auto shift = [&](auto& values) {
-        const auto from = values.begin() + static_cast<std::ptrdiff_t>(looked_at);
-        const auto to = values.begin() + static_cast<std::ptrdiff_t>(end);
-        std::move(from, to, values.begin() + static_cast<std::ptrdiff_t>(kept));
-      };
-      shift(stream->time_ns);
-      shift(stream->reading_raw);
-    }
-    kept += end - looked_at;
-    looked_at = end;
+  // Of a reading whose neighbours are at these times.
+  const auto is_dropped = [this](std::int64_t before_ns, std::int64_t after_ns) {
+    return std::any_of(to_drop_.begin(),
+                       to_drop_.end(),
+                       [=](const Stretch& stretch) {
+                         return stretch.after_ns <= before_ns && after_ns <= stretch.before_ns;
+                       }) &&
+           std::none_of(spans_.begin(), spans_.end(), [=](const Span& span) {
+             return span.start_ns < after_ns && before_ns < span.end_ns;
+           });
   };
-  const std::size_t count = time.size();
-  for (const Stretch& stretch : OutsideSpans()) {
-    const auto from = time.begin() + static_cast<std::ptrdiff_t>(looked_at);
-    const auto first = std::lower_bound(from, time.end(), stretch.after_ns) - time.begin() + 1;
-    const auto last = std::upper_bound(from, time.end(), stretch.before_ns) - time.begin() - 1;
-    if (first >= last) continue;
-    keep_until(static_cast<std::size_t>(first));
-    looked_at = std::max(looked_at, static_cast<std::size_t>(last));
+  const auto begin = std::lower_bound(time.begin(), time.end(), first_ns) - time.begin();
+  const auto end = std::upper_bound(time.begin(), time.end(), last_ns) - time.begin();
+  auto kept = static_cast<std::size_t>(begin);
+  for (std::size_t i = kept; i < static_cast<std::size_t>(end); ++i) {
+    if (i > 0 && i + 1 < time.size() && is_dropped(time[i - 1], time[i + 1])) continue;
+    time[kept] = time[i];
+    track->reading_raw[kept++] = track->reading_raw[i];
   }
-  keep_until(count);
-  stream->time_ns.resize(kept);
-  stream->reading_raw.resize(kept);
+  const auto erase = [&](auto& values) {
+    values.erase(values.begin() + static_cast<std::ptrdiff_t>(kept), values.begin() + end);
+  };
+  erase(time);
+  erase(track->reading_raw);
 }
 
-RecordedMove MoveRecorder::Cut(std::size_t first,
-                               std::size_t last,
-                               const StreamSummary& gyroscope) const {
+RecordedMove MoveRecorder::Cut(Time first, Time last, const StreamSummary& gyroscope) const {
+  const ReadingTrack& turning = tracks_[Triad::kGyroscope];
   RecordedMove move;
-  const auto span = [first, last](const auto& values) {
-    return std::vector(values.begin() + static_cast<std::ptrdiff_t>(first),
-                       values.begin() + static_cast<std::ptrdiff_t>(std::max(first, last)));
+  last = std::max(first, last);
+  move.time_ns.assign(first, last);
+  const auto begin = turning.reading_raw.begin() + (first - turning.time_ns.begin());
+  move.gyroscope_raw.assign(begin, begin + (last - first));
+  const auto beside = [&](Triad triad) {
+    return ReadingsAt(move.time_ns, tracks_[triad].time_ns, tracks_[triad].reading_raw);
   };
-  move.time_ns = span(gyroscope_.time_ns);
-  move.gyroscope_raw = span(gyroscope_.reading_raw);
-  move.accelerometer_raw =
-      ReadingsAt(move.time_ns, accelerometer_.time_ns, accelerometer_.reading_raw);
-  move.magnetometer_raw =
-      ReadingsAt(move.time_ns, magnetometer_.time_ns, magnetometer_.reading_raw);
-  move.fault = Fault(move, gyroscope, gyroscope_.reading_raw);
+  move.accelerometer_raw = beside(Triad::kAccelerometer);
+  move.magnetometer_raw = beside(Triad::kMagnetometer);
+  move.fault = Fault(move, gyroscope, turning.reading_raw);
   return move;
 }
 
 std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
   std::vector<RecordedMove> moves;
   const StreamSummary* gyroscope = set.Find(Triad::kGyroscope);
-  const std::vector<std::int64_t>& times = gyroscope_.time_ns;
+  const std::vector<std::int64_t>& times = tracks_[Triad::kGyroscope].time_ns;
   if (gyroscope == nullptr || times.empty()) return moves;
   for (std::size_t i = 0; i + 1 < set.poses.size(); ++i) {
     const std::int64_t duration_ns = set.poses[i + 1].start_ns - set.poses[i].end_ns;
@@ -238,9 +207,7 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
     if (first != times.begin()) --first;
     auto last = std::lower_bound(first, times.end(), set.poses[i + 1].start_ns);
     if (last != times.end()) ++last;
-    moves.push_back(Cut(static_cast<std::size_t>(first - times.begin()),
-                        static_cast<std::size_t>(last - times.begin()),
-                        *gyroscope));
+    moves.push_back(Cut(first, last, *gyroscope));
     moves.back().from = i;
   }
   return moves;
@@ -250,13 +217,11 @@ std::vector<RecordedMove> MoveRecorder::Spans(const PoseSet& set) const {
   std::vector<RecordedMove> moves;
   const StreamSummary* gyroscope = set.Find(Triad::kGyroscope);
   if (gyroscope == nullptr) return moves;
-  const std::vector<std::int64_t>& times = gyroscope_.time_ns;
+  const std::vector<std::int64_t>& times = tracks_[Triad::kGyroscope].time_ns;
   for (const Span& span : spans_) {
     const auto first = std::lower_bound(times.begin(), times.end(), span.start_ns);
     const auto last = std::upper_bound(first, times.end(), span.end_ns);
-    moves.push_back(Cut(static_cast<std::size_t>(first - times.begin()),
-                        static_cast<std::size_t>(last - times.begin()),
-                        *gyroscope));
+    moves.push_back(Cut(first, last, *gyroscope));
   }
   return moves;
 }

@@ -56,11 +56,6 @@ class MoveRecorder {
   std::size_t peak_readings() const { return peak_readings_; }
 
  private:
-  struct Stream {
-    Stream();
-    std::vector<std::int64_t> time_ns;
-    std::vector<Eigen::Vector3d> reading_raw;
-  };
   struct Stretch {
     std::int64_t after_ns = 0, before_ns = 0;
   };
@@ -70,18 +65,17 @@ class MoveRecorder {
     bool is_by_row = true;
   };
 
-  // Removes what is to be dropped, in one pass: all inside a stretch but its first and its last
-  // reading, which close the turns beside it at rest, and but what lies in a span.
-  void Compact(Stream* stream) const;
-  // The stretches without the spans, in order.
-  std::vector<Stretch> OutsideSpans() const;
+  // Removes all inside of a stretch but its first and its last reading, which close the turns
+  // beside it at rest, and but what lies in a span, with a reading on each side.
+  void Compact(ReadingTrack* track) const;
 
-  // Readings number first…last - 1 of the gyroscope.
-  RecordedMove Cut(std::size_t first, std::size_t last, const StreamSummary& gyroscope) const;
+  // The gyroscope's readings from one of its times to before another.
+  using Time = std::vector<std::int64_t>::const_iterator;
+  RecordedMove Cut(Time first, Time last, const StreamSummary& gyroscope) const;
 
   Triad leading_;
   std::vector<Span> spans_;
-  Stream gyroscope_, accelerometer_, magnetometer_;
+  PerTriad<ReadingTrack> tracks_;
   std::vector<Stretch> to_drop_;
   std::optional<std::int64_t> last_end_ns_;  // Of the last pose that is complete.
   std::int64_t last_row_ = -1;

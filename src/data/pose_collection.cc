@@ -8,15 +8,11 @@
 #include <optional>
 #include <utility>
 
+#include "data/collector.h"
 #include "data/detected_poses.h"
 #include "data/even_source.h"
-#include "data/excluded_time.h"
 #include "data/given_poses.h"
 #include "data/impossible_rows.h"
-#include "data/joints.h"
-#include "data/motion_spikes.h"
-#include "data/repeats.h"
-#include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
 #include "data/trace_recorder.h"
@@ -64,11 +60,9 @@ std::string HowOf(const PoseSelection& selection) {
 Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selection) {
   for (const Triad triad : kTriads) {
     if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
-    return Error(ErrorCode::kMissingTime,
-                 {info.path},
-                 "a time offset of the " + std::string(TriadName(triad)) +
-                     " is stated, but the recording has no time; remove `time_offset_s`, or "
-                     "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+    return NoTime(info,
+                  "a time offset of the " + std::string(TriadName(triad)) + " says nothing",
+                  ", or remove `time_offset_s`");
   }
   return {};
 }
@@ -106,95 +100,15 @@ Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selecti
                  "turns or rates are stated, but the recording has no gyroscope");
   }
   if (!selection.turns.empty() && !info.has_time) {
-    return Error(
-        ErrorCode::kMissingTime,
-        {info.path},
-        "turns are stated, but the recording has no time to integrate them; add a time column, "
-        "or state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+    return NoTime(info, "turns that are stated cannot be integrated");
   }
   return {};
 }
 
-// Keeps all readings of a unit that never rests.
-class MotionCollector : public Collector {
- public:
-  explicit MotionCollector(const RecordingInfo& info) : info_(info) {}
-
-  Status Validate() const override {
-    if (!info_.has_time) {
-      return Error(ErrorCode::kMissingTime,
-                   {info_.path},
-                   "has no time, so motion cannot be tracked; add a time column, or state "
-                   "the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
-    }
-    const bool sees_vector =
-        info_.Find(Triad::kAccelerometer) != nullptr || info_.Find(Triad::kMagnetometer) != nullptr;
-    if (info_.Find(Triad::kGyroscope) == nullptr || !sees_vector) {
-      return Error(ErrorCode::kMissingSensor,
-                   {info_.path},
-                   "motion needs the gyroscope, and accelerometer or magnetometer, to "
-                   "track the attitude; add the missing columns");
-    }
-    return {};
-  }
-
-  Status Add(const std::vector<SampleBlock>& blocks) override {
-    for (const SampleBlock& block : blocks) {
-      ReadingTrack& track = tracks_[block.triad];
-      track.time_ns.insert(track.time_ns.end(), block.time_ns.begin(), block.time_ns.end());
-      for (std::size_t i = 0; i < block.x.size(); ++i) {
-        track.reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
-      }
-      if (block.triad != Triad::kGyroscope) continue;
-      track.row.insert(track.row.end(), block.row.begin(), block.row.end());
-    }
-    return {};
-  }
-
-  Status Finish(PoseSet* set) override {
-    set->tracks = std::move(tracks_);
-    PerTriad<std::size_t> held{};
-    for (const StreamSummary& stream : set->streams) {
-      held[stream.triad] = LeaveOutHeld(stream, &set->tracks[stream.triad]);
-    }
-    FindJointsInMotion(set);
-    for (StreamSummary& stream : set->streams) {
-      const std::string sensor(TriadName(stream.triad));
-      const std::string of_all = " of " + std::to_string(stream.samples);
-      if (held[stream.triad] > 0) {
-        set->findings.push_back(Finding(FindingCode::kRepeatedRows,
-                                        sensor + ": " + std::to_string(held[stream.triad]) +
-                                            of_all +
-                                            " readings repeat the one before, and count once: the "
-                                            "log is faster than the sensor")
-                                    .About(stream.triad)
-                                    .With("rows", static_cast<double>(held[stream.triad])));
-      }
-      const SpikeScreen screen =
-          ReplaceSpikes(stream.resolution_raw, set->joints, &set->tracks[stream.triad]);
-      stream.one_sided_raw = screen.one_sided_raw;
-      if (screen.replaced == 0) continue;
-      set->findings.push_back(Finding(FindingCode::kReadingsLeftOut,
-                                      sensor + ": left out " + std::to_string(screen.replaced) +
-                                          of_all +
-                                          " readings that are far from their neighbours (spikes)")
-                                  .About(stream.triad)
-                                  .With("readings", static_cast<double>(screen.replaced)));
-    }
-    return {};
-  }
-
- private:
-  RecordingInfo info_;
-  PerTriad<ReadingTrack> tracks_;
-};
-
-using Monitors = PerTriad<StreamMonitor*>;
-
 std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
                                          const StaticDetectorOptions& options,
                                          const RecordingInfo& info,
-                                         const Monitors& monitors,
+                                         const PerTriad<StreamMonitor*>& monitors,
                                          Triad leading) {
   std::unique_ptr<RestFinder> finder;
   RecordingInfo of_rests = info;
@@ -204,7 +118,7 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
   detection.has_turns = selection.moves;
   switch (selection.kind) {
     case PoseSelectionKind::kMotion:
-      return std::make_unique<MotionCollector>(info);
+      return MakeMotionCollector(info);
     case PoseSelectionKind::kSweep:
       return std::make_unique<SweepCutter>(selection, info, leading);
     case PoseSelectionKind::kDetect:
@@ -217,14 +131,14 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
       finder = std::make_unique<GivenPoses>(selection, of_rests, leading, *monitors[leading]);
       break;
   }
-  return std::make_unique<RestCollector>(std::move(finder), selection, info, monitors, leading);
+  return MakeRestCollector(std::move(finder), selection, info, monitors, leading);
 }
 
 // What the set says of the recording as a whole.
 Status DescribeRecording(const SampleSource& source,
                          const PoseSelection& selection,
                          const EvenSource& even,
-                         const Monitors& monitors,
+                         const PerTriad<StreamMonitor*>& monitors,
                          Triad leading,
                          PoseSet* set) {
   const RecordingInfo& info = source.info();
@@ -283,7 +197,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   if (selection.Ignores(*leading)) selection.ignores_gyroscope = false;
 
   PerTriad<std::optional<StreamMonitor>> monitors;
-  Monitors monitor_of;
+  PerTriad<StreamMonitor*> monitor_of;
   PerTriad<TraceRecorder> recorders;
   for (const StreamInfo& stream : info.streams) {
     monitor_of[stream.triad] =

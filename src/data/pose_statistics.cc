@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <glog/logging.h>
@@ -287,18 +288,6 @@ double RoundingVarianceAt(double mean, double variance, double step) {
   return RoundingVariance((low * low + 1.0 / 12.0) * step * step, step);
 }
 
-void TriadPoseAccumulator::Line::Add(double at, double batch_samples, const Eigen::Array3d& value) {
-  count += 1.0;
-  samples += batch_samples;
-  const double time_step = at - time;
-  const Eigen::Array3d step = value - mean;
-  time += time_step / count;
-  mean += step / count;
-  time_square += time_step * (at - time);
-  square += step * (value - mean);
-  product += time_step * (value - mean);
-}
-
 void TriadPoseAccumulator::Add(const TriadWindow& window) {
   if (window.count == 0) return;
   moments_.window_scatter_raw += window.scatter_raw;
@@ -325,7 +314,8 @@ void TriadPoseAccumulator::Add(const TriadWindow& window) {
   for (std::size_t l = 0;; ++l) {
     if (l == levels_.size()) levels_.emplace_back();
     Level& level = levels_[l];
-    level.line.Add(time, samples, mean);
+    level.line.Add(time, 1.0, mean);
+    level.samples += samples;
     if (!level.has_half) {
       level.has_half = true;
       level.half_mean = mean, level.half_samples = samples, level.half_time = time;
@@ -388,26 +378,15 @@ TriadPoseMoments TriadPoseAccumulator::Finish() const {
   moments.eighths_raw = Eighths();
   if (segments_.size() > 1) moments.end_to_end_raw = segments_.back().mean - segments_.front().mean;
   for (const Level& level : levels_) {
-    const Line& line = level.line;
-    if (line.count < 3.0) break;
+    const RunningLine<Eigen::Array3d>& line = level.line;
+    if (line.weight < 3.0) break;
     BatchScatter scatter;
     scatter.residual_square = (line.square - line.product.square() / line.time_square).max(0.0) *
-                              (line.samples / line.count);
-    scatter.dof = line.count - 2.0;
+                              (level.samples / line.weight);
+    scatter.dof = line.weight - 2.0;
     moments.batches.push_back(scatter);
   }
   return moments;
-}
-
-void TemperatureAccumulator::Add(std::int64_t time_ns, double mean_degc, double samples) {
-  if (weight_ == 0.0) origin_ns_ = time_ns;
-  weight_ += samples;
-  const double time_s = static_cast<double>(time_ns - origin_ns_) * 1e-9;
-  const double time_step = time_s - time_;
-  time_ += time_step * samples / weight_;
-  mean_ += (mean_degc - mean_) * samples / weight_;
-  time_square_ += samples * time_step * (time_s - time_);
-  product_ += samples * time_step * (mean_degc - mean_);
 }
 
 void PoseAccumulator::Add(Triad triad, const TriadWindow& window) {
@@ -419,9 +398,11 @@ void PoseAccumulator::Add(Triad triad, const TriadWindow& window) {
   triads_[triad].Add(window);
   if (window.temperature_count > 0) {
     const auto count = static_cast<double>(window.temperature_count);
-    temperature_.Add(window.first_ns + (window.last_ns - window.first_ns) / 2,
-                     window.temperature_sum_degc / count,
-                     count);
+    const std::int64_t time_ns = window.first_ns + (window.last_ns - window.first_ns) / 2;
+    if (degc_.weight == 0.0) degc_origin_ns_ = time_ns;
+    degc_.Add(static_cast<double>(time_ns - degc_origin_ns_) * 1e-9,
+              count,
+              window.temperature_sum_degc / count);
   }
 }
 
@@ -439,9 +420,10 @@ StaticPose PoseAccumulator::Finish(Triad leading, PerTriad<TriadPoseMoments>* mo
   const Extent& extent = extents_[leading];
   pose.start_ns = extent.first_ns, pose.end_ns = extent.last_ns;
   pose.first_row = extent.first_row, pose.last_row = extent.last_row;
-  if (!temperature_.empty()) {
-    pose.temperature_degc = temperature_.mean_degc();
-    pose.temperature_rate_degcps = temperature_.rate_degcps();
+  if (degc_.weight > 0.0) {
+    pose.temperature_degc = degc_.mean;
+    // Zero when all was read at one time.
+    if (degc_.time_square > 0.0) pose.temperature_rate_degcps = degc_.product / degc_.time_square;
   }
   return pose;
 }
@@ -453,6 +435,20 @@ void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
   for (StreamSummary& stream : set->streams) {
     FillTriad(stream.triad, moments, resolution_raw[stream.triad], &stream, &set->poses);
   }
+}
+
+std::optional<Eigen::Vector3d> RecordedDegc(const PoseSet& poses) {
+  if (poses.poses.empty()) return std::nullopt;
+  double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0.0;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.temperature_degc) return std::nullopt;
+    low = std::min(low, *pose.temperature_degc);
+    high = std::max(high, *pose.temperature_degc);
+    sum += *pose.temperature_degc;
+  }
+  // A sum of equal values is rounded.
+  const double mean = sum / static_cast<double>(poses.poses.size());
+  return Eigen::Vector3d(low, std::clamp(mean, low, high), high);
 }
 
 }  // namespace truetriad

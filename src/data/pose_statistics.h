@@ -32,6 +32,9 @@ struct BatchScatter {
 
 /// The parts of a pose that are compared with each other.
 inline constexpr std::size_t kEighths = 8;
+/// One that is off by so many times what white noise makes of it, or its middle half wanders by, is
+/// so by no chance.
+inline constexpr double kClearFactor = 8.0;
 
 /// `eighths` has as many.
 inline Eigen::Vector3d MeanOfMiddleHalf(const std::vector<Eigen::Vector3d>& eighths) {
@@ -69,6 +72,26 @@ inline Eigen::Array3d NoiseOfEighth(const TriadPoseMoments& moments) {
   return (moments.window_scatter_raw.diagonal().array() / moments.window_dof / readings).sqrt();
 }
 
+/// Least squares of values on time, updated one by one (West 1979).
+template <typename Value>
+struct RunningLine {
+  explicit RunningLine(const Value& zero) : mean(zero), square(zero), product(zero) {}
+
+  double weight = 0.0, time = 0.0, time_square = 0.0;
+  Value mean, square, product;
+
+  void Add(double at, double samples, const Value& value) {
+    weight += samples;
+    const double time_step = at - time;
+    const Value step = value - mean;
+    time += time_step * samples / weight;
+    mean += step * samples / weight;
+    time_square += samples * time_step * (at - time);
+    square += samples * step * (value - mean);
+    product += samples * time_step * (value - mean);
+  }
+};
+
 /// Reduces the windows of one triad in one pose, in one pass.
 class TriadPoseAccumulator {
  public:
@@ -88,16 +111,9 @@ class TriadPoseAccumulator {
   void AddToSegments(const TriadWindow& window);
   std::vector<Eigen::Vector3d> Eighths() const;
 
-  // Regression of batch means on batch number, updated one by one (West 1979).
-  struct Line {
-    double count = 0.0, samples = 0.0, time = 0.0, time_square = 0.0;
-    Eigen::Array3d mean = Eigen::Array3d::Zero();
-    Eigen::Array3d square = Eigen::Array3d::Zero();
-    Eigen::Array3d product = Eigen::Array3d::Zero();
-    void Add(double at, double batch_samples, const Eigen::Array3d& value);
-  };
   struct Level {
-    Line line;
+    RunningLine<Eigen::Array3d> line{Eigen::Array3d::Zero()};  // Of batch means on their number.
+    double samples = 0.0;
     // The first of two batches that make one of the next level.
     Eigen::Array3d half_mean = Eigen::Array3d::Zero();
     double half_samples = 0.0, half_time = 0.0;
@@ -109,20 +125,6 @@ class TriadPoseAccumulator {
   std::vector<Level> levels_;
   std::vector<Segment> segments_;  // The last one may be short of windows.
   std::int64_t segment_windows_ = 1, last_segment_windows_ = 0;
-};
-
-/// Temperature of a pose: mean and least-squares rate.
-class TemperatureAccumulator {
- public:
-  void Add(std::int64_t time_ns, double mean_degc, double samples);
-  bool empty() const { return weight_ == 0.0; }
-  double mean_degc() const { return mean_; }
-  /// Zero when all was read at one time.
-  double rate_degcps() const { return time_square_ > 0.0 ? product_ / time_square_ : 0.0; }
-
- private:
-  std::int64_t origin_ns_ = 0;
-  double weight_ = 0.0, time_ = 0.0, mean_ = 0.0, time_square_ = 0.0, product_ = 0.0;
 };
 
 /// A pose under construction: windows go in, in time order for each triad.
@@ -143,7 +145,8 @@ class PoseAccumulator {
   };
   PerTriad<TriadPoseAccumulator> triads_;
   PerTriad<Extent> extents_;
-  TemperatureAccumulator temperature_;
+  RunningLine<double> degc_{0.0};
+  std::int64_t degc_origin_ns_ = 0;
 };
 
 /// Fills the covariances of all poses of a set and the noise of its streams.
@@ -171,5 +174,9 @@ double RoundingVariance(double variance, double step);
 /// readings have this mean and variance. Half-way between two steps readings scatter by half a step
 /// however small the noise is: that noise is taken which, rounded, has this mean and variance.
 double RoundingVarianceAt(double mean, double variance, double step);
+
+/// What the thermometer said at the poses: lowest, mean, highest; nothing where it did not say it
+/// at each of them.
+std::optional<Eigen::Vector3d> RecordedDegc(const PoseSet& poses);
 
 }  // namespace truetriad

@@ -1,16 +1,173 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/rest_collector.h"
-
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "base/messages.h"
+#include "data/clock_lags.h"
+#include "data/collector.h"
 #include "data/joints.h"
+#include "data/known_motions.h"
+#include "data/move_recorder.h"
+#include "data/pose_statistics.h"
 #include "data/repeats.h"
-#include "data/rest_movement.h"
+#include "data/stream_checks.h"
+#include "math/distributions.h"
+#include "model/mechanisms.h"
+#include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
 namespace {
+
+// Of the range over all attitudes, 2 g of an accelerometer: 0.6 deg from the middle of a rest to
+// its ends.
+constexpr double kMovedShare = 0.005;
+// 3 deg within the middle of a rest: a unit held in the hand, whose mean is worth little.
+constexpr double kWanderShare = 0.03;
+// Rests that tell by how much readings differ from attitude to attitude.
+constexpr std::size_t kFewestRests = 4;
+
+// How far a triad moves within one rest, per axis, raw unit.
+struct Movement {
+  Eigen::Array3d ends = Eigen::Array3d::Zero();    // the outer quarters from the middle half
+  Eigen::Array3d wander = Eigen::Array3d::Zero();  // rms within the middle half
+  Eigen::Array3d noise = Eigen::Array3d::Zero();   // what white noise does to an eighth
+};
+
+std::optional<Movement> MovementOf(const TriadPoseMoments& moments) {
+  const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
+  if (eighths.size() != kEighths) return std::nullopt;
+  Movement movement;
+  const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
+  for (std::size_t part = 2; part < 6; ++part) {
+    movement.wander += 0.25 * (eighths[part] - middle).array().square();
+  }
+  movement.wander = movement.wander.sqrt();
+  for (const std::size_t part : {0, 1, 6, 7}) {
+    movement.ends = movement.ends.max((eighths[part] - middle).array().abs());
+  }
+  movement.noise = NoiseOfEighth(moments);
+  return movement;
+}
+
+// The largest spread of the rests' means over the axes: what turning the unit changes.
+double RangeOf(Triad triad, const PoseSet& set) {
+  Eigen::Array3d low = Eigen::Array3d::Zero(), high = Eigen::Array3d::Zero();
+  bool first = true;
+  for (const StaticPose& pose : set.poses) {
+    if (!pose.triads[triad]) continue;
+    const Eigen::Array3d mean = pose.triads[triad]->mean_raw.array();
+    low = first ? mean : low.min(mean);
+    high = first ? mean : high.max(mean);
+    first = false;
+  }
+  return (high - low).maxCoeff();
+}
+
+struct MovingRests {
+  std::vector<bool> moves;  // of each pose
+  std::size_t known = 0;
+  double largest_raw = 0.0;
+};
+
+MovingRests FindMoving(Triad triad,
+                       const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                       const PoseSet& set) {
+  MovingRests found;
+  found.moves.assign(moments.size(), false);
+  std::vector<std::optional<Movement>> movements;
+  for (const PerTriad<TriadPoseMoments>& pose : moments) {
+    movements.push_back(MovementOf(pose[triad]));
+    if (movements.back()) ++found.known;
+  }
+  if (found.known < kFewestRests) return found;
+  const auto usual = [&movements](Eigen::Array3d Movement::*of) {
+    Eigen::Array3d medians;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (const auto& movement : movements) {
+        if (movement) values.push_back(((*movement).*of)[axis]);
+      }
+      medians[axis] = Median(std::move(values));
+    }
+    return medians;
+  };
+  const double range = RangeOf(triad, set);
+  // Noise below a step moves a reading to the next step by chance.
+  const Eigen::Array3d step = set.Find(triad)->resolution_raw.array();
+  const Eigen::Array3d noise = kClearFactor * usual(&Movement::wander).max(usual(&Movement::noise));
+  const Eigen::Array3d limit = noise.max(kMovedShare * range).max(step);
+  for (std::size_t i = 0; i < movements.size(); ++i) {
+    if (!movements[i]) continue;
+    const auto& [ends, wander, own_noise] = *movements[i];
+    const Eigen::Array3d wander_limit =
+        (kClearFactor * own_noise).max(kWanderShare * range).max(step);
+    found.moves[i] = (ends > limit).any() || (wander > wander_limit).any();
+    if (found.moves[i]) found.largest_raw = std::max(found.largest_raw, ends.maxCoeff());
+  }
+  return found;
+}
+
+// Takes out the readings of a triad in rests that are none for it while they are for another
+// triad: the unit is still, but a clock that is off by part of a second puts the end of the turn
+// before, or the beginning of the next one, into the rest; or a magnet passes.
+//
+// A rest moves for a triad when an eighth of it at an end differs from its middle half by more
+// than half a percent of what the rests differ by among each other, and by more than eight times
+// the wander of the middle of rests by and large; or when its own middle wanders by three percent.
+// Fewer eighths than the noise allows tell nothing.
+//
+// Warns with the numbers of the rests. Where most rests of a triad move, all of them
+// stay, and nothing is said. Returns whether any reading was taken out. `moments[i]` belongs to
+// set->poses[i], which need their numbers.
+bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments, PoseSet* set) {
+  PerTriad<MovingRests> found;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (set->Find(triad) == nullptr) return false;
+    found[triad] = FindMoving(triad, moments, *set);
+    if (found[triad].known < kFewestRests) return false;
+  }
+  // What moves for both is no question of clocks.
+  for (std::size_t i = 0; i < set->poses.size(); ++i) {
+    auto accelerometer = found[Triad::kAccelerometer].moves[i];
+    auto magnetometer = found[Triad::kMagnetometer].moves[i];
+    if (!accelerometer || !magnetometer) continue;
+    accelerometer = magnetometer = false;
+  }
+  bool removed = false;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const MovingRests& rests = found[triad];
+    std::vector<StaticPose*> moving;
+    for (std::size_t i = 0; i < set->poses.size(); ++i) {
+      if (rests.moves[i]) moving.push_back(&set->poses[i]);
+    }
+    // Where a sensor moves in most rests nothing tells which of the two is right.
+    if (moving.empty() || 2 * moving.size() > rests.known) continue;
+    if (!Acts(Mechanism::kMovingReadings)) continue;
+    const Triad still =
+        triad == Triad::kAccelerometer ? Triad::kMagnetometer : Triad::kAccelerometer;
+    const std::string& unit = set->Find(triad)->unit.name;
+    set->findings.push_back(
+        Finding(
+            FindingCode::kMovingReadings,
+            std::string(TriadName(triad)) + ": readings change within " +
+                std::to_string(moving.size()) + " of " + std::to_string(rests.known) + " rests, " +
+                Format("by up to %.2g ", rests.largest_raw) + unit + ", while the " +
+                std::string(TriadName(still)) + " is still; skipped for these poses (" +
+                Named(moving.size(), [&](auto k) { return std::to_string(moving[k]->number); }) +
+                ")")
+            .About(triad)
+            .With("moving", static_cast<double>(moving.size()))
+            .With("rests", static_cast<double>(rests.known))
+            .With("largest", rests.largest_raw, unit));
+    for (StaticPose* pose : moving) pose->triads[triad].reset();
+    removed = true;
+  }
+  return removed;
+}
 
 // Names the turns that tell nothing, those of one reason together.
 void AddFaultsOfMoves(PoseSet* set) {
@@ -44,14 +201,10 @@ void AddFaultsOfMoves(PoseSet* set) {
       set->findings.push_back(std::move(finding));
       continue;
     }
-    std::string list;
-    for (std::size_t k = 0; k < std::min(moves.size(), kMostPlacesNamed); ++k) {
-      list += (k == 0 ? "" : ", ") + number(moves[k]->from);
-    }
-    if (moves.size() > kMostPlacesNamed) list += ", …";
+    const auto from = [&](std::size_t k) { return number(moves[k]->from); };
     finding.With("turns", static_cast<double>(moves.size())).text =
-        std::to_string(moves.size()) + " turns are skipped, those starting at poses " + list +
-        ": " + fault.text;
+        std::to_string(moves.size()) + " turns are skipped, those starting at poses " +
+        Named(moves.size(), from) + ": " + fault.text;
     set->findings.push_back(std::move(finding));
   }
   if (unnamed > 0) {
@@ -73,21 +226,39 @@ void SetStaticShare(PoseSet* set) {
   if (set->duration_s > 0.0) set->static_share = std::min(1.0, static_s / set->duration_s);
 }
 
-}  // namespace
+// Poses, and between them what a gyroscope saw: of detected rests as of those that are given.
+class RestCollector : public Collector {
+ public:
+  // `monitors` belong to the caller.
+  RestCollector(std::unique_ptr<RestFinder> finder,
+                const PoseSelection& selection,
+                const RecordingInfo& info,
+                const PerTriad<StreamMonitor*>& monitors,
+                Triad leading)
+      : finder_(std::move(finder)),
+        selection_(selection),
+        monitors_(monitors),
+        rates_(selection.rates, info, leading, *monitors[leading]),
+        records_moves_((selection.moves || !selection.turns.empty()) && info.has_time &&
+                       info.Find(Triad::kGyroscope) != nullptr),
+        moves_(leading, SpansToKeep(selection)),
+        compares_clocks_(info.has_time && info.streams.size() > 1) {}
 
-RestCollector::RestCollector(std::unique_ptr<RestFinder> finder,
-                             const PoseSelection& selection,
-                             const RecordingInfo& info,
-                             const PerTriad<StreamMonitor*>& monitors,
-                             Triad leading)
-    : finder_(std::move(finder)),
-      selection_(selection),
-      monitors_(monitors),
-      rates_(selection.rates, info, leading, *monitors[leading]),
-      records_moves_((selection.moves || !selection.turns.empty()) && info.has_time &&
-                     info.Find(Triad::kGyroscope) != nullptr),
-      moves_(leading, SpansToKeep(selection)),
-      compares_clocks_(info.has_time && info.streams.size() > 1) {}
+  Status Validate() const override;
+  Status Add(const std::vector<SampleBlock>& blocks) override;
+  Status Finish(PoseSet* set) override;
+
+ private:
+  std::unique_ptr<RestFinder> finder_;
+  PoseSelection selection_;
+  PerTriad<StreamMonitor*> monitors_;
+  RateMeans rates_;
+  bool records_moves_;
+  MoveRecorder moves_;
+  std::size_t rests_dropped_ = 0;
+  bool compares_clocks_;
+  ClockLagFinder clock_lags_;
+};
 
 Status RestCollector::Validate() const {
   TRUETRIAD_RETURN_IF_ERROR(finder_->Validate());
@@ -149,6 +320,16 @@ Status RestCollector::Finish(PoseSet* set) {
   SetStaticShare(set);
   AddFaultsOfMoves(set);
   return {};
+}
+
+}  // namespace
+
+std::unique_ptr<Collector> MakeRestCollector(std::unique_ptr<RestFinder> finder,
+                                             const PoseSelection& selection,
+                                             const RecordingInfo& info,
+                                             const PerTriad<StreamMonitor*>& monitors,
+                                             Triad leading) {
+  return std::make_unique<RestCollector>(std::move(finder), selection, info, monitors, leading);
 }
 
 }  // namespace truetriad

@@ -8,6 +8,7 @@
 
 #include <glog/logging.h>
 
+#include "math/distributions.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
@@ -38,8 +39,6 @@ constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
 // A gyroscope that has counted no more than this about any axis has come back to its heading;
 // of readings in an unknown unit, so many seconds at the fastest turn.
 constexpr double kSameHeadingRad = 0.05, kSameHeadingShareS = 0.02;
-// A change of mean beside the noise is seen from so many sigma (of all axes together) on.
-constexpr double kSeenChangeSigmas = 4.0;
 // A gyroscope whose mean is further than this share of its range from the other rests turns.
 constexpr double kTurningShare = 0.005;
 // What a turn does to the leading triad is seen from so many σ of two means on.
@@ -283,11 +282,10 @@ std::vector<Rest> StaticDetector::RestsBelow(const WindowBuffer& buffer, double 
         Acts(Mechanism::kKnocks)) {
       rests.back().runs.push_back(run);
     } else {
-      if (!rests.empty() && !IsLongEnough(rests.back())) rests.pop_back();
       rests.push_back({{run}});
     }
   }
-  if (!rests.empty() && !IsLongEnough(rests.back())) rests.pop_back();
+  std::erase_if(rests, [this](const Rest& rest) { return !IsLongEnough(rest); });
   return rests;
 }
 
@@ -383,7 +381,7 @@ bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
   double limit_raw = (is_rate ? kTurningShare : kSameAttitudeShare) * range_raw_[known.triad];
   // The leading triad must not move even where noise would hide it.
   if (known.triad != triads_.front().triad) {
-    limit_raw += kSeenChangeSigmas *
+    limit_raw += kNoiseSigmas *
                  std::sqrt(TotalVariance(windows, before.first, before.second) / samples_before +
                            TotalVariance(windows, after.first, after.second) / samples_after);
   }
@@ -467,11 +465,8 @@ void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* 
         sigmas.push_back(std::sqrt(window.scatter_raw(axis, axis) /
                                    std::max(1.0, static_cast<double>(window.count - 1))));
       }
-      const auto half = static_cast<std::ptrdiff_t>(means.size() / 2);
-      std::nth_element(means.begin(), means.begin() + half, means.end());
-      std::nth_element(sigmas.begin(), sigmas.begin() + half, sigmas.end());
-      typical[axis] = *(means.begin() + half);
-      noise_raw[axis] = *(sigmas.begin() + half);
+      typical[axis] = Median(std::move(means));
+      noise_raw[axis] = Median(std::move(sigmas));
     }
     const double share = kTurningShare * range_raw_[known.triad];
     std::erase_if(*rests, [&](const Rest& rest) {

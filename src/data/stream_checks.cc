@@ -10,7 +10,8 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
-#include "data/smallest_step.h"
+#include "data/collector.h"
+#include "data/held_samples.h"
 #include "data/time_stamps.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
@@ -29,8 +30,6 @@ constexpr std::size_t kFewestStuckWindows = 3;
 constexpr double kNoiseSteps = 0.5;
 // With more than this it changes between any twenty readings.
 constexpr double kStuckNoiseSteps = 1.0;
-// As many places as one message can hold.
-constexpr std::size_t kMaxListed = 3;
 // Windows with noise that say what the noise is.
 constexpr std::size_t kFewestNoisyWindows = 5;
 
@@ -367,15 +366,14 @@ void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vecto
           });
       if (known) continue;
       ++stretch_count_;
-      if (stretches_.size() < kMaxListed) stretches_.push_back(stretch);
+      if (stretches_.size() < kMostPlacesNamed) stretches_.push_back(stretch);
     }
   }
 }
 
-Findings StuckFinder::Stretches() const {
-  Findings findings;
+void StuckFinder::Tell(Findings* findings) const {
   for (const Stretch& stretch : stretches_) {
-    findings.push_back(
+    findings->push_back(
         Finding(FindingCode::kStuckReadings,
                 Name(stretch.triad) + ": stuck at one reading from " +
                     Seconds(origin_ns_, stretch.first_ns) + " to " +
@@ -386,11 +384,10 @@ Findings StuckFinder::Stretches() const {
   }
   const auto more = stretch_count_ - static_cast<std::int64_t>(stretches_.size());
   if (more > 0) {
-    findings.push_back(Finding(FindingCode::kStuckReadings,
-                               "and " + std::to_string(more) + " more times with a stuck sensor")
-                           .With("stretches", static_cast<double>(more)));
+    findings->push_back(Finding(FindingCode::kStuckReadings,
+                                "and " + std::to_string(more) + " more times with a stuck sensor")
+                            .With("stretches", static_cast<double>(more)));
   }
-  return findings;
 }
 
 namespace {
@@ -463,12 +460,8 @@ FlatPoses FindStuckPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
 // "words in 2 poses: 3, 4", of poses from 1 on.
 std::string Listed(const FlatPoses& flat) {
   const std::size_t hits = flat.poses.size();
-  std::string text =
-      flat.words + " in " + (hits == 1 ? "pose " : std::to_string(hits) + " poses: ");
-  for (std::size_t k = 0; k < std::min(hits, kMaxListed); ++k) {
-    text += (k > 0 ? ", " : "") + std::to_string(flat.poses[k] + 1);
-  }
-  return text + (hits > kMaxListed ? ", …" : "");
+  return flat.words + " in " + (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") +
+         Named(hits, [&flat](std::size_t k) { return std::to_string(flat.poses[k] + 1); });
 }
 
 }  // namespace

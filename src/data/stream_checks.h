@@ -10,9 +10,9 @@
 
 #include <Eigen/Core>
 
-#include "data/gyroscope_faults.h"
 #include "data/length_spread.h"
 #include "data/pose_statistics.h"
+#include "data/repeats.h"
 #include "data/window_statistics.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
@@ -106,7 +106,7 @@ class StuckFinder {
   /// Clears `usable` for the stuck windows among [0, count) of each stream.
   void Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable);
 
-  Findings Stretches() const;
+  void Tell(Findings* findings) const;
 
  private:
   struct Stretch {

@@ -5,15 +5,16 @@
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/rounded_text.h"
 #include "data/sweep_windows.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
-#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
-// Which cells of a sweep are left out: those far from their neighbours.
+// Which cells of a sweep are left out: those far from their neighbours. Where the unit was turned.
 
 namespace truetriad {
 namespace {
@@ -21,10 +22,8 @@ namespace {
 // A cell may be so many σ off, as white noise is once in 10^22, unless it is beside its neighbours
 // as well.
 constexpr double kFarOffSigmas = 10.0;
-// Variance of readings inside a cell over what chi-square allows at the level below: sigma doubled.
-constexpr double kDisturbedFactor = 4.0;
-// By chance once in thirty thousand axes of 32768 cells.
-constexpr double kDisturbedLevel = 1e-9;
+// A change of specific force from one window to the next that no temperature makes.
+constexpr double kTurnedShare = 0.03;
 
 // What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
 // 1968). `time` increases.
@@ -61,12 +60,9 @@ std::vector<double> OffNeighbours(const std::vector<double>& time,
 std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
   std::vector<double> beyond;
   for (std::size_t i = 0; i < value.size(); ++i) {
-    double low = value[i == 0 ? std::min<std::size_t>(1, value.size() - 1) : i - 1];
-    double high = low;
-    if (i > 0 && i + 1 < value.size()) {
-      low = std::min(low, value[i + 1]);
-      high = std::max(high, value[i + 1]);
-    }
+    const std::size_t before = i > 0 ? i - 1 : std::min<std::size_t>(1, value.size() - 1);
+    const std::size_t after = i + 1 < value.size() ? i + 1 : before;
+    const auto [low, high] = std::minmax(value[before], value[after]);
     beyond.push_back(std::max({0.0, value[i] - high, low - value[i]}));
   }
   return beyond;
@@ -103,41 +99,24 @@ void SweepCutter::LeaveOut(std::size_t i, const std::string& what) {
   if (std::find(reasons.begin(), reasons.end(), what) == reasons.end()) reasons.push_back(what);
 }
 
-// Readings of an axis in one attitude that are far from their neighbours, or scatter far more.
+// Readings of an axis in one attitude that are far from their neighbours.
 void SweepCutter::LeaveOutFarOffReadings(const TemperatureTrack& track,
                                          Triad triad,
                                          int attitude,
                                          int axis) {
   std::vector<std::size_t> index;
   std::vector<double> time, value;
-  std::vector<double> variances;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const TriadWindow& window = cells_[i].triads[triad];
     if (cells_[i].attitude != attitude || window.count == 0) continue;
     index.push_back(i);
     time.push_back(track.time_s[i]);
     value.push_back(window.mean_raw[axis]);
-    const auto dof = static_cast<double>(window.count - 1);
-    if (dof < 1.0) continue;
-    // Median of χ² over its degrees of freedom, Wilson and Hilferty 1931.
-    const double median = std::pow(1.0 - 2.0 / (9.0 * dof), 3);
-    variances.push_back(window.scatter_raw(axis, axis) / dof / median);
   }
   const std::string name = std::string(TriadName(triad)) + " " + AxisLetter(axis);
   const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
   for (std::size_t i = 0; i < odd.size(); ++i) {
     if (odd[i]) LeaveOut(index[i], name);
-  }
-  const double variance = variances.empty() ? 0.0 : Median(variances);
-  if (!(variance > 0.0)) return;
-  for (const std::size_t i : index) {
-    const TriadWindow& window = cells_[i].triads[triad];
-    if (window.count < 2) continue;
-    const double chi2 = window.scatter_raw(axis, axis) / variance;
-    const auto dof = static_cast<double>(window.count - 1);
-    if (chi2 > kDisturbedFactor * ChiSquareQuantile(1.0 - kDisturbedLevel, dof)) {
-      LeaveOut(i, name + " (disturbed)");
-    }
   }
 }
 
@@ -213,6 +192,90 @@ Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
   }
   if (dof >= kEnoughDofInCells) return (scatter / dof).cwiseSqrt();
   return {MadSigma(differences[0]), MadSigma(differences[1]), MadSigma(differences[2])};
+}
+
+Status CheckHeld(const PoseSet& set) {
+  constexpr Triad kTriad = Triad::kAccelerometer;
+  for (std::size_t k = 1; k < set.poses.size(); ++k) {
+    const auto &before = set.poses[k - 1].triads[kTriad], &after = set.poses[k].triads[kTriad];
+    if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
+    const double change = (after->mean_raw - before->mean_raw).norm();
+    if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
+    if (!Acts(Mechanism::kUnitTurned)) continue;
+    return NotEnoughError(
+        Finding(FindingCode::kUnitTurned,
+                set.source + ": the accelerometer jumps between the rows " +
+                    std::to_string(set.poses[k - 1].last_row) + " and " +
+                    std::to_string(set.poses[k].first_row) + ", as if the unit was turned",
+                "state when each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`")
+            .About(kTriad)
+            .With("row", static_cast<double>(set.poses[k].first_row)));
+  }
+  return {};
+}
+
+void NameTurns(PoseSet* set) {
+  constexpr Triad kTriad = Triad::kAccelerometer;
+  // Chosen: a step is one between the medians of five windows, an eighth of the fewest that there
+  // are.
+  constexpr std::size_t kReach = 5;
+  // Of the usual change over as many windows and of the noise of their means; of gravity; and how
+  // much of it may go along gravity.
+  constexpr double kUsual = 8.0, kShare = 1e-3, kAlong = 0.3;
+  std::vector<std::size_t> index;
+  for (std::size_t k = 0; k < set->poses.size(); ++k) {
+    if (set->poses[k].triads[kTriad]) index.push_back(k);
+  }
+  if (index.size() < 8 * kReach) return;
+  const auto reading = [&](std::size_t i) -> const TriadPose& {
+    return *set->poses[index[i]].triads[kTriad];
+  };
+  const auto middle = [&](std::size_t begin) {
+    Eigen::Vector3d medians;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (std::size_t i = begin; i < begin + kReach; ++i) {
+        values.push_back(reading(i).mean_raw[axis]);
+      }
+      medians[axis] = Median(std::move(values));
+    }
+    return medians;
+  };
+  // From the windows before each one to those after it.
+  std::vector<Eigen::Vector3d> steps(index.size(), Eigen::Vector3d::Zero());
+  std::vector<double> sizes;
+  for (std::size_t i = kReach; i + kReach < index.size(); ++i) {
+    if (set->sweep.attitude[index[i - kReach]] != set->sweep.attitude[index[i + kReach]]) continue;
+    steps[i] = middle(i + 1) - middle(i - kReach);
+    sizes.push_back(steps[i].norm());
+  }
+  if (sizes.empty()) return;
+  const double usual = Median(std::move(sizes));
+  for (std::size_t i = kReach; i + kReach < index.size(); ++i) {
+    const double size = steps[i].norm();
+    const Eigen::Vector3d down = reading(i).mean_raw.normalized();
+    const double noise = std::sqrt(reading(i).mean_covariance_raw.trace());
+    const double least =
+        std::max({kUsual * usual, kUsual * noise, kShare * reading(i).mean_raw.norm()});
+    if (size < least || std::abs(steps[i].dot(down)) > kAlong * size) continue;
+    bool is_largest = true;
+    for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
+      is_largest =
+          is_largest && (steps[j].norm() < size || j == i || (j > i && steps[j].norm() == size));
+    }
+    if (!is_largest) continue;
+    const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
+    set->findings.push_back(
+        Finding(FindingCode::kUnitTurned,
+                "near row " + std::to_string(set->poses[index[i]].first_row) +
+                    " the accelerometer steps as if the unit was turned by " + Fixed1(degrees) +
+                    " degrees and stays there, which is not a thermal effect",
+                "fix the unit in place and repeat, or state when each attitude was held: `poses: { "
+                "sweep: { attitudes: poses.yaml } }`")
+            .About(Triad::kAccelerometer)
+            .With("row", static_cast<double>(set->poses[index[i]].first_row))
+            .With("turned", degrees, "deg"));
+  }
 }
 
 }  // namespace truetriad

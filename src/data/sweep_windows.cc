@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/rounded_text.h"
-#include "data/sweep_turns.h"
 #include "model/mechanisms.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
@@ -22,13 +21,23 @@ namespace {
 constexpr std::size_t kMaxCells = 32768;
 // Cells where the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
-// Chosen: some ten terms an axis, and four windows for each.
+// Chosen: some ten terms an axis, and four windows for each; a thermometer that is read now and
+// then is read in each.
 constexpr std::size_t kFewestCells = 40;
-// Of a thermometer that is read now and then.
-constexpr int kFewestReadings = 40;
 // A window ends when the temperature has changed by this share of its range, or this share of the
 // recording has passed.
 constexpr double kThermalShare = 1.0 / 200.0, kTimeShare = 1.0 / 400.0;
+
+Status CheckEnough(std::size_t windows, const std::string& what, const PoseSet& set) {
+  if (windows >= kFewestCells) return {};
+  return NotEnoughError(Finding(FindingCode::kTooFewWindows,
+                                set.source + ": only " + std::to_string(windows) + " windows" +
+                                    what + "; a sweep needs at least " +
+                                    std::to_string(kFewestCells),
+                                "record longer, or state shorter windows")
+                            .With("windows", static_cast<double>(windows))
+                            .With("needed", static_cast<double>(kFewestCells)));
+}
 
 }  // namespace
 
@@ -71,10 +80,7 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
 
 Status SweepCutter::Validate() const {
   if (!info_.has_time) {
-    return Error(ErrorCode::kMissingTime,
-                 {info_.path},
-                 "has no time, so the temperature rate is unknown; add a time column, or "
-                 "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+    return NoTime(info_, "the temperature rate is unknown");
   }
   const bool has_temperature =
       std::any_of(info_.streams.begin(), info_.streams.end(), [](const StreamInfo& stream) {
@@ -218,10 +224,8 @@ TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const
     time_s.push_back(track.time_s[i]);
     degc.push_back(cells_[i].ambient_degc());
   }
-  // A parabola and one more.
-  constexpr std::size_t kFewest = 4;
   TemperatureTrack known;
-  if (time_s.size() >= kFewest) {
+  if (time_s.size() >= kFewestSmoothed) {
     Result<TemperatureTrack> smooth = SmoothTemperature(
         time_s,
         Bridged(time_s, degc, TemperatureSpikes(degc, ambient_thermometer_.step_degc())),
@@ -372,13 +376,13 @@ void SweepCutter::Warn(double duration_s, PoseSet* set) const {
     set->findings.emplace_back(FindingCode::kReadingsLeftOut, "skipped: " + left_out);
   }
   const double taken = thermometer_.hold_s() > 0.0 ? duration_s / thermometer_.hold_s() : 1e9;
-  if (taken < static_cast<double>(kFewestReadings)) {
+  if (taken < static_cast<double>(kFewestCells)) {
     set->findings.push_back(Finding(FindingCode::kSlowThermometer,
                                     "the thermometer is read only every " +
                                         Fixed1(thermometer_.hold_s()) +
                                         " s and repeated in between: " + Fixed1(taken) +
                                         " readings are too few for a sweep, expected at least " +
-                                        std::to_string(kFewestReadings),
+                                        std::to_string(kFewestCells),
                                     "read it more often")
                                 .With("interval", thermometer_.hold_s(), "s")
                                 .With("readings", taken));
@@ -392,15 +396,7 @@ Status SweepCutter::Finish(PoseSet* set) {
   TRUETRIAD_RETURN_IF_ERROR(CheckRangesUsed());
   LeaveOutWithoutTemperature(set);
   LeaveOutStuckTemperature(set);
-  if (cells_.size() < kFewestCells) {
-    return NotEnoughError(
-        Finding(FindingCode::kTooFewWindows,
-                set->source + ": has temperatures in only " + std::to_string(cells_.size()) +
-                    " windows; a sweep needs at least " + std::to_string(kFewestCells),
-                "record longer, or state shorter windows")
-            .With("windows", static_cast<double>(cells_.size()))
-            .With("needed", static_cast<double>(kFewestCells)));
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckEnough(cells_.size(), " have temperatures", *set));
   std::vector<double> time_s, degc;
   for (const Cell& cell : cells_) {
     time_s.push_back(cell.time_s());
@@ -434,14 +430,7 @@ Status SweepCutter::Finish(PoseSet* set) {
   set->sweep.temperature = *std::move(track);
   for (StreamSummary& stream : set->streams) stream.noise_sigma_raw = SampleSigma(stream.triad);
   MakeWindows(set);
-  if (set->poses.size() < kFewestCells) {
-    return NotEnoughError(Finding(FindingCode::kTooFewWindows,
-                                  set->source + ": " + std::to_string(set->poses.size()) +
-                                      " windows remain; a sweep needs at least " +
-                                      std::to_string(kFewestCells))
-                              .With("windows", static_cast<double>(set->poses.size()))
-                              .With("needed", static_cast<double>(kFewestCells)));
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckEnough(set->poses.size(), " remain", *set));
   Warn(time_s.back() - time_s.front(), set);
   return CheckHeld(*set);
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "data/repeats.h"
 #include "math/distributions.h"
 
 namespace truetriad {
@@ -35,8 +36,6 @@ constexpr double kLeak = 0.002;
 constexpr std::size_t kBurstSamples = 256;
 // The level that tells lost samples follows the clocks with this share of what a sample is off.
 constexpr double kLevelGain = 1.0 / 64.0;
-// So many samples lost at once end a piece: the sensor's own count is no longer certain.
-constexpr double kMostLost = 5.0;
 // Samples that are late by less than so many σ are no gap.
 constexpr double kFarthestLate = 6.0;
 // What comes after these samples is not known, so they are not taken for late.
@@ -66,8 +65,9 @@ constexpr double kLeastTick = 0.05;
 // Stamps further off than so many RMS (of the nearer half) do not pull the line.
 constexpr double kFarOff = 3.0;
 
-// Stamps in a line that is watched: few enough for a clock that wanders, enough to hold a burst.
-constexpr std::size_t kLineSamples = 256, kFewestOfLine = 8;
+// Stamps of a line that is watched, which holds a burst at most: few enough for a clock that
+// wanders.
+constexpr std::size_t kFewestOfLine = 8;
 // Where more samples than this are missing, the clock may have jumped over them instead.
 constexpr double kOftenLost = 0.03;
 // Stamps that may be off without their stream being uneven.
@@ -177,7 +177,8 @@ Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) 
   const bool may_be_late = none_lost || stamps.are_windows();
   const double scatter = may_be_late ? kFarthestLate * ScatterOf(stamps, period) : 0.0;
   const double least_step = std::max(0.5, tick / period + 0.5) + scatter;
-  const double most_lost = kMostLost + scatter;
+  // Of more lost at once the sensor's own count is no longer certain.
+  const double most_lost = kGapSpacings + scatter;
   Numbers counted;
   counted.number.resize(count);
   counted.pieces.push_back({0, count});
@@ -537,9 +538,13 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   return single < kTogether * several && several < kLongestIntervalNs ? several : single;
 }
 
-EvenTimes FitEvenTimes(const Stamps& stamps) {
+EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost) {
   if (stamps.size() < kFewestStamps) return {};
   const double usual = UsualSpacing(stamps.time_ns);
+  const auto fit_all = [&] {
+    return EvenFit(stamps, PeriodOfStretches(stamps, usual, kBurstSamples / 4), true);
+  };
+  if (none_lost && !stamps.are_windows()) return fit_all().Run();
   const std::optional<double> period =
       stamps.are_windows() ? std::nullopt : PeriodOfSteps(stamps, usual);
   EvenFit fit(stamps, period ? *period : PeriodOfStretches(stamps, usual, 1), false);
@@ -547,15 +552,9 @@ EvenTimes FitEvenTimes(const Stamps& stamps) {
   if (stamps.are_windows() || even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
   // Where jitter hides the period, samples that seem lost make up for it; where bursts are late,
   // for those that came sooner.
-  EvenFit of_all(stamps, PeriodOfStretches(stamps, usual, kBurstSamples / 4), true);
+  EvenFit of_all = fit_all();
   EvenTimes of_all_even = of_all.Run();
   return of_all.Bic() < fit.Bic() ? of_all_even : even;
-}
-
-EvenTimes FitEvenTimesOfAll(const Stamps& stamps) {
-  if (stamps.are_windows() || stamps.size() < kFewestStamps) return FitEvenTimes(stamps);
-  const double usual = UsualSpacing(stamps.time_ns);
-  return EvenFit(stamps, PeriodOfStretches(stamps, usual, kBurstSamples / 4), true).Run();
 }
 
 bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
@@ -589,7 +588,7 @@ bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
 void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
   while (!stamps_ns.empty()) {
     if (line_.count == 0) line_.first_ns = stamps_ns.front();
-    const std::size_t taken = std::min(kLineSamples - line_.count, stamps_ns.size());
+    const std::size_t taken = std::min(kBurstSamples - line_.count, stamps_ns.size());
     // As locals they stay in registers.
     double number = static_cast<double>(line_.count), off_sum = 0.0, offs = 0.0, product = 0.0;
     for (const std::int64_t stamp : stamps_ns.first(taken)) {
@@ -600,7 +599,7 @@ void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
     line_.off += off_sum, line_.offs += offs, line_.product += product;
     line_.count += taken;
     stamps_ns = stamps_ns.subspan(taken);
-    if (line_.count == kLineSamples) CloseLine();
+    if (line_.count == kBurstSamples) CloseLine();
   }
 }
 

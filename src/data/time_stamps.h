@@ -61,10 +61,9 @@ struct EvenTimes {
   }
 };
 
-EvenTimes FitEvenTimes(const Stamps& stamps);
-/// That of stamps that look as if many samples were lost from regular times, supposing that none
-/// is: a clock of 15.6 ms that jumps over a tick now and then, as a sensor of 20 ms makes it.
-EvenTimes FitEvenTimesOfAll(const Stamps& stamps);
+/// `none_lost`: of stamps that look as if many samples were lost from regular times, supposing that
+/// none is: a clock of 15.6 ms that jumps over a tick now and then, as a sensor of 20 ms makes it.
+EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost = false);
 
 /// Of RMS jitter, the share of the sampling interval that matters: at 100 Hz a turn by 90 deg in a
 /// second is off by 1e-4 rad of it (jitter times the root of the sum of squared changes of rate,

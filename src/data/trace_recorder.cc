@@ -24,15 +24,12 @@ Slice Empty() {
 
 void TraceRecorder::Halve() {
   std::vector<Slice>& slices = trace_.slices;
-  const std::size_t half = (slices.size() + 1) / 2;
+  if (slices.size() % 2 == 1) slices.push_back(Empty());
+  const std::size_t half = slices.size() / 2;
   for (std::size_t i = 0; i < half; ++i) {
-    Slice both = slices[2 * i];
-    if (2 * i + 1 < slices.size()) {
-      const Slice& next = slices[2 * i + 1];
-      both.lowest_raw = both.lowest_raw.cwiseMin(next.lowest_raw).eval();
-      both.highest_raw = both.highest_raw.cwiseMax(next.highest_raw).eval();
-    }
-    slices[i] = both;
+    const Slice first = slices[2 * i], second = slices[2 * i + 1];
+    slices[i] = {first.lowest_raw.cwiseMin(second.lowest_raw),
+                 first.highest_raw.cwiseMax(second.highest_raw)};
   }
   slices.resize(half);
   trace_.slice_ns = std::int64_t{1} << ++log2_slice_ns_;

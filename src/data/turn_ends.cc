@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/turn_ends.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +10,9 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "data/known_motions.h"
 #include "data/readings_at.h"
+#include "data/repeats.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
 #include "truetriad/base/units.h"
@@ -20,12 +20,11 @@
 namespace truetriad {
 namespace {
 
-// Over so long the readings at an end are averaged.
-constexpr double kEndS = 0.05;
-// But over so many at least: a second difference needs three.
+// Readings at an end are averaged over kBridgedS, but over so many at least: a second difference
+// needs three.
 constexpr std::size_t kFewestAtEnd = 3;
 // What noise does to a mean is less.
-constexpr double kNoiseSigmas = 6.0;
+constexpr double kEndSigmas = 6.0;
 // No unit that nothing drives turns on for longer: beyond this an end says no more about its ramp.
 constexpr double kLongestRampS = 0.5;
 // Of σ of the angle; what is missing has one sign in all turns of a file.
@@ -49,7 +48,7 @@ std::optional<Ends> EndsOf(const RecordedMove& move) {
   const double spacing_s = move.duration_s() / static_cast<double>(count - 1);
   if (!(spacing_s > 0.0)) return std::nullopt;
   const std::size_t most =
-      std::max(kFewestAtEnd, static_cast<std::size_t>(std::lround(kEndS / spacing_s)));
+      std::max(kFewestAtEnd, static_cast<std::size_t>(std::lround(kBridgedS / spacing_s)));
   if (count < 4 * most) return std::nullopt;
   Ends ends;
   for (const bool is_last : {false, true}) {
@@ -114,12 +113,12 @@ Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
 // zero where nothing but noise shows. `rad_per_raw`: of the integral of readings.
 double MissingAngle(const End& end, const Eigen::Vector3d& rest_raw, double rad_per_raw) {
   const Eigen::Vector3d off = end.mean_raw - rest_raw;
-  if (!(off.norm() > kNoiseSigmas * end.sigma_raw)) return 0.0;
+  if (!(off.norm() > kEndSigmas * end.sigma_raw)) return 0.0;
   const Eigen::Vector3d direction = off.normalized();
   const double change = (end.inner_raw - end.mean_raw).dot(direction) / end.span_s;
   // The line through both means, at the end itself; below zero where the turn only begins.
   const double rate = off.norm() - 0.5 * change * end.span_s;
-  if (!(rate > kNoiseSigmas * std::sqrt(2.5) * end.sigma_raw)) return 0.0;
+  if (!(rate > kEndSigmas * std::sqrt(2.5) * end.sigma_raw)) return 0.0;
   const double ramp_s = change > 0.0 ? std::min(rate / change, kLongestRampS) : kLongestRampS;
   return 0.5 * rate * ramp_s * rad_per_raw;
 }

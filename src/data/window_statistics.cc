@@ -9,12 +9,6 @@
 #include <glog/logging.h>
 
 namespace truetriad {
-namespace {
-
-// A stream this many windows behind the others has ended. Blocks hold fewer.
-constexpr std::size_t kMaxLagWindows = 16384;
-
-}  // namespace
 
 void TriadWindow::Merge(const TriadWindow& later) {
   if (later.count == 0) return;
@@ -88,7 +82,7 @@ WindowBuffer::WindowBuffer(std::int64_t origin_ns,
   cursor_.items.fill(0);
   latest_index_.items.fill(-1);
   // Room for what may wait at once; pages that are never written cost nothing.
-  for (const Triad triad : streams_) windows_[triad].reserve(2 * kMaxLagWindows);
+  for (const Triad triad : streams_) windows_[triad].reserve(2 * kMostWindows);
 }
 
 std::size_t WindowBuffer::Slot(std::int64_t window_index, std::size_t hint) {
@@ -133,7 +127,7 @@ std::size_t WindowBuffer::CompleteCount() const {
     const std::size_t done = latest_index_[triad] < dropped_before_ ? 0 : cursor_[triad];
     complete = std::min(complete, done);
   }
-  if (index_.size() > kMaxLagWindows) complete = std::max(complete, index_.size() - kMaxLagWindows);
+  if (index_.size() > kMostWindows) complete = std::max(complete, index_.size() - kMostWindows);
   return complete;
 }
 

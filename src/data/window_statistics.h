@@ -13,6 +13,13 @@
 
 namespace truetriad {
 
+/// A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
+inline constexpr std::int64_t kWindowNs = 100'000'000;
+
+/// Windows that are searched at once, 27 minutes. A stream that is so many behind the others has
+/// ended: blocks hold fewer.
+inline constexpr std::size_t kMostWindows = 16384;
+
 /// What one triad read during one short window: enough for every later statistic, so that no
 /// sample has to be kept. Readings in the stream's raw unit.
 struct TriadWindow {
@@ -59,7 +66,6 @@ class WindowBuffer {
 
   std::size_t size() const { return index_.size(); }
   std::int64_t index(std::size_t i) const { return index_[i]; }
-  std::int64_t width_ns() const { return width_ns_; }
   const std::vector<Triad>& streams() const { return streams_; }
   /// As long as size() for the streams, empty for other triads.
   const std::vector<TriadWindow>& windows(Triad triad) const { return windows_[triad]; }

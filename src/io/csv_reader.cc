@@ -7,14 +7,12 @@
 #include <cstring>
 #include <utility>
 
+#include "data/impossible_rows.h"
 #include "io/decimal.h"
 #include "io/recording_layout.h"
 
 namespace truetriad {
 namespace {
-
-/// No sensor reads more in any unit; squares of larger numbers would leave the range of a double.
-constexpr double kLargestReading = 1e30;
 
 /// No log has more; a table on its side does.
 constexpr std::size_t kMostColumns = 4000;
@@ -46,6 +44,11 @@ const char* QuotedEnd(const char* p) {
     ++end;
   }
   return p;
+}
+
+/// The line at `begin`, without its end; there is one before `end`.
+std::string_view LineAt(const char* begin, const char* end) {
+  return {begin, static_cast<std::size_t>(LineEnd(begin, end) - begin)};
 }
 
 /// Without the quotation marks about it.
@@ -237,7 +240,7 @@ CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
     : file_(std::move(file)),
       layout_(layout),
       // A row has at least its end.
-      rows_(std::min(kMaxRows - 1, file_->MostBytes()) + 1),
+      rows_(std::min(kBlockSamples - 1, file_->MostBytes()) + 1),
       lines_(rows_.size()) {}
 
 Status CsvReader::ReadHeader() {
@@ -249,8 +252,8 @@ Status CsvReader::ReadHeader() {
   constexpr std::size_t kLines = 32;
   std::vector<TableLine> lines, comments;
   while (lines.size() < kLines && next != chunk_end_) {
-    const char* const begin = std::exchange(next, LineEnd(next, chunk_end_) + 1);
-    const TableLine line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
+    const TableLine line = {LineAt(next, chunk_end_), ++number};
+    next += line.text.size() + 1;
     const std::string_view content = Trimmed(line.text);
     if (number <= layout_.skip_lines || content.empty()) continue;
     if (const char stated = lines.empty() ? SeparatorStated(content) : '\0'; stated != '\0') {
@@ -483,7 +486,7 @@ const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row
     column->times[row] = *time;
   } else {
     const std::optional<double> number = ToDouble(decimal);
-    if (!number || std::abs(*number) > kLargestReading) return nullptr;
+    if (!number || std::abs(*number) > kNoSensorReads) return nullptr;
     column->numbers[row] = *number;
   }
   return decimal.end;
@@ -501,8 +504,7 @@ const char* CsvReader::ParseQuoted(const char* p, Column* column, std::size_t ro
 }
 
 Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
-  const std::string_view line(
-      line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
+  const std::string_view line = LineAt(line_begin, chunk_end_);
   const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
   const std::string_view field = column < fields.size() ? fields[column] : std::string_view();
   if (IsCutOff(line)) return CutOffError();
@@ -536,8 +538,7 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
 }
 
 Error CsvReader::FieldCountError(const char* line_begin) const {
-  const std::string_view line(
-      line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
+  const std::string_view line = LineAt(line_begin, chunk_end_);
   if (IsCutOff(line)) return CutOffError();
   const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
   const bool are_integers = std::all_of(fields.begin(), fields.end(), [](std::string_view field) {
@@ -561,8 +562,7 @@ Error CsvReader::FieldCountError(const char* line_begin) const {
 }
 
 bool CsvReader::IsHeader(const char* line_begin) const {
-  const std::string_view line(
-      line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
+  const std::string_view line = LineAt(line_begin, chunk_end_);
   const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
   return !header_.empty() &&
          std::equal(fields.begin(), fields.end(), header_.begin(), header_.end());

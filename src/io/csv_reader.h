@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "data/held_samples.h"
 #include "io/text_file.h"
 #include "truetriad/base/result.h"
 
@@ -44,7 +45,6 @@ class CsvReader {
   static constexpr std::int64_t kMissingTime = std::numeric_limits<std::int64_t>::min();
   /// Of a time, in ns 146 years: the difference of two times is a number, too.
   static constexpr std::int64_t kFarthestTime = (std::int64_t{1} << 62U) - 1;
-  static constexpr std::size_t kMaxRows = 4096;
 
   /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.
   static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
@@ -73,8 +73,8 @@ class CsvReader {
   /// Asks for a column. Error: it is mapped as something else already.
   Status Map(std::size_t column, Kind kind, int power = 0);
 
-  /// Reads the next rows, at most kMaxRows; 0 at the end. Error: anything but numbers in a number's
-  /// place, infinities, ragged rows, each with file:line and column.
+  /// Reads the next rows, at most kBlockSamples; 0 at the end. Error: anything but numbers in a
+  /// number's place, infinities, ragged rows, each with file:line and column.
   Result<std::size_t> Read();
 
   /// The block that Read filled; valid until its next call.

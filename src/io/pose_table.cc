@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "data/collector.h"
 #include "data/repeats.h"
 #include "io/recording_layout.h"
 #include "math/distributions.h"
@@ -110,12 +111,7 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   if (auto finding = IgnoredColumns(ignored)) poses->findings.push_back(*std::move(finding));
   // A table of attitudes alone is what a turntable or a robot leaves behind.
   if (columns.triads.empty() && !columns.attitude) {
-    return Error(
-        ErrorCode::kMissingColumn,
-        {csv.path()},
-        "has no sensor columns, but " + header.Names() +
-            "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
-            "them, or map them in a manifest recording.yaml");
+    return header.NoSensors();
   }
   return columns;
 }
@@ -253,15 +249,8 @@ class DuplicateFinder {
     const auto [entry, is_new] = first_of_.emplace(std::move(bits), poses.size());
     const std::size_t first = entry->second, before = std::exchange(last_, first);
     if (is_new) return false;
-    ++count_;
     held_ += first == before ? 1 : 0;
-    constexpr std::int64_t kNamedRepeats = 5;
-    if (count_ <= kNamedRepeats) {
-      lines_ += (lines_.empty() ? "" : ", ") + std::to_string(lines[first]) + " and " +
-                std::to_string(line);
-    } else if (count_ == kNamedRepeats + 1) {
-      lines_ += ", …";
-    }
+    lines_.emplace_back(lines[first], line);
     const bool is_same = StandAlike(poses[first], pose);
     counted_once_ += is_same ? 1 : 0;
     return is_same;
@@ -273,11 +262,16 @@ class DuplicateFinder {
   /// Says which rows repeat others. `rows`: all that were read. Error (bad input): too many of
   /// them.
   Status Judge(std::int64_t rows, const std::string& path, Findings* findings) const {
-    if (count_ == 0) return {};
-    const std::string text = Counted(count_, "row") + (count_ == 1 ? " repeats" : " repeat") +
-                             " another row's readings to the last digit (lines " + lines_ + ")";
+    if (lines_.empty()) return {};
+    const auto count = static_cast<std::int64_t>(lines_.size());
+    const auto name = [this](std::size_t k) {
+      return std::to_string(lines_[k].first) + " and " + std::to_string(lines_[k].second);
+    };
+    const std::string text = Counted(count, "row") + (count == 1 ? " repeats" : " repeat") +
+                             " another row's readings to the last digit (lines " +
+                             Named(lines_.size(), name) + ")";
     const std::string advice = "; check for a stuck sensor or rows pasted twice";
-    if (3 * (count_ - held_) > rows) {
+    if (3 * (count - held_) > rows) {
       return Error(
           ErrorCode::kRepeatedRows,
           {path},
@@ -285,7 +279,7 @@ class DuplicateFinder {
     }
     findings->push_back(Finding(FindingCode::kRepeatedRows,
                                 text + (counted_once_ > 0 ? ", and count once" : "") + advice)
-                            .With("rows", static_cast<double>(count_)));
+                            .With("rows", static_cast<double>(count)));
     return {};
   }
 
@@ -293,8 +287,8 @@ class DuplicateFinder {
   std::unordered_map<std::string, std::size_t> first_of_;  // by the bits of its readings
   std::size_t last_ = 0;                                   // what the row before is or repeats
   // `held_`: what follows the row that it repeats, as a slow sensor's readings do in a fast log.
-  std::int64_t count_ = 0, counted_once_ = 0, held_ = 0;
-  std::string lines_;
+  std::int64_t counted_once_ = 0, held_ = 0;
+  std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // of each and what it repeats
 };
 
 /// Leaves out what no sensor reads at rest: 0, 0, 0, since neither gravity nor the field is zero on

@@ -44,7 +44,7 @@ class Stream {
   Result<SampleBlock> Take(const CsvReader& csv,
                            std::size_t row_count,
                            std::span<const std::int64_t> shifts_ns) {
-    if (windows_ && row_count == 0) return TakeLastWindows();
+    if (windows_ && row_count == 0) return windows_->Finish(triad());  // What the end completes.
     SelectRows(csv, row_count);
     SampleBlock block;
     block.triad = triad();
@@ -90,9 +90,6 @@ class Stream {
     if (layout_.info.window_samples > 1)
       windows_.emplace(layout_.info.window_samples, layout_.info.file);
   }
-
-  /// What the file's end completes.
-  Result<SampleBlock> TakeLastWindows() { return windows_->Finish(triad()); }
 
   /// Of a window, the row with the time may be one without a reading.
   void GiveTimesOfOtherRows(const CsvReader& csv, std::size_t row_count) {

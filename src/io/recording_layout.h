@@ -121,8 +121,8 @@ class HeaderColumns {
   /// time or temperature which the table otherwise lacks; proposes a header, or lists the names
   /// that were asked for.
   Result<std::vector<std::string>> Ignored() const;
-  /// "time, accel_x, …": all of them, for messages.
-  std::string Names() const;
+  /// Of a header in which no sensor was found.
+  Error NoSensors() const;
 
   /// The three axes `prefix`_x, _y, _z and their unit; nullopt without any. Error: some missing, or
   /// not one and the same unit of `triad`.
@@ -136,6 +136,8 @@ class HeaderColumns {
   /// Whether a column that nobody took may be what the table otherwise lacks.
   bool MayBeNeeded(const HeaderColumn& column) const;
   bool HasTaken(std::string_view name) const;
+  /// "time, accel_x, …": all of them.
+  std::string Names() const;
   /// The header with the names that its columns seem to mean; empty where that is not clear.
   std::string Understandable() const;
 

@@ -335,6 +335,15 @@ std::string HeaderColumns::Names() const {
   return names;
 }
 
+Error HeaderColumns::NoSensors() const {
+  return Error(
+      ErrorCode::kMissingColumn,
+      {place_.file},
+      "has no sensor columns, but " + Names() +
+          "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
+          "them, or map them in a manifest recording.yaml");
+}
+
 Result<TimeColumn> TakeTime(HeaderColumns* header) {
   const std::optional<std::size_t> column = header->Take("time");
   if (!column) return TimeColumn{};
@@ -404,12 +413,7 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(layout.info.ignored_columns, header.Ignored());
   if (file.streams.empty()) {
-    return Error(
-        ErrorCode::kMissingColumn,
-        {path},
-        "has no sensor columns, but " + header.Names() +
-            "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
-            "them, or map them in a manifest recording.yaml");
+    return header.NoSensors();
   }
   file.csv = std::move(csv);
   layout.files.push_back(std::move(file));

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "data/gyroscope_faults.h"
 #include "data/readings_at.h"
+#include "data/repeats.h"
 #include "data/time_stamps.h"
 #include "model/mechanisms.h"
 #include "truetriad/math/rotation.h"

@@ -15,14 +15,18 @@
 namespace truetriad {
 namespace {
 
-using State = Eigen::Vector4d;  // line, slope, settling after each lag: StepTrack::Piece
+using State = Eigen::Vector4d;  // Line, slope, settling after each lag.
 using Matrix = Eigen::Matrix4d;
-using Lags = StepTrack::Lags;
+using Lags = std::array<double, 2>;  // s; 0: none. The second is shorter.
+
+// From `time_s` on T = line + slope (t - time) + sum_i settling_i exp(-(t - time) / lag_i).
+struct Piece {
+  double time_s;
+  State state;
+};
 
 // A step that lasts this many times as long as the others is one at which the temperature stays.
 constexpr double kLong = 4.0;
-// Changes at one place that are nearer than this share of a usual step are noise.
-constexpr double kSamePlace = 0.15;
 // Half a usual step apart, the same place is passed once.
 constexpr double kSamePassage = 0.5;
 // Nodes at which the chamber may turn: so many in a usual step, and in all.
@@ -48,34 +52,29 @@ double Decay(double since_s, double lag_s) {
   return lag_s > 0.0 ? std::exp(-std::max(since_s, 0.0) / lag_s) : 0.0;
 }
 
-// Times of changes at one place, to and fro: it has been on the far side for as long as the time
-// between each change there and the next one back.
-double MiddleOf(const std::vector<std::pair<double, double>>& changes,
-                std::size_t begin,
-                std::size_t end) {
-  double sum = 0.0, signed_sum = 0.0;
-  for (std::size_t c = begin; c < end; ++c) {
-    sum += changes[c].first;
-    signed_sum += (c - begin) % 2 == 0 ? changes[c].first : -changes[c].first;
+// End of the changes that are one passage of a place, to and fro by noise: they go on to the next
+// step even where the noise makes them last.
+std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
+                         std::size_t begin,
+                         double usual_s) {
+  std::size_t end = begin + 1;
+  while (end < changes.size() && changes[end].second == changes[begin].second &&
+         changes[end].first - changes[end - 1].first < kSamePassage * usual_s) {
+    ++end;
   }
-  return (end - begin) % 2 == 1 ? signed_sum : sum / static_cast<double>(end - begin);
+  return (end - begin) % 2 == 1 ? end : begin + 1;
 }
 
-// End of the changes that are one: noise goes to and fro. Those that go on to the next step are one
-// even where the noise makes them last.
-std::size_t EndOfPlace(const std::vector<std::pair<double, double>>& changes,
-                       std::size_t begin,
-                       double usual_s) {
-  const auto end_within = [&](double share) {
-    std::size_t end = begin + 1;
-    while (end < changes.size() && changes[end].second == changes[begin].second &&
-           changes[end].first - changes[end - 1].first < share * usual_s) {
-      ++end;
-    }
-    return end;
-  };
-  const std::size_t passed = end_within(kSamePassage);
-  return (passed - begin) % 2 == 1 ? passed : end_within(kSamePlace);
+// When the place was passed: the temperature has been on the far side for as long as the time
+// between each change there and the next one back.
+double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
+                     std::size_t begin,
+                     std::size_t end) {
+  double sum = 0.0;
+  for (std::size_t c = begin; c < end; ++c) {
+    sum += (c - begin) % 2 == 0 ? changes[c].first : -changes[c].first;
+  }
+  return sum;
 }
 
 // Filter and smoother of one lag.
@@ -153,10 +152,13 @@ class LaggedChamber {
     return likelihood - price() * kinks_;
   }
 
-  const std::vector<Event>& events() const { return events_; }
-  const std::vector<State>& states() const { return states_; }
-  double sigma_degc() const { return std::sqrt(variance_); }
-  int kinks() const { return kinks_; }
+  std::vector<Piece> Pieces() const {
+    std::vector<Piece> pieces;
+    for (std::size_t e = 0; e < events_.size(); ++e) {
+      pieces.push_back({events_[e].time_s, states_[e]});
+    }
+    return pieces;
+  }
 
  private:
   // What a kink has to be worth: any node may be one.
@@ -344,6 +346,57 @@ class LaggedChamber {
   double square_ = 0.0;
 };
 
+// The chamber of the largest posterior.
+struct Chamber {
+  Lags lags_s{};
+  std::vector<Piece> pieces;
+};
+
+Chamber LikeliestChamber(const StepPlaces& places, double begin_s, double end_s, double spacing_s) {
+  Chamber best;
+  double most = -std::numeric_limits<double>::infinity();
+  const auto try_lags = [&](const Lags& lags, double price) {
+    for (const bool stiff : {true, false}) {
+      if (!stiff && lags[0] > 0.0) break;
+      LaggedChamber chamber(places, begin_s, end_s, spacing_s, lags);
+      const double posterior = chamber.Solve(stiff) - price;
+      if (!(posterior > most)) continue;
+      most = posterior;
+      best = {lags, chamber.Pieces()};
+    }
+  };
+  const double node_s = LaggedChamber::NodeSpacing(places, begin_s, end_s);
+  const double shortest = kShortestLagNodes * node_s;
+  const double longest = kLongestLagShare * (end_s - begin_s);
+  // As a kink, a lag has to be worth it.
+  const double price = std::log((end_s - begin_s) / node_s);
+  try_lags({0.0, 0.0}, 0.0);
+  for (double lag = shortest; lag < longest; lag *= kLagRatio) try_lags({lag, 0.0}, price);
+  if (!(best.lags_s[0] > 0.0)) return best;
+  const auto refine = [&](std::size_t which, double ratio, double paid) {
+    const Lags middle = best.lags_s;
+    for (const double factor : {1.0 / ratio, ratio}) {
+      Lags tried = middle;
+      tried[which] *= factor;
+      // Two that are the same are no pair of exponentials.
+      if (tried[0] > kFinestRatio * tried[1]) try_lags(tried, paid);
+    }
+  };
+  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
+    refine(0, ratio, price);
+  }
+  const double alone = best.lags_s[0];
+  for (const double share : kSecondShares) {
+    try_lags({alone, share * alone}, 2.0 * price);
+  }
+  if (!(best.lags_s[1] > 0.0)) return best;
+  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
+    refine(0, ratio, 2.0 * price);
+    refine(1, ratio, 2.0 * price);
+  }
+  return best;
+}
+
 }  // namespace
 
 StepPlaces PlacesOfChange(const std::vector<double>& time_s,
@@ -394,8 +447,8 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
   };
   double previous = time_s.front();
   for (std::size_t c = 0; c < changes.size();) {
-    const std::size_t next = EndOfPlace(changes, c, usual);
-    const double time = MiddleOf(changes, c, next);
+    const std::size_t next = EndOfPassage(changes, c, usual);
+    const double time = TimeOfPassage(changes, c, next);
     add_plateau(previous, time, previous == time_s.front());
     if (places.time_s.empty() || time > places.time_s.back()) {
       places.Add(time, changes[c].second, 0.0);
@@ -426,75 +479,28 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
   return places;
 }
 
-StepTrack::StepTrack(StepPlaces places, double begin_s, double end_s, double spacing_s) {
-  double most = -std::numeric_limits<double>::infinity();
-  const auto try_lags = [&](const Lags& lags, double price) {
-    for (const bool stiff : {true, false}) {
-      if (!stiff && lags[0] > 0.0) break;
-      LaggedChamber chamber(places, begin_s, end_s, spacing_s, lags);
-      const double posterior = chamber.Solve(stiff) - price;
-      if (!(posterior > most)) continue;
-      most = posterior;
-      lags_s_ = lags;
-      sigma_degc_ = chamber.sigma_degc();
-      kinks_ = chamber.kinks();
-      pieces_.clear();
-      for (std::size_t e = 0; e < chamber.events().size(); ++e) {
-        pieces_.push_back({chamber.events()[e].time_s, chamber.states()[e]});
-      }
-    }
-  };
-  const double node_s = LaggedChamber::NodeSpacing(places, begin_s, end_s);
-  const double shortest = kShortestLagNodes * node_s;
-  const double longest = kLongestLagShare * (end_s - begin_s);
-  // As a kink, a lag has to be worth it.
-  const double price = std::log((end_s - begin_s) / node_s);
-  try_lags({0.0, 0.0}, 0.0);
-  for (double lag = shortest; lag < longest; lag *= kLagRatio) try_lags({lag, 0.0}, price);
-  if (!(lags_s_[0] > 0.0)) return;
-  const auto refine = [&](std::size_t which, double ratio, double paid) {
-    const Lags middle = lags_s_;
-    for (const double factor : {1.0 / ratio, ratio}) {
-      Lags tried = middle;
-      tried[which] *= factor;
-      // Two that are the same are no pair of exponentials.
-      if (tried[0] > kFinestRatio * tried[1]) try_lags(tried, paid);
-    }
-  };
-  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
-    refine(0, ratio, price);
-  }
-  const double alone = lags_s_[0];
-  for (const double share : kSecondShares) {
-    try_lags({alone, share * alone}, 2.0 * price);
-  }
-  if (!(lags_s_[1] > 0.0)) return;
-  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
-    refine(0, ratio, 2.0 * price);
-    refine(1, ratio, 2.0 * price);
-  }
-}
-
-void StepTrack::At(const std::vector<double>& time_s,
-                   std::vector<double>* degc,
-                   std::vector<double>* rate_degcps) const {
-  degc->clear(), rate_degcps->clear();
+TemperatureTrack ThroughPlaces(const StepPlaces& places, const std::vector<double>& time_s) {
+  const double begin_s = time_s.front(), end_s = time_s.back();
+  const double spacing_s = (end_s - begin_s) / static_cast<double>(time_s.size() - 1);
+  const auto [lags_s, pieces] = LikeliestChamber(places, begin_s, end_s, spacing_s);
+  TemperatureTrack track;
+  track.time_s = time_s;
   std::size_t at = 0;
   for (const double time : time_s) {
-    while (at + 1 < pieces_.size() && pieces_[at + 1].time_s <= time) ++at;
-    const auto& [begin_s, state] = pieces_[at];
-    const double since = time - begin_s;
+    while (at + 1 < pieces.size() && pieces[at + 1].time_s <= time) ++at;
+    const auto& [piece_s, state] = pieces[at];
+    const double since = time - piece_s;
     double value = state[0] + state[1] * since, rate = state[1];
-    for (std::size_t lag = 0; lag < lags_s_.size(); ++lag) {
-      if (!(lags_s_[lag] > 0.0)) continue;
-      const double settling =
-          state[static_cast<Eigen::Index>(lag) + 2] * Decay(since, lags_s_[lag]);
+    for (std::size_t lag = 0; lag < lags_s.size(); ++lag) {
+      if (!(lags_s[lag] > 0.0)) continue;
+      const double settling = state[static_cast<Eigen::Index>(lag) + 2] * Decay(since, lags_s[lag]);
       value += settling;
-      rate -= settling / lags_s_[lag];
+      rate -= settling / lags_s[lag];
     }
-    degc->push_back(value);
-    rate_degcps->push_back(rate);
+    track.degc.push_back(value);
+    track.rate_degcps.push_back(rate);
   }
+  return track;
 }
 
 }  // namespace truetriad

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <vector>
 
-#include <Eigen/Core>
+#include "truetriad/thermometer/temperature_track.h"
 
 namespace truetriad {
 
@@ -24,8 +23,9 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
                           const std::vector<double>& degc,
                           double step_degc);
 
-/// The temperature through such places. A board follows its chamber with a lag, and a chamber goes
-/// straight from one setting to the next, or nearly:
+/// The temperature and its rate at `time_s` through such places, at least four, of which two
+/// differ. A board follows its chamber with a lag, and a chamber goes straight from one setting to
+/// the next, or nearly:
 ///
 ///   lag T' = C - T,    C' = a walk of small steps + a few large ones (kinks)
 ///
@@ -34,30 +34,6 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
 /// and σ of the places are those of the largest posterior: Kalman filter, disturbance smoother, and
 /// kinks added as long as they raise it (de Jong and Penzer 1998). Lag 0 without kinks is a cubic
 /// smoothing spline.
-class StepTrack {
- public:
-  /// At least four places, of which two differ; `spacing_s`: of the readings.
-  StepTrack(StepPlaces places, double begin_s, double end_s, double spacing_s);
-
-  /// Temperature and rate at `time_s`, which increases.
-  void At(const std::vector<double>& time_s,
-          std::vector<double>* degc,
-          std::vector<double>* rate_degcps) const;
-
-  using Lags = std::array<double, 2>;  ///< s; 0: none. The second is shorter.
-  double sigma_degc() const { return sigma_degc_; }
-  int kinks() const { return kinks_; }
-
- private:
-  /// From `time_s` on T = line + slope (t - time) + sum_i settling_i exp(-(t - time) / lag_i).
-  struct Piece {
-    double time_s;
-    Eigen::Vector4d state;  ///< Line, slope, settling.
-  };
-  std::vector<Piece> pieces_;
-  Lags lags_s_{};
-  double sigma_degc_ = 0.0;
-  int kinks_ = 0;
-};
+TemperatureTrack ThroughPlaces(const StepPlaces& places, const std::vector<double>& time_s);
 
 }  // namespace truetriad

@@ -89,9 +89,7 @@ void FitAbout(
   std::size_t begin = std::min(*first, at.size() - 1);
   std::size_t end = begin;
   while (end < at.size() && at[end] <= time + reach) ++end;
-  // A parabola and one more.
-  constexpr std::size_t kFewest = 4;
-  while (end - begin < std::min(kFewest, at.size())) {
+  while (end - begin < std::min(kFewestSmoothed, at.size())) {
     const bool later = begin == 0 || (end < at.size() && at[end] - time <= time - at[begin - 1]);
     if (later) {
       ++end;
@@ -136,13 +134,13 @@ void FitAbout(
 double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
   // Chosen: two widths an octave; the minimum is flat.
   constexpr double kNarrower = 0.7;
-  constexpr double kFewestSmoothed = 20.0;  // that are smoothed over
+  constexpr double kFewestOver = 20.0;  // that are smoothed over
   // So many places say how well a width predicts; more only take time.
   constexpr std::size_t kPlaces = 2000;
   const std::size_t every = readings.time_s.size() / kPlaces + 1;
   double best = half_width, least = std::numeric_limits<double>::infinity();
   LocalFit local;
-  for (double width = half_width; width >= kFewestSmoothed * spacing_s; width *= kNarrower) {
+  for (double width = half_width; width >= kFewestOver * spacing_s; width *= kNarrower) {
     double square = 0.0, freedom = 0.0;
     std::size_t first = 0;
     for (std::size_t i = 0; i < readings.time_s.size(); i += every) {
@@ -211,13 +209,9 @@ class NoiseBlocks {
 std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
                                               const std::vector<double>& degc,
                                               double step_degc) {
-  StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
+  const StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
   if (places.time_s.size() < kFewestPlaces) return std::nullopt;
-  TemperatureTrack track;
-  track.time_s = time_s;
-  const double spacing = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-  const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
-  steps.At(time_s, &track.degc, &track.rate_degcps);
+  TemperatureTrack track = ThroughPlaces(places, time_s);
   // What rounding adds, and the noise.
   double square = 0.0;
   for (std::size_t i = 0; i < time_s.size(); ++i) {

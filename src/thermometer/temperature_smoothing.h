@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "truetriad/base/result.h"
 #include "truetriad/thermometer/temperature_track.h"
 
 namespace truetriad {
+
+/// A local parabola and one more.
+inline constexpr std::size_t kFewestSmoothed = 4;
 
 /// Temperature and its rate from means of a thermometer's readings over short cells of time.
 ///
@@ -16,9 +20,10 @@ namespace truetriad {
 /// one step to the next, where it is half way between the two: a smoothing spline follows such
 /// places, and points inside of steps that last long.
 ///
-/// `time_s` increases; all have the same length, at least 4. `step_degc`: the smallest step between
-/// readings; 0: not known. `hold_s`: how long each reading is repeated until the next one is taken
-/// (ThermometerWatch); 0: not at all. Error (not enough): the temperature does not change.
+/// `time_s` increases; all have the same length, at least kFewestSmoothed. `step_degc`: the
+/// smallest step between readings; 0: not known. `hold_s`: how long each reading is repeated until
+/// the next one is taken (ThermometerWatch); 0: not at all. Error (not enough): the temperature
+/// does not change.
 Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
                                            const std::vector<double>& degc,
                                            double step_degc,

@@ -13,14 +13,12 @@ namespace {
 // is larger, and as a share of the range in which nine tenths of the cells lie. A turning point is
 // outside by three steps.
 constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
-// Cells of a reading that is repeated: rounding of its decimals.
-constexpr double kSame = 1e-9;
+// Below this a change is rounding of decimals, or of a unit's conversion.
+constexpr double kLeastStep = 1e-6;
 
 }  // namespace
 
 void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<const double> degc) {
-  // Below this it is rounding of a unit's conversion.
-  constexpr double kLeastStep = 1e-6;
   for (std::size_t i = 0; i < degc.size(); ++i) {
     ++rows_;
     const double change = std::abs(degc[i] - last_degc_);
@@ -50,8 +48,6 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 double ThermometerWatch::hold_s() const {
   // Four intervals between them, the least that can agree or not.
   constexpr std::int64_t kFewestChanges = 5;
-  // So few are regular by chance: all of them have to be.
-  constexpr std::int64_t kFew = 20;
   // Changes that come sooner than the others, and those that come at that time.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
   // One that changes from row to row, or every other one, is not repeated.
@@ -71,8 +67,7 @@ double ThermometerWatch::hold_s() const {
     rows += static_cast<double>(gap_rows_[bin]);
   }
   if (rows < kRows * regular) return 0.0;
-  const double needed = changes_ < kFew ? 1.0 : kRegular;
-  return sooner > kSooner * all || regular < needed * all ? 0.0 : sum_s / regular;
+  return sooner > kSooner * all || regular < kRegular * all ? 0.0 : sum_s / regular;
 }
 
 TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
@@ -94,9 +89,9 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
   bool has_level = false;
   double from = time_s.front() - hold_s;
   for (std::size_t i = 0; i + 1 < degc.size(); ++i) {
-    if (std::abs(degc[i + 1] - degc[i]) > kSame) continue;
+    if (std::abs(degc[i + 1] - degc[i]) > kLeastStep) continue;
     // Cells i and i + 1 are of one level.
-    if (has_level && std::abs(degc[i] - degc[level]) > kSame) {
+    if (has_level && std::abs(degc[i] - degc[level]) > kLeastStep) {
       // The cell that holds the change is partly of the one before.
       double time = time_s[level] + 0.5 * cell_s;
       for (std::size_t m = level + 1; m < i; ++m) {
@@ -120,13 +115,11 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc) {
   const auto size = static_cast<std::ptrdiff_t>(degc.size());
   if (size < 2) return std::vector<bool>(degc.size(), false);
-  std::vector<double> steps, sorted = degc;
+  std::vector<double> steps;
   for (std::size_t i = 1; i < degc.size(); ++i) steps.push_back(std::abs(degc[i] - degc[i - 1]));
-  std::sort(steps.begin(), steps.end());
-  std::sort(sorted.begin(), sorted.end());
-  const double range = sorted[sorted.size() * 19 / 20] - sorted[sorted.size() / 20];
-  const double limit =
-      std::max({kSpikeSteps * steps[steps.size() * 19 / 20], kSpikeShare * range, 2.0 * step_degc});
+  const double range = LowerQuantile(degc, 0.95) - LowerQuantile(degc, 0.05);
+  const double limit = std::max(
+      {kSpikeSteps * LowerQuantile(std::move(steps), 0.95), kSpikeShare * range, 2.0 * step_degc});
   const auto middle = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
     return Median(std::vector<double>(degc.begin() + begin, degc.begin() + end));
   };
@@ -156,15 +149,13 @@ std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
   const double longest_s = spacings_s.empty() ? 0.0 : kLongestGap * Median(spacings_s);
   for (std::size_t i = 1; i < degc.size(); ++i) {
     const double step = std::abs(degc[i] - degc[i - 1]);
-    if (step > kSame) steps.push_back(step);
+    if (step > kLeastStep) steps.push_back(step);
   }
   std::vector<std::pair<std::size_t, std::size_t>> stuck;
   if (steps.empty()) return stuck;
-  const auto large = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 19 / 20);
-  std::nth_element(steps.begin(), large, steps.end());
-  const double limit = kSpikeSteps * *large;
+  const double limit = kSpikeSteps * LowerQuantile(std::move(steps), 0.95);
   for (std::size_t begin = 0, i = 1; i < degc.size(); ++i) {
-    if (std::abs(degc[i] - degc[i - 1]) <= kSame) continue;
+    if (std::abs(degc[i] - degc[i - 1]) <= kLeastStep) continue;
     // The cell of the jump itself may be partly before it.
     const double after = degc[std::min(i + 1, degc.size() - 1)];
     const double jump = std::max(std::abs(degc[i] - degc[begin]), std::abs(after - degc[begin]));
@@ -178,24 +169,20 @@ std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
 std::vector<double> Bridged(const std::vector<double>& time_s,
                             const std::vector<double>& degc,
                             const std::vector<bool>& marked) {
-  std::vector<double> bridged = degc;
-  std::size_t before = degc.size();  // none
+  std::vector<std::size_t> known;
   for (std::size_t i = 0; i < degc.size(); ++i) {
-    if (!marked[i]) {
-      before = i;
-      continue;
-    }
-    std::size_t after = i;
-    while (after < degc.size() && marked[after]) ++after;
-    if (before == degc.size() && after == degc.size()) return degc;
-    if (before == degc.size()) {
-      bridged[i] = degc[after];
-    } else if (after == degc.size()) {
-      bridged[i] = degc[before];
-    } else {
-      const double share = (time_s[i] - time_s[before]) / (time_s[after] - time_s[before]);
-      bridged[i] = degc[before] + share * (degc[after] - degc[before]);
-    }
+    if (!marked[i]) known.push_back(i);
+  }
+  if (known.empty()) return degc;
+  std::vector<double> bridged = degc;
+  for (std::size_t i = 0; i < degc.size(); ++i) {
+    if (!marked[i]) continue;
+    const auto next = std::lower_bound(known.begin(), known.end(), i);
+    const std::size_t before = next == known.begin() ? *next : *(next - 1);
+    const std::size_t after = next == known.end() ? before : *next;
+    const double span_s = time_s[after] - time_s[before];
+    const double share = span_s > 0.0 ? (time_s[i] - time_s[before]) / span_s : 0.0;
+    bridged[i] = degc[before] + share * (degc[after] - degc[before]);
   }
   return bridged;
 }

@@ -10,7 +10,6 @@
 
 #include "data/detected_poses.h"
 #include "data/memory_source.h"
-#include "data/recorded_temperature.h"
 #include "data/synthetic_recording.h"
 #include "data/window_statistics.h"
 #include "math/random.h"

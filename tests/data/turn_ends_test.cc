@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/turn_ends.h"
-
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -8,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "data/known_motions.h"
 #include "math/random.h"
 #include "truetriad/base/units.h"
 

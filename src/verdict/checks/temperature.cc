@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/messages.h"
-#include "data/recorded_temperature.h"
+#include "data/pose_statistics.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/motion_spikes.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "data/collector.h"
+#include "data/joints.h"
+#include "data/repeats.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
 
@@ -15,8 +19,6 @@ namespace {
 
 // The median of six readings stays with the good ones where two of them are spikes.
 constexpr std::size_t kEachSide = 3;
-// Chosen: the scatter of fewer readings, three times kTogether, is not that of a motion.
-constexpr std::size_t kFewestReadings = 200;
 // So many σ from its neighbours a reading is none: white noise does that once in 10^15, the hand of
 // a person tumbling a unit less than once in 10^4 readings (tests/trust, clean).
 constexpr double kFarSigmas = 8.0;
@@ -123,14 +125,24 @@ std::vector<bool> AwayFromJoints(const std::vector<RecordingJoint>& joints,
   return is_away;
 }
 
-}  // namespace
+// What was done about single readings of a moving unit that lie far from their neighbours.
+struct SpikeScreen {
+  std::int64_t replaced = 0;
+  // What those that are too small to be told one by one may shift the mean by, where they lie to
+  // one side; zero where chance makes as many.
+  Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
+};
 
+// Puts the line between its neighbours in the place of each spike: a gyroscope without the
+// reading would be integrated along that line. A reading is held against the median of three on
+// each side, by what is usual around it, so that a hard move does not look like spikes.
+// `resolution_raw`: the sensor's smallest step. Readings on both sides of a joint are no
+// neighbours.
 SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
                           const std::vector<RecordingJoint>& joints,
                           ReadingTrack* track) {
   SpikeScreen screen;
   const std::size_t count = track->reading_raw.size();
-  if (count < kFewestReadings) return screen;
   const std::vector<bool> is_compared = AwayFromJoints(joints, *track);
   std::vector<bool> is_replaced(count, false);
   for (int pass = 0; pass < kMostPasses; ++pass) {
@@ -158,6 +170,84 @@ SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
   }
   screen.replaced = std::count(is_replaced.begin(), is_replaced.end(), true);
   return screen;
+}
+
+// Keeps all readings of a unit that never rests.
+class MotionCollector : public Collector {
+ public:
+  explicit MotionCollector(const RecordingInfo& info) : info_(info) {}
+
+  Status Validate() const override {
+    if (!info_.has_time) {
+      return NoTime(info_, "motion cannot be tracked");
+    }
+    const bool sees_vector =
+        info_.Find(Triad::kAccelerometer) != nullptr || info_.Find(Triad::kMagnetometer) != nullptr;
+    if (info_.Find(Triad::kGyroscope) == nullptr || !sees_vector) {
+      return Error(ErrorCode::kMissingSensor,
+                   {info_.path},
+                   "motion needs the gyroscope, and accelerometer or magnetometer, to "
+                   "track the attitude; add the missing columns");
+    }
+    return {};
+  }
+
+  Status Add(const std::vector<SampleBlock>& blocks) override {
+    for (const SampleBlock& block : blocks) {
+      ReadingTrack& track = tracks_[block.triad];
+      Append(block, &track);
+      if (block.triad != Triad::kGyroscope) continue;
+      track.row.insert(track.row.end(), block.row.begin(), block.row.end());
+    }
+    return {};
+  }
+
+  Status Finish(PoseSet* set) override {
+    set->tracks = std::move(tracks_);
+    const auto tell = [set](const StreamSummary& stream,
+                            FindingCode code,
+                            std::int64_t count,
+                            const std::string& unit,
+                            const std::string& what) {
+      if (count == 0) return;
+      set->findings.push_back(Finding(code,
+                                      std::string(TriadName(stream.triad)) + ": " +
+                                          std::to_string(count) + " of " +
+                                          std::to_string(stream.samples) + " readings " + what)
+                                  .About(stream.triad)
+                                  .With(unit, static_cast<double>(count)));
+    };
+    for (const StreamSummary& stream : set->streams) {
+      const auto held = LeaveOutHeld(stream, &set->tracks[stream.triad]);
+      tell(stream,
+           FindingCode::kRepeatedRows,
+           static_cast<std::int64_t>(held),
+           "rows",
+           "repeat the one before, and count once: the log is faster than the sensor");
+    }
+    FindJointsInMotion(set);
+    for (StreamSummary& stream : set->streams) {
+      const SpikeScreen screen =
+          ReplaceSpikes(stream.resolution_raw, set->joints, &set->tracks[stream.triad]);
+      stream.one_sided_raw = screen.one_sided_raw;
+      tell(stream,
+           FindingCode::kReadingsLeftOut,
+           screen.replaced,
+           "readings",
+           "are left out, since they are far from their neighbours (spikes)");
+    }
+    return {};
+  }
+
+ private:
+  RecordingInfo info_;
+  PerTriad<ReadingTrack> tracks_;
+};
+
+}  // namespace
+
+std::unique_ptr<Collector> MakeMotionCollector(const RecordingInfo& info) {
+  return std::make_unique<MotionCollector>(info);
 }
 
 }  // namespace truetriad
