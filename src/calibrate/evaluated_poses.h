@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/calibrate/evaluate.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+
+// Good calibrations are called worse than predicted, and equal ones different, once in a thousand.
+inline constexpr double kByChance = 1e-3;
+
+// What each axis feels at the windows of a sweep, one a pose, as `apply` would filter it; empty
+// where the sensor follows the thermometer itself. Error (bad input): it has lags and `poses` no
+// track of temperature.
+Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor, const PoseSet& poses);
+
+// One sensor's mean at one pose in true units, with what its error is made of.
+struct EvaluatedReading {
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero();
+  // Of the mean's noise and the pose-to-pose excess.
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  // d truth / d the listed parameters of the calibration.
+  Eigen::Matrix3Xd by_parameters;
+  bool is_clamped = false;
+
+  // Noise and parameters together.
+  Eigen::Matrix3d Covariance(const Calibration& calibration) const;
+};
+
+// `felt`: temperatures at the pose where they are not the pose's own, or null. `force_mps2`:
+// specific force in the body, for a gyroscope that follows it. Unset where the pose has no reading
+// of the sensor, or the force is needed and not there.
+Result<std::optional<EvaluatedReading>> EvaluateReading(
+    const Calibration& calibration,
+    Triad triad,
+    const StaticPose& pose,
+    const ThermalState* felt,
+    const std::optional<Eigen::Vector3d>& force_mps2,
+    const std::string& source);
+
+// Of one error at least.
+double RootMeanSquareOf(const std::vector<double>& errors);
+
+// Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
+// the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
+// `left_out`: numbers of the poses into which a turn is not to count.
+// Unset without a gyroscope, or without a turn between two of them.
+//
+// The error is a direction in the plane across gravity; what lets expect it: the noise of both
+// accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of
+// both sensors with their correlation.
+std::optional<EvaluatedTurns> EvaluateTurns(
+    const Calibration& calibration,
+    const PoseSet& poses,
+    const std::vector<std::optional<EvaluatedReading>>& vectors,
+    const std::set<int>& left_out);
+
+// Numbers of poses that each sensor is not judged by.
+using PosesLeftOut = PerTriad<std::set<int>>;
+
+// Lists what the calibration left out of the poses that it was made from. The list is empty for
+// other poses, and where their number is not the same.
+PosesLeftOut LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own);
+
+Result<EvaluationSummary> EvaluateWithout(const PosesLeftOut& left_out,
+                                          const Calibration& calibration,
+                                          const PoseSet& poses,
+                                          bool is_own,
+                                          const CountSizes& si_per_count);
+
+}  // namespace truetriad
