@@ -11,8 +11,7 @@
 
 #include "base/messages.h"
 #include "calibrate/calibrate_settled.h"
-#include "calibrate/rival_alignment.h"
-#include "calibrate/stated_dip.h"
+#include "calibrate/why_not_as_settled.h"
 #include "choice/model_choice.h"
 #include "data/pose_statistics.h"
 #include "model/mechanisms.h"
@@ -241,20 +240,6 @@ CalibrationSummary Refuse(Finding refusal, CalibrationSummary summary) {
   return summary;
 }
 
-}  // namespace
-
-Calibration StatedCalibration(const CalibrateOptions& options) {
-  Calibration calibration;
-  calibration.mode = options.mode();
-  calibration.gauge = options.gauge;
-  calibration.gauge_sensor = LeadingTriad(options);
-  calibration.reference.gravity_mps2 = *options.reference.gravity_mps2.value;
-  calibration.reference.temperature_degc = options.reference.temperature_degc;
-  return calibration;
-}
-
-namespace {
-
 // Settles what was solved: which side the field is on, and noise and parameters together. Returns
 // the rounds that this took.
 int Settle(const CalibrateOptions& options,
@@ -274,14 +259,6 @@ int Settle(const CalibrateOptions& options,
   return rounds;
 }
 
-std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,
-                                       const NoiseState& noise,
-                                       const PoseGraph& graph) {
-  auto contradicted = FindContradictedDip(options, noise, graph);
-  if (contradicted && Acts(Mechanism::kContradictedDip)) return contradicted;
-  return FindRivalAlignment(options, noise.estimate, graph);
-}
-
 // Calibrates from rests, rows or known attitudes.
 Result<CalibrationSummary> CalibratePoses(const PoseSet& poses,
                                           const CalibrateOptions& options,
@@ -299,8 +276,8 @@ Result<CalibrationSummary> CalibratePoses(const PoseSet& poses,
     calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);
     return Refuse(RefusalOf(starts.error()), std::move(summary));
   }
-  if (const auto map = MagnetometerMapOf(options, starts->front())) {
-    return CalibrateSettled(poses, WithMagnetometerMap(*map, options), settled);
+  if (const auto mapped = WithMagnetometerMap(options, starts->front())) {
+    return CalibrateSettled(poses, *mapped, settled);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseNode> nodes, BuildNodes(poses, options, noise.source));
   if (options.initialise.only) {
@@ -349,6 +326,16 @@ Result<CalibrationSummary> CalibratePoses(const PoseSet& poses,
 }
 
 }  // namespace
+
+Calibration StatedCalibration(const CalibrateOptions& options) {
+  Calibration calibration;
+  calibration.mode = options.mode();
+  calibration.gauge = options.gauge;
+  calibration.gauge_sensor = LeadingTriad(options);
+  calibration.reference.gravity_mps2 = *options.reference.gravity_mps2.value;
+  calibration.reference.temperature_degc = options.reference.temperature_degc;
+  return calibration;
+}
 
 Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                                             const CalibrateOptions& options,

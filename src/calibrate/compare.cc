@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "base/named_values.h"
 #include "calibrate/compared_values.h"
 #include "calibrate/reading_units.h"
 #include "math/dense/eigenvalues.h"
@@ -254,21 +255,6 @@ void AddChiSquare(const ComparedValues& in_a,
   }
 }
 
-}  // namespace
-
-const ComparisonEntry* LargestOf(const Comparison& comparison) {
-  const auto in_sigmas = [](const ComparisonEntry& entry) {
-    return entry.sigma > 0.0 ? std::abs(entry.difference) / entry.sigma : -1.0;
-  };
-  const auto largest = std::max_element(
-      comparison.entries.begin(),
-      comparison.entries.end(),
-      [&](const auto& one, const auto& other) { return in_sigmas(one) < in_sigmas(other); });
-  return largest == comparison.entries.end() || in_sigmas(*largest) < 0.0 ? nullptr : &*largest;
-}
-
-namespace {
-
 // Both in one gauge: that of known attitudes when both have it, else the triangular one.
 std::pair<PresentedSolution, PresentedSolution> InOneGauge(const Calibration& a,
                                                            const Calibration& b) {
@@ -375,6 +361,17 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   return comparison;
 }
 
+const ComparisonEntry* LargestOf(const Comparison& comparison) {
+  const auto in_sigmas = [](const ComparisonEntry& entry) {
+    return entry.sigma > 0.0 ? std::abs(entry.difference) / entry.sigma : -1.0;
+  };
+  const auto largest = std::max_element(
+      comparison.entries.begin(),
+      comparison.entries.end(),
+      [&](const auto& one, const auto& other) { return in_sigmas(one) < in_sigmas(other); });
+  return largest == comparison.entries.end() || in_sigmas(*largest) < 0.0 ? nullptr : &*largest;
+}
+
 Agreement AgreementOf(const Comparison& comparison) {
   if (comparison.dof <= 0) return Agreement::kNotCompared;
   return comparison.p_value >= kAgreementProbability ? Agreement::kAgree : Agreement::kDiffer;
@@ -389,15 +386,12 @@ bool IsTooAlike(const Comparison& comparison) {
 }
 
 std::string_view AgreementName(Agreement agreement) {
-  switch (agreement) {
-    case Agreement::kNotCompared:
-      return "not-compared";
-    case Agreement::kAgree:
-      return "agree";
-    case Agreement::kDiffer:
-      return "differ";
-  }
-  return "";
+  constexpr NamedValues<Agreement, 3> kNames = {{
+      {Agreement::kNotCompared, "not-compared"},
+      {Agreement::kAgree, "agree"},
+      {Agreement::kDiffer, "differ"},
+  }};
+  return kNames.Name(agreement);
 }
 
 }  // namespace truetriad

@@ -9,9 +9,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "calibrate/evaluate_poses.h"
-#include "calibrate/evaluate_turns.h"
-#include "calibrate/evaluated_reading.h"
+#include "base/named_values.h"
+#include "calibrate/evaluated_poses.h"
 #include "calibrate/reading_units.h"
 #include "math/distributions.h"
 #include "truetriad/base/units.h"
@@ -233,8 +232,6 @@ struct ErrorRatio {
 
   // Few errors are larger by chance, or the noise was found smaller.
   bool IsTooLarge() const {
-    // Good calibrations are called too large once in a thousand.
-    constexpr double kByChance = 1e-3;
     // A stated noise has as many degrees of freedom as make no difference.
     constexpr double kStated = 1e6;
     if (!(ratio > kExpectedErrorRatio)) return false;
@@ -243,18 +240,6 @@ struct ErrorRatio {
     return FisherUpper(ratio * ratio, count, dof) < kByChance;
   }
 };
-
-// Poses with readings of both sensors that an angle is between.
-int CountPairs(const EvaluationSummary& evaluation) {
-  PerTriad<std::set<int>> poses;
-  for (const PoseResidual& residual : evaluation.pose_residuals) {
-    poses[residual.triad].insert(residual.pose);
-  }
-  const std::set<int>& forces = poses[Triad::kAccelerometer];
-  return static_cast<int>(std::count_if(forces.begin(), forces.end(), [&poses](const int pose) {
-    return poses[Triad::kMagnetometer].contains(pose);
-  }));
-}
 
 std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
   std::vector<ErrorRatio> ratios;
@@ -274,7 +259,8 @@ std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
     // The worse known one, of those that were not stated.
     const double dof =
         dofs[0] > 0.0 && dofs[1] > 0.0 ? std::min(dofs[0], dofs[1]) : std::max(dofs[0], dofs[1]);
-    ratios.push_back({*evaluation.angle_ratio, CountPairs(evaluation) - 1.0, dof});
+    ratios.push_back(
+        {*evaluation.angle_ratio, static_cast<double>(evaluation.angles_rad.size()) - 1.0, dof});
   }
   if (const auto& turns = evaluation.turns; turns && turns->predicted_rms_rad > 0.0) {
     // Across gravity two components each.
@@ -423,19 +409,14 @@ PredictionVerdict VerdictOf(const EvaluationSummary& evaluation) {
 }
 
 std::string_view PredictionVerdictName(PredictionVerdict verdict) {
-  switch (verdict) {
-    case PredictionVerdict::kNotEvaluated:
-      return "not-evaluated";
-    case PredictionVerdict::kNoTest:
-      return "no-test";
-    case PredictionVerdict::kNoPrediction:
-      return "no-prediction";
-    case PredictionVerdict::kAsPredicted:
-      return "as-predicted";
-    case PredictionVerdict::kWorse:
-      return "worse";
-  }
-  return "";
+  constexpr NamedValues<PredictionVerdict, 5> kNames = {{
+      {PredictionVerdict::kNotEvaluated, "not-evaluated"},
+      {PredictionVerdict::kNoTest, "no-test"},
+      {PredictionVerdict::kNoPrediction, "no-prediction"},
+      {PredictionVerdict::kAsPredicted, "as-predicted"},
+      {PredictionVerdict::kWorse, "worse"},
+  }};
+  return kNames.Name(verdict);
 }
 
 }  // namespace truetriad

@@ -7,8 +7,7 @@
 #include <string>
 
 #include "base/named_values.h"
-#include "calibrate/evaluate_poses.h"
-#include "calibrate/evaluate_turns.h"
+#include "calibrate/evaluated_poses.h"
 #include "math/distributions.h"
 #include "truetriad/base/units.h"
 
@@ -16,13 +15,6 @@ namespace truetriad {
 namespace {
 
 using Errors = std::vector<double>;
-
-constexpr NamedValues<Better, 4> kBetter = {{
-    {Better::kNeither, "neither"},
-    {Better::kA, "a"},
-    {Better::kB, "b"},
-    {Better::kMixed, "mixed"},
-}};
 
 // σ of gravity anywhere, from 9.78 at the equator to 9.83 at the poles, m/s^2.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
@@ -49,8 +41,6 @@ Errors LengthErrors(const EvaluationSummary& evaluation, Triad triad) {
 // Whether errors in pairs have different squares by more than chance: u = a + b and v = a - b are
 // correlated then, with t^2 = (n - 1) r^2 / (1 - r^2) ~ F(1, n - 1). Pitman 1939, Morgan 1939.
 bool DifferByMoreThanChance(const Errors& a, const Errors& b) {
-  // Equal calibrations are called different once in a thousand.
-  constexpr double kByChance = 1e-3;
   double uu = 0.0, vv = 0.0, uv = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double u = a[i] + b[i], v = a[i] - b[i];
@@ -126,7 +116,15 @@ std::vector<ErrorOfTwo> ErrorsOf(const EvaluationSummary& a,
 
 }  // namespace
 
-std::string_view BetterName(Better better) { return kBetter.Name(better); }
+std::string_view BetterName(Better better) {
+  constexpr NamedValues<Better, 4> kNames = {{
+      {Better::kNeither, "neither"},
+      {Better::kA, "a"},
+      {Better::kB, "b"},
+      {Better::kMixed, "mixed"},
+  }};
+  return kNames.Name(better);
+}
 
 Better BetterOf(const SideBySide& both) {
   const auto any = [&both](Better better) {

@@ -207,33 +207,27 @@ std::optional<ModelAlternative> Improve(const OpenModels& models,
                                         Choice* choice) {
   Fit& present = candidates->FitOf(*choice);
   const std::vector<Neighbour> neighbours = models.NeighboursOf(*choice);
-  const Neighbour* worst = nullptr;
-  double largest_p = -1.0;
-  for (const Neighbour& neighbour : neighbours) {
-    if (neighbour.is_larger) continue;
-    Fit& smaller = candidates->FitOf(neighbour.choice);
-    const double p = candidates->PValue(&present, smaller, neighbour);
-    if (p <= largest_p || candidates->IsWorthIt(&present, &smaller, neighbour, p)) continue;
-    largest_p = p;
-    worst = &neighbour;
+  for (const bool is_larger : {false, true}) {
+    const Neighbour* step = nullptr;
+    double step_p = is_larger ? kInfinity : -1.0;
+    for (const Neighbour& neighbour : neighbours) {
+      if (neighbour.is_larger != is_larger || !candidates->Holds(neighbour.choice)) continue;
+      Fit& other = candidates->FitOf(neighbour.choice);
+      Fit& larger = is_larger ? other : present;
+      Fit& smaller = is_larger ? present : other;
+      const double p = candidates->PValue(&larger, smaller, neighbour);
+      const bool is_further = is_larger ? p < step_p : p > step_p;
+      if (!is_further || candidates->IsWorthIt(&larger, &smaller, neighbour, p) != is_larger) {
+        continue;
+      }
+      step_p = p;
+      step = &neighbour;
+    }
+    if (step == nullptr) continue;
+    *choice = step->choice;
+    return Described(step->description, &candidates->FitOf(*choice), step_p, *candidates);
   }
-  const Neighbour* best = nullptr;
-  double smallest_p = kInfinity;
-  for (const Neighbour& neighbour : neighbours) {
-    if (worst != nullptr || !neighbour.is_larger || !candidates->Holds(neighbour.choice)) continue;
-    Fit& larger = candidates->FitOf(neighbour.choice);
-    const double p = candidates->PValue(&larger, present, neighbour);
-    if (p >= smallest_p || !candidates->IsWorthIt(&larger, &present, neighbour, p)) continue;
-    smallest_p = p;
-    best = &neighbour;
-  }
-  const Neighbour* step = worst != nullptr ? worst : best;
-  if (step == nullptr) return std::nullopt;
-  *choice = step->choice;
-  return Described(step->description,
-                   &candidates->FitOf(*choice),
-                   worst != nullptr ? largest_p : smallest_p,
-                   *candidates);
+  return std::nullopt;
 }
 
 // The chosen model, then those that differ from it by one step.

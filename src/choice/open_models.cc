@@ -2,9 +2,8 @@
 #include "choice/open_models.h"
 
 #include <algorithm>
-#include <utility>
 
-#include "problem/graph_builder.h"
+#include "problem/lay_out.h"
 
 namespace truetriad {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calibrate/evaluated_reading.h"
+#include "calibrate/evaluated_poses.h"
 #include "formats/restate.h"
 #include "model/directions.h"
 #include "truetriad/model/thermal.h"
@@ -121,10 +121,11 @@ ExportLoss LossOf(Triad triad,
   if (thermal && thermal->rate_range_degcps && DropsRates(restated, triad))
     loss.at_rates = {*thermal->rate_range_degcps};
   for (const double degc : temperatures) {
-    const ModelAtPose at = ModelAtTemperatureOf(whole, degc, 0.0);
+    const ThermalState steady{Eigen::Vector3d::Constant(degc), Eigen::Vector3d::Zero()};
+    const ModelAtPose at = ModelAtTemperatureOf(whole, steady);
     const Eigen::VectorXd errors = ErrorsOf(triad, equation, restated, at.model, degc);
     Add(errors, share, &loss);
-    const ModelAtPose stated = ModelAtTemperatureOf(*calibration.sensors[triad], degc, 0.0);
+    const ModelAtPose stated = ModelAtTemperatureOf(*calibration.sensors[triad], steady);
     for (int i = 0; i < kDirections; ++i) {
       const double variance = PredictedCovariance(names,
                                                   calibration.covariance.matrix,

@@ -279,13 +279,6 @@ Result<Ellipsoid> FitEllipsoid(const std::vector<Vector3d>& points) {
   return BestFit(points, {Method::kLeastSquares, Method::kConstrained});
 }
 
-Matrix3d UpperTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
-  // A = L L^T, so A^-1 = U U^T with U = L^-T upper triangular.
-  CHECK_GT(radius, 0.0);
-  CHECK(CholeskyRootOfPositive(ellipsoid.shape)) << "the shape is not positive definite";
-  return InverseCholeskyRootTransposed(ellipsoid.shape) / radius;
-}
-
 Matrix3d SymmetricSensitivity(const Ellipsoid& ellipsoid, double radius) {
   CHECK_GT(radius, 0.0);
   CHECK(EigenOfSymmetric3(ellipsoid.shape).values[0] > 0.0) << "the shape is not positive definite";

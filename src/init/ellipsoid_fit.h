@@ -36,9 +36,8 @@ Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Eigen::Vector3d>& po
 /// scatter and not the shape of the cloud makes the ellipsoid.
 Result<Ellipsoid> FitEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
-/// Sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid:
+/// Symmetric sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid:
 /// S S^T = radius^-2 A^-1. Diagonal positive. `radius` > 0, shape positive definite, else CHECK.
-Eigen::Matrix3d UpperTriangularSensitivity(const Ellipsoid& ellipsoid, double radius);
 Eigen::Matrix3d SymmetricSensitivity(const Ellipsoid& ellipsoid, double radius);
 
 }  // namespace truetriad

@@ -23,29 +23,18 @@ constexpr int kMostSteps = 50;
 // Of the field's directions in the body, against the largest: thinner is a turn about one axis.
 constexpr double kThin = 1e-3;
 
-// The linear part at one direction.
-struct LinearFit {
-  Eigen::MatrixXd solution;  // 4 x 3: S^T over b^T
-  Eigen::MatrixXd residual;
-  bool is_determined = false;
-};
-
-LinearFit FitAt(const Eigen::Vector3d& direction,
-                const Eigen::MatrixXd& values,
-                const std::vector<Eigen::Quaterniond>& fixture_from_body,
-                double strength) {
-  Eigen::MatrixXd design(values.rows(), 4);
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    const Eigen::Vector3d field =
-        fixture_from_body[static_cast<std::size_t>(k)].conjugate() * direction;
-    design.row(k) << field.transpose(), 1.0;
+// The linear part at one direction of the field.
+KnownFieldFit FitAt(const Eigen::Vector3d& direction,
+                    const std::vector<Eigen::Vector3d>& readings,
+                    const std::vector<Eigen::Quaterniond>& fixture_from_body,
+                    double strength) {
+  std::vector<Eigen::Vector3d> fields;
+  fields.reserve(readings.size());
+  for (const Eigen::Quaterniond& attitude : fixture_from_body) {
+    fields.push_back(attitude.conjugate() * direction);
   }
-  const LeastSquares qr(design, kThin);
-  LinearFit fit;
-  fit.is_determined = qr.rank() == 4;
-  fit.solution = qr.Solve(values);
-  fit.residual = values - Times(design, fit.solution);
-  fit.solution.topRows<3>() /= strength;
+  KnownFieldFit fit = FitKnownField(readings, fields, kThin);
+  fit.model.sensitivity /= strength;
   return fit;
 }
 
@@ -58,6 +47,22 @@ Eigen::Matrix<double, 3, 2> Tangents(const Eigen::Vector3d& direction) {
 
 }  // namespace
 
+KnownFieldFit FitKnownField(const std::vector<Eigen::Vector3d>& readings,
+                            const std::vector<Eigen::Vector3d>& fields,
+                            double thin) {
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::MatrixXd values(design.rows(), 3);
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
+    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
+  }
+  const LeastSquares qr(design, thin);
+  const Eigen::MatrixXd solution = qr.Solve(values);
+  return {{solution.topRows<3>().transpose(), solution.row(3).transpose()},
+          values - Times(design, solution),
+          qr.rank() == 4};
+}
+
 Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                 const std::vector<Eigen::Quaterniond>& fixture_from_body,
                                 double strength) {
@@ -67,15 +72,11 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
               "the fixture's orientation is unobservable from these attitudes",
               "give at least five, about several axes, with every axis up and down"));
   if (readings.size() < kFewestPoses) return not_enough;
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(readings.size()), 3);
-  for (Eigen::Index k = 0; k < values.rows(); ++k) {
-    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
-  }
   const auto fit_at = [&](const Eigen::Vector3d& direction) {
-    return FitAt(direction, values, fixture_from_body, strength);
+    return FitAt(direction, readings, fixture_from_body, strength);
   };
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  LinearFit fit;
+  KnownFieldFit fit;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kGridPoints; ++i) {
     // A spiral over the upper half.
@@ -83,7 +84,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
     const double angle = 2.0 * std::numbers::pi * std::numbers::phi * i;
     const double radius = std::sqrt(1.0 - z * z);
     const Eigen::Vector3d direction(radius * std::cos(angle), radius * std::sin(angle), z);
-    LinearFit trial = fit_at(direction);
+    KnownFieldFit trial = fit_at(direction);
     if (!trial.is_determined || trial.residual.norm() >= least) continue;
     least = trial.residual.norm();
     best = direction;
@@ -94,7 +95,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
     // About the cube root of the rounding of a direction, as central differences want it.
     constexpr double kDifference = 1e-5;
     const Eigen::Matrix<double, 3, 2> tangents = Tangents(best);
-    Eigen::MatrixXd jacobian(values.size(), 2);
+    Eigen::MatrixXd jacobian(fit.residual.size(), 2);
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::Vector3d move = kDifference * tangents.col(axis);
       jacobian.col(axis) = (fit_at((best + move).normalized()).residual -
@@ -110,7 +111,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
     bool moved = false;
     for (double share = 1.0; share > 1e-3 && !moved; share *= 0.5) {
       const Eigen::Vector3d direction = (best + tangents * (share * change)).normalized();
-      LinearFit trial = fit_at(direction);
+      KnownFieldFit trial = fit_at(direction);
       moved = trial.is_determined && trial.residual.norm() < fit.residual.norm();
       if (!moved) continue;
       best = direction;
@@ -119,7 +120,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
     if (!moved || change.norm() < 1e-12) break;
   }
   FixtureFit result;
-  result.model = {fit.solution.topRows<3>().transpose(), fit.solution.row(3).transpose()};
+  result.model = fit.model;
   result.direction = best;
   if (result.model.sensitivity.determinant() < 0.0) {
     result.model.sensitivity *= -1.0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -10,6 +11,17 @@
 #include "truetriad/model/triad_model.h"
 
 namespace truetriad {
+
+/// Linear least squares for y = S x + b with known x.
+struct KnownFieldFit {
+  TriadModel<double> model;
+  Eigen::MatrixXd residual;  ///< A row a reading.
+  bool is_determined = false;
+};
+/// `thin`: pivots below this share of the largest count as zero; the default is rounding's.
+KnownFieldFit FitKnownField(const std::vector<Eigen::Vector3d>& readings,
+                            const std::vector<Eigen::Vector3d>& fields,
+                            double thin = 4.0 * std::numeric_limits<double>::epsilon());
 
 /// A triad in attitudes that a fixture states, in a field whose direction the fixture does not
 /// know.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 
 #include <Eigen/LU>
 
@@ -88,72 +89,6 @@ GyroMove Condensed(const GyroMove& move) {
   return condensed;
 }
 
-}  // namespace
-
-Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& moves,
-                                            const Eigen::Vector3d& bias_raw) {
-  Matrix9 information = Matrix9::Zero();
-  Vector9 gradient = Vector9::Zero();
-  for (const DirectionMove& move : moves) {
-    const Matrix39 change = DirectionChange(move, bias_raw);
-    information += change.transpose() * change;
-    gradient += change.transpose() * (move.after - move.before);
-  }
-  const SvdSolution svd = SolveBySvd(information, gradient);
-  const Vector9 values = svd.values;
-  if (!(std::sqrt(values[8]) > kThinTurns * std::sqrt(values[0]))) {
-    return NotEnoughError(
-        Finding(FindingCode::kTurnAxesMissing,
-                "gyroscope: the turns between the poses do not cover all of its axes",
-                "turn the unit about three different axes, each in both directions")
-            .About(Triad::kGyroscope));
-  }
-  const Vector9 solution = svd.x;
-  const Eigen::Matrix3d correction = solution.reshaped(3, 3);
-  GyroModel model{{correction.inverse(), bias_raw}};
-  // What the accelerometer read while the unit was pushed about has spoilt this a little: now from
-  // the directions at rest alone, Gauss-Newton.
-  std::vector<Matrix39> by_sensitivity(moves.size());
-  std::vector<Eigen::Vector3d> missed(moves.size());
-  std::vector<double> sizes(moves.size());
-  std::vector<GyroMove> turns;
-  for (const DirectionMove& move : moves) turns.push_back(Condensed(move.move));
-  for (int round = 0; round < kRefinements; ++round) {
-    for (std::size_t i = 0; i < moves.size(); ++i) {
-      const DirectionMove& move = moves[i];
-      const GyroIncrement increment =
-          IntegrateMove(turns[i], model, Eigen::Vector3d::Ones(), RateSampling::kInstantaneous);
-      const Eigen::Vector3d predicted = increment.rotation.conjugate() * move.before;
-      // Exp(-J d) u = u + [u]_x J d.
-      by_sensitivity[i] = Skew(predicted) * increment.by_sensitivity;
-      missed[i] = move.after - predicted;
-      sizes[i] = missed[i].norm();
-    }
-    const double wild = kWildMiss * std::max(Median(sizes), kExact * moves.front().before.norm());
-    information.setZero();
-    gradient.setZero();
-    for (std::size_t i = 0; i < moves.size(); ++i) {
-      if (sizes[i] > wild) continue;
-      information += by_sensitivity[i].transpose() * by_sensitivity[i];
-      gradient += by_sensitivity[i].transpose() * missed[i];
-    }
-    const Vector9 step = PivotedCholesky(information).SolveVector(gradient);
-    if (!step.allFinite()) break;
-    model.triad.sensitivity += step.reshaped(3, 3);
-    if (step.norm() < kSmallStep * model.triad.sensitivity.norm()) break;
-  }
-  if (!model.triad.sensitivity.allFinite()) {
-    return NotEnoughError(
-        Finding(FindingCode::kTurnsUnexplained,
-                "gyroscope: its readings do not match how gravity turned between the poses",
-                "check its unit, axes and time stamps")
-            .About(Triad::kGyroscope));
-  }
-  return model.triad.sensitivity;
-}
-
-namespace {
-
 // Readings about their mean and in units of their spread, so that offsets many times the signal and
 // gains of any size are the same problem: y = centre + spread z, C y - c = K z - k.
 struct RateScale {
@@ -209,7 +144,76 @@ NormalOfMoves NormalOf(const std::vector<DirectionMove>& moves, const RateScale&
   return normal;
 }
 
+// `what`: "the motion does".
+Error AxesMissing(const std::string& what) {
+  return NotEnoughError(Finding(FindingCode::kTurnAxesMissing,
+                                "gyroscope: " + what + " not cover all of its axes",
+                                "turn the unit about three different axes, each in both directions")
+                            .About(Triad::kGyroscope));
+}
+
+Error TurnsUnexplained(const std::string& where) {
+  return NotEnoughError(Finding(FindingCode::kTurnsUnexplained,
+                                "gyroscope: its readings do not match how gravity turned " + where,
+                                "check its unit, axes and time stamps")
+                            .About(Triad::kGyroscope));
+}
+
 }  // namespace
+
+Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& moves,
+                                            const Eigen::Vector3d& bias_raw) {
+  Matrix9 information = Matrix9::Zero();
+  Vector9 gradient = Vector9::Zero();
+  for (const DirectionMove& move : moves) {
+    const Matrix39 change = DirectionChange(move, bias_raw);
+    information += change.transpose() * change;
+    gradient += change.transpose() * (move.after - move.before);
+  }
+  const SvdSolution svd = SolveBySvd(information, gradient);
+  const Vector9 values = svd.values;
+  if (!(std::sqrt(values[8]) > kThinTurns * std::sqrt(values[0]))) {
+    return AxesMissing("the turns between the poses do");
+  }
+  const Vector9 solution = svd.x;
+  const Eigen::Matrix3d correction = solution.reshaped(3, 3);
+  GyroModel model{{correction.inverse(), bias_raw}};
+  // What the accelerometer read while the unit was pushed about has spoilt this a little: now from
+  // the directions at rest alone, Gauss-Newton.
+  std::vector<Matrix39> by_sensitivity(moves.size());
+  std::vector<Eigen::Vector3d> missed(moves.size());
+  std::vector<double> sizes(moves.size());
+  std::vector<GyroMove> turns;
+  for (const DirectionMove& move : moves) turns.push_back(Condensed(move.move));
+  for (int round = 0; round < kRefinements; ++round) {
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      const DirectionMove& move = moves[i];
+      const GyroIncrement increment =
+          IntegrateMove(turns[i], model, Eigen::Vector3d::Ones(), RateSampling::kInstantaneous);
+      const Eigen::Vector3d predicted = increment.rotation.conjugate() * move.before;
+      // Exp(-J d) u = u + [u]_x J d.
+      by_sensitivity[i] = Skew(predicted) * increment.by_sensitivity;
+      missed[i] = move.after - predicted;
+      sizes[i] = missed[i].norm();
+    }
+    const double wild = kWildMiss * std::max(Median(sizes), kExact * moves.front().before.norm());
+    information.setZero();
+    gradient.setZero();
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      if (sizes[i] > wild) continue;
+      information += by_sensitivity[i].transpose() * by_sensitivity[i];
+      gradient += by_sensitivity[i].transpose() * missed[i];
+    }
+    const Vector9 step = PivotedCholesky(information).SolveVector(gradient);
+    if (!step.allFinite()) break;
+    model.triad.sensitivity += step.reshaped(3, 3);
+    if (step.norm() < kSmallStep * model.triad.sensitivity.norm()) break;
+  }
+  if (!model.triad.sensitivity.allFinite()) {
+    return TurnsUnexplained("between the poses");
+  }
+  return model.triad.sensitivity;
+}
 
 Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
                                          const std::optional<Eigen::Matrix3d>& sensitivity,
@@ -218,11 +222,7 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   const Eigen::Vector3d& centre = scale.centre;
   const double spread = scale.spread;
   if (!sensitivity && !scale.covers_all_axes) {
-    return NotEnoughError(
-        Finding(FindingCode::kTurnAxesMissing,
-                "gyroscope: the motion does not cover all of its axes",
-                "turn the unit about three different axes, each in both directions")
-            .About(Triad::kGyroscope));
+    return AxesMissing("the motion does");
   }
   const auto [information, gradient] = NormalOf(moves, scale);
   // K = C spread and k = C (b - centre); what is known is held: x = base + free t.
@@ -250,11 +250,7 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   model.sensitivity = sensitivity.value_or(correction.inverse());
   model.bias = bias_raw.value_or(centre + model.sensitivity * found.tail<3>());
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
-    return NotEnoughError(
-        Finding(FindingCode::kTurnsUnexplained,
-                "gyroscope: its readings do not match how gravity turned in the body frame",
-                "check its unit, axes and time stamps")
-            .About(Triad::kGyroscope));
+    return TurnsUnexplained("in the body frame");
   }
   return model;
 }

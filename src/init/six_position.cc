@@ -29,30 +29,18 @@ using Eigen::Vector3d;
 // 35 deg still tells its face.
 constexpr double kMinFaceMarginRad = 20.0 * kRadPerDeg;
 
-std::string FaceName(const FacePose& face) {
-  return std::string(face.sign > 0 ? "+" : "-") + AxisLetter(face.axis);
-}
+std::string NameOf(int face) { return kFaceNames[static_cast<std::size_t>(face)]; }
 
-std::size_t FaceIndex(const FacePose& face) {
-  CHECK(face.axis >= 0 && face.axis < 3 && std::abs(face.sign) == 1);
-  return static_cast<std::size_t>(2 * face.axis + (face.sign > 0 ? 0 : 1));
-}
+int FaceOf(int axis, double up) { return 2 * axis + (up > 0.0 ? 0 : 1); }
 
-// "+x, -z"; empty when every face has a reading.
-std::string MissingFaces(const std::vector<FacePose>& faces) {
-  std::array<bool, 6> seen{};
-  for (const FacePose& face : faces) seen[FaceIndex(face)] = true;
+// Every face has a reading.
+Status CheckFaces(const std::vector<int>& faces) {
   std::string missing;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int sign : {1, -1}) {
-      const FacePose face{axis, sign};
-      if (!seen[FaceIndex(face)]) missing += (missing.empty() ? "" : ", ") + FaceName(face);
-    }
+  for (int face = 0; face < static_cast<int>(kFaceNames.size()); ++face) {
+    if (std::find(faces.begin(), faces.end(), face) != faces.end()) continue;
+    missing += (missing.empty() ? "" : ", ") + NameOf(face);
   }
-  return missing;
-}
-
-Error MissingFacesError(const std::string& missing) {
+  if (missing.empty()) return {};
   return NotEnoughError(
       Finding(FindingCode::kMissingFaces,
               "no rest with these axes up: " + missing,
@@ -64,7 +52,7 @@ Error MissingFacesError(const std::string& missing) {
 Result<TriadModel<double>> SixFaceExtremes(const std::vector<Vector3d>& readings,
                                            double gravity_mps2) {
   CHECK_GT(gravity_mps2, 0.0);
-  if (readings.empty()) return MissingFacesError("+x, -x, +y, -y, +z, -z");
+  if (readings.empty()) return CheckFaces({}).error();
   Vector3d smallest = readings.front();
   Vector3d largest = readings.front();
   for (const Vector3d& reading : readings) {
@@ -77,31 +65,28 @@ Result<TriadModel<double>> SixFaceExtremes(const std::vector<Vector3d>& readings
   model.sensitivity = (half_range / gravity_mps2).asDiagonal();
 
   // The extreme of an axis that was never up is a reading in which another axis was.
-  std::vector<FacePose> faces;
+  std::vector<int> faces;
   for (const Vector3d& reading : readings) {
     const Vector3d direction = (reading - model.bias).cwiseQuotient(half_range);
     int axis = 0;
     const double along = direction.cwiseAbs().maxCoeff(&axis);
     if (along > direction.norm() * std::numbers::sqrt2 / 2.0) {
-      faces.push_back({axis, direction(axis) > 0.0 ? 1 : -1});
+      faces.push_back(FaceOf(axis, direction(axis)));
     }
   }
-  if (const std::string missing = MissingFaces(faces); !missing.empty()) {
-    return MissingFacesError(missing);
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(faces));
   return model;
 }
 
-Result<std::vector<FacePose>> AssignFaces(const std::vector<Vector3d>& readings) {
-  const Result<Ellipsoid> ellipsoid = FitAxisAlignedEllipsoid(readings);
-  if (!ellipsoid) return ellipsoid.error();
-  std::vector<FacePose> faces;
+Result<std::vector<int>> AssignFaces(const std::vector<Vector3d>& readings) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Ellipsoid ellipsoid, FitAxisAlignedEllipsoid(readings));
+  std::vector<int> faces;
   for (const Vector3d& reading : readings) {
     const Vector3d direction =
-        (reading - ellipsoid->centre).cwiseQuotient(ellipsoid->AxisRadii()).normalized();
+        (reading - ellipsoid.centre).cwiseQuotient(ellipsoid.AxisRadii()).normalized();
     int axis = 0;
     direction.cwiseAbs().maxCoeff(&axis);
-    faces.push_back({axis, direction(axis) > 0.0 ? 1 : -1});
+    faces.push_back(FaceOf(axis, direction(axis)));
     Vector3d others = direction.cwiseAbs();
     others(axis) = 0.0;
     int next = 0;
@@ -111,41 +96,36 @@ Result<std::vector<FacePose>> AssignFaces(const std::vector<Vector3d>& readings)
       return Error(ErrorCode::kDoesNotMatch,
                    "reading " + std::to_string(faces.size()) + " of " +
                        std::to_string(readings.size()) + " lies between the faces " +
-                       FaceName(faces.back()) + " and " +
-                       FaceName({next, direction(next) > 0.0 ? 1 : -1}) +
+                       NameOf(faces.back()) + " and " + NameOf(FaceOf(next, direction(next))) +
                        "; state the face of each pose, or place the unit on its faces");
     }
   }
-  if (const std::string missing = MissingFaces(faces); !missing.empty()) {
-    return MissingFacesError(missing);
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(faces));
   return faces;
 }
 
 Result<TriadModel<double>> SixPosition(const std::vector<Vector3d>& readings,
-                                       const std::vector<FacePose>& faces,
+                                       const std::vector<int>& faces,
                                        double gravity_mps2) {
   CHECK_GT(gravity_mps2, 0.0);
   CHECK_EQ(readings.size(), faces.size());
-  if (const std::string missing = MissingFaces(faces); !missing.empty()) {
-    return MissingFacesError(missing);
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(faces));
   // Face by face, so that a face with more rests weighs no more than its opposite.
   std::array<Vector3d, 6> sum;
   sum.fill(Vector3d::Zero());
   std::array<double, 6> count{};
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    sum[FaceIndex(faces[k])] += readings[k];
-    count[FaceIndex(faces[k])] += 1.0;
+    const auto face = static_cast<std::size_t>(faces[k]);
+    sum[face] += readings[k];
+    count[face] += 1.0;
   }
   TriadModel<double> model;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::size_t up = FaceIndex({axis, 1});
-    const std::size_t down = FaceIndex({axis, -1});
-    const Vector3d mean_up = sum[up] / count[up];
-    const Vector3d mean_down = sum[down] / count[down];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Vector3d mean_up = sum[2 * axis] / count[2 * axis];
+    const Vector3d mean_down = sum[2 * axis + 1] / count[2 * axis + 1];
     model.bias += (mean_up + mean_down) / 6.0;
-    model.sensitivity.col(axis) = (mean_up - mean_down) / (2.0 * gravity_mps2);
+    model.sensitivity.col(static_cast<Eigen::Index>(axis)) =
+        (mean_up - mean_down) / (2.0 * gravity_mps2);
   }
   return model;
 }

@@ -17,22 +17,19 @@ namespace truetriad {
 Result<TriadModel<double>> SixFaceExtremes(const std::vector<Eigen::Vector3d>& readings,
                                            double gravity_mps2);
 
-/// The rest in which body axis `axis` (0…2) points up (`sign` +1) or down (-1).
-struct FacePose {
-  int axis = 0;
-  int sign = 1;
-};
+/// What points up in a rest on a face, by the face's number.
+inline constexpr std::array<const char*, 6> kFaceNames = {"+x", "-x", "+y", "-y", "+z", "-z"};
 
 /// Assigns each reading to the face whose signed axis is nearest after an axis-aligned ellipsoid
 /// start. Error (bad input): a reading is not nearer to one axis than to the next by 20 degrees
 /// (named by its number, from 1). Error (not enough): a face is missing, or no ellipsoid.
-Result<std::vector<FacePose>> AssignFaces(const std::vector<Eigen::Vector3d>& readings);
+Result<std::vector<int>> AssignFaces(const std::vector<Eigen::Vector3d>& readings);
 
 /// Six-position analytic full matrix with nominal forces ±g along each axis:
 /// b = mean over opposite faces, column j of S = (y_{+j} - y_{-j}) / (2 g). Several rests of a
 /// face are averaged. `faces`: one a reading. Error (not enough): a face is missing.
 Result<TriadModel<double>> SixPosition(const std::vector<Eigen::Vector3d>& readings,
-                                       const std::vector<FacePose>& faces,
+                                       const std::vector<int>& faces,
                                        double gravity_mps2);
 
 /// Six-position analytic solution with known forces f_k: delta_k = y_k - f_k;

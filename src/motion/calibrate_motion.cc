@@ -12,7 +12,6 @@
 #include "base/messages.h"
 #include "model/mechanisms.h"
 #include "motion/motion_graph.h"
-#include "motion/motion_noise.h"
 #include "motion/motion_start.h"
 #include "motion/track.h"
 #include "problem/graph.h"
@@ -54,9 +53,8 @@ struct MotionRun {
   PoseGraph graph;
   std::vector<Moment> moments;  // its nodes
   MotionNoiseState noise;
-  SolveOutcome outcome;
+  SolveLog log;
   PerTriad<double> clock_sigma_s{};  // of MotionTrack::ahead_s
-  int iterations = 0;
   int rounds = 0;
 };
 
@@ -67,11 +65,6 @@ GyroModel GyroscopeOf(const PoseGraph& graph) {
     model.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(&graph.shared[layout.g_sensitivity]);
   }
   return model;
-}
-
-void Solve(double tolerance, MotionRun* run) {
-  run->outcome = SolveGraph(&run->graph, tolerance);
-  run->iterations += run->outcome.iterations;
 }
 
 // Moments as they are now, with the noise as it is known.
@@ -121,7 +114,7 @@ MotionRun FirstFit(const PoseSet& poses,
   run.moments = track->Gather(spacing_s, &gyroscope);
   run.noise = ChooseMotionNoise(poses, options, start, *track);
   Rebuild(*track, StartAttitudes(start, *track, run.moments), &run);
-  Solve(kRoughTolerance, &run);
+  run.log.Solve(kRoughTolerance, &run.graph);
   return run;
 }
 
@@ -143,7 +136,7 @@ double UpdateClocks(MotionTrack* track, MotionRun* run) {
 // Weights, noise, clocks and solution in turn until they stay.
 void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* track, MotionRun* run) {
   const auto is_over = [run] {
-    return run->rounds > kMaxRounds || run->iterations > kMaxIterations;
+    return run->rounds > kMaxRounds || run->log.iterations > kMaxIterations;
   };
   for (run->rounds = 1; !is_over(); ++run->rounds) {
     GatherAgain(options, spacing_s, track, run);
@@ -153,11 +146,11 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
     const double clock_change = UpdateClocks(track, run);
     if (system.step().dot(system.information() * system.step()) < kNearChi2) {
       system.TakeStep(system.step(), &run->graph);
-      ++run->iterations;
+      ++run->log.iterations;
     } else {
-      Solve(kRoughTolerance, run);
+      run->log.Solve(kRoughTolerance, &run->graph);
     }
-    if (!run->outcome.converged) break;
+    if (!run->log.converged) break;
     if (change < kSettledNoise && clock_change < kSettledClock) break;
   }
 }
@@ -273,23 +266,22 @@ Status CalibrateMotion(const PoseSet& poses,
   };
   PerTriad<bool> wanted{};
   for (const Triad triad : kTriads) wanted[triad] = options.triads[triad].enabled;
-  auto track = MotionTrack::Of(poses, wanted);
-  if (!track) return track.error();
-  const auto starts = FindMotionStarts(poses, options, *track);
+  TRUETRIAD_ASSIGN_OR_RETURN(MotionTrack track, MotionTrack::Of(poses, wanted));
+  const auto starts = FindMotionStarts(poses, options, track);
   if (!starts) {
     if (starts.error().kind() != ErrorKind::kNotEnough) return starts.error();
     return refuse(RefusalOf(starts.error()));
   }
-  if (const auto map = MagnetometerMapOf(options, starts->front())) {
-    return CalibrateMotion(poses, WithMagnetometerMap(*map, options), summary);
+  if (const auto mapped = WithMagnetometerMap(options, starts->front())) {
+    return CalibrateMotion(poses, *mapped, summary);
   }
   const double wanted_s = options.motion->spacing_s;
   const double settling_s = std::max(wanted_s, kSettlingSpacingS);
   std::optional<MotionRun> best;
   for (const StartValues& start : *starts) {
-    MotionRun run = FirstFit(poses, options, start, settling_s, &*track);
-    if (!std::isfinite(run.outcome.final_cost)) continue;
-    if (!best || run.outcome.final_cost < best->outcome.final_cost) best = std::move(run);
+    MotionRun run = FirstFit(poses, options, start, settling_s, &track);
+    if (!std::isfinite(run.log.final_cost)) continue;
+    if (!best || run.log.final_cost < best->log.final_cost) best = std::move(run);
   }
   if (!best) {
     return refuse({FindingCode::kSolverFailed, "the optimiser failed from every start"});
@@ -300,30 +292,25 @@ Status CalibrateMotion(const PoseSet& poses,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
   }
-  if (auto broken = WhyIsNoChain(*track)) return refuse(*std::move(broken));
-  Settle(options, settling_s, &*track, &run);
+  if (auto broken = WhyIsNoChain(track)) return refuse(*std::move(broken));
+  Settle(options, settling_s, &track, &run);
   if (run.noise.correlation[Triad::kAccelerometer] > 1.0 && Acts(Mechanism::kCarriedForce)) {
     run.noise.is_carried = true;
-    Settle(options, settling_s, &*track, &run);
+    Settle(options, settling_s, &track, &run);
   }
   SettleField(options, std::numeric_limits<double>::infinity(), &run.graph);
-  GatherAgain(options, wanted_s, &*track, &run);
-  Solve(kMotionTolerance, &run);
+  GatherAgain(options, wanted_s, &track, &run);
+  run.log.Solve(kMotionTolerance, &run.graph);
   summary->rounds = run.rounds;
-  summary->iterations = run.iterations;
-  summary->initial_cost = run.outcome.initial_cost;
-  summary->final_cost = run.outcome.final_cost;
+  summary->iterations = run.log.iterations;
+  summary->initial_cost = run.log.initial_cost;
+  summary->final_cost = run.log.final_cost;
   NoiseState noise;
   noise.source = run.noise.source;
-  const MotionNoiseFound found = NoiseFound(*track, run);
-  return StateVerdict({poses,
-                       options,
-                       run.graph,
-                       noise,
-                       run.outcome.converged,
-                       RemarksOf(options, *track, run),
-                       &found},
-                      &calibration);
+  const MotionNoiseFound found = NoiseFound(track, run);
+  return StateVerdict(
+      {poses, options, run.graph, noise, run.log.converged, RemarksOf(options, track, run), &found},
+      &calibration);
 }
 
 }  // namespace truetriad

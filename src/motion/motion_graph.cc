@@ -1,10 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/motion_graph.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/LU>
+
+#include "math/distributions.h"
+#include "model/mechanisms.h"
+#include "problem/graph_rows.h"
 
 namespace truetriad {
 namespace {
+
+// Median of sqrt(chi^2 / 3) with three degrees of freedom.
+constexpr double kMedianLength = 0.8880;
+// Correlation is believed when it stands out of its sampling error by this factor.
+constexpr double kBelievedCorrelation = 4.0;
+// At most this share of the nodes is searched for correlation.
+constexpr double kLongestLagShare = 0.05;
+
+// Of the density that differences of readings show: rounding is part of those, and is none of what
+// adds up.
+constexpr double kSeenShare = 0.5;
+
+// Of the signal, where the residuals show none.
+constexpr double kLeastNoise = 1e-9;
 
 constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
 
@@ -40,6 +61,108 @@ IncrementEdge TurnFrom(std::size_t from,
   edge.sigma_raw.setZero();
   edge.Integrate(graph.layout, graph.shared.data());
   return edge;
+}
+
+// White noise of one reading from fourth differences, which smooth motion hardly enters; robust.
+Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> differences;
+    for (std::size_t i = 2; i + 2 < readings.size(); ++i) {
+      differences.push_back(readings[i - 2][axis] + readings[i + 2][axis] -
+                            4.0 * (readings[i - 1][axis] + readings[i + 1][axis]) +
+                            6.0 * readings[i][axis]);
+    }
+    // Of white noise they have 1 + 16 + 36 + 16 + 1 times its variance.
+    sigma[axis] = MadSigma(std::move(differences)) / std::sqrt(70.0);
+  }
+  return sigma;
+}
+
+// 1 + 2 sum of the autocorrelations, as far as they stay positive in pairs (Geyer 1992); 1 unless
+// that stands out.
+double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
+  const Eigen::Index count = residuals.cols();
+  const double variance = residuals.squaredNorm();
+  if (!(variance > 0.0)) return 1.0;
+  const auto at_lag = [&](Eigen::Index lag) {
+    return (residuals.leftCols(count - lag).array() * residuals.rightCols(count - lag).array())
+               .sum() /
+           variance;
+  };
+  const auto longest = static_cast<Eigen::Index>(kLongestLagShare * static_cast<double>(count));
+  double ratio = 1.0;
+  Eigen::Index lag = 1;
+  for (; lag + 1 <= longest; lag += 2) {
+    const double pair = at_lag(lag) + at_lag(lag + 1);
+    if (pair <= 0.0) break;
+    ratio += 2.0 * pair;
+  }
+  const double sampling = 2.0 * std::sqrt(static_cast<double>(lag) / (3.0 * count));
+  const bool is_believed = ratio > 1.0 + kBelievedCorrelation * sampling;
+  return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
+}
+
+// Residuals of one sensor (the gyroscope: of the turns), per axis over its noise, and how much of
+// each the attitudes leave: 1 - leverage. A moment a column; of what is not seen they are zero.
+struct Residuals {
+  Eigen::Matrix3Xd value, left;
+};
+
+// With W^T W = V^-1, W r and the diagonal of W^-T D W^-1.
+PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& system) {
+  const auto count = static_cast<Eigen::Index>(graph.nodes.size());
+  PerTriad<Residuals> all;
+  for (Residuals& of_triad : all) {
+    of_triad.value.setZero(3, count);
+    of_triad.left.setZero(3, count);
+  }
+  const auto take = [&](Triad triad, std::size_t factor, Eigen::Index row, const RowRoot& root) {
+    const auto moment = static_cast<Eigen::Index>(system.factors()[factor].node);
+    const Eigen::Matrix3d D = system.D(factor).block(row, row, 3, 3);
+    const Eigen::Matrix3d inverse = Eigen::Matrix3d(root).inverse();
+    all[triad].value.col(moment) =
+        root * system.residual().segment<3>(system.factors()[factor].row + row);
+    all[triad].left.col(moment) = (inverse.transpose() * D * inverse).diagonal();
+  };
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    Eigen::Index row = 0;
+    for (const Observation& seen : graph.nodes[k].observations) {
+      take(seen.triad, k, row, RootOf(seen.variance, seen.weight));
+      row += 3;
+    }
+  }
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    take(Triad::kGyroscope, graph.nodes.size() + i, 0, RootOf(edge.variance, edge.weight));
+  }
+  return all;
+}
+
+// Robust weights of one sensor, against the typical length of its residuals.
+void Weigh(const RobustOptions& robust,
+           Triad triad,
+           const Residuals& residuals,
+           std::vector<Moment>* moments) {
+  const auto weight_of = [triad](Moment& moment) -> double& {
+    return triad == Triad::kGyroscope ? moment.weight : moment.seen(triad).weight;
+  };
+  std::vector<double> lengths(moments->size(), 0.0), seen;
+  for (std::size_t k = 0; k < moments->size(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    const double left = residuals.left.col(column).sum();
+    if (!(left > 0.0)) continue;
+    lengths[k] =
+        std::sqrt(residuals.value.col(column).squaredNorm() / left / weight_of((*moments)[k]));
+    seen.push_back(lengths[k]);
+  }
+  if (seen.empty()) return;
+  const double typical = Median(std::move(seen)) / kMedianLength;
+  for (std::size_t k = 0; k < moments->size(); ++k) {
+    const double length = lengths[k] / typical;
+    const bool is_far = length > robust.scale && Acts(Mechanism::kMotionWeights);
+    weight_of((*moments)[k]) = is_far ? robust.scale / length : 1.0;
+  }
 }
 
 }  // namespace
@@ -136,6 +259,87 @@ ClockError ClockErrorOf(Triad triad,
   }
   if (!(squared > 0.0)) return {};
   return {along / squared, 1.0 / std::sqrt(squared)};
+}
+
+MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
+                                   const CalibrateOptions& options,
+                                   const StartValues& start,
+                                   const MotionTrack& track) {
+  MotionNoiseState state;
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = options.triads[triad];
+    state.noise.density[triad].setOnes();
+    state.stated.density[triad].setZero();
+    if (!sensor.enabled) continue;
+    const double spacing_s = track.spacing_s(triad);
+    const Eigen::Vector3d gain = start.models[triad]->sensitivity.rowwise().norm();
+    const bool is_stated = sensor.noise_sigma_raw || sensor.allan;
+    if (sensor.noise_sigma_raw) {
+      state.source[triad] = sensor.noise_source;
+      state.stated.density[triad] = spacing_s * sensor.noise_sigma_raw->cwiseAbs2();
+    } else if (sensor.allan) {
+      state.source[triad] = NoiseSource::kAllan;
+      state.stated.density[triad] = sensor.allan->white_density_raw.cwiseAbs2();
+    } else {
+      state.source[triad] = NoiseSource::kResidual;
+      const Eigen::Vector3d sigma = DifferenceSigma(poses.tracks[triad].reading_raw);
+      state.noise.density[triad] = spacing_s * sigma.cwiseAbs2();
+      // Readings without noise still need weights.
+      const double strength =
+          triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
+      // Nor can a turn be better known than its readings' own noise allows, however well one chain
+      // of attitudes goes with it: variances of several sensors that share one chain run to nothing
+      // else now and then.
+      state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
+                                        .cwiseMax(kSeenShare * state.noise.density[triad]);
+    }
+    if (sensor.excess == ExcessNoise::kGiven) {
+      state.stated.density[triad] +=
+          spacing_s * sensor.excess_sigma * sensor.excess_sigma * gain.cwiseAbs2();
+    }
+    state.noise.density[triad] =
+        is_stated ? state.stated.density[triad]
+                  : state.noise.density[triad].cwiseMax(state.stated.density[triad]).eval();
+    state.is_estimated[triad] = !is_stated || sensor.excess == ExcessNoise::kEstimate;
+  }
+  return state;
+}
+
+double UpdateMotionNoise(const RobustOptions& robust,
+                         const MotionTrack& track,
+                         std::vector<Moment>* moments,
+                         PoseGraph* graph,
+                         ReducedSystem* system,
+                         MotionNoiseState* state) {
+  const PerTriad<Residuals> residuals = ResidualsOf(*graph, *system);
+  double change = 0.0;
+  for (const Triad triad : kTriads) {
+    const Residuals& of_triad = residuals[triad];
+    const double left = of_triad.left.sum();
+    if (!(left > 0.0)) continue;
+    if (robust.enabled) Weigh(robust, triad, of_triad, moments);
+    if (!state->is_estimated[triad]) continue;
+    state->correlation[triad] = LongRunRatio(of_triad.value);
+    if (triad == Triad::kGyroscope && !state->is_carried) {
+      // The attitudes follow the gyroscope's fast noise and leave the slow: white noise, too,
+      // leaves residuals that hang together, by one over the share that is left of it.
+      const double share = left / static_cast<double>(of_triad.left.size());
+      state->correlation[triad] = std::max(1.0, share * state->correlation[triad]);
+    }
+    Eigen::Vector3d factor = Eigen::Vector3d::Constant(of_triad.value.squaredNorm() / left);
+    if (triad != Triad::kGyroscope) {
+      factor = of_triad.value.rowwise().squaredNorm().cwiseQuotient(
+          of_triad.left.rowwise().sum().cwiseMax(1e-12));
+    }
+    Eigen::Vector3d& density = state->noise.density[triad];
+    const Eigen::Vector3d before = density;
+    density = (state->correlation[triad] * factor.cwiseProduct(density))
+                  .cwiseMax(state->stated.density[triad]);
+    change = std::max(change, (density - before).cwiseAbs().cwiseQuotient(before).maxCoeff());
+  }
+  WeighMoments(state->noise, track, *moments, graph);
+  system->Eliminate(*graph);
+  return change;
 }
 
 }  // namespace truetriad

@@ -102,15 +102,15 @@ Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
   auto starts = FindStartValues(means, vectors);
   if (!starts) return starts;
   const Triad leading = LeadingTriad(options);
-  const auto gyroscope = GyroscopeFromMotion(options.triads[Triad::kGyroscope],
-                                             leading,
-                                             *starts->front().models[leading],
-                                             nodes,
-                                             mean_s,
-                                             track);
-  if (!gyroscope) return gyroscope.error();
+  TRUETRIAD_ASSIGN_OR_RETURN(const TriadModel<double> gyroscope,
+                             GyroscopeFromMotion(options.triads[Triad::kGyroscope],
+                                                 leading,
+                                                 *starts->front().models[leading],
+                                                 nodes,
+                                                 mean_s,
+                                                 track));
   for (StartValues& start : *starts) {
-    start.models[Triad::kGyroscope] = *gyroscope;
+    start.models[Triad::kGyroscope] = gyroscope;
     if (options.TurnsAgainstField()) start.reference[kDip] = kVerticalFieldRad;
   }
   return starts;

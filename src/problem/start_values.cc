@@ -53,8 +53,6 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 
 namespace {
 
-constexpr std::array<const char*, kFaceCount> kFaceNames = {"+x", "-x", "+y", "-y", "+z", "-z"};
-
 // A label that is not that of other rests with the same axis up. Labels that are exchanged
 // throughout are a matter of mounting.
 Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
@@ -68,10 +66,7 @@ Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
   const auto seen = AssignFaces(readings);
   if (!seen) return {};  // Six faces that nobody can tell from the readings: labels say which.
   std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // of labels, by face that is seen
-  const auto place_of = [&](std::size_t i) {
-    const FacePose& face = (*seen)[i];
-    return static_cast<std::size_t>(2 * face.axis + (face.sign > 0 ? 0 : 1));
-  };
+  const auto place_of = [&](std::size_t i) { return static_cast<std::size_t>((*seen)[i]); };
   for (std::size_t i = 0; i < labelled.size(); ++i) {
     ++count[place_of(i)][static_cast<std::size_t>(faces[labelled[i]])];
   }
@@ -114,13 +109,13 @@ Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, const TriadOptions& 
   const auto assigned = AssignFaces(readings);
   if (!assigned) return assigned.error();
   for (std::size_t i = 0; i < unnamed.size(); ++i) {
-    const FacePose& face = (*assigned)[i];
+    const int seen_axis = (*assigned)[i] / 2;
+    const bool is_positive = (*assigned)[i] % 2 == 0;
     // A chip that reports gravity reads positive on the axis that points down.
-    const bool reads_up =
-        (face.sign > 0) == (accelerometer.sign == AccelerometerSign::kSpecificForce);
+    const bool reads_up = is_positive == (accelerometer.sign == AccelerometerSign::kSpecificForce);
     Eigen::Index axis = 0;
-    map.row(face.axis).cwiseAbs().maxCoeff(&axis);
-    const bool up = reads_up == (map(face.axis, axis) > 0.0);
+    map.row(seen_axis).cwiseAbs().maxCoeff(&axis);
+    const bool up = reads_up == (map(seen_axis, axis) > 0.0);
     faces[unnamed[i]] = 2 * static_cast<int>(axis) + (up ? 0 : 1);
   }
   return faces;

@@ -117,17 +117,14 @@ Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
   const auto faces = AssignFaces(forces);
   const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
   if (!faces || forces.size() != 6 || stream == nullptr || stream->unit.is_counts) {
-    return FitKnownField(readings, forces);
+    return FitInKnownField(readings, forces);
   }
   // SixPositionKnownForce wants -z, +z, -y, +y, +x, -x and readings in the forces' unit.
   std::array<Eigen::Vector3d, 6> ordered_readings;
   std::array<Eigen::Vector3d, 6> ordered_forces;
   for (std::size_t k = 0; k < 6; ++k) {
-    const FacePose& face = (*faces)[k];
-    const bool up = face.sign > 0;
-    const std::size_t place = face.axis == 2   ? (up ? 1 : 0)
-                              : face.axis == 1 ? (up ? 3 : 2)
-                                               : (up ? 4 : 5);
+    constexpr std::array<std::size_t, 6> kPlaces = {4, 5, 3, 2, 1, 0};  // of +x, -x, …
+    const std::size_t place = kPlaces[static_cast<std::size_t>((*faces)[k])];
     ordered_readings[place] = readings[k] * stream->unit.truth_per_raw;
     ordered_forces[place] = forces[k];
   }
@@ -155,9 +152,8 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
       if (!options.initialise.known_forces.empty()) {
         return SixPositionStart(poses, readings, options.initialise.known_forces, gravity);
       }
-      const auto faces = AssignFaces(readings);
-      if (!faces) return faces.error();
-      auto model = SixPosition(readings, *faces, gravity);
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<int> faces, AssignFaces(readings));
+      auto model = SixPosition(readings, faces, gravity);
       if (model) model->sensitivity *= sign;
       return model;
     }
@@ -172,16 +168,15 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
       forces.push_back(pose.attitude->world_from_body.conjugate() *
                        Eigen::Vector3d(0.0, 0.0, gravity));
     }
-    return FitKnownField(readings, forces);
+    return FitInKnownField(readings, forces);
   }
   if (options.attitudes.kind == AttitudeKind::kSixFace) {
-    const auto faces = FacesOfPoses(poses, triad);
-    if (!faces) return faces.error();
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<int> faces, FacesOfPoses(poses, triad));
     std::vector<Eigen::Vector3d> forces;
-    for (const int face : *faces) {
+    for (const int face : faces) {
       if (face >= 0) forces.push_back(gravity * FaceAxes(face).col(0));
     }
-    return FitKnownField(readings, forces);
+    return FitInKnownField(readings, forces);
   }
 
   MatrixModel shape = triad.model;
@@ -208,27 +203,30 @@ Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
   return model;
 }
 
-// Strength that the start uses, and whether it is only a convention.
-double StartField(const PoseSet& poses, const CalibrateOptions& options, bool* nominal) {
-  *nominal = !options.reference.field_ut.known();
-  if (options.reference.field_ut.known()) return *options.reference.field_ut.value;
-  const StreamSummary* stream = poses.Find(Triad::kMagnetometer);
-  if (stream == nullptr || stream->unit.is_counts) return kNominalFieldUt;
-  // The mean radius in the stated unit, so that the mean gain is 1.
-  const auto fitted = FitModelTrimmed(
-      ReadingsOf(poses, Triad::kMagnetometer), options.triads[Triad::kMagnetometer].model, 1.0);
-  if (!fitted) return kNominalFieldUt;
-  return std::cbrt(std::abs(fitted->sensitivity.determinant())) * stream->unit.truth_per_raw;
-}
-
-// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed).
+// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed), in the field
+// whose strength the start uses: where nobody states it, it is only a convention.
 Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
                                                   const CalibrateOptions& options,
-                                                  double field) {
+                                                  StartValues* start) {
   const TriadOptions& triad = options.triads[Triad::kMagnetometer];
   const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, Triad::kMagnetometer);
+  const StreamSummary* stream = poses.Find(Triad::kMagnetometer);
+  const std::optional<double>& stated = options.reference.field_ut.value;
+  const bool is_counts = stream == nullptr || stream->unit.is_counts;
+  start->field_nominal = !options.reference.field_ut.known();
+  double& field = start->reference[kField];
+  field = start->field_nominal ? kNominalFieldUt : *stated;
+  if (triad.fixed_sensitivity && (!start->field_nominal || is_counts)) {
+    return FitBias(readings, *triad.fixed_sensitivity);
+  }
+  auto fitted = FitModelTrimmed(readings, triad.model, 1.0);
+  // The mean radius in the stated unit, so that the mean gain is 1.
+  if (fitted && start->field_nominal && !is_counts) {
+    field = std::cbrt(std::abs(fitted->sensitivity.determinant())) * stream->unit.truth_per_raw;
+  }
   if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
-  return FitModelTrimmed(readings, triad.model, field);
+  if (fitted) fitted->sensitivity /= field;
+  return fitted;
 }
 
 // The rotations, best first, that bring fields to a constant angle with up.
@@ -247,9 +245,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
   } else {
     const double known_cosine = dip.known() ? -std::sin(*dip.value) : 0.0;
     const double* cosine = dip.known() && dip.sigma < 0.02 ? &known_cosine : nullptr;
-    auto found = AlignFrames(ups, fields, +1, cosine);
-    if (!found) return found.error();
-    alignments = std::move(*found);
+    TRUETRIAD_ASSIGN_OR_RETURN(alignments, AlignFrames(ups, fields, +1, cosine));
     if (cosine != nullptr) {
       // With the dip known both determinants are different problems.
       auto mirrored = AlignFrames(ups, fields, -1, cosine);
@@ -559,8 +555,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   if (!against_magnetometer) TRUETRIAD_RETURN_IF_ERROR(AddGyroscope(poses, options, &start));
   if (!has_magnetometer) return std::vector<StartValues>{start};
 
-  start.reference[kField] = StartField(poses, options, &start.field_nominal);
-  auto own = MagnetometerInOwnFrame(poses, options, start.reference[kField]);
+  auto own = MagnetometerInOwnFrame(poses, options, &start);
   if (!own) return WhyNoStart(poses, Triad::kMagnetometer, own.error());
   if (has_accelerometer) return AlignMagnetometer(poses, options, start, *own);
   if (options.attitudes.kind == AttitudeKind::kGiven &&
@@ -579,14 +574,8 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   return std::vector<StartValues>{start};
 }
 
-CalibrateOptions WithMagnetometerMap(const Eigen::Matrix3d& map, CalibrateOptions options) {
-  options.triads[Triad::kMagnetometer].mounting = map;
-  options.triads[Triad::kMagnetometer].is_mounting_found = true;
-  return options;
-}
-
-std::optional<Eigen::Matrix3d> MagnetometerMapOf(const CalibrateOptions& options,
-                                                 const StartValues& start) {
+std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& options,
+                                                    const StartValues& start) {
   const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
   const TriadOptions& gyroscope = options.triads[Triad::kGyroscope];
   if (!options.TurnsAgainstField() || magnetometer.mounting || magnetometer.fixed_sensitivity ||
@@ -597,7 +586,10 @@ std::optional<Eigen::Matrix3d> MagnetometerMapOf(const CalibrateOptions& options
   const Eigen::Matrix3d found = NearestAxisMap(start.models[Triad::kGyroscope]->sensitivity);
   const Eigen::Matrix3d turn = found.transpose() * *gyroscope.mounting;
   if (turn.determinant() < 0.0 || turn.isIdentity(0.0)) return std::nullopt;
-  return turn;
+  CalibrateOptions mapped = options;
+  mapped.triads[Triad::kMagnetometer].mounting = turn;
+  mapped.triads[Triad::kMagnetometer].is_mounting_found = true;
+  return mapped;
 }
 
 }  // namespace truetriad

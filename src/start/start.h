@@ -23,12 +23,10 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options);
 Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
                                                  const CalibrateOptions& options);
 
-// Of a magnetometer beside a gyroscope alone, whose mounting is not stated: the body axes along
-// which it senses where the gyroscope's are as stated, from a start without. Unset where that does
-// not apply or they are the body's.
-std::optional<Eigen::Matrix3d> MagnetometerMapOf(const CalibrateOptions& options,
-                                                 const StartValues& start);
-// With that map.
-CalibrateOptions WithMagnetometerMap(const Eigen::Matrix3d& map, CalibrateOptions options);
+// Of a magnetometer beside a gyroscope alone, whose mounting is not stated: the options with the
+// body axes along which it senses where the gyroscope's are as stated, from a start without. Unset
+// where that does not apply or they are the body's.
+std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& options,
+                                                    const StartValues& start);
 
 }  // namespace truetriad

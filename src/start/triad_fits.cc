@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "start/triad_fits.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -9,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "init/ellipsoid_fit.h"
+#include "init/fixture_fit.h"
 #include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
@@ -24,14 +24,14 @@ Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings
                                     MatrixModel model,
                                     double radius) {
   TriadModel<double> result;
-  const auto ellipsoid =
-      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings);
-  if (!ellipsoid) return ellipsoid.error();
-  result.bias = ellipsoid->centre;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Ellipsoid ellipsoid,
+      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings));
+  result.bias = ellipsoid.centre;
   if (model == MatrixModel::kDiagonal) {
-    result.sensitivity = (ellipsoid->AxisRadii() / radius).asDiagonal();
+    result.sensitivity = (ellipsoid.AxisRadii() / radius).asDiagonal();
   } else {
-    result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
+    result.sensitivity = SymmetricSensitivity(ellipsoid, radius);
   }
   return result;
 }
@@ -127,23 +127,14 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
   return fitted;
 }
 
-Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
-                                         const std::vector<Eigen::Vector3d>& fields) {
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
-  Eigen::MatrixXd values(design.rows(), 3);
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
-    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
-  }
-  const LeastSquares qr(design);
-  if (qr.rank() < 4) {
-    return NotEnoughError(
-        Finding(FindingCode::kTooFewDirections,
-                "the known attitudes lie in one plane, so gains and biases are unobservable",
-                "add poses with every axis up and down"));
-  }
-  const Eigen::MatrixXd solution = qr.Solve(values);
-  return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
+Result<TriadModel<double>> FitInKnownField(const std::vector<Eigen::Vector3d>& readings,
+                                           const std::vector<Eigen::Vector3d>& fields) {
+  const KnownFieldFit fit = FitKnownField(readings, fields);
+  if (fit.is_determined) return fit.model;
+  return NotEnoughError(
+      Finding(FindingCode::kTooFewDirections,
+              "the known attitudes lie in one plane, so gains and biases are unobservable",
+              "add poses with every axis up and down"));
 }
 
 }  // namespace truetriad

@@ -22,8 +22,8 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
                                            MatrixModel model,
                                            double radius);
 
-// Linear least squares for y = S x + b with known x.
-Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
-                                         const std::vector<Eigen::Vector3d>& fields);
+// FitKnownField. Error (not enough): the fields lie in one plane.
+Result<TriadModel<double>> FitInKnownField(const std::vector<Eigen::Vector3d>& readings,
+                                           const std::vector<Eigen::Vector3d>& fields);
 
 }  // namespace truetriad

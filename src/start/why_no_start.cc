@@ -2,7 +2,6 @@
 #include "start/why_no_start.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>

@@ -37,21 +37,17 @@ constexpr double kMostStaticRangeDegc = 5.0;
 
 // The covariance of what a static calibration brings along, cross terms between sensors too.
 void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance) {
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> places;
+  std::vector<int> places, known_places;
   for (std::size_t i = 0; i < covariance->parameters.size(); ++i) {
     const auto name = ParameterName::Parse(covariance->parameters[i]);
     if (!name || name->is_thermal()) continue;
     if (name->triad == Triad::kGyroscope && name->kind == ParameterKind::kBias) continue;
-    const auto& listed = known.covariance.parameters;
-    const auto at = std::find(listed.begin(), listed.end(), covariance->parameters[i]);
-    if (at == listed.end()) continue;
-    places.emplace_back(static_cast<Eigen::Index>(i), at - listed.begin());
+    const int known_at = PlaceOf(known.covariance, *name);
+    if (known_at < 0) continue;
+    places.push_back(static_cast<int>(i));
+    known_places.push_back(known_at);
   }
-  for (const auto& [row, known_row] : places) {
-    for (const auto& [column, known_column] : places) {
-      covariance->matrix(row, column) = known.covariance.matrix(known_row, known_column);
-    }
-  }
+  covariance->matrix(places, places) = known.covariance.matrix(known_places, known_places);
 }
 
 // Gravity as the static calibration sees it in the sweep at its own temperature, where it is off
@@ -124,6 +120,10 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
   return {};
 }
 
+std::string NameOf(Triad triad, int axis) {
+  return std::string(TriadName(triad)) + " " + AxisLetter(axis);
+}
+
 // Axes of which much more than noise is left.
 void SayUnexplained(const Quality& quality, Findings* findings) {
   // What is left is five times the noise.
@@ -136,7 +136,7 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
             ? "heating and cooling still differ: hysteresis, or a lag that was not asked for"
             : "drift, a unit that was moved, or a thermometer that does not follow";
     findings->push_back(Finding(FindingCode::kSweepUnexplained,
-                                std::string(TriadName(axis.triad)) + " " + AxisLetter(axis.axis) +
+                                NameOf(axis.triad, axis.axis) +
                                     Format(": the terms leave %.0f times its noise: ", times) + gap)
                             .About(axis.triad, axis.axis)
                             .With("times_noise", times));
@@ -169,39 +169,29 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
           .With("order", higher));
 }
 
+// Axes that say the same are named together.
 void SayLeftOut(const Quality& quality, Findings* findings) {
-  // Axes that say the same are named together.
-  struct Same {
-    std::string names, words;
-    std::vector<const SweepAxis*> axes;
-  };
-  std::vector<Same> said;
+  std::vector<std::pair<std::string, std::vector<const SweepAxis*>>> said;
   for (const SweepAxis& axis : quality.sweep.axes) {
     for (const std::string& words : axis.left_out) {
-      const std::string name = std::string(TriadName(axis.triad)) + " " + AxisLetter(axis.axis);
-      const auto same = std::find_if(
-          said.begin(), said.end(), [&](const Same& entry) { return entry.words == words; });
-      if (same == said.end()) {
-        said.push_back({name, words, {&axis}});
-      } else {
-        same->names += ", " + name;
-        same->axes.push_back(&axis);
-      }
+      auto same = std::find_if(
+          said.begin(), said.end(), [&](const auto& entry) { return entry.first == words; });
+      if (same == said.end()) same = said.insert(same, {words, {}});
+      same->second.push_back(&axis);
     }
   }
-  for (const Same& same : said) {
-    Finding& finding =
-        findings->emplace_back(FindingCode::kTermsLeftOut, same.names + ": left out " + same.words);
-    const SweepAxis& first = *same.axes.front();
-    const bool is_one_sensor =
-        std::all_of(same.axes.begin(), same.axes.end(), [&](const auto* axis) {
-          return axis->triad == first.triad;
-        });
-    if (same.axes.size() == 1) {
-      finding.About(first.triad, first.axis);
-    } else if (is_one_sensor) {
-      finding.About(first.triad);
+  for (const auto& [words, axes] : said) {
+    const SweepAxis& first = *axes.front();
+    std::string names;
+    bool is_one_sensor = true;
+    for (const SweepAxis* axis : axes) {
+      names += (names.empty() ? "" : ", ") + NameOf(axis->triad, axis->axis);
+      is_one_sensor = is_one_sensor && axis->triad == first.triad;
     }
+    Finding& finding =
+        findings->emplace_back(FindingCode::kTermsLeftOut, names + ": left out " + words);
+    if (is_one_sensor) finding.About(first.triad);
+    if (axes.size() == 1) finding.About(first.triad, first.axis);
   }
 }
 
@@ -326,10 +316,9 @@ void AddDegreesOfFreedom(const TriadSweep& swept, Quality* quality, Chi2* chi2) 
     const SweepFit& fit = swept.choices()[static_cast<std::size_t>(axis)].fit;
     const Eigen::VectorXd variance = swept.problem().noise_variance().row(axis).transpose();
     const auto n = static_cast<double>(fit.residuals.size());
-    const double rho = std::clamp(fit.correlation, 0.0, 0.97);
     const auto parameters = static_cast<double>(fit.coefficients.size());
-    quality->effective_dof =
-        std::min(quality->effective_dof, std::max(1.0, n * (1.0 - rho) / (1.0 + rho) - parameters));
+    quality->effective_dof = std::min(
+        quality->effective_dof, std::max(1.0, EffectiveCount(n, fit.correlation) - parameters));
     quality->dof += n - parameters;
     if (!(variance.minCoeff() > 0.0)) continue;
     chi2->sum += fit.residuals.cwiseAbs2().cwiseQuotient(variance).sum();

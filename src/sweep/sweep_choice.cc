@@ -2,7 +2,6 @@
 #include "sweep/sweep_choice.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -62,15 +61,15 @@ class Chooser {
       if (!best || candidate->held_out < needed * best->held_out) best = std::move(candidate);
     }
     if (!best) best = Try({});  // Every lag that was asked for is refused.
-    choice_.steps = std::move(best->steps);
     choice_.held_out = best->held_out;
     choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
-    choice_.fit = FitSweepWithNoise(problem_, axis_, best->terms, best->lags);
+    choice_.fit = FinalFit(*best);
     if (wanted_.bias_order_auto) {
-      LowerOrder(*best);
+      LowerOrder(&*best);
     } else {
       FindHigher(*best);
     }
+    choice_.steps = std::move(best->steps);
     return std::move(choice_);
   }
 
@@ -236,7 +235,8 @@ class Chooser {
     Candidate candidate{shape, {}, allowed_, 0.0, {}};
     const std::vector<SweepLags> all = LagsOf(shape);
     candidate.lags = BestOf(all, allowed_, -1);
-    candidate.terms = ChooseTerms(candidate.lags, &candidate.steps);
+    if (wanted_.bias_order_auto) ChooseOrder(&candidate);
+    if (wanted_.rate_auto) ChooseRates(&candidate);
     candidate.lags = BestOf(all, candidate.terms, -1);
     const double longest = std::max(candidate.lags.element_s, candidate.lags.rate_s);
     if (longest > longest_s_) {
@@ -267,40 +267,33 @@ class Chooser {
     return candidate;
   }
 
-  ThermalOptions ChooseTerms(const SweepLags& lags, std::vector<SweepStep>* steps) {
-    ThermalOptions terms = allowed_;
-    if (wanted_.bias_order_auto) terms.bias_order = ChooseOrder(lags, steps);
-    if (wanted_.rate_auto) ChooseRates(lags, &terms, steps);
-    return terms;
-  }
-
   // The highest power was judged beside all rate terms that are allowed, without the noise of the
   // thermometer: where it is not significant beside the chosen ones, with that noise, it leaves
   // unless the held-out error says otherwise.
-  void LowerOrder(Candidate chosen) {
-    ThermalOptions& terms = chosen.terms;
+  void LowerOrder(Candidate* chosen) {
+    ThermalOptions& terms = chosen->terms;
     while (terms.bias_order > 1) {
       const int power = terms.bias_order;
       if (WaldProbability(choice_.fit, {problem_.power_column(power)}) < kLeaveLevel) return;
       --terms.bias_order;
-      const double held_out = HeldOutRms(&problem_, axis_, terms, chosen.lags);
+      const double held_out = HeldOut(terms, *chosen);
       if (kFewerLags * held_out > choice_.held_out) return;
       choice_.held_out = held_out;
-      choice_.fit = FitSweepWithNoise(problem_, axis_, terms, chosen.lags);
-      Note("- tau^" + std::to_string(power), terms, chosen.lags, &choice_.steps);
+      choice_.fit = FinalFit(*chosen);
+      Note("- tau^" + std::to_string(power), terms, chosen);
     }
   }
 
-  void FindHigher(const Candidate& chosen) {
+  void FindHigher(Candidate chosen) {
     constexpr int kMost = ThermalOptions::kMaxBiasOrder;
-    ThermalOptions terms = chosen.terms;
-    const double held_out = HeldOutRms(&problem_, axis_, terms, chosen.lags);
+    ThermalOptions& terms = chosen.terms;
+    const double held_out = HeldOut(terms, chosen);
     const int tries = kMost - terms.bias_order;
     std::vector<int> added;
     while (terms.bias_order < kMost) {
       added.push_back(problem_.power_column(++terms.bias_order));
-      if (HeldOutRms(&problem_, axis_, terms, chosen.lags) >= held_out) continue;
-      SweepFit fit = FitSweepWithNoise(problem_, axis_, terms, chosen.lags);
+      if (HeldOut(terms, chosen) >= held_out) continue;
+      SweepFit fit = FinalFit(chosen);
       if (WaldProbability(fit, added) > kHigherLevel / tries) continue;
       choice_.higher = std::move(fit);
       return;
@@ -308,60 +301,50 @@ class Chooser {
   }
 
   // Rates as allowed beside; ascending, each against all higher ones.
-  int ChooseOrder(const SweepLags& lags, std::vector<SweepStep>* steps) {
+  void ChooseOrder(Candidate* candidate) {
     constexpr int kMost = ThermalOptions::kMaxBiasOrder;
-    ThermalOptions terms = allowed_;
-    terms.bias_order = 1;
-    Note("start", terms, lags, steps);
-    for (int order = 1; order < kMost;) {
-      terms.bias_order = order;
-      const double held_out = HeldOutRms(&problem_, axis_, terms, lags);
-      int next = order;
-      for (int higher = order + 1; higher <= kMost && next == order; ++higher) {
-        terms.bias_order = higher;
-        std::vector<int> added;
-        for (int power = order + 1; power <= higher; ++power) {
-          added.push_back(problem_.power_column(power));
-        }
-        if (HeldOutRms(&problem_, axis_, terms, lags) >= held_out) continue;
-        const double p = WaldProbability(FitSweep(problem_, axis_, terms, lags), added);
-        if (p < kEnterLevel / (kMost - 1)) next = higher;
+    int& order = candidate->terms.bias_order;
+    order = 1;
+    Note("start", candidate->terms, candidate);
+    while (order < kMost) {
+      const double held_out = HeldOut(candidate->terms, *candidate);
+      ThermalOptions terms = candidate->terms;
+      std::vector<int> added;
+      bool is_better = false;
+      while (!is_better && terms.bias_order < kMost) {
+        added.push_back(problem_.power_column(++terms.bias_order));
+        is_better = HeldOut(terms, *candidate) < held_out &&
+                    WaldProbability(Fit(terms, *candidate), added) < kEnterLevel / (kMost - 1);
       }
-      if (next == order) {
+      if (!is_better) {
         terms.bias_order = order + 1;
-        NoteRejected("tau^" + std::to_string(order + 1),
-                     terms,
-                     problem_.power_column(order + 1),
-                     lags,
-                     steps);
-        return order;
+        NoteRejected("tau^" + std::to_string(order + 1), terms, added.front(), candidate);
+        return;
       }
-      order = next;
-      terms.bias_order = order;
-      Note("+ up to tau^" + std::to_string(order), terms, lags, steps);
+      candidate->terms = terms;
+      Note("+ up to tau^" + std::to_string(order), terms, candidate);
     }
-    return kMost;
   }
 
-  void ChooseRates(const SweepLags& lags, ThermalOptions* terms, std::vector<SweepStep>* steps) {
-    terms->rate = {};
-    Note("rates: none", *terms, lags, steps);
+  void ChooseRates(Candidate* candidate) {
+    ThermalOptions& terms = candidate->terms;
+    terms.rate = {};
+    Note("rates: none", terms, candidate);
     const auto column = [this](RateTerm rate) {
       return std::vector<int>{problem_.rate_column(rate)};
     };
     for (int round = 0; round < 6; ++round) {
       // Pairs too: of two rates that matter each may do nothing alone.
-      const double held_out = HeldOutRms(&problem_, axis_, *terms, lags);
       std::optional<ThermalOptions> best;
-      double least = held_out;
+      double least = HeldOut(terms, *candidate);
       std::string what;
       for (unsigned set = 1; set < 1U << kRateTermCount; ++set) {
-        ThermalOptions with = *terms;
+        ThermalOptions with = terms;
         std::vector<int> added;
         std::string names;
         for (const RateTermInfo& rate : kRateTerms) {
           if ((set >> static_cast<unsigned>(rate.term) & 1U) == 0) continue;
-          if (terms->rate[rate.term] || !allowed_.rate[rate.term]) {
+          if (terms.rate[rate.term] || !allowed_.rate[rate.term]) {
             added.clear();
             break;
           }
@@ -370,57 +353,63 @@ class Chooser {
           names.append(names.empty() ? "" : ", ").append(rate.letters);
         }
         if (added.empty()) continue;
-        const double error = HeldOutRms(&problem_, axis_, with, lags);
+        const double error = HeldOut(with, *candidate);
         // More terms at once have to be worth it.
         const double needed = 1.0 - 0.02 * static_cast<double>(added.size() - 1);
         if (error >= needed * least) continue;
-        if (WaldProbability(FitSweep(problem_, axis_, with, lags), added) > kEnterLevel) continue;
+        if (WaldProbability(Fit(with, *candidate), added) > kEnterLevel) continue;
         least = error;
         best = with;
         what = names;
       }
       if (!best) break;
-      *terms = *best;
-      Note("+ " + what, *terms, lags, steps);
+      terms = *best;
+      Note("+ " + what, terms, candidate);
       for (const RateTermInfo& rate : kRateTerms) {
-        if (!terms->rate[rate.term]) continue;
-        const double p =
-            WaldProbability(FitSweep(problem_, axis_, *terms, lags), column(rate.term));
-        if (p < kLeaveLevel) continue;
-        ThermalOptions without = *terms;
+        if (!terms.rate[rate.term]) continue;
+        if (WaldProbability(Fit(terms, *candidate), column(rate.term)) < kLeaveLevel) continue;
+        ThermalOptions without = terms;
         without.rate[rate.term] = false;
-        if (HeldOutRms(&problem_, axis_, without, lags) > least) continue;
-        *terms = without;
-        Note("- " + std::string(rate.letters), *terms, lags, steps);
+        if (HeldOut(without, *candidate) > least) continue;
+        terms = without;
+        Note("- " + std::string(rate.letters), terms, candidate);
       }
     }
     for (const RateTermInfo& rate : kRateTerms) {
-      if (terms->rate[rate.term] || !allowed_.rate[rate.term]) continue;
-      ThermalOptions with = *terms;
+      if (terms.rate[rate.term] || !allowed_.rate[rate.term]) continue;
+      ThermalOptions with = terms;
       with.rate[rate.term] = true;
-      NoteRejected(std::string(rate.letters), with, column(rate.term).front(), lags, steps);
+      NoteRejected(std::string(rate.letters), with, column(rate.term).front(), candidate);
     }
+  }
+
+  SweepFit FinalFit(const Candidate& candidate) const {
+    return FitSweep(problem_, axis_, candidate.terms, candidate.lags, /*with_thermometer=*/true);
+  }
+
+  SweepFit Fit(const ThermalOptions& terms, const Candidate& candidate) const {
+    return FitSweep(problem_, axis_, terms, candidate.lags);
+  }
+
+  double HeldOut(const ThermalOptions& terms, const Candidate& candidate) {
+    return HeldOutRms(&problem_, axis_, terms, candidate.lags);
   }
 
   // What was tried last beside the chosen terms, and why it is not among them.
   void NoteRejected(const std::string& name,
                     const ThermalOptions& with,
                     int column,
-                    const SweepLags& lags,
-                    std::vector<SweepStep>* steps) {
-    const double p = WaldProbability(FitSweep(problem_, axis_, with, lags), {column});
+                    Candidate* candidate) {
+    const double p = WaldProbability(Fit(with, *candidate), {column});
     // As the tables of a regression spell it.
     constexpr double kLeastShown = 1e-6;
     const std::string shown = p < kLeastShown ? " (p < 1e-6)" : Format(" (p = %.2g)", p);
-    Note("rejected: " + name + shown, with, lags, steps);
+    Note("rejected: " + name + shown, with, candidate);
   }
 
-  void Note(const std::string& what,
-            const ThermalOptions& terms,
-            const SweepLags& lags,
-            std::vector<SweepStep>* steps) {
-    const SweepFit fit = FitSweep(problem_, axis_, terms, lags);
-    const double constants = FitSweep(problem_, axis_, Plain(0), lags).weighted_square;
+  void Note(const std::string& what, const ThermalOptions& terms, Candidate* candidate) {
+    const SweepFit fit = Fit(terms, *candidate);
+    const double constants = Fit(Plain(0), *candidate).weighted_square;
     const auto n = static_cast<double>(problem_.size());
     const auto k = static_cast<double>(fit.columns.size());
     SweepStep step;
@@ -429,11 +418,10 @@ class Chooser {
     step.r2 = constants > 0.0 ? 1.0 - fit.weighted_square / constants : 0.0;
     step.adjusted_r2 = 1.0 - (1.0 - step.r2) * (n - problem_.attitude_count()) / (n - k);
     // Neighbours that hang together count as fewer.
-    const double rho = std::clamp(fit.correlation, 0.0, 0.97);
-    const double effective = n * (1.0 - rho) / (1.0 + rho);
+    const double effective = EffectiveCount(n, fit.correlation);
     step.bic = effective * std::log(fit.weighted_square / n) + k * std::log(effective);
-    step.held_out = HeldOutRms(&problem_, axis_, terms, lags);
-    steps->push_back(step);
+    step.held_out = HeldOut(terms, *candidate);
+    candidate->steps.push_back(step);
   }
 
   SweepProblem& problem_;

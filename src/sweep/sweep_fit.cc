@@ -12,7 +12,6 @@
 #include "math/dense/products.h"
 #include "math/dense/qr.h"
 #include "math/distributions.h"
-#include "sweep/temperature_error.h"
 
 namespace truetriad {
 namespace {
@@ -23,14 +22,10 @@ constexpr double kMostCorrelation = 0.97;
 constexpr double kLagStep = 1e-3;
 // Share of a variance that errors of the temperature make from which it matters what else they do.
 constexpr double kErrorsMatter = 0.02;
-
-Eigen::MatrixXd Pick(const Eigen::MatrixXd& columns, const std::vector<int>& which) {
-  Eigen::MatrixXd picked(columns.rows(), static_cast<Eigen::Index>(which.size()));
-  for (std::size_t j = 0; j < which.size(); ++j) {
-    picked.col(static_cast<Eigen::Index>(j)) = columns.col(which[j]);
-  }
-  return picked;
-}
+// A filter has forgotten after so many lags: a part in twenty thousand is left.
+constexpr double kForgotten = 10.0;
+// Step of the derivatives, as a share of the range and of the fastest rate.
+constexpr double kSlopeStep = 1e-4;
 
 // Sums over all blocks but one, of the columns alone.
 struct NormalEquations {
@@ -47,13 +42,8 @@ NormalEquations SumOf(const std::vector<SweepBlock>& blocks,
   NormalEquations sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0};
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (static_cast<int>(b) == but) continue;
-    for (Eigen::Index i = 0; i < size; ++i) {
-      const int row = columns[static_cast<std::size_t>(i)];
-      sum.right[i] += blocks[b].weighted_right(row, axis);
-      for (Eigen::Index j = 0; j <= i; ++j) {
-        sum.matrix(i, j) += blocks[b].weighted(row, columns[static_cast<std::size_t>(j)]);
-      }
-    }
+    sum.right += blocks[b].weighted_right(columns, axis);
+    sum.matrix.triangularView<Eigen::Lower>() += blocks[b].weighted(columns, columns);
     sum.square += blocks[b].weighted_square[axis];
   }
   sum.matrix.triangularView<Eigen::StrictlyUpper>() = sum.matrix.transpose();
@@ -62,6 +52,74 @@ NormalEquations SumOf(const std::vector<SweepBlock>& blocks,
     if (sum.matrix(i, i) == 0.0) sum.matrix(i, i) = 1.0;
   }
   return sum;
+}
+
+// Change of the fitted reading of each window with its temperature and its rate.
+Eigen::MatrixX2d Slopes(const SweepProblem& problem, const SweepFit& fit) {
+  const Eigen::MatrixX2d states = problem.States(fit.lags);
+  Eigen::MatrixX2d slopes(states.rows(), 2);
+  const Eigen::RowVector2d steps(kSlopeStep * problem.scale().half_range_degc,
+                                 kSlopeStep * problem.scale().rate_degcps);
+  const auto fitted_at = [&](const Eigen::MatrixX2d& moved) {
+    return TimesVector(problem.Columns(moved)(Eigen::all, fit.columns),
+                       fit.coefficients.head(std::ssize(fit.columns)));
+  };
+  for (Eigen::Index which = 0; which < 2; ++which) {
+    Eigen::MatrixX2d more = states, less = states;
+    more.col(which).array() += steps[which];
+    less.col(which).array() -= steps[which];
+    slopes.col(which) = (fitted_at(more) - fitted_at(less)) / (2.0 * steps[which]);
+  }
+  return slopes;
+}
+
+// What the noise of the thermometer does to the fitted readings, to first order: for each
+// independent part of the noise, of 1 sigma, what it adds to each window. Temperature and rate go
+// through the lags of the fit. One after another: all of them may be more than memory is used for.
+void ForEachTemperatureError(const SweepProblem& problem,
+                             const SweepFit& fit,
+                             const NoteError& note) {
+  const TemperatureTrack& track = problem.temperature();
+  const TemperatureNoise& noise = track.noise;
+  if (noise.empty()) return;
+  const Eigen::MatrixX2d slopes = Slopes(problem, fit);
+  const std::size_t places = track.time_s.size(), blocks = noise.sigma_degc.size();
+  const double forgotten_s = kForgotten * (fit.lags.element_s + fit.lags.rate_s);
+  Eigen::VectorXd errors(problem.size());
+  std::vector<Eigen::Vector2d> off(places);
+  std::size_t begin = 0;
+  int first_window = 0;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    // `first` never goes down.
+    while (begin < places && noise.first[begin] + noise.reach <= block) ++begin;
+    if (begin == places) break;
+    errors.setZero();
+    SweepFilter filter(fit.lags);
+    if (begin > 0) filter.Next(track.time_s[begin - 1], 0.0, 0.0);
+    std::size_t end = begin;
+    double last_s = track.time_s[begin];
+    for (; end < places; ++end) {
+      const bool reaches = noise.first[end] <= block;
+      if (reaches) last_s = track.time_s[end];
+      if (!reaches && track.time_s[end] > last_s + forgotten_s) break;
+      const std::size_t at = end * noise.reach + (block - noise.first[end]);
+      off[end] = filter.Next(track.time_s[end],
+                             reaches ? static_cast<double>(noise.degc[at]) : 0.0,
+                             reaches ? static_cast<double>(noise.rate[at]) : 0.0);
+    }
+    while (first_window < problem.size() && problem.places(first_window).second < begin) {
+      ++first_window;
+    }
+    for (int i = first_window; i < problem.size(); ++i) {
+      const auto [from, to] = problem.places(i);
+      if (from >= end) break;
+      Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+      for (std::size_t at = std::max(from, begin); at < std::min(to + 1, end); ++at) sum += off[at];
+      errors[i] =
+          noise.sigma_degc[block] * slopes.row(i).dot(sum) / static_cast<double>(to - from + 1);
+    }
+    note(errors);
+  }
 }
 
 }  // namespace
@@ -106,8 +164,7 @@ ColumnFit FitColumns(const Eigen::MatrixXd& columns,
   const Eigen::VectorXd root = weights.cwiseSqrt();
   fit.coefficients =
       LeastSquares(ScaledRows(root, columns)).SolveVector(root.cwiseProduct(readings));
-  fit.fitted = TimesVector(columns, fit.coefficients);
-  fit.residuals = readings - fit.fitted;
+  fit.residuals = readings - TimesVector(columns, fit.coefficients);
   fit.weighted_square = (weights.array() * fit.residuals.array().square()).sum();
   return fit;
 }
@@ -174,84 +231,52 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
   return ScaledBothSides(size.cwiseInverse(), covariance);
 }
 
-namespace {
-
-// A fit but for its covariance, and the derivatives of the fitted readings by its coefficients.
-struct SolvedSweep {
-  SweepFit fit;
-  Eigen::MatrixXd derivatives;
-};
-
-SolvedSweep SolveSweep(const SweepProblem& problem,
-                       int axis,
-                       const ThermalOptions& terms,
-                       const SweepLags& lags) {
-  SolvedSweep result;
-  SweepFit& fit = result.fit;
-  fit.terms = terms;
-  fit.lags = lags;
-  fit.columns = ColumnsOf(problem, terms);
-  const Eigen::MatrixXd X = Pick(problem.Columns(problem.States(lags)), fit.columns);
-  const Eigen::VectorXd y = problem.readings().row(axis).transpose();
-  const Eigen::VectorXd& w = problem.weights();
-  const ColumnFit plain = FitColumns(X, y, w);
-  const Eigen::VectorXd& solved = plain.coefficients;
-  fit.fitted = plain.fitted;
-  fit.residuals = plain.residuals;
-  fit.weighted_square = plain.weighted_square;
-  fit.correlation = CorrelationOf(fit.residuals, problem.attitudes());
-
-  const int lag_count = (lags.element_s > 0.0 ? 1 : 0) + (lags.rate_s > 0.0 ? 1 : 0);
-  Eigen::MatrixXd& J = result.derivatives;
-  J.resize(X.rows(), X.cols() + lag_count);
-  J.leftCols(X.cols()) = X;
-  fit.coefficients.resize(J.cols());
-  fit.coefficients.head(X.cols()) = solved;
-  Eigen::Index column = X.cols();
-  const auto add_lag = [&](double SweepLags::*lag) {
-    if (!(lags.*lag > 0.0)) return;
-    SweepLags more = lags, less = lags;
-    more.*lag *= 1.0 + kLagStep;
-    less.*lag *= 1.0 - kLagStep;
-    const Eigen::MatrixXd change = Pick(problem.Columns(problem.States(more)), fit.columns) -
-                                   Pick(problem.Columns(problem.States(less)), fit.columns);
-    J.col(column) = change * solved / (2.0 * kLagStep * lags.*lag);
-    fit.coefficients[column] = lags.*lag;
-    ++column;
-  };
-  add_lag(&SweepLags::element_s);
-  add_lag(&SweepLags::rate_s);
-  return result;
-}
-
-}  // namespace
-
 SweepFit FitSweep(const SweepProblem& problem,
                   int axis,
                   const ThermalOptions& terms,
-                  const SweepLags& lags) {
-  SolvedSweep solved = SolveSweep(problem, axis, terms, lags);
-  solved.fit.covariance = SandwichCovariance(solved.derivatives,
-                                             problem.weights(),
-                                             solved.fit.residuals,
-                                             problem.attitudes(),
-                                             problem.size());
-  return std::move(solved.fit);
-}
-
-SweepFit FitSweepWithNoise(const SweepProblem& problem,
-                           int axis,
-                           const ThermalOptions& terms,
-                           const SweepLags& lags) {
-  SolvedSweep solved = SolveSweep(problem, axis, terms, lags);
-  solved.fit.covariance = SandwichCovariance(
-      solved.derivatives,
-      problem.weights(),
-      solved.fit.residuals,
-      problem.attitudes(),
-      problem.noise_variance().row(axis).transpose(),
-      [&](const auto& note) { ForEachTemperatureError(problem, solved.fit, note); });
-  return std::move(solved.fit);
+                  const SweepLags& lags,
+                  bool with_thermometer) {
+  SweepFit fit;
+  fit.terms = terms;
+  fit.lags = lags;
+  fit.columns = ColumnsOf(problem, terms);
+  const auto columns_at = [&](const SweepLags& at) -> Eigen::MatrixXd {
+    return problem.Columns(problem.States(at))(Eigen::all, fit.columns);
+  };
+  const Eigen::MatrixXd X = columns_at(lags);
+  ColumnFit plain = FitColumns(X, problem.readings().row(axis).transpose(), problem.weights());
+  fit.residuals = std::move(plain.residuals);
+  fit.weighted_square = plain.weighted_square;
+  fit.correlation = CorrelationOf(fit.residuals, problem.attitudes());
+  // Of the fitted readings by the coefficients.
+  const int lag_count = (lags.element_s > 0.0 ? 1 : 0) + (lags.rate_s > 0.0 ? 1 : 0);
+  Eigen::MatrixXd derivatives(X.rows(), X.cols() + lag_count);
+  derivatives.leftCols(X.cols()) = X;
+  fit.coefficients.resize(derivatives.cols());
+  fit.coefficients.head(X.cols()) = plain.coefficients;
+  Eigen::Index column = X.cols();
+  for (double SweepLags::*const lag : {&SweepLags::element_s, &SweepLags::rate_s}) {
+    if (!(lags.*lag > 0.0)) continue;
+    SweepLags more = lags, less = lags;
+    more.*lag *= 1.0 + kLagStep;
+    less.*lag *= 1.0 - kLagStep;
+    const Eigen::MatrixXd change = columns_at(more) - columns_at(less);
+    derivatives.col(column) = change * plain.coefficients / (2.0 * kLagStep * lags.*lag);
+    fit.coefficients[column++] = lags.*lag;
+  }
+  const Eigen::VectorXd& weights = problem.weights();
+  const std::vector<int>& attitudes = problem.attitudes();
+  fit.covariance =
+      with_thermometer
+          ? SandwichCovariance(
+                derivatives,
+                weights,
+                fit.residuals,
+                attitudes,
+                problem.noise_variance().row(axis).transpose(),
+                [&](const NoteError& note) { ForEachTemperatureError(problem, fit, note); })
+          : SandwichCovariance(derivatives, weights, fit.residuals, attitudes, problem.size());
+  return fit;
 }
 
 double WeightedSquareAt(const SweepProblem& problem,
@@ -259,8 +284,8 @@ double WeightedSquareAt(const SweepProblem& problem,
                         const ThermalOptions& terms,
                         const SweepLags& lags) {
   const Eigen::VectorXd root = problem.weights().cwiseSqrt();
-  const Eigen::MatrixXd X =
-      ScaledRows(root, Pick(problem.Columns(problem.States(lags)), ColumnsOf(problem, terms)));
+  const Eigen::MatrixXd X = ScaledRows(
+      root, problem.Columns(problem.States(lags))(Eigen::all, ColumnsOf(problem, terms)));
   const Eigen::VectorXd y = root.cwiseProduct(problem.readings().row(axis).transpose());
   const Eigen::VectorXd solved =
       PivotedCholesky(TransposeTimes(X, X)).SolveVector(TransposeTimesVector(X, y));
@@ -283,16 +308,8 @@ double HeldOutSquare(const std::vector<SweepBlock>& blocks,
   const NormalEquations others = SumOf(blocks, columns, axis, fold);
   Eigen::VectorXd solved = PivotedCholesky(others.matrix).SolveVector(others.right);
   const SweepBlock& own = blocks[static_cast<std::size_t>(fold)];
-  const auto size = static_cast<Eigen::Index>(columns.size());
-  Eigen::MatrixXd matrix(size, size);
-  Eigen::VectorXd right(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const int row = columns[static_cast<std::size_t>(i)];
-    right[i] = own.plain_right(row, axis);
-    for (Eigen::Index j = 0; j < size; ++j) {
-      matrix(i, j) = own.plain(row, columns[static_cast<std::size_t>(j)]);
-    }
-  }
+  const Eigen::MatrixXd matrix = own.plain(columns, columns);
+  const Eigen::VectorXd right = own.plain_right(columns, axis);
   for (Eigen::Index a = 0; a < attitude_count; ++a) {
     bool is_told = false;
     for (std::size_t b = 0; b < blocks.size(); ++b) {

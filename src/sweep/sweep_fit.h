@@ -17,7 +17,7 @@ struct SweepFit {
   std::vector<int> columns;
   Eigen::VectorXd coefficients;  // of the columns, then of the lags that are not zero
   Eigen::MatrixXd covariance;    // likewise
-  Eigen::VectorXd fitted, residuals;
+  Eigen::VectorXd residuals;
   double weighted_square = 0.0;  // sum of w r^2
   double correlation = 0.0;      // of neighbouring residuals
 };
@@ -33,7 +33,7 @@ Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlat
 
 // Weighted least squares of columns.
 struct ColumnFit {
-  Eigen::VectorXd coefficients, fitted, residuals;
+  Eigen::VectorXd coefficients, residuals;
   double weighted_square = 0.0;  // sum of w r^2
 };
 ColumnFit FitColumns(const Eigen::MatrixXd& columns,
@@ -47,7 +47,8 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const std::vector<int>& attitudes,
                                    int count);
 
-using ForEachError = std::function<void(const std::function<void(const Eigen::VectorXd&)>&)>;
+using NoteError = std::function<void(const Eigen::VectorXd&)>;
+using ForEachError = std::function<void(const NoteError&)>;
 
 // The same where part of the residuals is what errors of the columns leave, of which this is known:
 // `for_each_error` hands over each independent one, of 1 sigma. In place of what Omega makes of
@@ -72,16 +73,13 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
 // Omega is that of scores freed of their first-order correlation, with a Bartlett kernel, coloured
 // again (Andrews and Monahan 1992). A lag's column is the derivative of the fit by it, so that what
 // is not known about the lag is in the covariance of the terms.
+//
+// `with_thermometer`: the noise of the thermometer is in the covariance.
 SweepFit FitSweep(const SweepProblem& problem,
                   int axis,
                   const ThermalOptions& terms,
-                  const SweepLags& lags);
-
-// The same; the noise of the thermometer is in the covariance.
-SweepFit FitSweepWithNoise(const SweepProblem& problem,
-                           int axis,
-                           const ThermalOptions& terms,
-                           const SweepLags& lags);
+                  const SweepLags& lags,
+                  bool with_thermometer = false);
 
 // Sum of w r^2 with these terms at any lags.
 double WeightedSquareAt(const SweepProblem& problem,
@@ -89,8 +87,7 @@ double WeightedSquareAt(const SweepProblem& problem,
                         const ThermalOptions& terms,
                         const SweepLags& lags);
 
-// The same from the blocks' sums alone; `but`: a fold left out, or
-// -1.
+// The same from the blocks' sums alone; `but`: a fold left out, or -1.
 double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       const std::vector<int>& columns,
                       int axis,

@@ -2,7 +2,6 @@
 #include "sweep/sweep_problem.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -157,10 +156,8 @@ Eigen::MatrixX2d SweepProblem::States(const SweepLags& lags) const {
   const Eigen::MatrixX2d track = FilterTrack(poses_.sweep.temperature, lags);
   Eigen::MatrixX2d states(size(), 2);
   for (int i = 0; i < size(); ++i) {
-    const std::size_t k = window_[static_cast<std::size_t>(i)];
-    const auto first = static_cast<Eigen::Index>(poses_.sweep.first[k]);
-    const auto last = static_cast<Eigen::Index>(poses_.sweep.last[k]);
-    states.row(i) = track.middleRows(first, last - first + 1).colwise().mean();
+    const auto [first, last] = places(i);
+    states.row(i) = track(Eigen::seq(first, last), Eigen::all).colwise().mean();
   }
   return states;
 }
@@ -196,14 +193,14 @@ void SweepProblem::SetKnots(std::vector<double> knots_degc) {
 }
 
 Eigen::Vector2d SweepProblem::AmbientOf(int i) const {
-  const std::size_t k = window_[static_cast<std::size_t>(i)];
   const TemperatureTrack& ambient = poses_.sweep.ambient;
   if (ambient.empty()) return Eigen::Vector2d::Constant(std::nan(""));
+  const auto [first, last] = places(i);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (std::size_t at = poses_.sweep.first[k]; at <= poses_.sweep.last[k]; ++at) {
+  for (std::size_t at = first; at <= last; ++at) {
     sum += Eigen::Vector2d(ambient.degc[at], ambient.rate_degcps[at]);
   }
-  return sum / static_cast<double>(poses_.sweep.last[k] - poses_.sweep.first[k] + 1);
+  return sum / static_cast<double>(last - first + 1);
 }
 
 const std::vector<SweepBlock>& SweepProblem::Blocks(const SweepLags& lags) {

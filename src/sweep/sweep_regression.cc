@@ -225,12 +225,8 @@ class Regression {
 
   // Columns of the constants, then of the terms.
   Eigen::MatrixXd With(const std::vector<int>& terms) const {
-    Eigen::MatrixXd columns(constants_.rows(),
-                            constants_.cols() + static_cast<Eigen::Index>(terms.size()));
-    columns.leftCols(constants_.cols()) = constants_;
-    for (std::size_t j = 0; j < terms.size(); ++j) {
-      columns.col(constants_.cols() + static_cast<Eigen::Index>(j)) = columns_.col(terms[j]);
-    }
+    Eigen::MatrixXd columns(constants_.rows(), constants_.cols() + std::ssize(terms));
+    columns << constants_, columns_(Eigen::all, terms);
     return columns;
   }
 

@@ -2,13 +2,10 @@
 #include "sweep/triad_sweep.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -32,19 +29,18 @@ ThermalBlock BlockOf(const ThermalOptions& terms) {
   return block;
 }
 
-// Terms in tau of one axis: values and covariance, in the order of ThermalBlock's vectors, then the
-// lags. `constant`: the attitude's is the first (a gyroscope's bias).
-struct ListedTerms {
-  Eigen::VectorXd values;
-  Eigen::MatrixXd covariance;
-};
-
 // Columns of the knots of an axis.
 Eigen::Index KnotColumns(const ThermalOptions& terms) {
   return static_cast<Eigen::Index>(terms.knots_degc.size()) * (terms.smooth_knots ? 1 : 2);
 }
 
-ListedTerms InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
+// Terms in tau of one axis, in the order of TermsOf.
+struct TermsInTau {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd covariance;
+};
+
+TermsInTau InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
   const int constants = problem.attitude_count();
   const Eigen::Index knots = KnotColumns(fit.terms);
   const Eigen::Index vectors = static_cast<Eigen::Index>(fit.columns.size()) - constants - knots;
@@ -61,7 +57,7 @@ ListedTerms InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
         1.0 / (is_curve ? half_range * half_range : half_range);
   }
   listed.bottomRightCorner(lags, lags).setIdentity();
-  ListedTerms terms{listed * fit.coefficients, listed * fit.covariance * listed.transpose()};
+  TermsInTau terms{listed * fit.coefficients, listed * fit.covariance * listed.transpose()};
   terms.values[0] += problem.origin()[axis];
   return terms;
 }
@@ -70,7 +66,7 @@ ListedTerms InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
 // of each term by itself. By how many σ it moves one at most.
 double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, SweepFit* fit) {
   const int order = fit->terms.bias_order, more = higher.terms.bias_order - order;
-  const ListedTerms without = InTau(problem, axis, *fit);
+  const TermsInTau without = InTau(problem, axis, *fit);
   const Eigen::VectorXd with = InTau(problem, axis, higher).values;
   const int constants = problem.attitude_count();
   const Eigen::MatrixXd listed = BlockOf(fit->terms).ListedFromVectors(problem.scale());
@@ -86,49 +82,52 @@ double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, Sw
   return std::sqrt((variances > 0.0).select(moved.array().square() / variances, 0.0).maxCoeff());
 }
 
-// Where the parts of ListedTerms go.
-std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& terms) {
-  std::vector<ParameterName> names = {{triad, ParameterKind::kBias, 0, axis, 0}};
-  for (int power = 1; power <= terms.bias_order; ++power) {
-    names.push_back({triad, ParameterKind::kBias, power, axis, 0});
+// A term by its name in the covariance, and where its value stands.
+struct NamedTerm {
+  std::string name;
+  double* value;
+};
+
+// The terms that one axis of a sensor gets: its bias, powers of tau, rates, knots, lags.
+std::vector<NamedTerm> TermsOf(Triad triad,
+                               int axis,
+                               const SweepFit& fit,
+                               TriadCalibration* sensor) {
+  ThermalTerms& thermal = *sensor->thermal;
+  std::vector<NamedTerm> terms;
+  const auto add = [&](ParameterKind kind, int power, Eigen::Vector3d* vector) {
+    terms.push_back({ParameterName{triad, kind, power, axis, 0}.str(), &(*vector)[axis]});
+  };
+  const auto held = [](std::optional<Eigen::Vector3d>* vector) {
+    if (!*vector) *vector = Eigen::Vector3d::Zero();
+    return &**vector;
+  };
+  add(ParameterKind::kBias, 0, &sensor->model.bias);
+  const auto order = static_cast<std::size_t>(fit.terms.bias_order);
+  thermal.bias.resize(std::max(thermal.bias.size(), order), Eigen::Vector3d::Zero());
+  for (std::size_t power = 1; power <= order; ++power) {
+    add(ParameterKind::kBias, static_cast<int>(power), &thermal.bias[power - 1]);
   }
   for (const RateTermInfo& info : kRateTerms) {
-    if (terms.rate[info.term]) names.push_back({triad, info.kind, 0, axis, 0});
+    if (fit.terms.rate[info.term]) add(info.kind, 0, held(&thermal.rate[info.term]));
   }
-  return names;
-}
-
-// Of knots and lags, in the order of ListedTerms.
-std::vector<std::string> OtherNames(Triad triad, int axis, const SweepFit& fit) {
-  const std::string head = std::string(TriadName(triad)) + ".thermal.";
-  const std::string tail = std::string(".") + AxisLetter(axis);
-  std::vector<std::string> names;
-  for (std::size_t k = 1; k <= fit.terms.knots_degc.size(); ++k) {
-    const std::string knot = head + "knot." + std::to_string(k);
-    if (!fit.terms.smooth_knots) names.push_back(knot + ".slope" + tail);
-    names.push_back(knot + ".curve" + tail);
-  }
-  const SweepLags& lags = fit.lags;
-  if (lags.element_s > 0.0) names.push_back(head + "element_lag" + tail);
-  if (lags.rate_s > 0.0) names.push_back(head + "rate_lag" + tail);
-  return names;
-}
-
-void SetTerm(const ParameterName& name, double value, TriadCalibration* sensor) {
-  ThermalTerms& thermal = *sensor->thermal;
-  const auto on_axis = [&](std::optional<Eigen::Vector3d>* term) {
-    if (!*term) *term = Eigen::Vector3d::Zero();
-    (**term)[name.row] = value;
+  const auto add_other = [&](const std::string& name, double* value) {
+    terms.push_back(
+        {std::string(TriadName(triad)) + ".thermal." + name + "." + AxisLetter(axis), value});
   };
-  if (const auto rate = InfoOf(name.kind).rate) {
-    on_axis(&thermal.rate[*rate]);
-  } else if (name.power == 0) {
-    sensor->model.bias[name.row] = value;
-  } else {
-    const auto power = static_cast<std::size_t>(name.power);
-    if (thermal.bias.size() < power) thermal.bias.resize(power, Eigen::Vector3d::Zero());
-    thermal.bias[power - 1][name.row] = value;
+  const std::size_t before = thermal.knots.size();
+  for (const double degc : fit.terms.knots_degc) thermal.knots.push_back({axis, degc, 0.0, 0.0});
+  for (std::size_t k = before; k < thermal.knots.size(); ++k) {
+    const std::string knot = "knot." + std::to_string(k - before + 1);
+    if (!fit.terms.smooth_knots) add_other(knot + ".slope", &thermal.knots[k].slope);
+    add_other(knot + ".curve", &thermal.knots[k].curve);
   }
+  const auto add_lag = [&](const char* name, double lag, std::optional<Eigen::Vector3d>* lags) {
+    if (lag > 0.0) add_other(name, &(*held(lags))[axis]);
+  };
+  add_lag("element_lag", fit.lags.element_s, &thermal.element_lag_s);
+  add_lag("rate_lag", fit.lags.rate_s, &thermal.rate_lag_s);
+  return terms;
 }
 
 // Heating minus cooling of `residuals` in the middle half of the temperatures that both passed; NaN
@@ -137,11 +136,7 @@ double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) 
   // Each is 2.5 % of the range.
   constexpr int kTemperatureBins = 40;
   constexpr double kMoving = 0.1;  // of the fastest
-  std::array<Eigen::ArrayXd, 2> sum, count;
-  for (int branch = 0; branch < 2; ++branch) {
-    sum[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kTemperatureBins);
-    count[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kTemperatureBins);
-  }
+  Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(kTemperatureBins, 2), count = sum;
   const ThermalScale& scale = problem.scale();
   for (int i = 0; i < problem.size(); ++i) {
     const StaticPose& window = problem.window(i);
@@ -149,14 +144,14 @@ double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) 
     const double v = (*window.temperature_degc - scale.centre_degc) / scale.half_range_degc;
     const int bin =
         std::clamp(static_cast<int>(0.5 * (v + 1.0) * kTemperatureBins), 0, kTemperatureBins - 1);
-    const std::size_t branch = window.temperature_rate_degcps > 0.0 ? 0 : 1;
-    sum[branch][bin] += residuals[i];
-    count[branch][bin] += 1.0;
+    const int branch = window.temperature_rate_degcps > 0.0 ? 0 : 1;
+    sum(bin, branch) += residuals[i];
+    count(bin, branch) += 1.0;
   }
   std::vector<double> gaps;
   for (int bin = 0; bin < kTemperatureBins; ++bin) {
-    if (count[0][bin] == 0.0 || count[1][bin] == 0.0) continue;
-    gaps.push_back(sum[0][bin] / count[0][bin] - sum[1][bin] / count[1][bin]);
+    if (count.row(bin).minCoeff() == 0.0) continue;
+    gaps.push_back(sum(bin, 0) / count(bin, 0) - sum(bin, 1) / count(bin, 1));
   }
   if (gaps.empty()) return std::numeric_limits<double>::quiet_NaN();
   const std::size_t quarter = gaps.size() / 4;
@@ -210,11 +205,7 @@ void ShowWindows(SweepProblem* problem,
                  std::vector<SweepWindow>* shown) {
   const int every = problem->size() / kMostShown + 1;
   const double start_s = static_cast<double>(problem->window(0).start_ns) * 1e-9;
-  std::vector<Eigen::MatrixXd> columns;
-  for (const SweepChoice& choice : axes) {
-    problem->SetKnots(choice.fit.terms.knots_degc);
-    columns.push_back(problem->Columns(problem->States(choice.fit.lags)));
-  }
+  const std::size_t before = shown->size();
   for (int i = 0; i < problem->size(); i += every) {
     const StaticPose& window = problem->window(i);
     SweepWindow& row = shown->emplace_back();
@@ -222,24 +213,24 @@ void ShowWindows(SweepProblem* problem,
     row.time_s = static_cast<double>(window.start_ns) * 1e-9 - start_s + 0.5 * window.duration_s();
     row.degc = *window.temperature_degc;
     row.rate_degcps = window.temperature_rate_degcps;
-    for (int axis = 0; axis < 3; ++axis) {
-      const SweepFit& fit = axes[static_cast<std::size_t>(axis)].fit;
-      // Of a gyroscope the constant is part of the bias.
-      const auto first =
-          static_cast<std::size_t>(triad == Triad::kGyroscope ? 0 : problem->attitude_count());
-      const std::vector<int> used(fit.columns.begin() + static_cast<std::ptrdiff_t>(first),
-                                  fit.columns.end());
-      Eigen::RowVectorXd factors(static_cast<Eigen::Index>(used.size()));
-      for (std::size_t j = 0; j < used.size(); ++j) {
-        factors[static_cast<Eigen::Index>(j)] = columns[static_cast<std::size_t>(axis)](i, used[j]);
-      }
-      const auto at = static_cast<Eigen::Index>(first);
-      row.fit_raw[axis] = factors.dot(fit.coefficients.segment(at, factors.size()).transpose());
+  }
+  // Of a gyroscope the constant is part of the bias.
+  const Eigen::Index first = triad == Triad::kGyroscope ? 0 : problem->attitude_count();
+  for (int axis = 0; axis < 3; ++axis) {
+    const SweepFit& fit = axes[static_cast<std::size_t>(axis)].fit;
+    problem->SetKnots(fit.terms.knots_degc);
+    const Eigen::Index terms = std::ssize(fit.columns) - first;
+    const Eigen::MatrixXd columns = problem->Columns(problem->States(fit.lags))(
+        Eigen::all, Eigen::Map<const Eigen::VectorXi>(fit.columns.data() + first, terms));
+    const Eigen::RowVectorXd coefficients = fit.coefficients.segment(first, terms).transpose();
+    const Eigen::MatrixXd covariance = fit.covariance.block(first, first, terms, terms);
+    for (int i = 0; i < problem->size(); i += every) {
+      SweepWindow& row = (*shown)[before + static_cast<std::size_t>(i / every)];
+      const Eigen::RowVectorXd factors = columns.row(i);
+      row.fit_raw[axis] = factors.dot(coefficients);
       if (triad == Triad::kGyroscope) row.fit_raw[axis] += problem->origin()[axis];
       row.bias_raw[axis] = row.fit_raw[axis] + fit.residuals[i];
-      const double variance = factors *
-                              fit.covariance.block(at, at, factors.size(), factors.size()) *
-                              factors.transpose();
+      const double variance = factors * covariance * factors.transpose();
       row.fit_sigma_raw[axis] = std::sqrt(std::max(variance, 0.0));
     }
   }
@@ -338,28 +329,17 @@ Status TriadSweep::Run(Calibration* calibration) {
 
 void TriadSweep::TakeTerms(int axis, TriadCalibration* sensor) {
   const SweepFit& fit = choices_.back().fit;
-  const ListedTerms listed = InTau(problem_, axis, fit);
-  const std::vector<ParameterName> names = NamesOf(triad_, axis, fit.terms);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool is_bias = names[i].kind == ParameterKind::kBias && names[i].power == 0;
-    if (is_bias && triad_ != Triad::kGyroscope) continue;
-    SetTerm(names[i], listed.values[static_cast<Eigen::Index>(i)], sensor);
+  const TermsInTau in_tau = InTau(problem_, axis, fit);
+  const std::vector<NamedTerm> terms = TermsOf(triad_, axis, fit, sensor);
+  // The constant of an attitude says nothing of the bias.
+  const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
+  ListedTerms& listed = listed_.emplace_back();
+  for (std::size_t i = first; i < terms.size(); ++i) {
+    *terms[i].value = in_tau.values[static_cast<Eigen::Index>(i)];
+    listed.names.push_back(terms[i].name);
   }
-  auto at = static_cast<Eigen::Index>(names.size());
-  for (const double degc : fit.terms.knots_degc) {
-    ThermalKnot& knot = sensor->thermal->knots.emplace_back();
-    knot.axis = axis;
-    knot.degc = degc;
-    if (!fit.terms.smooth_knots) knot.slope = listed.values[at++];
-    knot.curve = listed.values[at++];
-  }
-  const auto set_lag = [axis](double lag, std::optional<Eigen::Vector3d>* lags) {
-    if (!(lag > 0.0)) return;
-    if (!*lags) *lags = Eigen::Vector3d::Zero();
-    (**lags)[axis] = lag;
-  };
-  set_lag(fit.lags.element_s, &sensor->thermal->element_lag_s);
-  set_lag(fit.lags.rate_s, &sensor->thermal->rate_lag_s);
+  const std::ptrdiff_t size = std::ssize(listed.names);
+  listed.covariance = in_tau.covariance.bottomRightCorner(size, size);
 }
 
 void TriadSweep::StateNoise(const Quality& quality, TriadCalibration* sensor) const {
@@ -378,52 +358,37 @@ void TriadSweep::StateNoise(const Quality& quality, TriadCalibration* sensor) co
 }
 
 void TriadSweep::List(TriadCalibration* sensor, NamedCovariance* covariance) const {
-  std::vector<std::string> names;
+  std::vector<std::string>& names = covariance->parameters;
+  const std::ptrdiff_t before = std::ssize(names);
   const ThermalTerms& thermal = *sensor->thermal;
   const auto list = [&](ParameterKind kind, int power) {
-    for (int axis = 0; axis < 3; ++axis) {
-      names.push_back(ParameterName{triad_, kind, power, axis, 0}.str());
+    for (int row = 0; row < 3; ++row) {
+      for (int col = 0; col < (InfoOf(kind).is_matrix ? 3 : 1); ++col) {
+        names.push_back(ParameterName{triad_, kind, power, row, col}.str());
+      }
     }
   };
   list(ParameterKind::kBias, 0);
-  for (int row = 0; row < 3; ++row) {
-    for (int col = 0; col < 3; ++col) {
-      names.push_back(ParameterName{triad_, ParameterKind::kSensitivity, 0, row, col}.str());
-    }
-  }
+  list(ParameterKind::kSensitivity, 0);
   for (std::size_t power = 1; power <= thermal.bias.size(); ++power) {
     list(ParameterKind::kBias, static_cast<int>(power));
   }
   for (const RateTermInfo& info : kRateTerms) {
     if (thermal.rate[info.term]) list(info.kind, 0);
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const std::string& name :
-         OtherNames(triad_, axis, choices_[static_cast<std::size_t>(axis)].fit)) {
-      names.push_back(name);
+  std::vector<std::vector<std::ptrdiff_t>> places;
+  for (const ListedTerms& listed : listed_) {
+    std::vector<std::ptrdiff_t>& of_axis = places.emplace_back();
+    for (const std::string& name : listed.names) {
+      const auto found = std::find(names.begin() + before, names.end(), name);
+      of_axis.push_back(found - names.begin());
+      if (found == names.end()) names.push_back(name);
     }
   }
-  const auto before = static_cast<Eigen::Index>(covariance->parameters.size());
-  const auto size = before + static_cast<Eigen::Index>(names.size());
-  std::map<std::string, Eigen::Index> places;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    places[names[i]] = before + static_cast<Eigen::Index>(i);
-  }
-  covariance->parameters.insert(covariance->parameters.end(), names.begin(), names.end());
+  const std::ptrdiff_t size = std::ssize(names);
   covariance->matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
-  for (int axis = 0; axis < 3; ++axis) {
-    const SweepFit& fit = choices_[static_cast<std::size_t>(axis)].fit;
-    const ListedTerms listed = InTau(problem_, axis, fit);
-    std::vector<std::string> own;
-    for (const ParameterName& name : NamesOf(triad_, axis, fit.terms)) own.push_back(name.str());
-    for (const std::string& name : OtherNames(triad_, axis, fit)) own.push_back(name);
-    const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
-    for (std::size_t i = first; i < own.size(); ++i) {
-      for (std::size_t j = first; j < own.size(); ++j) {
-        covariance->matrix(places[own[i]], places[own[j]]) =
-            listed.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-      }
-    }
+  for (std::size_t axis = 0; axis < listed_.size(); ++axis) {
+    covariance->matrix(places[axis], places[axis]) = listed_[axis].covariance;
   }
   if (triad_ == Triad::kGyroscope) {
     sensor->bias_sigma = covariance->matrix.diagonal().segment<3>(before).cwiseMax(0.0).cwiseSqrt();

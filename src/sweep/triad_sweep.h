@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -39,6 +40,12 @@ class TriadSweep {
   const PoseSet& poses_;
   SweepProblem problem_;
   std::vector<SweepChoice> choices_;
+  // Of each axis, by their names in the covariance.
+  struct ListedTerms {
+    std::vector<std::string> names;
+    Eigen::MatrixXd covariance;
+  };
+  std::vector<ListedTerms> listed_;
 };
 
 }  // namespace truetriad

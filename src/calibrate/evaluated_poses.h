@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,11 +10,15 @@
 
 #include "problem/parameter_name.h"
 #include "truetriad/base/result.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
+
+// Good calibrations are called worse than predicted, and equal ones different, once in a thousand.
+inline constexpr double kByChance = 1e-3;
 
 // A sensor's model at some temperature, held at the ends of the calibrated range, and what the
 // terms of the model are multiplied with there.
@@ -27,10 +32,6 @@ struct ModelAtPose {
   // sensitivity.
   double FactorOf(const ParameterName& name) const;
 };
-
-ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor,
-                                 double temperature_degc,
-                                 double rate_degcps);
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state);
 
 // The names of a covariance that are a triad's; those of others are unset.
@@ -48,12 +49,6 @@ Eigen::Matrix3Xd TruthByParameters(const NamesOfTriad& names,
 // where the sensor follows the thermometer itself. Error (bad input): it has lags and `poses` no
 // track of temperature.
 Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor, const PoseSet& poses);
-
-// At the pose. Error (bad input): it has no temperature, which the sensor needs.
-Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
-                             const StaticPose& pose,
-                             const ThermalState* felt,
-                             const std::string& source);
 
 // One sensor's mean at one pose in true units, with what its error is made of.
 struct EvaluatedReading {
@@ -78,5 +73,35 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
     const ThermalState* felt,
     const std::optional<Eigen::Vector3d>& force_mps2,
     const std::string& source);
+
+// Of one error at least.
+double RootMeanSquareOf(const std::vector<double>& errors);
+
+// Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
+// the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
+// `left_out`: numbers of the poses into which a turn is not to count.
+// Unset without a gyroscope, or without a turn between two of them.
+//
+// The error is a direction in the plane across gravity; what lets expect it: the noise of both
+// accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of
+// both sensors with their correlation.
+std::optional<EvaluatedTurns> EvaluateTurns(
+    const Calibration& calibration,
+    const PoseSet& poses,
+    const std::vector<std::optional<EvaluatedReading>>& vectors,
+    const std::set<int>& left_out);
+
+// Numbers of poses that each sensor is not judged by.
+using PosesLeftOut = PerTriad<std::set<int>>;
+
+// Lists what the calibration left out of the poses that it was made from. The list is empty for
+// other poses, and where their number is not the same.
+PosesLeftOut LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own);
+
+Result<EvaluationSummary> EvaluateWithout(const PosesLeftOut& left_out,
+                                          const Calibration& calibration,
+                                          const PoseSet& poses,
+                                          bool is_own,
+                                          const CountSizes& si_per_count);
 
 }  // namespace truetriad
