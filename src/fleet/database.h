@@ -16,7 +16,7 @@
 
 #include "fleet/fields.h"
 #include "fleet/store.h"
-#include "formats/text.h"
+#include "formats/number_text.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {

@@ -13,27 +13,13 @@
 
 #include "base/rounded_text.h"
 #include "formats/format.h"
+#include "formats/number_text.h"
 #include "io/yaml_reader.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/export.h"
 
 namespace truetriad {
-
-// Numbers for files of other programs: independent of the locale, as few digits as read back to the
-// same bits.
-template <typename Number>
-std::string NumberText(Number value) {
-  char text[64];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
-// The same without an exponent.
-template <typename Number>
-std::string PlainNumberText(Number value) {
-  char text[512];  // 1e-308 has that many digits
-  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed).ptr};
-}
 
 // A float constant of C.
 inline std::string FloatLiteral(float value) {
