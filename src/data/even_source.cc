@@ -122,6 +122,20 @@ std::int64_t EvenSource::WindowOf(Triad triad) const {
   return info == nullptr ? 1 : info->window_samples;
 }
 
+// Of all sensors that are stamped together, as the columns of one file are.
+StampShare EvenSource::ShareOf(std::span<const std::int64_t> stamps_ns, double period_ns) const {
+  double weights = 0.0, sum = 0.0;
+  for (const Stream& stream : streams_) {
+    const HeldSamples& held = stream.held;
+    if (!std::ranges::equal(held.time_ns, stamps_ns)) continue;
+    const StampShare own = ShareOfStamps(held.time_ns, held.x, held.y, held.z, period_ns);
+    if (!(own.sigma > 0.0)) continue;
+    weights += 1.0 / (own.sigma * own.sigma);
+    sum += own.beta / (own.sigma * own.sigma);
+  }
+  return weights > 0.0 ? StampShare{sum / weights, 1.0 / std::sqrt(weights)} : StampShare{};
+}
+
 void EvenSource::SettleStream(Triad triad) {
   Stream* const stream = &streams_[triad];
   const bool is_open = stream->judgement == Judgement::kOpen;
@@ -135,7 +149,7 @@ void EvenSource::SettleStream(Triad triad) {
   const Stamps stamps{held.time_ns, held.row, WindowOf(triad)};
   EvenTimes even = FitEvenTimes(stamps);
   if (even.time_ns.empty()) return;
-  const StampShare share = ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns);
+  const StampShare share = ShareOf(held.time_ns, even.period_ns);
   if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven() &&
       Acts(Mechanism::kNoRowLost)) {
     even = FitEvenTimes(stamps, /*none_lost=*/true);

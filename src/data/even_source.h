@@ -85,6 +85,7 @@ class EvenSource {
   std::int64_t WindowOf(Triad triad) const;
   bool MustHold(const std::vector<SampleBlock>& blocks);
   void Settle(bool at_end);
+  StampShare ShareOf(std::span<const std::int64_t> stamps_ns, double period_ns) const;
   void SettleStream(Triad triad);
   bool HandOver(std::vector<SampleBlock>* blocks);
 
