@@ -152,6 +152,16 @@ TEST(Joints, WithinATurnAreToldByGravityAndFieldTogether) {
   EXPECT_NEAR(*Find(set.findings, FindingCode::kJoinedRecording)->Value("time"), 15.5, 1e-9);
 }
 
+// Vector sensors that a log repeats 25 times turn by up to 60 deg at once.
+TEST(Joints, AreNotMadeByReadingsThatAreHeld) {
+  Rows rows = RestsAndTurns();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].force_mps2 = rows[i - i % 25].force_mps2;
+    rows[i].field_ut = rows[i - i % 25].field_ut;
+  }
+  EXPECT_THAT(JoinedMoves(CollectRests(rows)), IsEmpty());
+}
+
 TEST(Joints, AreNotMadeByAGyroscopeInAnotherUnit) {
   // rad/s labelled deg/s: each reading is 57 times too small, but gravity turns bit by bit.
   EXPECT_THAT(JoinedMoves(CollectRests(RestsAndTurns(), kDegPerRad)), IsEmpty());

@@ -180,6 +180,29 @@ TEST_F(RecordedMoves, AreNotStuckWhereEachAxisRepeatsByItself) {
   for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
 }
 
+// Each reading in twenty rows of a log that is faster than the sensor.
+TEST_F(RecordedMoves, AreNotStuckWhereALogRepeatsEachReading) {
+  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
+    stream->Add(row * kStepNs, Rate(row - row % 20));
+  });
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->Find(Triad::kGyroscope)->repeats, 20.0);
+  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
+}
+
+// Rates that rise by a step of the sensor every ten rows: each reading comes ten times, once.
+TEST_F(RecordedMoves, AreNotStuckWhereStepsAreCoarse) {
+  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
+    Eigen::Vector3d reading = Rate(row);
+    const std::int64_t since = row % 300 - 200;
+    if (since >= 0) reading = {0.0, 0.0, static_cast<double>(std::min(since, 99 - since) / 10)};
+    stream->Add(row * kStepNs, reading.array().round().matrix());
+  });
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->Find(Triad::kGyroscope)->repeats, 1.0);
+  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
+}
+
 TEST_F(RecordedMoves, AreNoneWhereTheGyroscopeSaysNothing) {
   const auto set = Collect([](std::int64_t, MemoryStream*) {});
   ASSERT_TRUE(set) << set.error().message;
