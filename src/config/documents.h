@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <map>
 #include <string>
 #include <string_view>
@@ -22,10 +23,11 @@ class Documents {
   static Result<Documents> Of(const YamlReader& file, const std::vector<std::string>& overrides);
 
   /// The file, then the overrides in their order.
-  std::vector<YamlReader>& all() { return documents_; }
+  std::deque<YamlReader>& all() { return documents_; }
 
-  /// A document that the file is read on top of.
-  void PutBelow(const YamlReader& base) { documents_.insert(documents_.begin(), base); }
+  /// A document that the file is read on top of. None is assigned to another: a YAML::Node that is
+  /// assigned to changes all that share it.
+  void PutBelow(const YamlReader& base) { documents_.push_front(base); }
 
   /// Where all keys stand; of several documents the last.
   Places AllPlaces() const;
@@ -35,7 +37,7 @@ class Documents {
   void CollectErrors(std::vector<Error>* errors) const;
 
  private:
-  std::vector<YamlReader> documents_;
+  std::deque<YamlReader> documents_;
   std::vector<std::string> overridden_;  ///< Full names of the keys that the overrides replace.
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -92,7 +93,7 @@ void NotePreset(const YamlReader& block, const std::string& prefix, Draft* draft
 }
 
 /// Reads the presets that the documents name, the last word of each sensor and of the limits.
-void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
+void ReadPresets(std::deque<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
     const std::string_view name = TriadName(triad);
     std::string file;

@@ -144,7 +144,8 @@ std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   const double turned =
       std::min(TurnOf(by_gravity, gravity.strength_raw), TurnOf(change(field), field.strength_raw));
   if (!(turned > kUnexplainedRad)) return std::nullopt;
-  const double way = WayOf(readings, first, after + kReadings - 1);
+  // What is held was read up to a spacing before.
+  const double way = WayOf(readings, first - std::min(first, spacing - 1), after + kReadings - 1);
   if (IsExplained(turned, way)) return std::nullopt;
   return FoundJoint{at, turned, way};
 }

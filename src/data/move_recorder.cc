@@ -66,8 +66,9 @@ std::optional<Finding> Fault(const RecordedMove& move,
       if (std::abs(limit - before) < rest_radius) continue;
       const double step = gyroscope.resolution_raw[axis];
       // The end of a range is come to again and again, the largest of many rates once.
-      if (RunsAtLimit(limit, step, axis, move.gyroscope_raw).empty() ||
-          RunsAtLimit(limit, step, axis, all).size() < 2 || !Acts(Mechanism::kTurnSaturated)) {
+      if (RunsAtLimit(limit, step, axis, move.gyroscope_raw, gyroscope.repeats).empty() ||
+          RunsAtLimit(limit, step, axis, all, gyroscope.repeats).size() < 2 ||
+          !Acts(Mechanism::kTurnSaturated)) {
         continue;
       }
       std::ostringstream text;

@@ -36,11 +36,13 @@ std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& read
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
                                        Eigen::Index axis,
-                                       const std::vector<Eigen::Vector3d>& readings) {
+                                       const std::vector<Eigen::Vector3d>& readings,
+                                       double repeats) {
+  const auto fewest = static_cast<std::size_t>(std::ceil(kSaturatedReadings * repeats));
   const auto is_far = [&](std::size_t i) {
     return i >= readings.size() || std::abs(readings[i][axis] - limit) > kFarSteps * step;
   };
-  std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, kSaturatedReadings);
+  std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, fewest);
   std::erase_if(runs, [&](const EqualReadings& run) {
     // Before the first reading is far, too: 0 - 1 is beyond the last.
     return readings[run.begin][axis] != limit || !(is_far(run.end) || is_far(run.begin - 1));

@@ -34,7 +34,8 @@ struct EqualReadings {
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
                                        Eigen::Index axis,
-                                       const std::vector<Eigen::Vector3d>& readings);
+                                       const std::vector<Eigen::Vector3d>& readings,
+                                       double repeats);
 
 /// The runs of at least kStuckReadings, times `repeats` (StreamSummary), that no sensor makes which
 /// works: a coarse one comes to its reading and leaves it by a step of `step_raw` on each axis.

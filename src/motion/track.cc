@@ -117,15 +117,15 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
       is_untold_[i] = true;
     }
   };
+  // Readings that are held were left out of the track.
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
-      const auto runs = RunsAtLimit(limit, gyroscope.resolution_raw[axis], axis, rate_raw_);
+      const auto runs = RunsAtLimit(limit, gyroscope.resolution_raw[axis], axis, rate_raw_, 1.0);
       // The end of a range is come to again and again, the largest of many rates once.
       if (runs.size() < 2 || !Acts(Mechanism::kMotionSaturated)) continue;
       for (const auto& [begin, end] : runs) mark(begin, end);
     }
   }
-  // Readings that are held were left out of the track.
   for (const auto& [begin, end] : StuckRuns(rate_raw_, gyroscope.resolution_raw, 1.0)) {
     if (Acts(Mechanism::kMotionStuck)) mark(begin, end);
   }
