@@ -90,9 +90,9 @@ std::optional<Finding> Fault(const RecordedMove& move,
 MoveRecorder::MoveRecorder(Triad leading, const std::vector<MotionPlace>& spans)
     : leading_(leading) {
   for (ReadingTrack& track : tracks_) {
-    // Pages that are never written cost nothing.
-    track.time_ns.reserve(kMostHeldSamples);
-    track.reading_raw.reserve(kMostHeldSamples);
+    // 22 minutes at 100 Hz; pages that are never written cost nothing.
+    track.time_ns.reserve(kMostHeldSamples / 2);
+    track.reading_raw.reserve(kMostHeldSamples / 2);
   }
   for (const MotionPlace& at : spans) {
     spans_.push_back({at.rows, at.times.start_ns, at.times.end_ns, at.times.empty()});
