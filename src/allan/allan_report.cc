@@ -238,7 +238,7 @@ Range Reach(const AllanCoefficient& coefficient,
   if (coefficient.symbol == 'Q') reach.Add(std::log10(axis.points.front().tau_s));
   double from = std::max(reach.low, tau.low), to = std::min(reach.high, tau.high);
   if (coefficient.slope != 0.0) {
-    // Where the line leaves the panel at the bottom or top.
+    // The line may leave the panel at the bottom or top: there it ends.
     const double height = std::log10(coefficient.mark);
     const double low = mark + (deviation.low - height) / coefficient.slope;
     const double high = mark + (deviation.high - height) / coefficient.slope;

@@ -53,7 +53,7 @@ Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor, co
 // One sensor's mean at one pose in true units, with what its error is made of.
 struct EvaluatedReading {
   Eigen::Vector3d truth = Eigen::Vector3d::Zero();
-  // Of the mean's noise and the pose-to-pose excess.
+  // It has the mean's noise and the pose-to-pose excess.
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
   // d truth / d the listed parameters of the calibration.
   Eigen::Matrix3Xd by_parameters;
@@ -74,7 +74,7 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
     const std::optional<Eigen::Vector3d>& force_mps2,
     const std::string& source);
 
-// Of one error at least.
+// Expects one error at least.
 double RootMeanSquareOf(const std::vector<double>& errors);
 
 // Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer

@@ -29,8 +29,9 @@ struct EqualReadings {
   std::size_t begin, end;
 };
 
-/// Where readings stay on `limit` on one axis. Where steps are coarse a rate that is at its largest
-/// does so as well, but comes to it and leaves it by one `step`.
+/// The runs of at least kSaturatedReadings, times `repeats` (StreamSummary), in which one axis
+/// stays on `limit`. Where steps are coarse a rate that is at its largest does so as well, but
+/// comes to it and leaves it by one `step`.
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
                                        Eigen::Index axis,
