@@ -114,7 +114,7 @@ Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const Calibrat
   const PoseSet same = AtOneTemperature(poses);
   if (!CheckPoseCounts(same, options)) return starts;
   auto more = FindStartValues(same, options);
-  if (!more) return starts;
+  if (!more || !Acts(Mechanism::kOneTemperatureStarts)) return starts;
   if (starts) more->insert(more->end(), starts->begin(), starts->end());
   return more;
 }
@@ -198,7 +198,7 @@ int SettleBentAxes(const CalibrateOptions& options,
   const NoiseState rough_noise = *noise;
   int rounds = 0;
   *graph = WithTermsOf(options, rough);
-  if (IsDetermined(*graph, options)) {
+  if (IsDetermined(*graph, options) && Acts(Mechanism::kRoughBends)) {
     Findings found;
     log->Solve(kRoundTolerance, graph);
     if (log->converged) rounds = SettleNoise(options.robust, noise, graph, log, &found);

@@ -8,6 +8,7 @@
 
 #include "base/messages.h"
 #include "data/stream_checks.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -305,6 +306,7 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
       if (rate.means.first_row <= before.last_row || rate.means.last_row >= after.first_row) {
         continue;
       }
+      if (!Acts(Mechanism::kTurnAtKnownRate)) continue;
       move.fault = Finding(
           FindingCode::kTurnAtKnownRate,
           "a known rate was held during it, so its readings are used for that rate instead");

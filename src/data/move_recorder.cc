@@ -193,7 +193,7 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
   if (gyroscope == nullptr || times.empty()) return moves;
   for (std::size_t i = 0; i + 1 < set.poses.size(); ++i) {
     const std::int64_t duration_ns = set.poses[i + 1].start_ns - set.poses[i].end_ns;
-    if (duration_ns > kLongestMoveNs) {
+    if (duration_ns > kLongestMoveNs && Acts(Mechanism::kTurnTooLong)) {
       RecordedMove& move = moves.emplace_back();
       move.from = i;
       const double duration_s = 1e-9 * static_cast<double>(duration_ns);

@@ -9,6 +9,7 @@
 
 #include "base/messages.h"
 #include "math/common_step.h"
+#include "model/mechanisms.h"
 
 namespace truetriad {
 namespace {
@@ -76,7 +77,7 @@ void Append(const SampleBlock& block, ReadingTrack* track) {
 }
 
 std::size_t LeaveOutHeld(const StreamSummary& stream, ReadingTrack* track) {
-  if (stream.repeats < 2.0) return 0;
+  if (stream.repeats < 2.0 || !Acts(Mechanism::kRepeats)) return 0;
   const std::vector<EqualReadings> runs = RunsOfEquals(track->reading_raw, std::nullopt, 1);
   const auto keep_firsts = [&runs](auto* values) {
     for (std::size_t i = 0; i < runs.size(); ++i) (*values)[i] = (*values)[runs[i].begin];
@@ -111,7 +112,7 @@ void LeaveOutRepeats(PoseSet* set) {
       Boxed<TriadPose>& seen = pose.triads[triad];
       if (!seen) continue;
       all += 1.0;
-      if (before[triad] == seen->mean_raw) {
+      if (before[triad] == seen->mean_raw && Acts(Mechanism::kRepeats)) {
         seen.reset();
         repeats += 1.0;
       } else {

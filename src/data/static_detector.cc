@@ -303,13 +303,13 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   const auto is_away = [&](std::size_t at) {
     const Eigen::Array3d moved = (MeanOf(windows, at, at + kSpan) - core).array().square();
     const double limit = 0.25 * limit_raw * limit_raw;
-    if (!(moved.maxCoeff() > limit) || !Acts(Mechanism::kSteadyRests)) return false;
+    if (!(moved.maxCoeff() > limit)) return false;
     if (!white) {
       white = kNoiseSigmas * kNoiseSigmas * WhiteShareOf(windows, begin, end);
       core_noise = MeanVarianceOf(windows, middle, middle + kSpan);
     }
     const Eigen::Array3d noise = MeanVarianceOf(windows, at, at + kSpan) + *core_noise;
-    return (moved - *white * noise).maxCoeff() > limit;
+    return (moved - *white * noise).maxCoeff() > limit && Acts(Mechanism::kSteadyRests);
   };
   WindowRun cut = *run;
   while (cut.first < middle && is_away(cut.first)) ++cut.first;

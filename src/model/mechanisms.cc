@@ -11,6 +11,7 @@
 namespace truetriad {
 namespace {
 
+// The first entry only keeps an array from being empty.
 namespace codes {
 using enum FindingCode;
 #define MECHANISM(id, name, does, ...) \
@@ -19,7 +20,6 @@ using enum FindingCode;
 #undef MECHANISM
 }  // namespace codes
 
-// The first entry only keeps an array from being empty.
 constexpr auto kMechanisms = std::to_array<MechanismInfo>({
 #define MECHANISM(id, name, does, ...) \
   {Mechanism::id, name, does, std::span<const FindingCode>(codes::id##Of).subspan(1)},

@@ -292,7 +292,9 @@ Status CalibrateMotion(const PoseSet& poses,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
   }
-  if (auto broken = WhyIsNoChain(track)) return refuse(*std::move(broken));
+  if (auto broken = WhyIsNoChain(track); broken && Acts(Mechanism::kMuchUntold)) {
+    return refuse(*std::move(broken));
+  }
   Settle(options, settling_s, &track, &run);
   if (run.noise.correlation[Triad::kAccelerometer] > 1.0 && Acts(Mechanism::kCarriedForce)) {
     run.noise.is_carried = true;

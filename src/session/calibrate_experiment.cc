@@ -287,6 +287,7 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
       why->text += "; " + std::string(way.words()) + " there is none either: " + why_not->text;
       continue;
     }
+    if (!Acts(Mechanism::kOtherWay)) break;
     other->calibration.findings.emplace_back(FindingCode::kFollowedMotion,
                                              "the recording was " + std::string(way.words()) +
                                                  ", since else there is no result: " + why->text,

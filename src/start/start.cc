@@ -585,7 +585,8 @@ std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& opti
   // S_g Q lies along the stated axes; of another handedness no turn of the frame brings it there.
   const Eigen::Matrix3d found = NearestAxisMap(start.models[Triad::kGyroscope]->sensitivity);
   const Eigen::Matrix3d turn = found.transpose() * *gyroscope.mounting;
-  if (turn.determinant() < 0.0 || turn.isIdentity(0.0)) return std::nullopt;
+  const bool is_turned = turn.determinant() > 0.0 && !turn.isIdentity(0.0);
+  if (!is_turned || !Acts(Mechanism::kMagnetometerMap)) return std::nullopt;
   CalibrateOptions mapped = options;
   mapped.triads[Triad::kMagnetometer].mounting = turn;
   mapped.triads[Triad::kMagnetometer].is_mounting_found = true;

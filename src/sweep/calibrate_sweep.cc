@@ -73,7 +73,7 @@ std::optional<Finding> MissedGravity(const Calibration& calibration,
           (is_other ? static_file + " is not of this unit"
                     : "the unit or its thermometer has changed in between"),
       is_other ? "calibrate it at one temperature" : "");
-  if (is_other) {
+  if (is_other && Acts(Mechanism::kGravityMissed)) {
     finding.As(Severity::kRefusal);
   } else {
     finding.text += "; σ of its bias allow for it";

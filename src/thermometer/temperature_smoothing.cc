@@ -268,8 +268,9 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;
-  if (step_degc > kCoarseShare * span && Acts(Mechanism::kCoarseThermometer)) {
-    if (std::optional<TemperatureTrack> steps = StepsFollowed(time_s, degc, step_degc)) {
+  if (step_degc > kCoarseShare * span) {
+    if (std::optional<TemperatureTrack> steps = StepsFollowed(time_s, degc, step_degc);
+        steps && Acts(Mechanism::kCoarseThermometer)) {
       track = *std::move(steps);
       track.smoothing_s = std::min(widest, step_degc / rate);
       if (track.step_degc > 0.0) return track;

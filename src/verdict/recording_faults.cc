@@ -134,7 +134,7 @@ void RecordingSearch::Widen(const Eigen::VectorXd& moved,
 void RecordingSearch::FindRounding() {
   const StreamSummary* stream = poses_.Find(Triad::kGyroscope);
   const bool has_rests = graph_.layout.Has(Triad::kGyroscope) && !poses_.poses.empty();
-  if (stream == nullptr || !has_rests || !Acts(Mechanism::kRounding)) return;
+  if (stream == nullptr || !has_rests) return;
   const Eigen::Vector3d bias = graph_.bias(Triad::kGyroscope);
   const Eigen::Array3d noise = stream->noise_sigma_raw;
   Eigen::Vector3d shift;
@@ -143,7 +143,7 @@ void RecordingSearch::FindRounding() {
         RoundingVarianceAt(bias[axis], noise[axis] * noise[axis], stream->rest_step_raw[axis]));
   }
   const Eigen::VectorXd moved = MovedBy(graph_.layout.bias[Triad::kGyroscope], shift);
-  is_coarse_ = InSigmas(moved) >= kRoundingSigmas;
+  is_coarse_ = InSigmas(moved) >= kRoundingSigmas && Acts(Mechanism::kRounding);
   if (!is_coarse_) return;
   Widen(moved,
         Triad::kGyroscope,

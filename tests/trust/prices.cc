@@ -31,13 +31,13 @@ std::optional<double> SigmaRatio(const Trial& with, const Trial& without) {
 void Prices::Price::Add(const Trial& with, const Trial& without) {
   const auto is_wrong = [](const Trial& trial) { return trial.verdict == Verdict::kWrong; };
   ++again;
-  if (with.kind.CanBeSeen()) {
+  crashed += without.verdict == Verdict::kCrashed;
+  if (with.kind.CanBeSeen() && without.verdict != Verdict::kCrashed) {
     avoided += !is_wrong(with) && is_wrong(without);
     caused += is_wrong(with) && !is_wrong(without);
   }
   kept += with.verdict == Verdict::kRight && without.verdict != Verdict::kRight;
   refused += with.verdict == Verdict::kRefused && without.verdict == Verdict::kRight;
-  crashed += without.verdict == Verdict::kCrashed;
   if (const auto ratio = SigmaRatio(with, without)) sigma_ratios.push_back(*ratio);
 }
 
@@ -50,8 +50,6 @@ void Prices::Add(const Trial& trial) {
   if (trial.verdict == Verdict::kRefused && FindingCodeFromName(trial.refusal)) {
     ++said_[trial.refusal].refused;
   }
-  const std::set<std::string> voices(trial.said.begin(), trial.said.end());
-  if (trial.verdict == Verdict::kWrong && voices.size() == 1) ++said_[*voices.begin()].alone;
 }
 
 std::string Prices::Table() const {
@@ -66,8 +64,9 @@ std::string Prices::Table() const {
   std::stable_sort(rows.begin(), rows.end(), [&](const auto* a, const auto* b) {
     const auto worth = [&](const MechanismInfo& info) {
       const Price price = price_of(info);
-      return std::tuple(
-          price.avoided - price.caused, price.kept - price.refused, price.acted > 0, price.acted);
+      return std::tuple(price.OfAll(price.avoided) - price.OfAll(price.caused),
+                        price.OfAll(price.kept) - price.OfAll(price.refused),
+                        price.acted);
     };
     return worth(*a) > worth(*b);
   });
@@ -82,22 +81,19 @@ std::string Prices::Table() const {
       std::snprintf(ratio, sizeof ratio, "%.3f", Median(std::move(price.sigma_ratios)));
     }
     text += "| " + std::string(info->name) + " | ";
-    for (const int count :
-         {price.acted, price.again, price.avoided, price.caused, price.kept, price.refused}) {
-      text += std::to_string(count) + " | ";
+    for (const int count : {price.acted, price.again}) text += std::to_string(count) + " | ";
+    for (const int count : {price.avoided, price.caused, price.kept, price.refused}) {
+      text += std::to_string(price.OfAll(count)) + " | ";
     }
     text += std::string(ratio) + " | " + std::to_string(price.crashed) + " |\n";
   }
-  text +=
-      "\n| finding | mechanism | said in | refused by it | alone beside a wrong result |\n"
-      "|---|---|---|---|---|\n";
+  text += "\n| finding | mechanism | said in | refused by it |\n|---|---|---|---|\n";
   for (const FindingKind& kind : FindingKinds()) {
     const auto at = said_.find(std::string(kind.name));
     const Said said = at == said_.end() ? Said() : at->second;
     const MechanismInfo& info = Mechanisms()[static_cast<std::size_t>(MechanismOf(kind.code))];
     text += "| " + std::string(kind.name) + " | " + std::string(info.name) + " | " +
-            std::to_string(said.runs) + " | " + std::to_string(said.refused) + " | " +
-            std::to_string(said.alone) + " |\n";
+            std::to_string(said.runs) + " | " + std::to_string(said.refused) + " |\n";
   }
   return text;
 }

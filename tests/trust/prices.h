@@ -25,11 +25,12 @@ class Prices {
     int crashed = 0;              // without it
     std::vector<double> sigma_ratios;
 
+    // What a count of those run again comes to among all in which it acted.
+    int OfAll(int count) const { return again > 0 ? (count * acted + again / 2) / again : 0; }
     void Add(const Trial& with, const Trial& without);
   };
   struct Said {
     int runs = 0, refused = 0;
-    int alone = 0;  // the only warning of a wrong result
   };
 
   std::map<Mechanism, Price> prices_;

@@ -161,9 +161,10 @@ void Judge(const Result<Calibration>& calibration,
     for (const Finding& finding : calibration->findings) {
       if (!finding.IsRefusal()) continue;
       trial->refusal = FindingCodeName(finding.code);
-      trial->blames_other = std::none_of(drawn.begin(), drawn.end(), [&](const Drawn& one) {
-        return one.fault->triads.empty() || IsAbout(finding, one.strike.triad);
-      });
+      trial->blames_other =
+          !drawn.empty() && std::none_of(drawn.begin(), drawn.end(), [&](const Drawn& one) {
+            return one.fault->triads.empty() || IsAbout(finding, one.strike.triad);
+          });
       break;
     }
     return;

@@ -102,7 +102,7 @@ std::string RowName(const Kind& kind) {
 
 struct Row {
   int runs = 0, right = 0, refused = 0, wrong = 0, silent = 0, blames_other = 0;
-  double worst = 0.0, longest_s = 0.0;
+  double longest_s = 0.0;
   std::map<std::string, int> reasons;
 
   void Add(const Trial& trial) {
@@ -113,7 +113,6 @@ struct Row {
     silent += trial.IsSilent();
     blames_other += trial.blames_other;
     longest_s = std::max(longest_s, trial.seconds);
-    if (trial.verdict == Verdict::kWrong) worst = std::max(worst, trial.worst_sigmas);
     if (trial.verdict == Verdict::kRefused)
       ++reasons[trial.refusal.find(' ') == std::string::npos ? trial.refusal : "bad input"];
   }
@@ -166,6 +165,10 @@ int Main() {
     return 2;
   }
   if (!FLAGS_without.empty()) setenv("TRUETRIAD_WITHOUT", FLAGS_without.c_str(), 1);
+  if (FLAGS_one_in == 0) {
+    std::cerr << "--one_in is at least 1\n";
+    return 2;
+  }
   const std::vector<Kind> kinds = WantedKinds();
   if (kinds.empty()) {
     std::cerr << "no kind has `" << FLAGS_only << "` in its name\n";
@@ -183,8 +186,8 @@ int Main() {
   Prices prices;
   ForEachSeed([&](std::uint64_t seed) {
     const fs::path own = folder / std::to_string(seed);
-    // Kinds follow each other by seed: the share is of each.
-    const bool is_share = seed / kinds.size() % FLAGS_one_in == seed % FLAGS_one_in;
+    // Kinds follow each other by seed: the share is one seed of FLAGS_one_in of each kind.
+    const bool is_share = seed / kinds.size() % FLAGS_one_in == seed % kinds.size() % FLAGS_one_in;
     const auto is_priced = [&](Mechanism mechanism) {
       const std::string name(Mechanisms()[static_cast<std::size_t>(mechanism)].name);
       const bool is_often = ("," + FLAGS_often + ",").find("," + name + ",") < std::string::npos;

@@ -25,6 +25,7 @@
 #include "io/text_file.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
+#include "model/mechanisms.h"
 #include "report/content.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -191,7 +192,7 @@ Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet
   if (made) return made;
   Task rest = *task;
   Result<Calibration> found = made;
-  while (task->without && !found) {
+  while (task->without && !found && Acts(Mechanism::kLostSensor)) {
     std::optional<Finding> why = RefusedSensor(found.error());
     if (!why || std::exchange(rest.left_out[*why->sensor], true)) return made;
     rest.lost.push_back(*std::move(why));
