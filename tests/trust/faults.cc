@@ -29,8 +29,9 @@ std::int64_t Nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 Eigen::Vector3d Direction(Random* random) { return random->Normal3().normalized(); }
 
-// Calls change(samples) for each sensor that the strike befalls; those that share one log lose
-// the same rows.
+double Full(Triad triad) { return triad == kA ? 9.8 : triad == kM ? 48.0 : 1.0; }
+
+// Calls change(samples) for each sensor that was recorded.
 template <typename Change>
 void Each(Recording* recording, const Change& change) {
   for (const Triad triad : kTriads) {
@@ -240,27 +241,27 @@ void MillisecondsAsSeconds(const Strike&, Recording* recording) {
   });
 }
 
-// Severity: seconds that are cut out.
-void CutAndClosed(const Strike& strike, Recording* recording) {
+// Severity: seconds that are cut out; returns where, s.
+double CutOut(const Strike& strike, Recording* recording) {
   const double begin_s = strike.random->Uniform(0.1, 0.7) * recording->duration_s;
   Each(recording, [&](std::vector<Sample>* samples) {
     std::erase_if(*samples, [&](const Sample& sample) {
       return sample.time_s() >= begin_s && sample.time_s() < begin_s + strike.severity;
     });
+  });
+  return begin_s;
+}
+
+void CutAndClosed(const Strike& strike, Recording* recording) {
+  const double begin_s = CutOut(strike, recording);
+  Each(recording, [&](std::vector<Sample>* samples) {
     for (Sample& sample : *samples) {
       if (sample.time_s() > begin_s) sample.time_ns -= Nanoseconds(strike.severity);
     }
   });
 }
 
-void Gap(const Strike& strike, Recording* recording) {
-  const double begin_s = strike.random->Uniform(0.1, 0.7) * recording->duration_s;
-  Each(recording, [&](std::vector<Sample>* samples) {
-    std::erase_if(*samples, [&](const Sample& sample) {
-      return sample.time_s() >= begin_s && sample.time_s() < begin_s + strike.severity;
-    });
-  });
-}
+void Gap(const Strike& strike, Recording* recording) { CutOut(strike, recording); }
 
 // Severity: seconds that come twice.
 void Repeated(const Strike& strike, Recording* recording) {
@@ -345,8 +346,7 @@ void LowPass(const Strike& strike, Recording* recording) {
 }
 // Severity: the step as a share of the signal.
 void Coarse(const Strike& strike, Recording* recording) {
-  const double full = strike.triad == kA ? 9.8 : strike.triad == kM ? 48.0 : 1.0;
-  const double step = strike.severity * full;
+  const double step = strike.severity * Full(strike.triad);
   for (Sample& sample : recording->samples[strike.triad]) {
     for (double& value : sample.raw) value = step * std::round(value / step);
   }
@@ -358,8 +358,6 @@ void GSensitivity(const Strike& strike, Scenario* scenario) {
 }
 
 // What wanders.
-
-double Full(Triad triad) { return triad == kA ? 9.8 : triad == kM ? 48.0 : 1.0; }
 
 void Drift(const Strike& strike, Recording* recording) {
   const Eigen::Vector3d whole = strike.severity * Full(strike.triad) * Direction(strike.random);

@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 constexpr int kNightlyUnits = 300;
 constexpr int kDailyUnits = 12;
 constexpr double kAllowedSigmas = 5.0;
-constexpr double kMostRefusedShare = 0.002;
 constexpr double kMostOddShare = 0.005;
 // Two-sided 99 % of a mean.
 constexpr double kStandardErrors = 2.58;
@@ -136,7 +135,7 @@ TEST_P(CleanUnits, AreRightAndStatedAlike) {
     sigmas.Add(found);
   }
   const double usable = units - refused;
-  EXPECT_LE(refused, std::floor(kMostRefusedShare * units));
+  EXPECT_EQ(refused, 0);
   ASSERT_GT(usable, 1.0);
 
   const double mean = nees / usable;

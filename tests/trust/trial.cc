@@ -127,6 +127,11 @@ std::optional<Triad> TriadOfParameter(const std::string& name) {
   return TriadFromName(name.substr(0, name.find('.')));
 }
 
+bool MustBeRefused(const std::vector<Drawn>& drawn) {
+  return std::ranges::any_of(
+      drawn, [](const Drawn& one) { return one.fault->expected == Expected::kRefusal; });
+}
+
 // The parameter that is off by most of its own σ.
 void FindWorst(const Calibration& calibration, const Calibration& truth, Trial* trial) {
   const Result<Comparison> comparison = Compare(calibration, truth);
@@ -177,12 +182,9 @@ void Judge(const Result<Calibration>& calibration,
     trial->sigmas[name] = calibration->covariance.Sigma(name);
   }
   FindWorst(*calibration, recording.TruthFor(*calibration), trial);
-  bool must_refuse = false;
-  for (const Drawn& one : drawn) {
-    must_refuse = must_refuse || one.fault->expected == Expected::kRefusal;
-  }
-  trial->verdict =
-      must_refuse || !(trial->worst_sigmas <= kAllowedSigmas) ? Verdict::kWrong : Verdict::kRight;
+  trial->verdict = MustBeRefused(drawn) || !(trial->worst_sigmas <= kAllowedSigmas)
+                       ? Verdict::kWrong
+                       : Verdict::kRight;
   const std::optional<Triad> worst = TriadOfParameter(trial->worst_parameter);
   for (const Finding& finding : calibration->findings) {
     if (finding.severity == Severity::kNote || !IsAbout(finding, worst)) continue;
@@ -213,14 +215,12 @@ void CalibrateAndJudge(const Experiment& experiment,
 std::string TrialJson(const Trial& trial,
                       const Recording& recording,
                       const std::vector<Drawn>& drawn) {
-  const bool must_be_refused = std::ranges::any_of(
-      drawn, [](const Drawn& one) { return one.fault->expected == Expected::kRefusal; });
   nlohmann::ordered_json json = {{"seed", trial.seed},
                                  {"kind", trial.kind.Name()},
                                  {"severity", trial.severity},
                                  {"second", trial.second},
                                  {"can_be_seen", trial.kind.CanBeSeen()},
-                                 {"must_be_refused", must_be_refused},
+                                 {"must_be_refused", MustBeRefused(drawn)},
                                  {"rest_errors", nlohmann::ordered_json::object()}};
   for (const Triad triad : kTriads) {
     for (const Eigen::Vector3d& error : recording.rest_errors[triad]) {

@@ -42,7 +42,7 @@ std::vector<Trial> RunAll(const std::vector<Kind>& kinds,
   return trials;
 }
 
-// A slice of what the nightly run does whole; docs/trust.md has its table.
+// Other seeds than those of the nightly run, which are 4000, and of docs/trust.md.
 TEST(Trust, ContaminatedRecordingsAreRightOrRefused) {
   constexpr std::uint64_t kRuns = 240;
   // Of the runs in which something shows the fault. What is reached today, so that it gets no

@@ -217,7 +217,7 @@ def read_result(code, stdout, output, truth, trial):
         result |= {"outcome": "right" if is_right else "wrong", "worst": worst,
                    "chi2": rounded(chi2, 4), "size": size}
     else:
-        result["outcome"] = "right"  # Nobody knows better: usable.
+        result["outcome"] = "right"  # Without a truth this says no more than usable.
     return {**result, "p": parameters_of(found, z)}
 
 
@@ -257,7 +257,7 @@ def trust_jobs(plan, wants_faults, wants_clean):
 
 
 def is_mild_trial(trial):
-    """Of the faults that add to a bias or the field, by how much they do at most."""
+    """Of the faults that add to a bias or the field, by how much they do at most over three rests or more."""
     fault = trial["kind"].split(" (")[0].split(",")[0]
     if trial["second"] or not trial["can_be_seen"]:
         return False
@@ -265,7 +265,7 @@ def is_mild_trial(trial):
         return trial["severity"] <= NEEDED["magnetometer"]
     errors = trial["rest_errors"].items()
     return fault in ("drift", "bias step", "wandering") and bool(errors) and all(
-        np.abs(np.array(own) - np.mean(own, 0)).max() <= NEEDED[name] for name, own in errors)
+        len(own) >= 3 and np.abs(np.array(own) - np.mean(own, 0)).max() <= NEEDED[name] for name, own in errors)
 
 
 def trust_rows(options, folder, first, count, is_clean):
@@ -421,10 +421,19 @@ def case_jobs(shared):
     return [("cases", path.parent.name) for path in sorted((shared / "cases").glob("*/README.md"))]
 
 
+# Keeps what each call wrote, since the next may write there, too.
 WRAPPER = """#!/bin/sh
-"{0}" "$@" > "{1}/stdout" 2> /dev/null
+[ "$1" = calibrate ] && json=--json
+number=$(grep -c "" "{1}/ran")
+"{0}" "$@" $json > "{1}/$number.said" 2> /dev/null
 code=$?
 printf '%s\\t%s\\n' "$code" "$*" >> "{1}/ran"
+for one; do
+  case "$before" in -o) output=$one ;; esac
+  case "$one" in --output=*) output=${{one#--output=}} ;; esac
+  before=$one
+done
+[ -d "$output" ] && cp -r "$output" "{1}/$number.made"
 exit $code
 """
 
@@ -438,21 +447,21 @@ def case_rows(options, folder, name):
         shutil.copytree(source, own / "case")
         (own / "truetriad").write_text(WRAPPER.format(program, own))
         (own / "truetriad").chmod(0o755)
+        (own / "ran").touch()
         subprocess.run(["bash", "-c", command], cwd=own / "case", capture_output=True, timeout=LONGEST_S,
                        check=False, env={**os.environ, "PATH": f"{own}:{os.environ['PATH']}"})
-        for line in (own / "ran").read_text().splitlines():
+        for number, line in enumerate((own / "ran").read_text().splitlines()):
             code, arguments = line.split("\t")
-            output = re.search(r"(?:-o |--output=)(\S+)", arguments)
-            made = own / "case" / (output[1] if output else "no-output")
+            made, said = own / f"{number}.made", (own / f"{number}.said").read_text()
             truth = source / "truth.json"
-            true = json.loads(truth.read_text()) if truth.exists() and output else None
+            true = json.loads(truth.read_text()) if truth.exists() and made.exists() else None
             if true:
                 true = {"reference": {}, "sensors": {
                     sensor: {"bias": true[key][0], "sensitivity": true[key][1]}
                     for sensor, key in SENSORS.items() if key in true}}
             row = rows.setdefault(arguments, {"id": f"cases/{name}: {arguments}", "kind": name, "seen": True,
                                               "clean": False, "mild": False, "of": {}})
-            row["of"][state] = (read_result(int(code), "", made, true, {}) if output else
+            row["of"][state] = (read_result(int(code), said, made, true, {}) if arguments.startswith("calibrate") else
                                 {"exit": int(code), "codes": [], "outcome": "right" if code == "0" else "refused"})
     yield from rows.values()
 
@@ -466,7 +475,6 @@ COSTS = {
     "10,000 poses": ["--config={folder}/table.yaml"],
 }
 VALGRIND = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
-PERF = ["perf", "stat", "-x,", "-e", "instructions:u"]
 TABLE = "experiment: 1\ninput: table.csv\nsensors: { accelerometer: { model: full } }\nposes: every_row\n"
 
 
@@ -489,12 +497,11 @@ def cost_rows(options, folder, name):
     write_cost_inputs(options, folder, name)
     arguments = [one.format(configs=options["configs"], folder=folder) for one in COSTS[name]]
     counted = {}
-    counter, pattern = ((VALGRIND, r"Collected : (\d+)") if shutil.which("valgrind") else
-                        (PERF, r"^(\d+),.*instructions") if shutil.which("perf") else (["true"], r"(?!)"))
+    counter = VALGRIND if shutil.which("valgrind") else ["true"]
     for state, program in options["programs"].items():
         command = [*counter, program, "calibrate", *arguments, f"--output={folder}/{state}", "--report=false"]
         ran = subprocess.run(command, capture_output=True, text=True, check=False)
-        count = re.search(pattern, ran.stderr, re.M)
+        count = re.search(r"Collected : (\d+)", ran.stderr)
         # A refusal costs less, and says nothing of a calibration.
         counted[state] = int(count[1]) if count and ran.returncode in (0, 4) else None
     yield {"id": f"cost/{name}", "of": counted}
@@ -548,15 +555,17 @@ def run_job(job):
         return run(OPTIONS, job)
     except Exception as error:  # One job's failure is no reason to lose the others.
         print(f"{job}: {error!r}", file=sys.stderr, flush=True)
-        return []
+        return None
 
 
 def run_all(jobs, count):
-    rows, begin = [], time.time()
+    """Their rows, and how many jobs were lost."""
+    rows, lost, begin = [], 0, time.time()
     with multiprocessing.get_context("fork").Pool(count) as pool:
         for done, made in enumerate(pool.imap_unordered(run_job, jobs), 1):
-            rows += made
+            rows += made or []
+            lost += made is None
             if done % 50 == 0 or done == len(jobs):
                 print(f"{done} of {len(jobs)} jobs, {len(rows)} rows, {time.time() - begin:.0f} s",
                       file=sys.stderr, flush=True)
-    return rows
+    return rows, lost
