@@ -226,9 +226,14 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
   }
   if (found.empty()) return std::optional<Axes>();
   if (!missing.empty()) {
+    std::string seems;
+    for (std::size_t column = 0; column < columns_.size(); ++column) {
+      if (taken_[column] || SeeminglyCalled(columns_[column].name) != missing) continue;
+      seems = ", and `" + columns_[column].name + "` seems to be it: rename it";
+    }
     return Fail(ErrorCode::kMissingColumn,
                 found.front(),
-                "has no matching `" + missing + "`; all three axes are needed");
+                "has no matching `" + missing + "`; all three axes are needed" + seems);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string name, CommonUnitOf(found, ExampleUnit(triad)));
   const Result<Unit> unit = ParseTriadUnit(triad, name);

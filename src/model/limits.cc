@@ -52,7 +52,7 @@ std::vector<std::string> ComponentsOf(LimitShape shape) {
 
 Error Unknown(const std::string& name, const std::string& part, const std::string& known) {
   return Error(ErrorCode::kUnknownName,
-               "limit `" + name + "`: " + part + " is not known; known are " + known)
+               "limit `" + name + "`: " + part + " is no limit; known are " + known)
       .About("limits." + name);
 }
 

@@ -267,7 +267,7 @@ Section HeldOutSection(const Calibration& calibration) {
   Section section{"Held-out error (cross-validation)", {}};
   if (calibration.mode == Mode::kSweep) return section;  // It is in the section of the sweep.
   if (!quality.rests.held_out) {
-    if (quality.poses > 0) {
+    if (quality.poses > 0 && calibration.IsUsable()) {
       section.Add(calibration.mode == Mode::kMotion
                       ? "Not computed for a unit in motion without rests."
                       : "Not computed: no poses were held out.");

@@ -284,7 +284,9 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
     if (!other) continue;
     const Finding* const why_not = WhatIsLacking(other->calibration);
     if (why_not != nullptr) {
-      why->text += "; " + std::string(way.words()) + " there is none either: " + why_not->text;
+      why->text +=
+          "; " + std::string(way.words()) + ", it gives no result either (" + why_not->text + ")";
+      if (why_not->remedy != why->remedy) why->remedy += "; or " + why_not->remedy;
       continue;
     }
     if (!Acts(Mechanism::kOtherWay)) break;

@@ -45,12 +45,15 @@ Status CheckCount(Triad triad,
                   const TriadOptions& options,
                   bool attitudes,
                   bool may_be_faces) {
+  // As many unknowns, and three of a bias with one pose to check them.
+  constexpr std::size_t kForDiagonal = 6, kForBias = 4;
   std::size_t needed = 9;
   if (options.fixed_sensitivity || options.model == MatrixModel::kBias || attitudes) {
-    needed = 4;
+    needed = kForBias;
   } else if (options.model == MatrixModel::kDiagonal) {
-    needed = 6;
+    needed = kForDiagonal;
   }
+  const std::size_t of_matrix = needed;
   std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
   for (const AxisTermInfo& info : kAxisTerms) {
     if (info.triad == Triad::kGyroscope || options.axis_terms[info.term] != Wanted::kYes) continue;
@@ -59,7 +62,16 @@ Status CheckCount(Triad triad,
     model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
-  const std::string smaller = SensorLine(triad, "model: diagonal");
+  // What the axes' terms need comes on top.
+  const auto suffices = [&](std::size_t smaller) {
+    return smaller < of_matrix && poses + of_matrix >= needed + smaller;
+  };
+  std::string smaller;
+  if (suffices(kForDiagonal)) {
+    smaller = "choose a smaller model, as by " + SensorLine(triad, "model: diagonal");
+  } else if (suffices(kForBias)) {
+    smaller = "find the bias alone, as by " + SensorLine(triad, "model: bias");
+  }
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
   may_be_faces = may_be_faces && !attitudes && poses >= 6;
   return NotEnoughError(
@@ -67,12 +79,11 @@ Status CheckCount(Triad triad,
               std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " + noun +
                   (poses == 1 ? ", but " : "s, but ") + model + " needs at least " +
                   std::to_string(needed),
-              "add " + noun + "s, " +
-                  (may_be_faces
-                       ? "choose a smaller model, as by " + smaller +
-                             ", or, if the unit stood on its six faces, state "
-                             "`attitudes: { six_face: {} }`"
-                       : "or choose a smaller model (symmetric, diagonal, bias), as by " + smaller))
+              "add " + noun + "s" +
+                  (may_be_faces ? (smaller.empty() ? "" : ", " + smaller) +
+                                      ", or, if the unit stood on its six faces, state "
+                                      "`attitudes: { six_face: {} }`"
+                                : (smaller.empty() ? "" : ", or " + smaller)))
           .About(triad)
           .With("poses", static_cast<double>(poses))
           .With("needed", static_cast<double>(needed)));

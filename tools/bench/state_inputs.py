@@ -21,7 +21,8 @@ try:
     import numpy as np
     import yaml
 except ImportError as missing:
-    print(f"{sys.argv[0]}: {missing}; install python3-numpy, python3-scipy and python3-yaml")
+    print(f"{sys.argv[0]}: {sys.executable}: {missing}; it needs Debian's python3-numpy, python3-scipy and "
+          "python3-yaml, as /usr/bin/python3 has them", file=sys.stderr)
     sys.exit(77)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -90,6 +90,11 @@ std::string UsageOf(const Command& command) {
   };
   for (const std::string_view word : command.words) usage += " " + shown(word);
   if (!command.more_words.empty()) usage += " " + shown(command.more_words, " ...");
+  for (const CommandFlag& flag : FlagsOf(command)) {
+    const auto is_word = [&flag](std::string_view word) { return word == flag.name; };
+    if (!flag.required || std::ranges::any_of(command.words, is_word)) continue;
+    usage += " --" + flag.name + "=" + flag.placeholder;
+  }
   return command.flags.empty() ? usage : usage + " [flags]";
 }
 

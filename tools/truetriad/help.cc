@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, 5> kExitCodes = {
     "wrong usage",
     "bad input, nothing written",
     "readable, but not enough for a calibration",
-    "usable, but outside the stated limits"};
+    "usable, but outside the stated limits (fleet run: with --fail-on=unit)"};
 
 /// What ends the help of every verb.
 std::string CommonText() {

@@ -74,7 +74,7 @@ void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibr
 
 /// What a user must know about the rows, on stderr: stdout may be the log itself.
 void Tell(const CorrectedLogSummary& summary) {
-  Note(std::to_string(summary.rows) + " rows written");
+  Note(FLAGS_output + ": " + std::to_string(summary.rows) + " rows written");
   for (const Triad triad : summary.left_out) {
     Note(std::string(TriadName(triad)) + " skipped: the calibration does not include it");
   }
@@ -195,8 +195,7 @@ std::string LossText(const Export& result) {
     const ExportLoss& loss = *result.loss[triad];
     const std::string signal = Format("%.4g", loss.signal), unit(TruthUnitName(triad));
     table.Add() << TriadName(triad) << Format("%.3g", loss.largest) << Format("%.3g", loss.rms)
-                << signal << (loss.in_sigmas ? std::to_string(*loss.in_sigmas).substr(0, 6) : "-")
-                << unit;
+                << signal << (loss.in_sigmas ? RoundedText(*loss.in_sigmas, 2) : "-") << unit;
     if (!loss.at_rates) continue;
     const auto& [range_degcps, largest, rms] = *loss.at_rates;
     table.Add() << "" << Format("%.3g", largest) << Format("%.3g", rms) << signal << "-"

@@ -351,9 +351,9 @@ const LogFormat* LogFormatOf(const std::string& log) {
 Result<std::map<int, std::string>> ConvertedLog(const LogFormat& format,
                                                 const std::string& log,
                                                 const std::string& folder) {
-  Note(log + ": " + std::string(format.description) + ", converted into " + folder);
   TRUETRIAD_ASSIGN_OR_RETURN(const ProgramRun conversion,
                              RunLogConverter(format, log, folder, /*lists=*/false, true));
+  Note(log + ": " + std::string(format.description) + ", converted into " + folder);
   std::istringstream notes(conversion.err), manifests(conversion.out);
   for (std::string note; std::getline(notes, note);) Note(note);
   std::map<int, std::string> recordings;
