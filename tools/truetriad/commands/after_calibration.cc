@@ -12,6 +12,7 @@
 
 #include "allan/allan_file.h"
 #include "base/messages.h"
+#include "base/rounded_text.h"
 #include "fleet/unit_folders.h"
 #include "report/content.h"
 #include "report/table.h"
