@@ -72,7 +72,7 @@ TEST(Mechanisms, StandWhereTheyAct) {
     EXPECT_NE(source.find(scope), std::string::npos) << entry.path();
   }
   std::ifstream list(TRUETRIAD_SOURCE_DIR "/src/model/mechanisms.def");
-  const std::regex row(R"(^MECHANISM\((k\w+), "([a-z-]+)", "[^"]*", ([^)]*)\))");
+  const std::regex row(R"re(^MECHANISM\((k\w+), "([a-z-]+)", "[^"]*", ([^)]*)\))re");
   const std::regex code(R"(k\w+)");
   std::size_t rows = 0;
   for (std::string line; std::getline(list, line);) {
