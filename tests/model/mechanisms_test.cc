@@ -2,10 +2,10 @@
 #include "model/mechanisms.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -40,40 +40,52 @@ TEST(Mechanisms, AreListedForEveryFindingCode) {
   }
 }
 
+// The sources, by their path from the root.
+std::map<std::string, std::string> Sources() {
+  std::map<std::string, std::string> sources;
+  const std::filesystem::path root = TRUETRIAD_SOURCE_DIR;
+  for (const char* folder : {"src", "tools/truetriad"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+      if (entry.path().extension() != ".cc" || entry.path().stem() == "mechanisms") continue;
+      std::ifstream file(entry.path());
+      std::stringstream text;
+      text << file.rdbuf();
+      sources[std::filesystem::relative(entry.path(), root)] = text.str();
+    }
+  }
+  return sources;
+}
+
+// The first groups of all matches.
+std::set<std::string> Matches(const std::string& text, const std::regex& pattern) {
+  std::set<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), pattern), end; at != end; ++at) {
+    found.insert((*at)[1].str());
+  }
+  return found;
+}
+
 // A row that no source asks for is no mechanism, unless its codes are said by the verdict's checks
-// alone, whose refusals are dropped where it is switched off; and a source whose reason to leave
-// something out is a finding asks for some row.
+// alone, whose refusals are dropped where it is switched off; a source that leaves something out,
+// or says a code that is not an error for want of anything to solve, asks for some row.
 TEST(Mechanisms, StandWhereTheyAct) {
-  std::set<std::string> used;         // by any source
-  std::set<std::string> said_before;  // codes, by sources other than the verdict's checks
-  const std::regex said(R"((?:Finding(?: \w+)?\(|emplace_back\(|\{)\s*FindingCode::(k\w+))");
-  for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(TRUETRIAD_SOURCE_DIR "/src")) {
-    if (entry.path().extension() != ".cc" || entry.path().stem() == "mechanisms") continue;
-    std::ifstream file(entry.path());
-    std::stringstream text;
-    text << file.rdbuf();
-    const std::string source = text.str(), scope = "Mechanism::";
-    for (auto at = source.find(scope); at != std::string::npos; at = source.find(scope, at)) {
-      at += scope.size();
-      const auto end = std::find_if(source.begin() + static_cast<std::ptrdiff_t>(at),
-                                    source.end(),
-                                    [](unsigned char c) { return std::isalnum(c) == 0; });
-      used.emplace(source.begin() + static_cast<std::ptrdiff_t>(at), end);
-    }
-    const std::string room = entry.path().parent_path().filename();
-    const std::sregex_iterator none;
-    for (std::sregex_iterator at(source.begin(), source.end(), said); at != none; ++at) {
-      if (room != "checks" && room != "model") said_before.insert((*at)[1].str());
-    }
-    const bool leaves_out = source.find("left out") != std::string::npos &&
-                            source.find("FindingCode::") != std::string::npos;
-    if (room != "data" || !leaves_out) continue;
-    EXPECT_NE(source.find(scope), std::string::npos) << entry.path();
+  const std::regex asked("Mechanism::(k\\w+)");
+  const std::regex said(
+      R"((?:[^r]\(Finding(?: \w+)?\(|emplace_back\(|\{Finding\()\s*FindingCode::(k\w+),)");
+  std::set<std::string> used, said_before;  // said_before: codes, before the verdict's checks
+  for (const auto& [path, source] : Sources()) {
+    const std::set<std::string> here = Matches(source, asked);
+    used.insert(here.begin(), here.end());
+    if (!here.empty() || !path.starts_with("src/")) continue;
+    EXPECT_FALSE(path.starts_with("src/data/") && source.find("left out") != std::string::npos &&
+                 source.find("FindingCode::") != std::string::npos)
+        << path;
+    const bool is_verdict = path.starts_with("src/verdict/") || path.starts_with("src/report/");
+    if (!is_verdict) said_before.merge(Matches(source, said));
   }
   std::ifstream list(TRUETRIAD_SOURCE_DIR "/src/model/mechanisms.def");
   const std::regex row(R"re(^MECHANISM\((k\w+), "([a-z-]+)", "[^"]*", ([^)]*)\))re");
-  const std::regex code(R"(k\w+)");
+  const std::regex code(R"((k\w+))");
   std::size_t rows = 0;
   for (std::string line; std::getline(list, line);) {
     std::smatch parts;
@@ -82,15 +94,13 @@ TEST(Mechanisms, StandWhereTheyAct) {
     EXPECT_EQ(info.name, parts[2].str());
     if (used.contains(parts[1].str()) || info.mechanism >= Mechanism::kNothingToSolve) continue;
     EXPECT_FALSE(info.codes.empty()) << info.name;
-    const std::string codes = parts[3];
-    const std::sregex_iterator none;
-    for (std::sregex_iterator at(codes.begin(), codes.end(), code); at != none; ++at) {
-      EXPECT_FALSE(said_before.contains(at->str())) << info.name << ": " << at->str();
+    for (const std::string& own : Matches(parts[3].str(), code)) {
+      EXPECT_FALSE(said_before.contains(own)) << info.name << ": " << own;
     }
   }
+  EXPECT_EQ(rows, Mechanisms().size());
   // Nothing after the two that cannot be switched off.
   EXPECT_EQ(Mechanisms().back().mechanism, Mechanism::kRemark);
-  EXPECT_EQ(rows, Mechanisms().size());
 }
 
 }  // namespace mechanisms_test
