@@ -17,6 +17,7 @@
 namespace truetriad {
 namespace {
 
+// The same in nanoseconds, the unit of the times.
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
 // Of the widest range of an axis: an extreme so near to where a move begins is no limit.
 constexpr double kAtRestShare = 0.25;

@@ -11,7 +11,7 @@
 //                   Li and Griffiths, "Least squares ellipsoid specific fitting", GMP 2004,
 //                   with k = 4.
 //
-// 4 J > I^2 shuts out ellipsoids much longer than wide, and both algebraic costs depend on the
+// 4 J > I^2 excludes ellipsoids much longer than wide, and both algebraic costs depend on the
 // frame. So the data are first scaled axis by axis (gains of a triad may differ 25 times,
 // cross-axis terms are small), then mapped to where the last ellipsoid found is the unit sphere and
 // fitted anew, until the sphere stays: there the constraint is slack and the costs are nearly
@@ -46,11 +46,11 @@ using Eigen::VectorXd;
 
 enum class Method { kAxisAligned, kLeastSquares, kConstrained };
 
-// Fits that need more rounds than this are creeping along a direction the data leave open.
+// Chosen: a fit that needs more rounds moves along a direction that the data do not determine.
 constexpr int kMaxRounds = 30;
-// The largest change of the unit sphere at which it counts as settled.
+// The fit has converged when centre and radii of the unit sphere change by less.
 constexpr double kSettled = 1e-10;
-// Of the radius: no sensor's noise.
+// Chosen: no sensor has noise of a tenth of the radius, so such a residual has another cause.
 constexpr double kMuchScatter = 0.1;
 // Below this the smallest direction of the design matrix is rounding, not data.
 constexpr double kMinConditioning = 1e-7;
@@ -94,7 +94,7 @@ MatrixXd Design(const Eigen::Matrix3Xd& points, Method method) {
   return design;
 }
 
-// Of the coefficients of the columns of Design.
+// `coefficients` are those of the columns of Design.
 Quadric QuadricOf(const VectorXd& coefficients, double level) {
   Quadric quadric;
   quadric.level = level;
@@ -112,7 +112,7 @@ std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
   // R of the QR factors with the unconstrained columns (2x 2y 2z 1) first: its last six columns and
   // rows are the square root of the Schur complement, without squaring the condition.
   constexpr int kFree = 4;
-  // Entries of a symmetric matrix.
+  // A symmetric 3x3 matrix has six entries.
   constexpr int kQuadratic = 6;
   using Matrix6d = Eigen::Matrix<double, kQuadratic, kQuadratic>;
   MatrixXd ordered(design.rows(), kFree + kQuadratic);
@@ -223,7 +223,7 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
           "too little of the sphere",
       more_attitudes + " (six faces alone are enough for a diagonal model or with `attitudes: { "
                        "six_face: {} }`)"));
-  // A spread of rounding size: the axis reads one value.
+  // A spread of the size of rounding: the axis always reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
   if (Conditioning(start.Map(points), methods.front()) < kMinConditioning) return undetermined;
@@ -251,9 +251,9 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   ellipsoid.shape = best->whitening.transpose() * best->whitening;
   ellipsoid.conditioning = Conditioning(sphere, methods.front());
   ellipsoid.relative_rms = std::sqrt((sphere.colwise().norm().array() - 1.0).square().mean());
-  // A design no better than the residual is scatter: readings near a plane, or a small cap, that
-  // noise swells to an ellipsoid. A few readings of a tilted ellipsoid leave a residual of their
-  // own in the axis-aligned fit, which says nothing.
+  // Where the conditioning is no better than the residual, scatter makes the ellipsoid: readings
+  // near a plane, or on a small cap. The axis-aligned fit is exempt, as a tilted ellipsoid leaves a
+  // residual in it that is not scatter.
   const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;
   if (ellipsoid.conditioning > std::max(kMinConditioning, least)) return ellipsoid;
   if (ellipsoid.relative_rms < kMuchScatter) return undetermined;

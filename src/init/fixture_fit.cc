@@ -15,12 +15,13 @@
 namespace truetriad {
 namespace {
 
-// Fourteen unknowns, three numbers a pose.
+// Fourteen unknowns (nine of the matrix, three of the bias, two angles), three equations a pose.
 constexpr std::size_t kFewestPoses = 5;
 constexpr int kGridPoints = 100;  // About 14 degrees apart on half of the sphere.
-// A guard: Gauss-Newton converges in a few steps from 14 degrees away.
+// A bound only: Gauss-Newton converges in a few steps from 14 degrees away.
 constexpr int kMostSteps = 50;
-// Of the field's directions in the body, against the largest: thinner is a turn about one axis.
+// Chosen: pivots of the field's directions in the body below this share of the largest count as
+// zero; the attitudes are then turns about one axis.
 constexpr double kThin = 1e-3;
 
 // The linear part at one direction of the field.
@@ -79,7 +80,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
   KnownFieldFit fit;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kGridPoints; ++i) {
-    // A spiral over the upper half.
+    // The directions are on a golden spiral over the upper half of the sphere.
     const double z = (i + 0.5) / kGridPoints;
     const double angle = 2.0 * std::numbers::pi * std::numbers::phi * i;
     const double radius = std::sqrt(1.0 - z * z);
@@ -92,7 +93,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
   }
   if (!std::isfinite(least)) return not_enough;
   for (int step = 0; step < kMostSteps; ++step) {
-    // About the cube root of the rounding of a direction, as central differences want it.
+    // Near the cube root of rounding (6e-6), the best step of central differences.
     constexpr double kDifference = 1e-5;
     const Eigen::Matrix<double, 3, 2> tangents = Tangents(best);
     Eigen::MatrixXd jacobian(fit.residual.size(), 2);
@@ -107,7 +108,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
     const Eigen::Vector2d change = -PivotedCholesky(TransposeTimes(jacobian, jacobian))
                                         .SolveVector(TransposeTimesVector(jacobian, residual));
     if (!change.allFinite()) break;
-    // Shortened until it is a step down.
+    // The step is halved until the residual falls.
     bool moved = false;
     for (double share = 1.0; share > 1e-3 && !moved; share *= 0.5) {
       const Eigen::Vector3d direction = (best + tangents * (share * change)).normalized();

@@ -15,16 +15,15 @@ namespace truetriad {
 /// Linear least squares for y = S x + b with known x.
 struct KnownFieldFit {
   TriadModel<double> model;
-  Eigen::MatrixXd residual;  ///< A row a reading.
+  Eigen::MatrixXd residual;  ///< One row per reading.
   bool is_determined = false;
 };
-/// `thin`: pivots below this share of the largest count as zero; the default is rounding's.
+/// `thin`: pivots below this share of the largest count as zero; the default is that of rounding.
 KnownFieldFit FitKnownField(const std::vector<Eigen::Vector3d>& readings,
                             const std::vector<Eigen::Vector3d>& fields,
                             double thin = 4.0 * std::numeric_limits<double>::epsilon());
 
-/// A triad in attitudes that a fixture states, in a field whose direction the fixture does not
-/// know.
+/// A triad in attitudes that a fixture states, in a field of unknown direction.
 struct FixtureFit {
   TriadModel<double> model;  ///< In the body frame that the attitudes define.
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Of the field in the fixture, unit.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a second triad stands to the leading one, from the constant angle between two fields:
+// The rotation of a second triad against the leading one, from the constant angle of two fields:
 //
 //   u_k^T R m_k = c            for all k; with r = vec R (by columns), h_k = vec(u_k m_k^T):
 //   h_k^T r = c                homogeneous in (r, c)
@@ -8,7 +8,7 @@
 //          c free:  W = mean(h h^T) - mean(h) mean(h)^T, p = 0, q = 0; the best c is mean(h)^T r
 //          c known: W = mean(h h^T), p = c mean(h), q = c^2
 //
-// so cost and derivatives for any R come from the 9x9 moment W, whatever the number of pairs, and
+// so cost and derivatives for any R follow from the 9x9 moment W, whatever the number of pairs, and
 // many starts are cheap. The homogeneous solution is the joint accelerometer and magnetometer
 // alignment of Kok and Schön, IEEE Sensors Journal 16(14), 2016, with c unknown too.
 #include "init/frame_alignment.h"
@@ -36,7 +36,7 @@ using Eigen::Vector3d;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 
-// The cost above; each value and vector as in the head of this file.
+// The cost above, with the names of the head of this file.
 struct Moments {
   Matrix9d W = Matrix9d::Zero();
   Vector9d p = Vector9d::Zero();
@@ -86,9 +86,9 @@ bool AreSame(const Matrix3d& a, const Matrix3d& b) { return 3.0 - a.cwiseProduct
 std::optional<Minimum> Descend(const Moments& moments,
                                Matrix3d rotation,
                                const std::vector<FrameAlignment>& found) {
-  // A guard: convergence is faster than linear.
+  // A bound only: convergence is faster than linear.
   constexpr int kMaxSteps = 50;
-  constexpr double kSmallStepRad = 1e-9;  // convergence is faster than linear: the next is rounding
+  constexpr double kSmallStepRad = 1e-9;  // The next step is rounding.
   double damping = 1e-3;
   double cost = moments.Cost(Vec(rotation));
   Matrix3d hessian;
@@ -127,7 +127,7 @@ Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
   Matrix3d frame;
   frame.col(0) = first.normalized();
   const Vector3d normal = frame.col(0).cross(second.normalized());
-  // Rounding of a cross product of unit vectors.
+  // Above the rounding of a cross product of unit vectors, 1e-16, with a margin.
   constexpr double kParallel = 1e-12;
   frame.col(2) = normal.norm() > kParallel ? normal.normalized() : frame.col(0).unitOrthogonal();
   frame.col(1) = frame.col(2).cross(frame.col(0));
@@ -163,7 +163,7 @@ PairMoments MomentsOf(const std::vector<Vector3d>& up_in_body,
 }
 
 // Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
-// determinant. With a known cosine it serves as well; the descent does the rest.
+// determinant. It serves with a known cosine as well, since the descent follows.
 Matrix3d HomogeneousStart(const Matrix9d& centred, int determinant) {
   const Vector9d least = EigenOfSymmetric(centred).vectors.col(0);
   Matrix3d homogeneous = least.reshaped(3, 3);
@@ -180,7 +180,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   CHECK_EQ(up_in_body.size(), field_in_triad.size());
   CHECK(determinant == 1 || determinant == -1);
   const std::size_t pairs = up_in_body.size();
-  // Three numbers of the rotation and the angle between the fields, of which each pair tells one.
+  // Four unknowns (three of the rotation, the angle between the fields), one equation per pair.
   constexpr std::size_t kMinPairs = 4;
   if (pairs < kMinPairs) {
     return NotEnoughError(
@@ -202,7 +202,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
     FrameAlignment alignment;
     alignment.rotation = minimum->rotation;
     alignment.cosine = known_cosine != nullptr ? *known_cosine : mean.dot(Vec(minimum->rotation));
-    double sum = 0.0;  // over the pairs, because the moments cancel where the fit is exact
+    double sum = 0.0;  // Over the pairs, as the moments cancel in an exact fit.
     for (std::size_t k = 0; k < pairs; ++k) {
       const double cosine = up_in_body[k].dot(alignment.rotation * field_in_triad[k]);
       sum += std::pow(cosine - alignment.cosine, 2);
@@ -215,7 +215,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
     if (is_best) best_curvature = minimum->curvature;
     alignments.push_back(alignment);
   }
-  // Rounding of moments of size one leaves 1e-16 where a turn of the triad changes nothing.
+  // Where a rotation of the triad changes nothing, rounding of moments of size one leaves 1e-16.
   constexpr double kMinCurvature = 1e-12;
   if (!(best_curvature > kMinCurvature)) {
     return NotEnoughError(

@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-/// A candidate for how a second triad stands to the leading one.
+/// A candidate for the rotation of a second triad against the leading one.
 struct FrameAlignment {
   /// Orthogonal, det ±1: body vector = rotation * (vector in the triad's own ellipsoid frame).
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -25,7 +25,7 @@ struct FrameAlignment {
 /// Homogeneous linear least squares in the nine elements and the cosine, projected to an
 /// orthogonal matrix; then Gauss-Newton on SO(3) from it and from the 24 signed axis maps of the
 /// wanted determinant; distinct minima are returned, best first. (R, c) and (-R, -c) explain the
-/// same data; both determinants must be asked for. `known_cosine`: hold c.
+/// same data; the caller asks for each determinant. `known_cosine`: c is fixed to it.
 /// Error (not enough): fewer than 4 pairs or directions that do not determine R.
 Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Eigen::Vector3d>& up_in_body,
                                                 const std::vector<Eigen::Vector3d>& field_in_triad,

@@ -25,25 +25,26 @@ using Matrix312 = Eigen::Matrix<double, 3, 12>;
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-// A guard: each step squares the error of the one before.
+// A bound only: each step squares the error of the one before, and 8 squarings end at rounding.
 constexpr int kRefinements = 8;
-// Gauss-Newton: after a step of this share the next one would be its square.
+// After a Gauss-Newton step of this share of the sensitivity the next one is of its square, 1e-10.
 constexpr double kSmallStep = 1e-5;
-// A turn that misses by so many times the median miss is not one: something happened in between.
+// Chosen: a turn with more than 10 times the median error is an outlier and is left out.
 constexpr double kWildMiss = 10.0;
-// Readings over so long are one, which turns as they did: a start is wanted.
+// Chosen: readings within 50 ms are averaged into one, which is enough for a start.
 constexpr double kLongestStepS = 0.05;
-// Share of a direction's length below which a miss is rounding.
+// Share of a direction's length below which an error is rounding; keeps exact data from being cut.
 constexpr double kExact = 1e-9;
-// Turns whose smallest singular value is below this share of the largest turn about too few axes.
+// Chosen: with a smallest singular value below this share of the largest the turns are about too
+// few axes.
 constexpr double kThinTurns = 1e-4;
 
-// Readings that vary less than this share of their largest variation along some direction turned
-// about too few axes.
+// Chosen: with readings that vary along some direction by less than this share of their largest
+// variation the motion is about too few axes.
 constexpr double kThinRates = 1e-3;
 
-// A vector that stands still in the world turns in the body as du/dt = u x omega. With omega = C y
-// the change over a move is linear in C: the sum of y_j [u]_x dt, column by column.
+// A vector fixed in the world turns in the body as du/dt = u x omega. With omega = C y the change
+// over a move is linear in C: the sum of y_j [u]_x dt, column by column.
 Matrix39 DirectionChange(const DirectionMove& move, const Eigen::Vector3d& bias_raw) {
   Matrix39 change = Matrix39::Zero();
   const GyroMove& gyro = move.move;
@@ -58,7 +59,7 @@ Matrix39 DirectionChange(const DirectionMove& move, const Eigen::Vector3d& bias_
   return change;
 }
 
-// The same turn by fewer readings, each the mean of those over kLongestStepS.
+// The same turn with fewer readings, each the mean of those within kLongestStepS.
 GyroMove Condensed(const GyroMove& move) {
   const std::size_t count = move.time_s.size();
   GyroMove condensed;
@@ -73,7 +74,7 @@ GyroMove Condensed(const GyroMove& move) {
       time_s += move.time_s[end];
       reading += move.reading_raw[end];
     }
-    if (end == begin) {  // Farther apart than that.
+    if (end == begin) {  // Readings farther apart than kLongestStepS.
       time_s = move.time_s[end];
       reading = move.reading_raw[end++];
     }
@@ -89,8 +90,8 @@ GyroMove Condensed(const GyroMove& move) {
   return condensed;
 }
 
-// Readings about their mean and in units of their spread, so that offsets many times the signal and
-// gains of any size are the same problem: y = centre + spread z, C y - c = K z - k.
+// Centre and spread by which readings are normalised, so that large offsets and gains of any size
+// do not matter: y = centre + spread z, C y - c = K z - k.
 struct RateScale {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double spread = 0.0;
@@ -178,8 +179,8 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   const Vector9 solution = svd.x;
   const Eigen::Matrix3d correction = solution.reshaped(3, 3);
   GyroModel model{{correction.inverse(), bias_raw}};
-  // What the accelerometer read while the unit was pushed about has spoilt this a little: now from
-  // the directions at rest alone, Gauss-Newton.
+  // This start is contaminated by the unit's own acceleration during the moves; Gauss-Newton
+  // refines it from the directions at rest alone.
   std::vector<Matrix39> by_sensitivity(moves.size());
   std::vector<Eigen::Vector3d> missed(moves.size());
   std::vector<double> sizes(moves.size());
@@ -225,7 +226,7 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
     return AxesMissing("the motion does");
   }
   const auto [information, gradient] = NormalOf(moves, scale);
-  // K = C spread and k = C (b - centre); what is known is held: x = base + free t.
+  // K = C spread and k = C (b - centre); known entries are fixed: x = base + free t.
   Vector12 base = Vector12::Zero();
   Eigen::MatrixXd free = Matrix12::Identity();
   if (sensitivity) {

@@ -11,23 +11,23 @@
 
 namespace truetriad {
 
-/// A turn, with a direction that stands still in the world (up, say) as the body sees it.
+/// A turn, and a direction fixed in the world (such as up) in the body frame.
 struct DirectionMove {
   GyroMove move;
   Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< Unit vector, at rest.
   Eigen::Vector3d after = Eigen::Vector3d::UnitZ();
-  /// At each reading, of any length, disturbed by the motion as it may be.
+  /// At each reading, of any length; it may be disturbed by the motion.
   std::vector<Eigen::Vector3d> direction;
 };
 
 /// Sensitivity of a gyroscope of any unit and any order of axes, raw per rad/s, body frame, without
-/// a guess: du/dt = u x C (y - b) is linear in C; then refined on the directions at rest.
+/// an initial guess: du/dt = u x C (y - b) is linear in C. Refined with the directions at rest.
 /// Error (not enough): the turns do not determine all nine entries.
 Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& moves,
                                             const Eigen::Vector3d& bias_raw);
 
 /// Sensitivity and bias of a gyroscope of a unit that never rests: C and C b enter du/dt linearly.
-/// The directions may be noisy throughout; nothing is refined. What is given is held.
+/// The directions may be noisy throughout, so nothing is refined. Given arguments are fixed.
 /// Error (not enough): the motion does not determine them.
 Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
                                          const std::optional<Eigen::Matrix3d>& sensitivity,

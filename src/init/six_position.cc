@@ -25,15 +25,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A face is nearer than its neighbours by 90 deg less twice the tilt: a block that stands askew by
-// 35 deg still tells its face.
+// A reading is nearer to its face than to the next by 90 deg less twice the tilt, so that a block
+// tilted by up to 35 deg still determines its face.
 constexpr double kMinFaceMarginRad = 20.0 * kRadPerDeg;
 
 std::string NameOf(int face) { return kFaceNames[static_cast<std::size_t>(face)]; }
 
 int FaceOf(int axis, double up) { return 2 * axis + (up > 0.0 ? 0 : 1); }
 
-// Every face has a reading.
+// Error: a face without a reading.
 Status CheckFaces(const std::vector<int>& faces) {
   std::string missing;
   for (int face = 0; face < static_cast<int>(kFaceNames.size()); ++face) {
@@ -64,7 +64,7 @@ Result<TriadModel<double>> SixFaceExtremes(const std::vector<Vector3d>& readings
   const Vector3d half_range = 0.5 * (largest - smallest);
   model.sensitivity = (half_range / gravity_mps2).asDiagonal();
 
-  // The extreme of an axis that was never up is a reading in which another axis was.
+  // Where an axis was never up, its extreme is a reading with another axis up: its face is missing.
   std::vector<int> faces;
   for (const Vector3d& reading : readings) {
     const Vector3d direction = (reading - model.bias).cwiseQuotient(half_range);

@@ -17,7 +17,7 @@ namespace truetriad {
 Result<TriadModel<double>> SixFaceExtremes(const std::vector<Eigen::Vector3d>& readings,
                                            double gravity_mps2);
 
-/// What points up in a rest on a face, by the face's number.
+/// The signed axis that points up in a rest on a face, by the face's number.
 inline constexpr std::array<const char*, 6> kFaceNames = {"+x", "-x", "+y", "-y", "+z", "-z"};
 
 /// Assigns each reading to the face whose signed axis is nearest after an axis-aligned ellipsoid
@@ -27,7 +27,7 @@ Result<std::vector<int>> AssignFaces(const std::vector<Eigen::Vector3d>& reading
 
 /// Six-position analytic full matrix with nominal forces ±g along each axis:
 /// b = mean over opposite faces, column j of S = (y_{+j} - y_{-j}) / (2 g). Several rests of a
-/// face are averaged. `faces`: one a reading. Error (not enough): a face is missing.
+/// face are averaged. `faces`: one per reading. Error (not enough): a face is missing.
 Result<TriadModel<double>> SixPosition(const std::vector<Eigen::Vector3d>& readings,
                                        const std::vector<int>& faces,
                                        double gravity_mps2);

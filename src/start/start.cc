@@ -29,23 +29,22 @@
 namespace truetriad {
 namespace {
 
-// A magnetometer in counts whose field is unknown has no natural scale: 50 uT is a mid-latitude
-// field.
+// A magnetometer in counts in an unknown field has no natural scale: 50 uT is a mid-latitude field.
 constexpr double kNominalFieldUt = 50.0;
-// A gain this far from 1 in a log that states a physical unit is a unit mistake.
+// Chosen: in a log that states a physical unit a gain outside 1/4 to 4 is an error of the unit.
 constexpr double kLargestSiGain = 4.0;
-// Signs and mirrors of an alignment.
+// Chosen: at most four rival alignments, which differ by signs and mirrors, become starts.
 constexpr std::size_t kMaxCandidates = 4;
-// Rates of a table that differ by less are one for a start.
+// Stated rates within 0.1 % of the median one count as equal for a start.
 constexpr double kSameSpeed = 1e-3;
 
-// `may_be_faces`: the unit may have stood on its faces, which is then offered.
+// `may_be_faces`: the unit may have stood on its six faces, so that the remedy names that option.
 Status CheckCount(Triad triad,
                   std::size_t poses,
                   const TriadOptions& options,
                   bool attitudes,
                   bool may_be_faces) {
-  // As many unknowns, and three of a bias with one pose to check them.
+  // Diagonal: six unknowns. Bias: three, and one pose more to check them.
   constexpr std::size_t kForDiagonal = 6, kForBias = 4;
   std::size_t needed = 9;
   if (options.fixed_sensitivity || options.model == MatrixModel::kBias || attitudes) {
@@ -57,12 +56,12 @@ Status CheckCount(Triad triad,
   std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
   for (const AxisTermInfo& info : kAxisTerms) {
     if (info.triad == Triad::kGyroscope || options.axis_terms[info.term] != Wanted::kYes) continue;
-    // A pose says three things with its attitude, one without.
+    // An axis term has three unknowns; a pose gives three equations with its attitude, one without.
     needed += attitudes ? 1 : 3;
     model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
-  // What the axes' terms need comes on top.
+  // The axis terms need their poses with a smaller matrix as well.
   const auto suffices = [&](std::size_t smaller) {
     return smaller < of_matrix && poses + of_matrix >= needed + smaller;
   };
@@ -89,8 +88,8 @@ Status CheckCount(Triad triad,
           .With("needed", static_cast<double>(needed)));
 }
 
-// A gain that is off by a large factor in stated attitudes, though the readings have gravity's
-// length, which WhyNotAsStated has looked at.
+// Refuses a gain that is wrong by a factor of 4 in stated attitudes although the readings have
+// gravity's length, which WhyNotAsStated has checked.
 Status CheckAccelerometerGain(const PoseSet& poses,
                               const CalibrateOptions& options,
                               const std::vector<Eigen::Vector3d>& readings,
@@ -113,7 +112,7 @@ Status CheckAccelerometerGain(const PoseSet& poses,
 }
 
 // The six-position solution with known forces: the analytic one, which takes each column from one
-// face, when there is one rest a face; else least squares over all rests.
+// face, when there is one rest per face; else least squares over all rests.
 Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
                                             const std::vector<Eigen::Vector3d>& readings,
                                             const std::vector<Eigen::Vector3d>& forces,
@@ -134,7 +133,7 @@ Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
   std::array<Eigen::Vector3d, 6> ordered_readings;
   std::array<Eigen::Vector3d, 6> ordered_forces;
   for (std::size_t k = 0; k < 6; ++k) {
-    constexpr std::array<std::size_t, 6> kPlaces = {4, 5, 3, 2, 1, 0};  // of +x, -x, …
+    constexpr std::array<std::size_t, 6> kPlaces = {4, 5, 3, 2, 1, 0};  // Of +x, -x, ….
     const std::size_t place = kPlaces[static_cast<std::size_t>((*faces)[k])];
     ordered_readings[place] = readings[k] * stream->unit.truth_per_raw;
     ordered_forces[place] = forces[k];
@@ -204,7 +203,7 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
   return model;
 }
 
-// Of a unit in unknown attitudes: the body frame lies as the accelerometer's mounting says.
+// In unknown attitudes the accelerometer's mounting defines the body frame.
 Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
                                                      const CalibrateOptions& options) {
   auto model = AccelerometerStart(poses, options);
@@ -214,8 +213,8 @@ Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
   return model;
 }
 
-// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed), in the field
-// whose strength the start uses: where nobody states it, it is only a convention.
+// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed). Sets the
+// field strength of the start, which is only a convention where it is not stated.
 Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   StartValues* start) {
@@ -258,7 +257,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
     const double* cosine = dip.known() && dip.sigma < 0.02 ? &known_cosine : nullptr;
     TRUETRIAD_ASSIGN_OR_RETURN(alignments, AlignFrames(ups, fields, +1, cosine));
     if (cosine != nullptr) {
-      // With the dip known both determinants are different problems.
+      // With the dip known the two determinants are different problems, so both are solved.
       auto mirrored = AlignFrames(ups, fields, -1, cosine);
       if (mirrored) alignments.insert(alignments.end(), mirrored->begin(), mirrored->end());
       std::stable_sort(alignments.begin(), alignments.end(), [](const auto& a, const auto& b) {
@@ -281,7 +280,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
   return alignments;
 }
 
-// Both fields at one pose, as unit vectors, and what their lengths are off by, as a share.
+// Both fields at one pose, as unit vectors, and the relative errors of their lengths.
 struct Pair {
   const StaticPose* pose = nullptr;
   Eigen::Vector3d up, field;
@@ -306,8 +305,8 @@ std::vector<Pair> PairsOf(const PoseSet& poses,
   return pairs;
 }
 
-// Turns the own-frame magnetometer into the body frame by the constant angle between field and
-// gravity; one start for every rival solution.
+// Rotates the magnetometer from its own frame into the body frame by the constant angle between
+// field and gravity; one start for every rival solution.
 Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
                                                    const CalibrateOptions& options,
                                                    const StartValues& base,
@@ -318,7 +317,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     up_errors.push_back(pair.up_error);
     field_errors.push_back(pair.field_error);
   }
-  // What has not the length of the field has not its direction.
+  // A reading without the length of the field does not have its direction either.
   const double wild_up = WildFrom(up_errors), wild_field = WildFrom(field_errors);
   std::erase_if(pairs, [&](const Pair& pair) {
     return (pair.up_error > wild_up || pair.field_error > wild_field) &&
@@ -336,7 +335,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
 
   std::vector<StartValues> starts;
   for (const FrameAlignment& alignment : alignments) {
-    // Rivals much worse than the best are not solutions.
+    // Chosen: a rival with 20 times the best residual, and 1e-3 more, is no solution.
     if (!starts.empty() && alignment.rms > 20.0 * alignments.front().rms + 1e-3) break;
     if (starts.size() == kMaxCandidates) break;
     if (!starts.empty() && !Acts(Mechanism::kRivalStarts)) break;
@@ -360,7 +359,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   return starts;
 }
 
-// The triad in the attitudes that are given, in a field of unknown direction.
+// Fits the triad in given attitudes and in a field of unknown direction.
 Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double strength) {
   std::vector<Eigen::Quaterniond> attitudes;
   for (const StaticPose& pose : poses.poses) {
@@ -385,7 +384,7 @@ Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
       auto fit, FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]));
   const Knowledge& dip = options.reference.dip_rad;
   const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
-  // Near the equator the positive determinant decides, which the fit has.
+  // Near the equator the sign stays that of the fit, whose determinant is positive.
   if (std::abs(fit.direction.z()) > kEquatorSine && (fit.direction.z() < 0.0) != north) {
     fit.direction *= -1.0;
     fit.model.sensitivity *= -1.0;
@@ -397,8 +396,8 @@ Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
   return {};
 }
 
-// Moves that hardly show an axis give it any gain. In a log that states its unit no gyroscope has
-// that.
+// Moves with little rotation about an axis may give it any gain. In a log that states its unit a
+// gain outside 1/kLargestSiGain to kLargestSiGain is implausible.
 bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
   if (unit.is_counts) return true;
   const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
@@ -425,8 +424,8 @@ std::vector<DirectionMove> DirectionMovesOf(const PoseSet& poses,
   return moves;
 }
 
-// A gyroscope alone whose rates are known by their size: readings, less the bias that rests show,
-// over the size are on one ellipsoid. Without rests those of the size that is most frequent.
+// A gyroscope alone with rates known by magnitude: readings less the bias of the rests, divided by
+// the magnitude, lie on one ellipsoid. Without rests only rates of the median magnitude are used.
 Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
                                                const CalibrateOptions& options) {
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
@@ -455,7 +454,7 @@ Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
   return model;
 }
 
-// `vector`: what its turns are measured against, by the model of that sensor; null: nothing.
+// `vector`: the sensor that its turns are compared with; `vector_model` null: none.
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
                                           Triad vector,
@@ -467,7 +466,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     model.sensitivity = *sensor.fixed_sensitivity;
     return model;
   }
-  // Whatever the accelerometer saw on the way, rates that are known show all at once.
+  // Known rates with known axes determine the whole model without the accelerometer's readings.
   const bool use_rates =
       vector_model == nullptr ||
       std::any_of(poses.rates.begin(), poses.rates.end(), [](const KnownRate& rate) {
@@ -497,7 +496,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   return model;
 }
 
-// After the vector sensor that its turns are measured against; a gyroscope alone after none.
+// Needs the model of the vector sensor, if any, that its turns are compared with.
 Status AddGyroscope(const PoseSet& poses, const CalibrateOptions& options, StartValues* start) {
   if (!options.triads[Triad::kGyroscope].enabled) return {};
   const Triad vector =
@@ -527,7 +526,7 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
     if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
     const bool attitudes =
         triad == Triad::kAccelerometer && options.attitudes.kind != AttitudeKind::kNone;
-    // Faces say nothing of a magnetometer's poses.
+    // The six faces do not help a magnetometer.
     const bool may_be_faces =
         triad == Triad::kAccelerometer && !options.triads[Triad::kMagnetometer].enabled;
     TRUETRIAD_RETURN_IF_ERROR(
@@ -579,7 +578,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity) * LeadingAxisMap(options);
   }
   start.models[Triad::kMagnetometer] = *own;
-  // The vertical of this world is the field.
+  // The world frame of these turns has the field as its vertical.
   if (options.TurnsAgainstField()) start.reference[kDip] = kVerticalFieldRad;
   TRUETRIAD_RETURN_IF_ERROR(AddGyroscope(poses, options, &start));
   return std::vector<StartValues>{start};
@@ -593,7 +592,7 @@ std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& opti
       !gyroscope.mounting) {
     return std::nullopt;
   }
-  // S_g Q lies along the stated axes; of another handedness no turn of the frame brings it there.
+  // S_g Q is along the stated axes for a rotation Q; with the other handedness there is none.
   const Eigen::Matrix3d found = NearestAxisMap(start.models[Triad::kGyroscope]->sensitivity);
   const Eigen::Matrix3d turn = found.transpose() * *gyroscope.mounting;
   const bool is_turned = turn.determinant() > 0.0 && !turn.isIdentity(0.0);

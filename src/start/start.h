@@ -23,9 +23,9 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options);
 Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
                                                  const CalibrateOptions& options);
 
-// Of a magnetometer beside a gyroscope alone, whose mounting is not stated: the options with the
-// body axes along which it senses where the gyroscope's are as stated, from a start without. Unset
-// where that does not apply or they are the body's.
+// For a magnetometer without stated mounting, beside a gyroscope with one and no accelerometer: the
+// options with the magnetometer's axis map that brings the gyroscope of `start` to its stated axes.
+// Unset where that does not apply or the map is the identity.
 std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& options,
                                                     const StartValues& start);
 

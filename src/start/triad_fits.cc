@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-// Of the field. A fit that readings scatter less about has not been drawn away by some of them.
+// Chosen, as a share of the field: a fit with smaller residuals has not been pulled by outliers.
 constexpr double kGoodMisfit = 0.01;
 
 Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
@@ -46,16 +46,17 @@ double RmsOf(const TriadModel<double>& model,
   return std::sqrt(sum / static_cast<double>(readings.size()));
 }
 
-// Without those few that alone keep the others from fitting: each goes that makes the greatest
-// difference, as long as that is no chance.
+// Removes up to three outliers that alone keep the others from fitting: each time the reading
+// without which the RMS is least, as long as the RMS falls by more than chance makes it fall.
 std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
                                              MatrixModel model,
                                              double radius) {
-  constexpr std::size_t kMost = 100;  // of which a fit each is cheap
-  // More wild readings than three are for the robust fit.
+  constexpr std::size_t kMost = 100;  // One fit for each is cheap up to here.
+  // Chosen: more outliers than three are left to the robust fit.
   constexpr int kMostSpoilers = 3;
+  // Degrees of freedom that remain after a removal, for which the chance below holds.
   constexpr std::size_t kFewestDof = 4;
-  // With four degrees of freedom one of 20 readings does so in 1 of 1e4 tables.
+  // With four degrees of freedom one of 20 readings lowers the RMS so much in 1 of 1e4 tables.
   constexpr double kSpoils = 6.0;
   const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
   for (int round = 0; round < kMostSpoilers; ++round) {
@@ -111,7 +112,7 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
     errors.reserve(readings.size());
     for (const auto& reading : readings)
       errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // The fit absorbs part of the noise, hence the wide 6 σ.
+    // The fit absorbs part of the noise, hence the wide limit of 6 σ.
     const double limit = 6.0 * kMadToSigma * Median(errors);
     std::vector<Eigen::Vector3d> kept;
     for (std::size_t k = 0; k < readings.size(); ++k) {

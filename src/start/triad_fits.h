@@ -11,13 +11,13 @@
 
 namespace truetriad {
 
-// Sphere through readings of a triad whose matrix is held: linear in the centre and in
-// r^2 - |c|^2, after undoing the matrix.
+// Fits a sphere to readings of a triad whose matrix is fixed: after multiplication by its inverse
+// the problem is linear in the centre and in r^2 - |c|^2.
 TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
                            const Eigen::Matrix3d& sensitivity);
 
-// Ellipsoid start without up to three readings that alone spoil it, refitted without those whose
-// norm error stands out from the others'.
+// Fits an ellipsoid without up to three outliers that alone contaminate it, and again without
+// readings whose norm error exceeds 6 σ.
 Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
                                            MatrixModel model,
                                            double radius);

@@ -11,15 +11,15 @@
 
 namespace truetriad {
 
-// The refusal of a sensor that gave no start values, with what its readings show of why: an axis
-// that is dead, two that are one, a plane.
+// The refusal of a sensor without start values, with the reason that its readings show: a constant
+// axis, two equal axes, or readings in a plane.
 Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error);
 
-// That of a gyroscope: turns of which most were left out show no axis for that reason.
+// The refusal of a gyroscope; where at least half of the turns have a fault, that is the reason.
 Error WhyNoGyroscope(const PoseSet& poses, const Error& error);
 
-// What readings that lie in one plane, or in one part of their ellipsoid, leave open: for the case
-// that there is no start to analyse. Empty when they are spread out.
+// The directions that readings in one plane, or in one part of their ellipsoid, leave undetermined;
+// for the case that there is no start to analyse. Empty when the readings are spread out.
 std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
                                                     const CalibrateOptions& options);
 

@@ -15,45 +15,46 @@
 namespace truetriad {
 namespace {
 
-using State = Eigen::Vector4d;  // Line, slope, settling after each lag.
+using State = Eigen::Vector4d;  // Line, slope, settling of each lag.
 using Matrix = Eigen::Matrix4d;
-using Lags = std::array<double, 2>;  // s; 0: none. The second is shorter.
+using Lags = std::array<double, 2>;  // Seconds; 0: none. The second is shorter.
 
-// From `time_s` on T = line + slope (t - time) + sum_i settling_i exp(-(t - time) / lag_i).
+// From `time_s` on, T = line + slope (t - time_s) + sum_i settling_i exp(-(t - time_s) / lag_i).
 struct Piece {
   double time_s;
   State state;
 };
 
-// A step that lasts this many times as long as the others is one at which the temperature stays.
+// Chosen: a step four times as long as the median one is a plateau of the temperature.
 constexpr double kLong = 4.0;
-// Half a usual step apart, the same place is passed once.
+// Chosen: changes at one place less than half a median step apart are one passage with noise.
 constexpr double kSamePassage = 0.5;
-// Nodes at which the chamber may turn: so many in a usual step, and in all.
+// Chosen: 8 nodes, where the chamber's slope may change, in the time of a median step.
 constexpr double kNodesInStep = 8.0;
-// Chosen: what bounds the time.
+// Chosen: at most so many nodes in all, as the time of a pass is proportional to their number.
 constexpr double kMostNodes = 4096.0;
 // Chosen: a chamber program has fewer turns.
 constexpr int kMostKinks = 40;
-// Times that they are sought anew.
+// Chosen: rounds in which all kinks are placed again; they end earlier when no kink moves.
 constexpr int kKinkRounds = 4;
-// Variance of a step of the walk at least, in squares of the usual rate.
+// Chosen: the least variance of the walk's slope per node, in squares of the mean rate: 4096 nodes
+// change the slope by 64e-7 of it, so that only kinks change it noticeably.
 constexpr double kStiffest = 1e-14;
-// Lags that are tried.
+// Chosen: lags are tried in steps of a factor 1.6 and refined afterwards.
 constexpr double kLagRatio = 1.6;
-// A shorter lag does not show between two nodes.
+// In nodes: the settling of a shorter lag falls by a factor e within two nodes, too fast to show.
 constexpr double kShortestLagNodes = 2.0;
-constexpr double kLongestLagShare = 0.1;               // of the recording
-constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // of the first
-// Chosen: two per cent of a lag.
+constexpr double kLongestLagShare = 0.1;               // Chosen: of the recording.
+constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // Chosen: of the first.
+// Chosen: refinement ends at steps of two per cent of a lag.
 constexpr double kFinestRatio = 1.02;
 
 double Decay(double since_s, double lag_s) {
   return lag_s > 0.0 ? std::exp(-std::max(since_s, 0.0) / lag_s) : 0.0;
 }
 
-// End of the changes that are one passage of a place, to and fro by noise: they go on to the next
-// step even where the noise makes them last.
+// End of the changes that are one passage of a place, repeated by noise. An odd number of them
+// leads to the next step; of an even number only the first is taken.
 std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
                          std::size_t begin,
                          double usual_s) {
@@ -65,8 +66,8 @@ std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
   return (end - begin) % 2 == 1 ? end : begin + 1;
 }
 
-// When the place was passed: the temperature has been on the far side for as long as the time
-// between each change there and the next one back.
+// Time of the passage: the alternating sum of the times of changes t0 - t1 + t2 - … is the time of
+// one change that leaves the temperature equally long on either side.
 double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
                      std::size_t begin,
                      std::size_t end) {
@@ -77,10 +78,10 @@ double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
   return sum;
 }
 
-// Filter and smoother of one lag.
+// Filter and smoother of one pair of lags.
 class LaggedChamber {
  public:
-  // A node where the chamber may turn, or a place of the thermometer.
+  // A node where the chamber's slope may change, or a place of the thermometer.
   struct Event {
     double time_s = 0.0;
     int place = -1;
@@ -114,11 +115,11 @@ class LaggedChamber {
       steps_.push_back({length_s, {Decay(length_s, lags[0]), Decay(length_s, lags[1])}});
       before_s = event.time_s;
     }
-    // The time of a change is known to a row.
+    // The time of a change is uniform within one spacing, so its error has rate² spacing² / 12.
     least_variance_ = std::pow(rate_ * spacing_s, 2) / 12.0;
     variance_ = std::max(least_variance_, std::pow(0.01 * span_ / value.size(), 2));
     walk_ = 1e-6 * rate_ * rate_;
-    kink_ = 4.0 * rate_ * rate_;  // from up to down
+    kink_ = 4.0 * rate_ * rate_;  // From up to down.
     is_kink_.assign(static_cast<std::size_t>(node_count_), false);
   }
 
@@ -128,8 +129,8 @@ class LaggedChamber {
     return std::max(usual / kNodesInStep, (end_s - begin_s) / kMostNodes);
   }
 
-  // Posterior of the best kinks, walk and σ, up to a constant. `stiff`: kinks are sought before the
-  // walk is allowed to follow what they should.
+  // Logarithm of the posterior of the best kinks, walk and σ, up to a constant. `stiff`: kinks are
+  // sought with the smallest walk, so that the walk does not take their place.
   double Solve(bool stiff) {
     if (stiff) {
       walk_ = kStiffest * rate_ * rate_;
@@ -161,7 +162,7 @@ class LaggedChamber {
   }
 
  private:
-  // What a kink has to be worth: any node may be one.
+  // Gain in log likelihood that a kink needs: the log of the number of nodes it is chosen from.
   double price() const { return std::log(static_cast<double>(node_count_)); }
 
   void Set(std::size_t node, bool is_kink) {
@@ -169,8 +170,8 @@ class LaggedChamber {
     kinks_ += is_kink ? 1 : -1;
   }
 
-  // The node that raises the likelihood most as a kink, if by more than its price. Of the last
-  // pass (de Jong and Penzer 1998).
+  // The node that as a kink raises the likelihood of the last pass most, if by more than its price
+  // (de Jong and Penzer 1998).
   std::optional<std::size_t> BestKink() const {
     std::optional<std::size_t> best;
     double most = price();
@@ -184,7 +185,8 @@ class LaggedChamber {
     return best;
   }
 
-  // Each kink anew, beside the others: elsewhere, or gone. Returns whether any moved.
+  // Removes each kink in turn and puts it where it is best beside the others, or drops it; then
+  // tries one more. Returns whether any changed.
   bool Move() {
     bool has_moved = false;
     for (std::size_t k = 0; k < is_kink_.size(); ++k) {
@@ -213,7 +215,7 @@ class LaggedChamber {
     return walk_ + (is_kink_[static_cast<std::size_t>(node)] ? kink_ : 0.0);
   }
 
-  // The walk to a tenth of a decade or so, and σ, with the kinks as they are. Leaves the smoothed
+  // Finds the walk's variance to a decade, and σ, with the kinks as they are. Leaves the smoothed
   // states and scores of the best.
   double Tune() {
     double likelihood = Pass();
@@ -317,7 +319,7 @@ class LaggedChamber {
     return likelihood;
   }
 
-  // What a change of slope does: T and T' stay, and T'' too behind two lags.
+  // How the state changes with the chamber's slope: T and T' stay, and with two lags T'' as well.
   State Turn() const {
     const double a = lags_[0], b = lags_[1];
     if (!(b > 0.0)) return {-a, 1.0, a, 0.0};
@@ -328,7 +330,7 @@ class LaggedChamber {
   Lags lags_;
   double span_ = 0.0, rate_ = 0.0;
   std::vector<Event> events_;
-  // From the event before to each.
+  // From the event before to each event.
   struct Step {
     double length_s;
     Eigen::Array2d decay;
@@ -337,7 +339,7 @@ class LaggedChamber {
   int node_count_ = 0;
   int kinks_ = 0;
   std::vector<bool> is_kink_;
-  // Variances: of a place, of a step of the walk, of a kink beside it.
+  // Variances: of a place, of a step of the walk, and of a kink added to it.
   double variance_ = 0.0, least_variance_ = 0.0, walk_ = 0.0, kink_ = 0.0;
   // Of the last pass.
   std::vector<State> predicted_, states_, gain_;
@@ -346,7 +348,7 @@ class LaggedChamber {
   double square_ = 0.0;
 };
 
-// The chamber of the largest posterior.
+// The lags and pieces of the largest posterior.
 struct Chamber {
   Lags lags_s{};
   std::vector<Piece> pieces;
@@ -368,7 +370,7 @@ Chamber LikeliestChamber(const StepPlaces& places, double begin_s, double end_s,
   const double node_s = LaggedChamber::NodeSpacing(places, begin_s, end_s);
   const double shortest = kShortestLagNodes * node_s;
   const double longest = kLongestLagShare * (end_s - begin_s);
-  // As a kink, a lag has to be worth it.
+  // A lag has the price of a kink: the log of the number of nodes.
   const double price = std::log((end_s - begin_s) / node_s);
   try_lags({0.0, 0.0}, 0.0);
   for (double lag = shortest; lag < longest; lag *= kLagRatio) try_lags({lag, 0.0}, price);
@@ -378,7 +380,7 @@ Chamber LikeliestChamber(const StepPlaces& places, double begin_s, double end_s,
     for (const double factor : {1.0 / ratio, ratio}) {
       Lags tried = middle;
       tried[which] *= factor;
-      // Two that are the same are no pair of exponentials.
+      // Two equal lags make `Turn` divide by zero.
       if (tried[0] > kFinestRatio * tried[1]) try_lags(tried, paid);
     }
   };
@@ -403,7 +405,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
                           const std::vector<double>& degc,
                           double step) {
   StepPlaces places;
-  // Steps need not be at whole multiples: kelvins are not in degC.
+  // Steps need not be whole multiples in degC, as of a thermometer of whole kelvins.
   double base = 0.0;
   for (std::size_t i = degc.size() - 1; i > 0; --i) {
     if (degc[i] == degc[i - 1]) base = degc[i];
@@ -439,7 +441,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
     value /= static_cast<double>(count);
     const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
     for (int p = 0; p < points; ++p) {
-      // One reading, however often.
+      // All points are of one reading: σ is that of one, times the root of their number.
       places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points,
                  value,
                  in_step * std::sqrt(static_cast<double>(points)));
@@ -457,8 +459,8 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
     c = next;
   }
   add_plateau(previous, time_s.back(), true);
-  // Before the first change and after the last one the straight line on, as far as the reading
-  // there allows.
+  // Before the first change and after the last one the line through the nearest two places is
+  // continued, within half a step of the reading there.
   const auto end_point = [&](double time, double reading, std::size_t near, std::size_t far) {
     const double slope =
         (places.degc[near] - places.degc[far]) / (places.time_s[near] - places.time_s[far]);

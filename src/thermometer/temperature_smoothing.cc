@@ -20,23 +20,23 @@
 namespace truetriad {
 namespace {
 
-// Steps finer than this share of the range are noise like any other.
+// Steps finer than 1/400 of the range, half of a sweep's window, are treated as noise.
 constexpr double kCoarseShare = 1.0 / 400.0;
-// Noise may add this share of the typical rate.
+// Chosen: σ of the smoothed rate by noise is at most 1 % of the typical rate.
 constexpr double kRateNoiseShare = 0.01;
-// Half-width, as a share of the recording, at most.
+// Chosen: the half-width is at most 1/20 of the recording; a wider one rounds off turning points.
 constexpr double kWidestShare = 1.0 / 20.0;
-// Places where a coarse thermometer changes that are enough to follow them.
+// Chosen: with fewer changes of a coarse thermometer, or readings of a slow one, all are smoothed.
 constexpr std::size_t kFewestPlaces = 8;
-// With noise of this share of a step and more its readings are smoothed, and what the noise does is
-// followed; with less the steps tell more.
+// With noise of 0.15 steps and more beside the rounding's variance of 1/12 the track has the noise
+// of local fits; with less, rounding is its only error and the track keeps its step.
 constexpr double kDithered = 0.15;
-// Residuals beyond this many σ count for nothing.
+// Tukey's biweight: residuals beyond 6 σ lose all weight; of normal errors 2 in 10^9 are as large.
 constexpr double kTukey = 6.0;
-// The second weighs by residuals of a fit without the outliers.
+// The second round weighs by the residuals of a fit that already excludes the outliers.
 constexpr int kRobustRounds = 2;
 
-// What the thermometer says of the temperature at some times.
+// Readings of the thermometer at ascending times.
 struct Readings {
   std::vector<double> time_s, degc, weight;
   void Add(double time, double value) {
@@ -58,9 +58,9 @@ double NoiseOf(const std::vector<double>& degc) {
   return MadSigma(std::move(differences)) / std::sqrt(6.0);
 }
 
-// Change a second, up and down together, over some dozens of stretches.
+// Mean absolute rate of change, from differences over some 64 intervals.
 double TypicalRate(const std::vector<double>& time_s, const std::vector<double>& degc) {
-  // Some dozens, so that each lasts much longer than the noise and is shorter than a ramp.
+  // Chosen: each interval lasts much longer than the noise and is shorter than a ramp.
   constexpr std::size_t kStretches = 64;
   const std::size_t every = std::max<std::size_t>(degc.size() / kStretches, 1);
   double change = 0.0;
@@ -70,15 +70,15 @@ double TypicalRate(const std::vector<double>& time_s, const std::vector<double>&
   return change / (time_s.back() - time_s.front());
 }
 
-// A local fit as it is, and its weights of the readings begin, begin + 1, ….
+// A local fit, and the weights in it of the readings begin, begin + 1, ….
 struct LocalFit {
   double value = 0.0, slope = 0.0;
   std::size_t begin = 0;
   std::vector<Eigen::Vector2d> weights;
 };
 
-// Local parabola about `time`: value and slope. Reaches `half_width` to both sides, further on one
-// where the other is missing, and over at least four readings. `first` moves on with time.
+// Fits a local parabola about `time`. It reaches `half_width` to both sides, further on one side
+// where the other is missing, and covers at least four readings. `first` advances with time.
 void FitAbout(
     const Readings& readings, double time, double half_width, std::size_t* first, LocalFit* local) {
   const std::vector<double>& at = readings.time_s;
@@ -113,7 +113,7 @@ void FitAbout(
     normal += weight * row * row.transpose();
     local->weights.emplace_back(weight, 0.0);
   }
-  // A trace of a ridge: with too few readings for a parabola it is as straight as it can be.
+  // A ridge of 1e-9 makes the fit as straight as possible with too few readings for a parabola.
   const double ridge = 1e-9 * normal(0, 0);
   normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
   Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
@@ -129,13 +129,13 @@ void FitAbout(
   local->slope = sum[1];
 }
 
-// Noise asks for a width at which a turn may be lost. Of `half_width` and less the one of least
-// generalised cross-validation.
+// A width chosen by the noise alone may smooth a turning point away. Returns the width up to
+// `half_width` of least generalised cross-validation.
 double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
   // Chosen: two widths an octave; the minimum is flat.
   constexpr double kNarrower = 0.7;
-  constexpr double kFewestOver = 20.0;  // that are smoothed over
-  // So many places say how well a width predicts; more only take time.
+  constexpr double kFewestOver = 20.0;  // Readings in a half-width.
+  // Chosen: 2000 places give the score to 1 / √2000 = 2 %; more only take time.
   constexpr std::size_t kPlaces = 2000;
   const std::size_t every = readings.time_s.size() / kPlaces + 1;
   double best = half_width, least = std::numeric_limits<double>::infinity();
@@ -156,7 +156,7 @@ double NotTooWide(const Readings& readings, double half_width, double spacing_s)
   return best;
 }
 
-// Notes what blocks of readings do to each place of a track.
+// Notes the effect of each block of readings on each place of a track.
 class NoiseBlocks {
  public:
   // Blocks of a quarter of the half-width, and not too many of them.
@@ -165,7 +165,7 @@ class NoiseBlocks {
               double sigma_degc,
               TemperatureNoise* noise)
       : noise_(*noise) {
-    // Blocks of the noise that a calibration can carry along as unknowns.
+    // Chosen: each block is an unknown of the calibration, so their number bounds its size.
     constexpr double kMostBlocks = 400.0;
     const double begin = readings.time_s.front();
     const double length =
@@ -200,19 +200,19 @@ class NoiseBlocks {
 
  private:
   TemperatureNoise& noise_;
-  std::vector<std::size_t> block_;  // of each reading
+  std::vector<std::size_t> block_;  // Of each reading.
 };
 
-// A coarse thermometer by the times at which it changes; nothing where these are too few. Its
-// `step_degc` is set only where rounding is all that its readings are off by: where noise spreads
-// them over steps, it is the noise of local fits that they have.
+// The track of a coarse thermometer from the times of its changes; nothing where these are too few.
+// Its `step_degc` is set only where rounding is the only error of the readings: where noise spreads
+// them over steps, the track gets the noise of local fits.
 std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
                                               const std::vector<double>& degc,
                                               double step_degc) {
   const StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
   if (places.time_s.size() < kFewestPlaces) return std::nullopt;
   TemperatureTrack track = ThroughPlaces(places, time_s);
-  // What rounding adds, and the noise.
+  // Mean square of the residuals, which is that of rounding and noise together.
   double square = 0.0;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
@@ -226,7 +226,7 @@ std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
   return track;
 }
 
-// Takes weight from readings that are far off a local parabola through the others.
+// Reduces the weight of readings that are far from the local parabola.
 void WeighRobustly(double half_width, double least_sigma, Readings* readings) {
   LocalFit local;
   std::vector<double> values;
@@ -277,7 +277,8 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
     }
   }
   Readings readings;
-  // A reading that is repeated until the next one is none but the first time.
+  // Chosen: a reading repeated over more than four cells counts once, when it is taken; a shorter
+  // repetition delays the cells' means by half of it.
   constexpr double kSlow = 4.0;
   double spacing = duration / static_cast<double>(time_s.size() - 1);
   TakenReadings taken{time_s, degc};
@@ -293,7 +294,7 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   for (std::size_t i = 0; i < taken.degc.size(); ++i) {
     readings.Add(taken.time_s[i], taken.degc[i]);
   }
-  // Rounding hangs together over the time that a step lasts.
+  // Errors of rounding are correlated over the time that a step lasts.
   const double noise = NoiseOf(taken.degc);
   const double rounding = step_degc * step_degc / 12.0 * std::max(spacing, step_degc / rate);
   const double density = noise * noise * spacing + rounding;

@@ -9,16 +9,16 @@
 
 namespace truetriad {
 
-/// A local parabola and one more.
+/// A local parabola has three unknowns; a fourth reading leaves one degree of freedom.
 inline constexpr std::size_t kFewestSmoothed = 4;
 
 /// Temperature and its rate from means of a thermometer's readings over short cells of time.
 ///
-/// A parabola is fitted locally, weights falling as (1 - |u|^3)^3 and those far off losing
-/// weight (Cleveland 1979). The half-width is the one at which noise adds a hundredth of the
-/// typical rate to the rate. A thermometer that reports coarse steps is told by when it goes from
-/// one step to the next, where it is half way between the two: a smoothing spline follows such
-/// places, and points inside of steps that last long.
+/// A parabola is fitted locally with weights (1 - |u|^3)^3, and outliers lose weight (Cleveland
+/// 1979). The half-width is the one at which noise adds a hundredth of the typical rate to the
+/// rate. A thermometer of coarse steps gives its information when it goes from one step to the
+/// next, where the temperature is half way between the two: a model of the chamber follows such
+/// places, and points inside steps that last long (coarse_thermometer.h).
 ///
 /// `time_s` increases; all have the same length, at least kFewestSmoothed. `step_degc`: the
 /// smallest step between readings; 0: not known. `hold_s`: how long each reading is repeated until

@@ -9,11 +9,11 @@
 namespace truetriad {
 namespace {
 
-// How far outside of them no chamber goes: in steps from a cell to the next, of which one in twenty
-// is larger, and as a share of the range in which nine tenths of the cells lie. A turning point is
-// outside by three steps.
+// A spike lies outside its neighbours by more than 6 times the 95 % quantile of the steps from cell
+// to cell, and by more than 5 % of the range of the central 90 % of cells. A turning point lies
+// outside by three steps, half of the limit.
 constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
-// Below this a change is rounding of decimals, or of a unit's conversion.
+// degC: a smaller change is rounding of decimals, or of a conversion of units.
 constexpr double kLeastStep = 1e-6;
 
 }  // namespace
@@ -24,7 +24,7 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
     const double change = std::abs(degc[i] - last_degc_);
     if (!std::isnan(degc[i])) last_degc_ = degc[i];
     if (!(change > kLeastStep)) continue;
-    // Changes of whole steps differ by whole steps.
+    // Differences of whole steps are whole steps, so the second one also bounds the step.
     for (const double step : {change, std::abs(change - last_change_degc_)}) {
       if (step > kLeastStep && (step_degc_ == 0.0 || step < step_degc_)) step_degc_ = step;
     }
@@ -46,11 +46,12 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 }
 
 double ThermometerWatch::hold_s() const {
-  // Four intervals between them, the least that can agree or not.
+  // Five changes bound four intervals, few enough for a short sweep and enough to compare.
   constexpr std::int64_t kFewestChanges = 5;
-  // Changes that come sooner than the others, and those that come at that time.
+  // Readings count as repeated when at most 2 % of the intervals are shorter than the most frequent
+  // one, at least 60 % agree with it, and the mean change is two steps or more.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
-  // One that changes from row to row, or every other one, is not repeated.
+  // A thermometer that changes more often than every third row is not repeated.
   constexpr double kRows = 3.0;
   if (changes_ < kFewestChanges) return 0.0;
   const auto all = static_cast<double>(changes_);
@@ -81,18 +82,18 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
     if (!taken.time_s.empty() && time <= taken.time_s.back()) return;
     taken.time_s.push_back(time), taken.degc.push_back(value);
   };
-  // One that was taken again, and was the same, stands for the middle of what it is repeated.
+  // A reading that was taken again with the same value is added at each later multiple of hold_s.
   const auto add_repeats = [&](double from, double to, double value) {
     for (double time = from + hold_s; time < to - 0.5 * hold_s; time += hold_s) add(time, value);
   };
-  std::size_t level = 0;  // the last cell of the level before
+  std::size_t level = 0;  // The last cell of the level before.
   bool has_level = false;
   double from = time_s.front() - hold_s;
   for (std::size_t i = 0; i + 1 < degc.size(); ++i) {
     if (std::abs(degc[i + 1] - degc[i]) > kLeastStep) continue;
     // Cells i and i + 1 are of one level.
     if (has_level && std::abs(degc[i] - degc[level]) > kLeastStep) {
-      // The cell that holds the change is partly of the one before.
+      // The mean of the cell with the change shows which share of it belongs to the level before.
       double time = time_s[level] + 0.5 * cell_s;
       for (std::size_t m = level + 1; m < i; ++m) {
         time += std::clamp((degc[i] - degc[m]) / (degc[i] - degc[level]), 0.0, 1.0) * cell_s;
@@ -142,7 +143,7 @@ std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step
 
 std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
     const std::vector<double>& time_s, const std::vector<double>& degc) {
-  // After a longer gap a temperature may be any.
+  // Chosen: across a gap of more than five cells the temperature may have changed by any amount.
   constexpr double kLongestGap = 5.0;
   std::vector<double> steps, spacings_s;
   for (std::size_t i = 1; i < time_s.size(); ++i) spacings_s.push_back(time_s[i] - time_s[i - 1]);
@@ -156,7 +157,7 @@ std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
   const double limit = kSpikeSteps * LowerQuantile(std::move(steps), 0.95);
   for (std::size_t begin = 0, i = 1; i < degc.size(); ++i) {
     if (std::abs(degc[i] - degc[i - 1]) <= kLeastStep) continue;
-    // The cell of the jump itself may be partly before it.
+    // The cell of the jump may hold readings from before it, so the next cell is compared too.
     const double after = degc[std::min(i + 1, degc.size() - 1)];
     const double jump = std::max(std::abs(degc[i] - degc[begin]), std::abs(after - degc[begin]));
     const bool follows = time_s[i] - time_s[i - 1] <= longest_s;

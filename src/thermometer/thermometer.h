@@ -11,20 +11,20 @@
 
 namespace truetriad {
 
-/// How a thermometer reports, told from its readings as they stream by.
+/// Finds the step and the repetition of a thermometer's readings as they stream by.
 class ThermometerWatch {
  public:
   void Note(std::span<const std::int64_t> time_ns, std::span<const double> degc);
 
-  /// What all changes between readings are multiples of: the smallest of them, and of the
-  /// differences between two that follow each other, degC; 0: none yet.
+  /// Step of the readings, degC: the smallest change between two readings, or the smallest
+  /// difference between two consecutive changes where that is less; 0: none yet.
   double step_degc() const { return step_degc_; }
-  /// How long each reading is repeated, where it is read at regular times and goes by several steps
-  /// from one to the next; 0: it is not.
+  /// How long each reading is repeated, where the thermometer is read at regular times and changes
+  /// by two steps or more on average; 0: readings are not repeated.
   double hold_s() const;
 
  private:
-  /// Times between changes, four bins an octave from a microsecond on.
+  /// Bins of the times between changes: four an octave, from 1 us to 2^40 us, which is 12.7 days.
   static constexpr int kChangeBins = 160;
 
   double step_degc_ = 0.0;
@@ -41,8 +41,8 @@ class ThermometerWatch {
 };
 
 /// Readings of a thermometer that is read every `hold_s` and repeated in between, each at the time
-/// it was taken: where the means of cells of time change. `time_s` increases in equal steps, or
-/// nearly.
+/// it was taken, which is where the means of cells of time change. `time_s` increases in nearly
+/// equal steps.
 struct TakenReadings {
   std::vector<double> time_s, degc;
 };
@@ -50,19 +50,20 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
                               const std::vector<double>& degc,
                               double hold_s);
 
-/// Neighbours on each side that say where a cell of a sweep should be: two spikes beside each other
-/// do not move the median of five.
+/// Neighbours on each side that give the expected value of a cell of a sweep: two spikes beside
+/// each other do not move the median of five.
 inline constexpr std::size_t kNeighbours = 5;
 
-/// Cells whose temperature is as far from their neighbours as no chamber goes: a disturbed bus.
+/// Marks cells whose temperature is farther from their neighbours than a chamber can go: a
+/// disturbed bus.
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc);
 
-/// Cells [first, second) that repeat the one before, after which the temperature is further than
-/// any chamber goes from a cell to the next: the thermometer was stuck.
+/// Cells [first, second) that repeat the one before and end with a jump that no chamber makes from
+/// a cell to the next: the thermometer was stuck.
 std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
     const std::vector<double>& time_s, const std::vector<double>& degc);
 
-/// `degc` with straight lines in place of what is marked.
+/// `degc` with the marked values replaced by linear interpolation.
 std::vector<double> Bridged(const std::vector<double>& time_s,
                             const std::vector<double>& degc,
                             const std::vector<bool>& marked);

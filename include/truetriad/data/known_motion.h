@@ -22,7 +22,7 @@ struct TimeRange {
   bool empty() const { return end_ns < start_ns; }
 };
 
-/// Where in a recording a motion took place that somebody knows: by rows, by time, or by a pose.
+/// Where in a recording a known motion took place: by rows, by time, or by a pose.
 struct MotionPlace {
   RowSpan rows;
   TimeRange times;
@@ -40,11 +40,11 @@ struct StatedTurn {
   /// Unit vector, body frame, right-handed. The unit turned about it as nearly as it was held.
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   double angle_rad = 0.0;  ///< Whole turns count: 4 pi is two turns.
-  /// How well the unit came back to where the angle says, each axis. Range: > 0.
+  /// σ about each axis of the attitude after the turn beside the stated angle. Range: > 0.
   double sigma_rad = 0.0;
-  /// How well the axis is known, about each axis across it. Range: > 0.
+  /// σ of the direction of the axis, about each axis perpendicular to it. Range: > 0.
   double axis_sigma_rad = 0.0;
-  /// Do not use it: predict it, and say how far off it is.
+  /// The turn is not used: it is predicted, and the error of the prediction is reported.
   bool held_out = false;
 };
 
@@ -52,7 +52,7 @@ struct StatedTurn {
 struct StatedRate {
   MotionPlace at;
   std::string id;
-  /// Body frame; where the axis is not known only its length means anything.
+  /// Body frame; where the axis is not known only its length has a meaning.
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
   bool is_axis_known = true;
   /// Covariance of the error of rate_radps, (rad/s)^2; errors of several are independent.

@@ -32,49 +32,49 @@ struct PoseRange {
   std::string face_up;
 };
 
-/// How a temperature sweep is cut into windows. At most one of the two is set; neither: by thermal
-/// time, so that a window ends when the temperature has changed by a small share of its range, or a
-/// small share of the recording has passed.
+/// How a temperature sweep is cut into windows. At most one of the two lengths is set. Where
+/// neither is, a window ends when the temperature has changed by 1/200 of its range, or 1/400 of
+/// the recording has passed.
 struct SweepWindows {
   double window_s = 0.0;            ///< Range: > 0; 0: not set.
   std::int64_t window_samples = 0;  ///< Of the leading sensor. Range: >= 1; 0: not set.
-  bool ambient = false;             ///< The ambient temperature is wanted beside the unit's own.
+  bool ambient = false;             ///< The ambient temperature is smoothed beside the unit's own.
 
   bool operator==(const SweepWindows&) const = default;
 };
 
-/// Readings with times in here are left out, before anything else.
+/// Readings with times in this range are left out before any other step.
 struct ExcludedRange {
   TimeRange times;        ///< As stamped, both ends included.
   std::string stated_in;  ///< "experiment.yaml:12: exclude[0]", for messages.
 };
 
-/// What the times of readings are: `time:` of an experiment.
+/// How the times of readings follow from their stamps: `time:` of an experiment.
 enum class TimeStamps {
-  kAuto,       ///< Even where the stamps scatter about even times and the readings agree.
-  kAsStamped,  ///< The stamps.
+  kAuto,       ///< Even where stamps scatter about even times and the readings do not contradict.
+  kAsStamped,  ///< The stamps themselves.
   kRegular,    ///< Even between the gaps, whatever the stamps look like.
 };
 
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   std::int64_t every = 0;  ///< Rows a pose, for kEveryN. Range: >= 1.
-  /// For kRanges, in file order. For kSweep the stretches in which an attitude is held, those of
-  /// one id being one attitude; none: one attitude all the time.
+  /// For kRanges, in file order. For kSweep the intervals in which an attitude is held; those of
+  /// one id are one attitude; none: one attitude all the time.
   std::vector<PoseRange> ranges;
   SweepWindows sweep;  ///< For kSweep.
   /// Keep the gyroscope's readings between the poses. Without time there are none.
   bool moves = false;
-  /// Beside another sensor the gyroscope has no part in the poses, nor in where they are.
+  /// The gyroscope gives no means in poses and no part in their detection, unless it is alone.
   bool ignores_gyroscope = false;
-  /// Turns and rates that are known. A pose that overlaps a rate is no rest, and a move in which a
-  /// rate was held is not used: its readings count once.
+  /// Known turns and rates. A pose that overlaps a rate is no rest, and a move in which a rate was
+  /// held is not used, so that its readings count once.
   std::vector<StatedTurn> turns;
   std::vector<StatedRate> rates;
   std::vector<ExcludedRange> excluded;
   TimeStamps time_stamps = TimeStamps::kAuto;
-  /// By how much the times of each triad are later than when its readings were taken: is taken off
-  /// them first of all. Needs times where it is not zero.
+  /// By how much the times of each triad are later than the moments of its readings; it is
+  /// subtracted before poses are sought. Needs times where it is not zero.
   PerTriad<double> time_offset_s{};
 
   bool Ignores(Triad triad) const { return ignores_gyroscope && triad == Triad::kGyroscope; }
@@ -86,11 +86,11 @@ struct StaticDetectorOptions {
   double min_duration_s = 1.0;
   /// A disturbance inside a rest shorter than this does not split it if the attitude is the same.
   double max_knock_s = 1.5;
-  /// The gyroscope's turns between the rests are wanted: CollectPoses says so.
+  /// The gyroscope's turns between the rests are used; CollectPoses sets it.
   bool has_turns = false;
 };
 
-/// Called now and then with the share of the work done, 0…1.
+/// Called after each batch of blocks with the share of the work done, 0…1.
 using ProgressCallback = std::function<void(double)>;
 
 /// Streams `source` once and reduces it to poses: mean, covariance of the mean (correlated noise
@@ -103,8 +103,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                              const StaticDetectorOptions& options = {},
                              const ProgressCallback& progress = {});
 
-/// Moves the poses at which a rate was held from set->poses to set->rates: for tables, whose poses
-/// nobody collects. Error (bad input): rows in place of a pose's number, or a number that is none.
+/// Moves the poses at which a rate was held from set->poses to set->rates; for pose tables, which
+/// CollectPoses does not read. Error (bad input): a rate stated by rows, or an unknown number.
 Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set);
 
 }  // namespace truetriad

@@ -12,7 +12,7 @@ namespace truetriad {
 /// One pose that an operator, a fixture or the simulator is to take.
 struct ProgramPose {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
-  std::optional<double> temperature_degc;  ///< Chamber temperature; unset: as it is.
+  std::optional<double> temperature_degc;  ///< Chamber temperature; unset: not controlled.
   std::string label;                       ///< "x up, y to the north"; for people.
 };
 

@@ -6,12 +6,12 @@
 
 namespace truetriad {
 
-/// Where a recording was put together from pieces, so that no turn leads across.
+/// A place where a recording was joined from pieces, so that no turn may be integrated across it.
 struct RecordingJoint {
-  std::int64_t time_ns = 0;  ///< Of the first reading after it.
-  std::int64_t row = 0;      ///< Its data row.
-  std::string seen;          ///< What shows it.
-  bool is_told = false;      ///< A finding says so already.
+  std::int64_t time_ns = 0;  ///< Of the first reading after the joint.
+  std::int64_t row = 0;      ///< Data row of that reading.
+  std::string seen;          ///< The evidence for it, in words.
+  bool is_told = false;      ///< A finding already reports it.
 };
 
 }  // namespace truetriad

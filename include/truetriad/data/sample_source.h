@@ -25,8 +25,8 @@ struct StreamInfo {
   bool has_temperature = false;
   bool has_ambient = false;  ///< A second thermometer, outside of the unit.
   bool has_pose_column = false;
-  /// So many rows from the first on, and each next so many, were read together and have one time,
-  /// that of the last; the others are stamped evenly up to it.
+  /// Rows are read together in groups of this size, counted from the first row. Only the last row
+  /// of a group has its own time stamp; the others are stamped evenly up to it.
   std::int64_t window_samples = 1;
 };
 
@@ -34,7 +34,7 @@ struct StreamInfo {
 struct RecordingInfo {
   std::string path;                 ///< The CSV or manifest that was opened.
   std::string serial;               ///< Empty when not given.
-  Tags tags;                        ///< What its manifest says of the unit and the run.
+  Tags tags;                        ///< The manifest's statements about the unit and the run.
   bool has_time = true;             ///< False: rows only; time_ns then counts rows.
   std::vector<StreamInfo> streams;  ///< At most one a triad.
   std::vector<std::string>
@@ -72,9 +72,9 @@ class SampleSource {
   virtual ~SampleSource() = default;
   virtual const RecordingInfo& info() const = 0;
 
-  /// Reads on and appends to `blocks` (cleared first) what was read. Blocks of one triad come in
-  /// time order (equal times allowed); with several files the one that lags most is read next, so
-  /// that streams stay within one block of each other. Returns false at the end (blocks empty).
+  /// Clears `blocks` and fills it with the next samples. Blocks of one triad come in time order
+  /// (equal times allowed); with several files the one that lags most is read next, so that
+  /// streams stay within one block of each other. Returns false at the end (blocks empty).
   virtual Result<bool> Next(std::vector<SampleBlock>* blocks) = 0;
 
   /// Share of the input already read, 0…1, for progress.
@@ -82,7 +82,8 @@ class SampleSource {
 
   virtual StreamCounts counts(Triad triad) const = 0;
 
-  /// Where times began anew and were taken on from the last; complete once Next has returned false.
+  /// Places where times restarted and were continued from the last time before; complete once Next
+  /// has returned false.
   virtual std::vector<RecordingJoint> joints() const { return {}; }
 
   /// Files with hash and sample count; complete once Next has returned false.

@@ -8,10 +8,10 @@
 
 namespace truetriad {
 
-/// Several recordings of one unit, which was switched off in between, as one set: poses are
-/// numbered through, times of a later session come after those of the one before, and no move leads
-/// from one to the other. Error (bad input): different serials, units of measurement, or only some
-/// have times.
+/// Joins recordings of one unit, which was switched off in between, into one set: poses are
+/// numbered consecutively, times of a later session come after those of the one before, and no
+/// move leads from one to the other. Error (bad input): different serials, sensors or units of
+/// measurement, or only some have times.
 Result<PoseSet> JoinSessions(std::vector<PoseSet> sessions);
 
 }  // namespace truetriad

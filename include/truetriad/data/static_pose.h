@@ -22,7 +22,7 @@
 
 namespace truetriad {
 
-/// What one triad saw during one rest.
+/// The readings of one triad during one rest.
 struct TriadPose {
   std::int64_t samples = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
@@ -32,17 +32,17 @@ struct TriadPose {
   bool has_covariance = false;
   /// Sample covariance inside the rest (one sample's noise), raw unit squared.
   Eigen::Matrix3d sample_covariance_raw = Eigen::Matrix3d::Zero();
-  /// Mean of its last readings less that of its first, a window of each; zero where it is too short
-  /// for both. Over the pose's duration it is what the mean changes by with the sensor's clock.
+  /// Mean of its last window of readings less that of its first; zero where it is too short for two
+  /// windows. Divided by the pose's duration it is the mean's derivative by a shift of the clock.
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();
-  /// What its first and its last quarter read beyond its middle half, times their duration, raw
-  /// unit s, and the σ of both; zero where it is too short to tell.
+  /// Mean of its first and of its last quarter less that of its middle half, times the duration of
+  /// a quarter, raw unit s, and the σ of both; zero with fewer than 16 windows.
   Eigen::Vector3d first_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d quarter_sigma_raw_s = Eigen::Vector3d::Zero();
 };
 
-/// An attitude that somebody else measured (turntable, robot, fixture).
+/// An attitude that another instrument measured (turntable, robot, fixture).
 struct AttitudeReference {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
   Eigen::Vector3d sigma_rad = Eigen::Vector3d::Zero();  ///< About the body axes.
@@ -50,7 +50,7 @@ struct AttitudeReference {
 
 /// One rest of the unit: the sufficient statistics of its samples.
 struct StaticPose {
-  int number = 0;              ///< 1-based; what people are shown.
+  int number = 0;              ///< 1-based; used in messages and reports.
   int session = 0;             ///< PoseSet::sessions; 0-based.
   std::string id;              ///< Given name, or empty.
   std::int64_t start_ns = 0;   ///< Time of the first sample used; 0 without time.
@@ -68,17 +68,17 @@ struct StaticPose {
   std::int64_t middle_ns() const { return start_ns / 2 + end_ns / 2; }
 };
 
-/// The gyroscope's readings over a stretch of time: between two consecutive poses, or where a turn
-/// is stated.
+/// The gyroscope's readings over an interval: between two consecutive poses, or where a turn is
+/// stated.
 struct RecordedMove {
   std::size_t from = 0;  ///< Index of the pose before it; the one after it is the next.
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> gyroscope_raw;
   /// Interpolated to the gyroscope's times; empty without the sensor.
   std::vector<Eigen::Vector3d> accelerometer_raw, magnetometer_raw;
-  std::optional<Finding> fault;  ///< Why the turn cannot be told from them.
+  std::optional<Finding> fault;  ///< Why they do not determine the turn.
 
-  /// Of one that has readings.
+  /// Needs readings.
   double duration_s() const { return 1e-9 * static_cast<double>(time_ns.back() - time_ns.front()); }
 };
 
@@ -89,8 +89,8 @@ struct ReadingTrack {
   std::vector<std::int64_t> row;  ///< Of its file, 0-based; kept for the gyroscope only.
 };
 
-/// The lowest and the highest reading of each axis in equal slices of time, one after another: all
-/// that a drawing of a long recording shows, so that not one reading is hidden by drawing fewer.
+/// The lowest and the highest reading of each axis in consecutive slices of equal length. A drawing
+/// of a long recording needs no more, and no outlier is lost as it would be by drawing fewer.
 struct ReadingTrace {
   struct Slice {
     Eigen::Vector3f lowest_raw, highest_raw;  ///< Lowest above highest: no reading in it.
@@ -99,7 +99,7 @@ struct ReadingTrace {
   std::vector<Slice> slices;  ///< Empty without time.
 };
 
-/// What windows of a sweep were cut from.
+/// The smoothed temperatures of a sweep and the place of its windows in them.
 struct SweepTrack {
   TemperatureTrack temperature;
   /// At the same times, where SweepWindows::ambient asked for it; NaN where it was not read.
@@ -108,14 +108,14 @@ struct SweepTrack {
   std::vector<std::size_t> first, last;
   std::vector<int> attitude;
   std::vector<std::string> attitude_names;
-  /// Readings that are far from their neighbours: "rows 0 to 0 (0 s): gyroscope x".
+  /// Outliers, as "row 0 (at 0.0 s, 20.0 degC): outliers: gyroscope x".
   std::vector<std::string> left_out;
 };
 
 /// A stated turn and what the gyroscope read during it.
 struct KnownTurn {
   StatedTurn stated;
-  RecordedMove move;  ///< `from` means nothing.
+  RecordedMove move;  ///< `from` is not used.
 };
 
 /// A stated rate and the means of all triads while it was held.
@@ -126,11 +126,11 @@ struct KnownRate {
 
 /// How the time stamps of a stream lie about even times between its gaps.
 enum class StampKind {
-  kRegular,    ///< As even as matters.
-  kJittered,   ///< Each is early or late by itself.
-  kInBursts,   ///< Several samples wait and are stamped when they arrive.
-  kOnTicks,    ///< Rounded to a clock that ticks more slowly than the sensor.
-  kIrregular,  ///< Not about even times.
+  kRegular,    ///< The RMS jitter is below 2 % of an interval.
+  kJittered,   ///< Each stamp has an error of its own.
+  kInBursts,   ///< Several samples wait and are stamped together on arrival.
+  kOnTicks,    ///< Rounded to the ticks of a coarse clock.
+  kIrregular,  ///< The errors about even times grow with the length of the interval.
 };
 
 /// "regular", "jittered", "in bursts", "on ticks", "irregular".
@@ -143,38 +143,38 @@ struct StreamSummary {
   std::int64_t samples = 0;
   std::int64_t dropped_empty = 0;
   double rate_hz = 0.0;  ///< Mean between the gaps; 0 without time.
-  /// Rows in a row that usually hold one and the same reading: more than 1 where the log is faster
+  /// Median number of consecutive rows with the same reading: more than 1 where the log is faster
   /// than the sensor.
   double repeats = 1.0;
   StampKind stamps = StampKind::kRegular;
   double jitter_s = 0.0;         ///< RMS of the time stamps about even times.
-  bool are_stamps_even = false;  ///< Even times have taken the place of the stamps.
+  bool are_stamps_even = false;  ///< Even times replace the stamps.
   std::int64_t gaps = 0;         ///< Spacings above 5 usual ones.
   double longest_gap_s = 0.0;
-  double longest_gap_at_s = 0.0;  ///< Where it begins, from the stream's first sample.
+  double longest_gap_at_s = 0.0;  ///< Its beginning, from the stream's first sample.
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
-  /// Of the half of all readings whose lengths lie closest together: the length, its scatter as a
-  /// share of that, and the range of each axis among them, as a share too.
+  /// Of the half of all readings whose lengths lie closest together: the length, and as shares of
+  /// it the scatter of the lengths and the range of each axis.
   double length_raw = 0.0;
   double length_scatter = 0.0;
   Eigen::Vector3d length_extent = Eigen::Vector3d::Zero();
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();  ///< Smallest step; zero when unknown.
-  /// What lies between the readings next to one that repeats itself: the same, or a dead band.
+  /// Width of the interval of rates that give one repeated reading: the step, or a dead band.
   Eigen::Vector3d rest_step_raw = Eigen::Vector3d::Zero();
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
-  /// Long-run over white variance inside rests (1 = white); multiplies the variance of means.
+  /// Long-run by white variance inside rests (1 = white); multiplies the variance of means.
   Eigen::Vector3d correlation_inflation = Eigen::Vector3d::Ones();
-  /// What readings that are off to one side (spikes) may shift all means by; zero without.
+  /// Bound of the shift of all means by one-sided outliers (spikes); zero without.
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
 /// One of several recordings of a unit that was switched off in between.
 struct Session {
   std::string source;  ///< The recording's path.
-  int first_pose = 0;  ///< Its numbers in the set, both included.
+  int first_pose = 0;  ///< First and last pose number in the set.
   int last_pose = 0;
 };
 
@@ -183,7 +183,7 @@ struct PoseSet {
   std::string source;             ///< The recording's path.
   std::vector<Session> sessions;  ///< Empty: one recording.
   std::string serial;
-  Tags tags;  ///< What a manifest says of the unit and the run.
+  Tags tags;  ///< A manifest's statements about the unit and the run.
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;  ///< Where PoseSelection::moves asked for them.
   PerTriad<ReadingTrack> tracks;    ///< Where PoseSelectionKind::kMotion asked for them.
@@ -193,20 +193,19 @@ struct PoseSet {
   std::vector<KnownRate> rates;  ///< Likewise.
   std::vector<StreamSummary> streams;
   bool has_time = true;
-  /// Without times: nobody said that each row is a rest.
+  /// Without times: no experiment states that each row is a rest.
   bool rows_may_be_a_log = false;
   std::int64_t start_ns = 0;  ///< Time of the first reading of all.
   double duration_s = 0.0;
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
   std::vector<RecordingJoint> joints;                     ///< In order of time.
-  std::vector<TimeRange> excluded;   ///< Stretches left out: on request, or since they come twice.
-  PerTriad<double> time_offset_s{};  ///< Has been taken off the times of the triad's readings.
-  /// By how much a triad's readings change later than those of the others all the same, where that
-  /// is tenths of a second and more.
+  std::vector<TimeRange> excluded;   ///< Left out: on request, or as duplicates.
+  PerTriad<double> time_offset_s{};  ///< Already subtracted from the triad's times.
+  /// Remaining delay of a triad's readings against the reference triad, where it is 0.25 s or more.
   PerTriad<std::optional<double>> clock_lag_s;
   std::string how;    ///< "static detection", "every row", …
-  Findings findings;  ///< Clipping, stuck samples, gaps: what people should know.
+  Findings findings;  ///< Clipping, stuck samples, gaps and the like.
 
   const StreamSummary* Find(Triad triad) const {
     for (const StreamSummary& stream : streams) {

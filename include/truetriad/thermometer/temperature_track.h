@@ -6,10 +6,10 @@
 
 namespace truetriad {
 
-/// What the noise of a thermometer does to its smoothed track. Noise over blocks of time is
-/// independent; place i of the track is off by
+/// How the noise of a thermometer enters its smoothed track. The noise of different blocks of time
+/// is independent; place i of the track has the error
 ///
-///   sum_b sigma_b n_b degc(i, b),   its rate by sum_b sigma_b n_b rate(i, b),   n_b ~ N(0, 1)
+///   sum_b sigma_b n_b degc(i, b),   its rate sum_b sigma_b n_b rate(i, b),   n_b ~ N(0, 1)
 ///
 /// with blocks b from first[i] to first[i] + reach - 1.
 struct TemperatureNoise {
@@ -25,7 +25,7 @@ struct TemperatureTrack {
   std::vector<double> time_s;  ///< Since the recording's first reading.
   std::vector<double> degc, rate_degcps;
   double smoothing_s = 0.0;  ///< Half-width of the local fits.
-  double step_degc = 0.0;    ///< Of a thermometer that reports coarse steps; else 0.
+  double step_degc = 0.0;    ///< Step of a thermometer of coarse steps; else 0.
   TemperatureNoise noise;    ///< Empty: not known.
   bool empty() const { return time_s.empty(); }
 };
