@@ -16,32 +16,33 @@
 namespace truetriad {
 namespace {
 
-// Slots are finer than any lag that a rest of a second cannot bear.
+// A slot is 0.1 s, finer than any lag that would move a turn into most of a rest of 1 s.
 constexpr double kSlotS = 1e-9 * static_cast<double>(kWindowNs);
-// Before the first reading seen: streams need not begin together.
+// Ten seconds before the first reading, since streams need not begin together.
 constexpr std::int64_t kSlotsBefore = 100;
-// Six hours: what bounds the memory.
+// Six hours of slots, which bound the memory to 2.6 MB for each triad.
 constexpr std::int64_t kMostSlots = 216'000;
-// A change is between neighbours, or a triad slower than the slots.
+// Chosen: changes are between slots at most 0.5 s apart, so that triads of 2 Hz and more are used.
 constexpr std::size_t kLongestGapSlots = 5;
-// Six seconds either way: more than buffers and rounded stamps add; clocks that were never set
-// differ by far more and find no peak.
+// Six seconds either way: more than buffers and rounded stamps delay; clocks that were never set
+// differ by far more and give no peak.
 constexpr int kMostLag = 60;
-// A peak is this wide; a second one outside of it makes the lag ambiguous.
+// Chosen: a peak reaches 1 s to each side; a second one outside of it makes the lag ambiguous.
 constexpr int kPeakWidth = 10;
-// Chosen: half of what both triads change by is common to them.
+// Chosen: the least correlation of a clear peak: half of either triad's variance is common to both.
 constexpr double kClearCorrelation = 0.5;
-// Of log likelihoods, neighbouring slots counting as one for as long as a turn lasts.
+// Least difference of log likelihoods to any rival lag: a factor e^6 = 403.
 constexpr double kClearlyLikelier = 6.0;
-// Triads see the same turn unlike by as much, whatever the noise: a likelihood counts no more.
+// Chosen: the share of variance that triads do not have in common even without noise; it bounds the
+// likelihood of a perfect correlation.
 constexpr double kUnlikeShare = 0.1;
-// 1.2 s, about as long as a hand turns a unit.
+// 1.2 s, about the duration of a turn by hand: the slots of a turn count as one observation.
 constexpr double kSlotsOfATurn = 12.0;
-// Half a minute tells something.
+// Chosen: half a minute of slots, which is 25 turns of kSlotsOfATurn, is enough to correlate.
 constexpr int kFewestPairs = 300;
-// Of the largest change, squared: what is below is rest.
+// Chosen: of the 90 % quantile of squared changes: motion of less than a thousandth counts as rest.
 constexpr double kRestShare = 1e-6;
-// What the moves between rests themselves tell better (estimation) is not said.
+// Smaller lags are not reported, as estimation finds them better from the moves between rests.
 constexpr double kSaidS = 0.25;
 
 float Ninetieth(std::vector<float> values) {
@@ -55,7 +56,7 @@ const Eigen::Vector3f kNoReading = Eigen::Vector3f::Constant(std::nanf(""));
 
 bool IsReading(const Eigen::Vector3f& mean) { return !std::isnan(mean.x()); }
 
-// What a gyroscope reads at rest: more than half of a recording's slots, or at least the middle.
+// The median of the slots, which is a gyroscope's reading at rest where most slots are at rest.
 Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
   Eigen::Vector3f median = Eigen::Vector3f::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -71,8 +72,8 @@ Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
   return median;
 }
 
-// By how much the unit turned from slot to slot, squared, in the triad's own measure: a field's
-// readings change by it, a rate's are it. Negative where it is not known.
+// Squared turn of the unit from slot to slot in raw units: the change of a field's readings, or the
+// rate itself less that at rest. Negative where it is not known.
 std::vector<float> Changes(Triad triad, const std::vector<Eigen::Vector3f>& means) {
   const bool is_rate = triad == Triad::kGyroscope;
   const Eigen::Vector3f rest = is_rate ? MedianOf(means) : Eigen::Vector3f::Zero();
@@ -90,7 +91,7 @@ std::vector<float> Changes(Triad triad, const std::vector<Eigen::Vector3f>& mean
   return changes;
 }
 
-// log2 of the changes; NaN where there is none.
+// log2 of the changes; NaN for unknown ones.
 std::vector<float> Logarithms(const std::vector<float>& change) {
   std::vector<float> known;
   for (const float value : change) {
@@ -114,7 +115,7 @@ struct Correlation {
   }
 };
 
-// Of a(t) with b(t + lag); 0 where there are too few pairs.
+// Correlation of a(t) with b(t + lag); 0 where there are too few pairs.
 Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>& b, int lag) {
   double n = 0.0, sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
   const auto first = static_cast<std::size_t>(std::max(0, -lag));
@@ -131,7 +132,7 @@ Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>&
   return {(sab - sa * sb / n) / std::sqrt(va * vb), n};
 }
 
-// Half of the rests are shorter, s.
+// Median duration of the rests, s.
 double TypicalRest(const PoseSet& set) {
   std::vector<double> durations_s;
   for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
@@ -185,8 +186,8 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
           << peak->value << " at " << kSlotS * (at - kMostLag) << " s, "
           << correlation[kMostLag].value << " at 0";
   if (peak->value < kClearCorrelation || at == 0 || at == 2 * kMostLag) return std::nullopt;
-  // Too few readings of both at the times that were stated: nothing speaks against these. Nor does
-  // another top where they are one: poses at even intervals have tops at all multiples of these.
+  // With too few common readings at lag 0 nothing contradicts the stated times. Nor does a distant
+  // maximum where lag 0 is one: poses at even intervals give maxima at all multiples of these.
   const Correlation& stated = correlation[kMostLag];
   const bool is_top = stated.value > kClearCorrelation &&
                       stated.value >= correlation[kMostLag - 1].value &&
@@ -196,15 +197,15 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];
-    // As many for both: triads that were read in part only meet more often at some lags, which says
-    // nothing for these.
+    // The same number of pairs for both: at some lags triads that were read in part have more
+    // pairs, which is no evidence for these.
     const double pairs = std::min(rival.pairs, peak->pairs);
     if (rival.value > 0.0 &&
         rival.log_likelihood(pairs) > peak->log_likelihood(pairs) - kClearlyLikelier) {
       return std::nullopt;
     }
   }
-  // The top of the parabola through the highest three.
+  // The maximum of the parabola through the highest three values.
   const double before = (peak - 1)->value, after = (peak + 1)->value;
   const double bend = before - 2.0 * peak->value + after;
   const double beside = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
@@ -233,14 +234,14 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
                                    std::string(TriadName(reference)) + ": the clocks differ")
                            .About(triad)
                            .With("offset", *lag_s, "s"));
-    // Such a sensor was at another rest, or turning, for the most part of each.
+    // Such a sensor was turning or at another rest for more than half of a typical rest.
     if (!set->poses.empty() && 2.0 * std::abs(*lag_s) > TypicalRest(*set)) {
       findings.back().As(Severity::kRefusal);
     }
     block += (block.empty() ? "" : ", ") + name +
              Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }
-  // One block corrects all of them: it is said once, and by what refuses.
+  // One block corrects all of them; the last finding names it, and each refusal does.
   for (Finding& finding : findings) {
     if (&finding != &findings.back() && !finding.IsRefusal()) continue;
     finding.remedy =

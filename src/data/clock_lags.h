@@ -14,19 +14,19 @@
 
 namespace truetriad {
 
-/// σ of a lag: what it is read from has ten slots a second.
+/// σ of a lag, s: half of a slot of 0.1 s.
 inline constexpr double kClockLagSigmaS = 0.05;
 
-/// Whether one triad's readings change long after, or before, another's: seconds, not the
-/// milliseconds that a fit finds.
+/// Finds delays between the readings of two triads of up to seconds; a fit finds those of
+/// milliseconds.
 ///
-/// Of every tenth of a second it keeps each triad's mean, which tells by how much the unit turned:
-/// the change of a field's readings, the reading of a rate beside the one at rest. Where the unit
-/// is turned now and then, the logarithms c of two triads go up and down together,
+/// It keeps each triad's mean over every tenth of a second, which shows how far the unit turned, c:
+/// by the change of a field's readings, or by a rate less that at rest. Where the unit is turned
+/// now and then, the logarithms of the c of two triads are correlated,
 ///
 ///   r(lag) = corr(log c_reference(t), log c_triad(t + lag))
 ///
-/// and the clearest lag is by how much the times of the triad are later. Six hours are kept.
+/// and the lag of the maximum is the delay of the triad's times. Six hours are kept.
 class ClockLagFinder {
  public:
   void Add(const SampleBlock& block);
@@ -37,8 +37,8 @@ class ClockLagFinder {
 
  private:
   struct Track {
-    std::vector<Eigen::Vector3f> means;  // of the slots; NaN where nothing was read
-    std::int64_t slot = -1;              // that is open
+    std::vector<Eigen::Vector3f> means;  // Of the slots; NaN: no reading.
+    std::int64_t slot = -1;              // The open slot.
     double count = 0.0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };
@@ -49,11 +49,11 @@ class ClockLagFinder {
   PerTriad<Track> tracks_;
 };
 
-/// Whose clock the others' are compared with: the gyroscope's, without one the accelerometer's.
+/// The triad whose clock is the reference: the gyroscope, or without one the accelerometer.
 Triad ClockReference(const PoseSet& set);
 
-/// Finds the triads whose times are off by tenths of a second and more, each with one block for
-/// all of them that can be pasted. `set` needs its streams and the offsets that were taken off.
+/// Finds the triads whose times are wrong by 0.25 s or more; the remedy is one block of
+/// configuration for all of them. `set` needs its streams and the offsets already subtracted.
 Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set);
 
 }  // namespace truetriad

@@ -21,10 +21,10 @@ namespace truetriad {
 
 class StreamMonitor;
 
-// A list names so many places, and counts the others.
+// Chosen: a list names ten places, and counts or elides the others.
 inline constexpr std::size_t kMostPlacesNamed = 10;
 
-// "3, 4, 7, …", of `count` places whose names `name` gives.
+// "3, 4, 7, …" for `count` places; `name(k)` gives the name of place k.
 template <typename Name>
 std::string Named(std::size_t count, const Name& name) {
   std::string text;
@@ -34,7 +34,7 @@ std::string Named(std::size_t count, const Name& name) {
   return text + (count > kMostPlacesNamed ? ", …" : "");
 }
 
-// What a recording that has no time cannot do, and what is to be done about it.
+// The error of a recording without time, with its consequence `so` and the remedy.
 inline Error NoTime(const RecordingInfo& info,
                     const std::string& so,
                     const std::string& remedy = {}) {
@@ -63,7 +63,7 @@ class Collector {
 /// Keeps all readings of a unit that never rests.
 std::unique_ptr<Collector> MakeMotionCollector(const RecordingInfo& info);
 
-/// A pose and what its covariance is made from.
+/// A pose and the moments that its covariance is computed from.
 struct CollectedPose {
   StaticPose pose;
   PerTriad<TriadPoseMoments> moments;
@@ -86,8 +86,8 @@ class RestFinder {
   virtual Error NoPose(const PoseSet& set) const = 0;
 };
 
-/// Poses, and between them what a gyroscope saw: of detected rests as of those that are given.
-/// `monitors` belong to the caller.
+/// Collects detected or given rests, and the gyroscope's readings between them. `monitors` belong
+/// to the caller.
 std::unique_ptr<Collector> MakeRestCollector(std::unique_ptr<RestFinder> finder,
                                              const PoseSelection& selection,
                                              const RecordingInfo& info,

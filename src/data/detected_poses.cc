@@ -10,25 +10,25 @@
 namespace truetriad {
 namespace {
 
-// Samples of the slowest triad in use that a window has for a good variance, unless that takes so
-// long that five windows in a row are no part of a rest; two tell some.
+// A window holds four samples of the slowest triad in use, for its variance, but is no longer than
+// 0.4 s, so that the five windows of an activity span 2 s; two samples is the least for a variance.
 constexpr double kSamplesOfWindow = 4.0, kLongestWindowNs = 4e8, kFewestWindowSamples = 2.0;
 
-// Windows at the end of those that are searched whose neighbours are yet to come: two knocks and
-// the activity.
+// Windows at the end of a search that wait for those after them: 6.4 s of 0.1 s each, which hold
+// two knocks (1.5 s each) and the span of the activity.
 constexpr std::size_t kTailWindows = 64;
 
-// Samples of a stream that tell its rate.
+// Chosen: 64 samples determine the rate of a stream.
 constexpr std::int64_t kRateSamples = 64;
 
-// Turning a unit over moves an accelerometer by 2 g; half of that is expected.
+// Turning a unit over changes an accelerometer's reading by 2 g; half of that is expected.
 double ExpectedRange(const StreamInfo& info) {
   if (info.triad != Triad::kAccelerometer) return 0.0;
   if (!info.unit.is_counts) return kStandardGravityMps2 / info.unit.truth_per_raw;
   return info.si_per_count ? kStandardGravityMps2 / std::abs(*info.si_per_count) : 0.0;
 }
 
-// How the unit was moved, as its sensors saw it: " (the gyroscope read up to 3.2 rad/s)".
+// The motion as text: " (over it the gyroscope's readings spread over 3.2 rad/s)".
 std::string MotionSeen(const PoseSet& set) {
   std::string seen;
   for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -69,7 +69,7 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
       set.Find(Triad::kGyroscope) != nullptr &&
       (set.Find(Triad::kAccelerometer) != nullptr || set.Find(Triad::kMagnetometer) != nullptr);
   const std::string duration = Format("%.1f s", set.duration_s);
-  // No such sensor is read at more than some 10 kHz.
+  // Twice the 10 kHz or so at which such sensors are read at most.
   constexpr double kMostHz = 2e4;
   std::string too_fast;
   for (const StreamSummary& stream : set.streams) {
@@ -104,7 +104,7 @@ Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {
         return monitors_[stream.triad]->samples() >= kRateSamples;
       });
   if (rates_known) {
-    // The usual case: the first blocks tell all rates, and nothing is copied.
+    // The usual case: the first blocks determine all rates, and nothing is copied.
     TRUETRIAD_RETURN_IF_ERROR(Start());
     return Add(blocks);
   }
@@ -138,19 +138,19 @@ Status DetectedPoses::Start() {
     if (std::find(streams.begin(), streams.end(), triad) == streams.end()) continue;
     if (!triads.empty() && triads.front().triad == triad) continue;
     const double spacing_ns = monitors_[triad]->spacing_ns();
-    // A gyroscope that is slower by as much would make the windows too long.
+    // A gyroscope more than four times as slow would make the windows too long.
     if (spacing_ns > kSamplesOfWindow * leading_spacing_ns) continue;
     width_ns = std::max({width_ns,
                          std::min(kSamplesOfWindow * spacing_ns, kLongestWindowNs),
                          kFewestWindowSamples * spacing_ns});
     triads.push_back(known(*info_.Find(triad)));
   }
-  // Whatever is near the magnetometer stirs it, so it does not tell rest from motion.
+  // Moving objects nearby disturb a magnetometer, so it does not distinguish rest from motion.
   if (leading_ != Triad::kMagnetometer &&
       std::find(streams.begin(), streams.end(), Triad::kMagnetometer) != streams.end()) {
     witnesses.push_back(known(*info_.Find(Triad::kMagnetometer)));
   }
-  // However far apart rows are, the end of the last window must still be a time.
+  // 1e16 ns is 116 days: the end of the last window must not overflow, however far apart rows are.
   constexpr double kLongestNs = 1e16;
   width_ns = std::min(width_ns, kLongestNs);
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
@@ -177,7 +177,7 @@ void DetectedPoses::FindRests(bool at_end) {
   const std::vector<Rest> rests = detector_->Find(*buffer_, count, usable);
 
   const std::size_t tail = at_end ? count : count - kTailWindows;
-  std::size_t keep_from = tail;  // What lies before has been used.
+  std::size_t keep_from = tail;  // Windows before have been used.
   bool stays_open = false;
   for (const Rest& rest : rests) {
     if (rest.end() <= consumed_) continue;
@@ -191,7 +191,7 @@ void DetectedPoses::FindRests(bool at_end) {
       AddWindows(rest, begin, rest.end());
       ClosePose();
     } else if (rest.begin() > count / 2) {
-      keep_from = rest.begin();  // Judged whole with the next chunk.
+      keep_from = rest.begin();  // The rest is judged as a whole with the next chunk.
       if (goes_on) keep_from = std::min(keep_from, begin);
     } else {
       AddWindows(rest, begin, tail);

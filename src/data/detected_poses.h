@@ -31,7 +31,7 @@ class DetectedPoses : public RestFinder {
   Status Validate() const override;
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
-  /// Unset before the first look.
+  /// Unset before the first search.
   std::optional<std::int64_t> judged_before_ns() const override {
     return buffer_ ? std::optional(buffer_->begin_ns()) : std::nullopt;
   }
@@ -39,7 +39,7 @@ class DetectedPoses : public RestFinder {
   Result<std::vector<CollectedPose>> Finish(Findings* findings) override;
   Error NoPose(const PoseSet& set) const override;
 
-  /// Windows held at most so far: what bounds the memory.
+  /// The largest number of windows held so far, which bounds the memory.
   std::size_t peak_windows() const { return peak_windows_; }
 
  private:

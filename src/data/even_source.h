@@ -18,34 +18,34 @@
 
 namespace truetriad {
 
-/// Takes out of a stream of readings what was taken in times that are to be left out.
+/// Removes readings with times in excluded ranges from a stream.
 class ExcludedTime {
  public:
   explicit ExcludedTime(const std::vector<ExcludedRange>& ranges);
 
-  /// Leaves the pieces of the blocks that count, in order.
+  /// Replaces the blocks by their pieces outside of the ranges, in order.
   void Apply(std::vector<SampleBlock>* blocks);
 
-  /// The ranges, none beyond the recording's first and last reading.
+  /// The ranges, clipped to the recording's first and last reading.
   std::vector<TimeRange> Left() const;
 
-  /// How much was left out. Error (bad input): a range without any reading.
+  /// Reports how much was left out. Error (bad input): a range without any reading.
   Status Tell(const RecordingInfo& info, Findings* findings) const;
 
  private:
   std::vector<ExcludedRange> ranges_;
-  std::vector<std::int64_t> readings_;  // That each has left out.
+  std::vector<std::int64_t> readings_;  // Left out by each range.
   // Of all readings, left out or not.
   std::int64_t first_ns_ = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
 /// The readings of a recording without those that are excluded, at even times where its stamps
-/// scatter about such.
+/// scatter about even times.
 ///
-/// Streams whose stamps are even enough pass through. From the first block on that has others the
-/// samples of all streams are held, a quarter of a million at most, which are some minutes, and the
-/// stamps judged by what is held; the judgement of a stream stays.
+/// Streams whose stamps are even enough pass through. From the first block with uneven stamps on,
+/// the samples of all streams are held, kMostHeldSamples at most, and the stamps are judged by
+/// these; the judgement of a stream is final.
 class EvenSource {
  public:
   /// Both belong to the caller.
@@ -55,7 +55,7 @@ class EvenSource {
   /// As SampleSource::Next.
   Result<bool> Next(std::vector<SampleBlock>* blocks);
 
-  /// Fills in how the stamps of the stream are; adds what should be said of them.
+  /// Fills in the kind and the jitter of the stream's stamps; adds a finding where they are uneven.
   void Describe(StreamSummary* summary, Findings* findings) const;
 
  private:
@@ -65,13 +65,13 @@ class EvenSource {
     bool looks_even = true;
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
-    bool are_true = false;                   // The readings say so of the stamps.
-    double squares_ns2 = 0.0, judged = 0.0;  // Of what stamps are off even times.
+    bool are_true = false;                   // By the readings.
+    double squares_ns2 = 0.0, judged = 0.0;  // Of stamp less even time.
 
     HeldSamples held;
-    std::size_t handed = 0;             // Of those held; they stay so that lines go on.
-    std::size_t ready = 0;              // Those before can be handed over.
-    std::vector<std::int64_t> even_ns;  // Of those held; empty: as they are stamped.
+    std::size_t handed = 0;             // Of those held; kept so that lines continue.
+    std::size_t ready = 0;              // Number that can be handed over.
+    std::vector<std::int64_t> even_ns;  // Of those held; empty: the stamps.
     // Time of the last one handed over.
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
 
@@ -81,7 +81,7 @@ class EvenSource {
     }
   };
 
-  /// Samples that are stamped together; 1: each by itself.
+  /// Number of samples with one stamp; 1: each has its own.
   std::int64_t WindowOf(Triad triad) const;
   bool MustHold(const std::vector<SampleBlock>& blocks);
   void Settle(bool at_end);

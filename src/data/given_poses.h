@@ -17,7 +17,7 @@
 
 namespace truetriad {
 
-/// Where one of the ranges comes from, and its times where it is given by these instead of rows.
+/// Where a range is stated, and its times where it is given by time and not by rows.
 struct RangeOrigin {
   TimeRange times;
   std::string stated_in;  ///< "rates.yaml:3".
@@ -29,8 +29,8 @@ struct RangeOrigin {
 /// pose by row, of one in another file by time, within half a spacing of the leading stream.
 class GivenPoses : public RestFinder {
  public:
-  /// `monitor`: of the leading stream, belongs to the caller. `key`: what the ranges are called in
-  /// messages; `origins`: none, or one a range, all of them by time or all by rows.
+  /// `monitor`: of the leading stream, belongs to the caller. `key`: the ranges' name in messages;
+  /// `origins`: none, or one per range, all of them by time or all by rows.
   GivenPoses(const PoseSelection& selection,
              const RecordingInfo& info,
              Triad leading,
@@ -40,7 +40,7 @@ class GivenPoses : public RestFinder {
 
   /// Ranges must be in file order; a pose column must be there.
   Status Validate() const override;
-  /// Error: rows of a log that are no rests.
+  /// Error: more rows than kMostRowsAsRests as rests beside a gyroscope.
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
   /// Unset before the first sample.
@@ -52,7 +52,7 @@ class GivenPoses : public RestFinder {
  private:
   struct OpenPose {
     PoseAccumulator accumulator;
-    PerTriad<TriadWindow> window;  // The last few samples, until they make a window.
+    PerTriad<TriadWindow> window;  // The last samples, which do not fill a window yet.
     std::int64_t label = 0;
     std::int64_t first_row = 0, last_row = 0, first_ns = 0, last_ns = 0;
     bool closed = false;
@@ -65,7 +65,7 @@ class GivenPoses : public RestFinder {
   };
 
   bool IsByTime() const { return !origins_.empty() && !origins_.front().times.empty(); }
-  // First and last row of a range, or its times, and how it is called.
+  // First and last row of a range, or its times, and its name in messages.
   std::int64_t Begin(std::size_t range) const;
   std::int64_t End(std::size_t range) const;
   std::string Spoken(std::size_t range) const;

@@ -15,20 +15,20 @@
 
 namespace truetriad {
 
-/// Held at most, of all streams: 14 minutes of three at 100 Hz, some 25 MB.
+/// Held at most, of all streams together: 14 minutes of three at 100 Hz, some 25 MB.
 inline constexpr std::size_t kMostHeldSamples = 262144;
-/// Samples that sources hand over at once: blocks that stay in the cache.
+/// Samples that sources hand over at once: 32 kB for each column, which stay in the cache.
 inline constexpr std::size_t kBlockSamples = 4096;
 
 /// Readings number [begin, end) of a block; columns that it lacks stay empty.
 SampleBlock PieceOf(const SampleBlock& block, std::size_t begin, std::size_t end);
 
-/// So many readings of a stream show its smallest step: with noise σ of a hundred steps neighbours
-/// differ by one step once in √π σ = 177 times.
+/// Readings of a stream that determine its smallest step: with noise σ of a hundred steps
+/// neighbours differ by one step once in √π σ = 177 times, so 113 times in these.
 inline constexpr std::int64_t kStepReadings = 20000;
 
-/// The lesser of `step` and the smallest difference between readings that follow each other, from
-/// `before` on. What is smaller than 1e-9 of the `largest` reading is rounding of its conversion.
+/// The lesser of `step` and the smallest difference between consecutive readings, from `before`
+/// on. Differences below 1e-9 of the `largest` reading are rounding of a conversion.
 inline double SmallestStep(std::span<const double> values,
                            double before,
                            double largest,
@@ -60,7 +60,7 @@ struct HeldSamples {
   }
 
  private:
-  // Optional columns are empty. `change` gets each, and that of a block.
+  // Calls `change` with each column and the member of a block for it; optional columns are empty.
   template <typename Change>
   void EachColumn(const Change& change) {
     change(&time_ns, &SampleBlock::time_ns), change(&row, &SampleBlock::row);

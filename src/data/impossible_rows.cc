@@ -14,40 +14,41 @@
 namespace truetriad {
 namespace {
 
-// Rows kept before a word, and rows after it, that say where it should be.
+// Chosen: eight rows before a word and eight after it give the expected reading.
 constexpr std::size_t kAbout = 8;
-// Rows that are searched for those after it: every third of them may be a word as well.
+// The rows searched for the eight after it, so that two of three may be words as well.
 constexpr std::size_t kAhead = 24;
-// Rows held back while a word lasts: eight seconds at 1 kHz.
+// The most rows held back while a word lasts: eight seconds at 1 kHz.
 constexpr std::size_t kMostHeld = 8192;
-// A word this many steps off the reading before is looked at.
+// Chosen: a word is suspected when it differs from the reading before by more steps than this.
 constexpr double kFewSteps = 5.0;
-// The smallest word but zero.
+// The smallest error word except zero.
 constexpr double kLeastWord = 999.0;
-// Fewer readings do not say how they spread.
+// Chosen: fewer readings, of which four remain after trimming, do not determine their spread.
 constexpr std::size_t kFewestAbout = 6;
-// A check leaves out the most extreme of those about it on each side, which may be bad themselves.
+// The most extreme reading on each side is left out of the spread, as it may be a word itself.
 constexpr std::size_t kTrimmed = 1;
-// What remains of 16 spreads over 2.6 σ, which it tells like 12 degrees of freedom do.
+// The 14 that remain of 16 span 2.6 σ, which determines σ as well as 12 degrees of freedom do.
 constexpr double kSpreadSigmas = 2.6, kDof = 12.0;
-// A word is this many times as far off as the others spread: they are 16 readings of one motion,
-// whose end lies within one spread of them.
+// Chosen: a word lies outside by more than five spreads of its 16 neighbours, which are of one
+// motion; the motion itself continues to within one spread of them.
 constexpr double kFarSpreads = 5.0;
-// A chance below which a row is none: one good row in a million is no loss.
+// A row with a smaller chance is no reading: one good row in a million is no loss.
 constexpr double kUnlikely = 1e-6;
-// A third of the share of zeros in a stream: the chance that another one is a reading is then less
-// than one in four.
+// With a chance below a third of the share of zero words, a zero is a reading with a probability of
+// less than (1/3) / (1/3 + 1) = 1/4.
 constexpr double kZeroShare = 1.0 / 3.0;
-// Where each row is elsewhere on the sphere a word lies among the others; a few in a row are then
-// no rest.
+// Chosen: up to three words in a row are judged as single errors; more may be a rest that reads
+// this word, and then only noise and distance count.
 constexpr std::size_t kFewInARow = 3;
-// Another word on all three axes at once is none where it is half a spread off.
+// Chosen: another word on all three axes at once is no reading where one axis is half a spread off.
 constexpr double kApartSpreads = 0.5;
-// Readings that spread over fewer steps are a rest, in which any word may lie outside by chance.
+// Chosen: readings that spread over fewer steps are of a rest, where a reading lies half a spread
+// outside by chance.
 constexpr double kSomeSteps = 20.0;
 
-// What drivers and file formats put where there is no reading: zero, ends of 16 and 32 bits, rows
-// of nines.
+// Whether drivers or file formats write the value where there is no reading: zero, ends of 16 and
+// 32 bits, numbers of nines.
 bool IsWord(double value) {
   const double size = std::abs(value);
   if (size < kLeastWord) return size == 0.0;
@@ -61,20 +62,21 @@ bool IsOneWord(const Eigen::Vector3d& reading) {
   return reading.x() == reading.y() && reading.y() == reading.z();
 }
 
-// Readings about a word, and what is known of their stream.
+// Readings before and after a word, and properties of their stream.
 struct AboutWord {
   std::vector<Eigen::Vector3d> readings;  // Good ones before and after.
-  Eigen::Vector3d step;                   // Smallest between readings, by axis.
-  std::size_t in_a_row = 1;               // Words.
-  double zero_share = 0.0;                // Of the rows so far that were 0, 0, 0 and no reading.
+  Eigen::Vector3d step;                   // Smallest between readings, per axis.
+  std::size_t in_a_row = 1;               // Suspected rows.
+  double zero_share = 0.0;                // Share of the rows so far that were zero words.
 };
 
 struct Spread {
   double low, high, step;
   double width() const { return std::max(high - low, step); }
-  // Widths that a value is outside.
+  // Distance of a value outside the range, in widths.
   double Off(double value) const { return std::max({low - value, value - high, 0.0}) / width(); }
-  // Chance of a value of one step among readings scattered like these; of it, where it lies.
+  // Chance of one value among readings that scatter like these: TailOf is Student's density at it
+  // relative to the maximum, StepShare the chance of the most frequent step.
   double sigma() const { return std::max((high - low) / kSpreadSigmas, 0.5 * step); }
   double TailOf(double value) const {
     const double distance = (value - 0.5 * (low + high)) / sigma();
@@ -91,10 +93,10 @@ Spread SpreadOf(const AboutWord& about, int axis) {
   return {values[kTrimmed], values[values.size() - 1 - kTrimmed], about.step[axis]};
 }
 
-// Whether `reading`, of which at least one axis is a word or all are one, cannot be a reading. A
-// word alone says nothing: a gyroscope at rest may read 0, 0, 0.
+// Whether `reading`, with a word on an axis or equal axes, cannot be a reading. A word alone is no
+// evidence: a gyroscope at rest may read 0, 0, 0.
 bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
-  // What is not finite is a fault of the file.
+  // StreamMonitor refuses readings that are not finite.
   if (!reading.allFinite()) return false;
   if (reading.cwiseAbs().maxCoeff() >= kNoSensorReads) return true;
   if (about.readings.size() < kFewestAbout) return false;
@@ -110,7 +112,7 @@ bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
     if (one_word && spread.width() >= kSomeSteps * spread.step) apart = std::max(apart, off);
     chance *= spread.TailOf(reading[axis]) * (few ? spread.StepShare() : 1.0);
   }
-  // A simulated rest between turns at constant rates.
+  // Without noise, many in a row are a simulated rest between turns at constant rates.
   if (!has_noise && !few) return false;
   if (farthest > kFarSpreads) return true;
   if (!one_word) return false;
@@ -118,7 +120,7 @@ bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
   return few && IsWord(reading.x()) && apart > kApartSpreads;
 }
 
-// Far from all: nothing is known of what came before.
+// A reading before the first one: far from all, so that every word is suspected.
 Eigen::Vector3d Nowhere() { return Eigen::Vector3d::Constant(2.0 * kNoSensorReads); }
 
 }  // namespace
@@ -141,7 +143,7 @@ void RowScreen::WatchSteps(const SampleBlock& block) {
   rows_seen_ += static_cast<std::int64_t>(block.x.size());
 }
 
-// Whether a row may be a word: without a branch, as most blocks have none.
+// Whether any row may be a word; without branches for speed, as most blocks have none.
 bool RowScreen::MayHaveSuspects(const SampleBlock& block) const {
   int found = 0;
   for (std::size_t i = 0; i < block.x.size(); ++i) {
@@ -175,7 +177,7 @@ bool RowScreen::IsClean(const SampleBlock& block) {
   const bool look = is_clean && MayHaveSuspects(block);
   for (std::size_t i = 0; look && is_clean && i < count; ++i) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
-    // Of the first reading of all nothing is known.
+    // The first reading of all has none before it.
     const Eigen::Vector3d before = last_.value_or(Nowhere());
     is_clean = !IsSuspect(reading, before);
     last_ = reading;
@@ -191,14 +193,14 @@ void RowScreen::Accept(const SampleBlock& block) {
   }
 }
 
-// A reading that is held until there is another one counts once.
+// Repeats of one reading count once.
 void RowScreen::Remember(const Eigen::Vector3d& reading) {
   if (!history_.empty() && history_.back() == reading) return;
   if (history_.size() == kAbout) history_.erase(history_.begin());
   history_.push_back(reading);
 }
 
-// The rows kept before, and those from `begin` on that are no words.
+// The readings kept from before, and those from `begin` on that are not suspected.
 std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* is_enough) const {
   std::vector<Eigen::Vector3d> about = history_;
   const Eigen::Vector3d before = history_.empty() ? Nowhere() : history_.back();
@@ -214,8 +216,8 @@ std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* i
   return about;
 }
 
-// Whether rows of words differ by single steps from one to the next, as the readings of a coarse
-// sensor at rest do, and words in place of readings do not.
+// Whether suspected rows differ by a few steps from one to the next, as the readings of a coarse
+// sensor at rest do; error words do not.
 bool RowScreen::IsCoarseRest(std::size_t begin, std::size_t end) const {
   for (std::size_t i = begin + 1; i < end; ++i) {
     const Eigen::Array3d change = (rows_.reading(i) - rows_.reading(i - 1)).cwiseAbs();

@@ -17,30 +17,31 @@
 
 namespace truetriad {
 
-/// No sensor reads as much, in any unit; squares of larger numbers leave the range of a double.
+/// No sensor reads as much in any unit, and squares up to it (1e60) stay in the range of a double.
 inline constexpr double kNoSensorReads = 1e30;
 
-/// Leaves out of one stream the rows that are no readings: words that a driver or a bus puts in
-/// place of one.
+/// Removes from one stream the rows that are no readings but error words, which a driver or a bus
+/// writes in place of a reading.
 class RowScreen {
  public:
   explicit RowScreen(Triad triad) : triad_(triad) {}
 
-  /// Whether the next block has no such word and nothing is held back: then it can be used as it
-  /// is, and is accepted.
+  /// Whether the next block has no suspected word and nothing is held back; the caller then uses it
+  /// as it is and calls Accept.
   bool IsClean(const SampleBlock& block);
   void Accept(const SampleBlock& block);
-  /// Takes the block over.
+  /// Copies the block into the rows that are held back.
   void Hold(const SampleBlock& block) { rows_.Append(block); }
-  /// What can be judged of what is held, or at the end all of it; it stays until the next call.
+  /// The held rows that can be judged, or at the end all, without the words; valid until the next
+  /// call.
   SampleBlock Judge(bool at_end);
   bool is_empty() const { return rows_.size() == handed_; }
 
-  /// How many rows were left out, and why; none: nothing.
+  /// Reports how many rows were left out, and why; unset where none was.
   std::optional<Finding> Left() const;
 
  private:
-  /// Why a row is none.
+  /// Why a row is no reading.
   enum Kind : std::size_t { kZero, kWord, kAbsurd, kKinds };
   void WatchSteps(const SampleBlock& block);
   bool MayHaveSuspects(const SampleBlock& block) const;
@@ -51,25 +52,25 @@ class RowScreen {
   bool LeaveOut(const Eigen::Vector3d& reading, std::int64_t row);
 
   Triad triad_;
-  HeldSamples rows_;                      // Handed over last, then what is held back.
+  HeldSamples rows_;                      // Those handed over last, then those held back.
   std::size_t handed_ = 0;                // Of rows_.
   std::vector<Eigen::Vector3d> history_;  // The last ones that were kept.
-  // Of neighbouring rows, the smallest difference that is none of rounding; the largest reading.
+  // Smallest difference of neighbouring rows above rounding, and the largest reading.
   Eigen::Vector3d step_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d largest_ = Eigen::Vector3d::Zero();
-  std::optional<Eigen::Vector3d> last_;  // Reading of the last block.
+  std::optional<Eigen::Vector3d> last_;  // Last reading of the last block.
   std::int64_t rows_seen_ = 0;
   std::array<std::int64_t, kKinds> left_{};
   std::int64_t first_row_ = -1;
   Eigen::Vector3d example_ = Eigen::Vector3d::Zero();
 };
 
-/// That of all streams of a recording.
+/// The screens of all streams of a recording.
 class ImpossibleRows {
  public:
-  /// Takes them out of `blocks`; what is left stays until the next call.
+  /// Removes error words from `blocks`, which stay valid until the next call.
   void Apply(std::vector<SampleBlock>* blocks);
-  /// At the end: what was held back.
+  /// At the end: gives the rows that were held back.
   void Flush(std::vector<SampleBlock>* blocks);
   Findings Left() const;
 

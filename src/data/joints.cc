@@ -18,19 +18,19 @@
 namespace truetriad {
 namespace {
 
-// A turn by this much more than the gyroscope counted, the way it took with its gain as small as
-// gains are (units.h), is none: 20 deg are more than any bias, misalignment or bandwidth leave.
+// A joint turns gravity by 20 deg more than 1.5 times the angle that the gyroscope integrated:
+// 20 deg are more than bias, misalignment or bandwidth leave, and gains are not below 1 / 1.5.
 constexpr double kUnexplainedRad = 0.35, kGainOff = 1.5;
 // The median of three readings before and after a joint; a single spike does not move it.
 constexpr std::size_t kReadings = 3;
-// A joint is between two readings: they differ by most of what those before and after it do. A turn
-// that the gyroscope read too small, in whatever unit, goes on for longer.
+// Chosen: at a joint one step makes 60 % of the change, as it lies between two readings. A turn
+// with a wrong gain of the gyroscope, in whatever unit, takes longer.
 constexpr double kAtOnce = 0.6;
 
 struct Field {
-  const std::vector<Eigen::Vector3d>& readings;  // at the times of the gyroscope
-  double strength_raw = 0.0;                     // not smaller than it is
-  std::size_t spacing = 1;                       // of its readings, in those of the gyroscope
+  const std::vector<Eigen::Vector3d>& readings;  // At the times of the gyroscope.
+  double strength_raw = 0.0;                     // An upper bound.
+  std::size_t spacing = 1;                       // Of its readings, in gyroscope readings.
 };
 
 struct Readings {
@@ -39,7 +39,7 @@ struct Readings {
   Field accelerometer;
   std::optional<Field> magnetometer;
   double rad_per_raw = 1.0;
-  Eigen::Vector3d rest_raw = Eigen::Vector3d::Zero();  // what the gyroscope reads at rest
+  Eigen::Vector3d rest_raw = Eigen::Vector3d::Zero();  // The gyroscope's reading at rest.
 
   std::size_t size() const { return time_ns.size(); }
 };
@@ -47,21 +47,22 @@ struct Readings {
 // A joint between readings number `at` and at + 1.
 struct FoundJoint {
   std::size_t at = 0;
-  double turned_rad = 0.0;   // at least, as the vector sensors have it
-  double counted_rad = 0.0;  // at most, as the gyroscope has it
+  double turned_rad = 0.0;   // Lower bound, by the vector sensors.
+  double counted_rad = 0.0;  // Path of the gyroscope.
 };
 
 double HalfRange(const StreamSummary& stream) {
   return 0.5 * (stream.maximum_raw - stream.minimum_raw).maxCoeff();
 }
 
-// Not smaller than gravity in raw units.
+// An upper bound of gravity in raw units.
 double GravityRaw(const StreamSummary& accelerometer) {
   const Unit& unit = accelerometer.unit;
   return unit.is_counts ? HalfRange(accelerometer) : kStandardGravityMps2 / unit.truth_per_raw;
 }
 
-// Of a sensor's own readings, in rows of the gyroscope; a gyroscope that is held counts as well.
+// Spacing of a sensor's own readings in rows of the gyroscope, at least the gyroscope's own
+// repeats.
 std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscope) {
   if (!(stream.rate_hz > 0.0)) return 1;
   const double rows =
@@ -69,8 +70,8 @@ std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscop
   return std::max<std::size_t>(1, std::lround(std::ceil(rows - 0.1)));
 }
 
-// The readings as this looks at them; unset where they say nothing of joints: without
-// accelerometer, or with a gyroscope whose counts mean no angle.
+// The readings that joints are sought in; unset without accelerometer, or with a gyroscope in
+// counts, which give no angle.
 std::optional<Readings> ReadingsOf(const PoseSet& set,
                                    const std::vector<std::int64_t>& time_ns,
                                    const std::vector<Eigen::Vector3d>& gyroscope_raw,
@@ -96,18 +97,18 @@ std::optional<Readings> ReadingsOf(const PoseSet& set,
   return readings;
 }
 
-// Of three readings from `begin` on, each axis.
+// Median of three readings from `begin` on, per axis.
 Eigen::Vector3d MedianFrom(const std::vector<Eigen::Vector3d>& readings, std::size_t begin) {
   const Eigen::Vector3d &a = readings[begin], &b = readings[begin + 1], &c = readings[begin + 2];
   return a.cwiseMin(b).cwiseMax(a.cwiseMax(b).cwiseMin(c));
 }
 
-// At least so far turns a vector of this length that changes by so much.
+// The least angle by which a vector of this length turns when it changes by `change`.
 double TurnOf(double change, double length) {
   return 2.0 * std::asin(std::clamp(0.5 * change / length, 0.0, 1.0));
 }
 
-// The way that the gyroscope took over readings [first, last], rad.
+// Integral of the gyroscope's rate over readings [first, last], rad.
 double WayOf(const Readings& readings, std::size_t first, std::size_t last) {
   double way = 0.0;
   for (std::size_t i = first; i < last; ++i) {
@@ -123,14 +124,14 @@ bool IsExplained(double turned_rad, double way_rad) {
   return turned_rad <= kGainOff * way_rad + kUnexplainedRad;
 }
 
-// By how much the accelerometer changes from reading `at` to the next of its own.
+// Change of the accelerometer from reading `at` to its next one.
 double StepAt(const Field& accelerometer, std::size_t at) {
   const std::size_t next = std::min(at + accelerometer.spacing, accelerometer.readings.size() - 1);
   return (accelerometer.readings[next] - accelerometer.readings[at]).norm();
 }
 
-// Gravity and field both turn at once where the gyroscope hardly does. What jerks the unit leaves
-// the field, what disturbs the field leaves gravity as it is.
+// A joint turns gravity and field at once where the gyroscope hardly turns. A jerk does not turn
+// the field, and a magnetic disturbance does not turn gravity.
 std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   const Field& gravity = readings.accelerometer;
   const Field& field = *readings.magnetometer;
@@ -144,13 +145,13 @@ std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   const double turned =
       std::min(TurnOf(by_gravity, gravity.strength_raw), TurnOf(change(field), field.strength_raw));
   if (!(turned > kUnexplainedRad)) return std::nullopt;
-  // What is held was read up to a spacing before.
+  // A repeated reading was taken up to a spacing before.
   const double way = WayOf(readings, first - std::min(first, spacing - 1), after + kReadings - 1);
   if (IsExplained(turned, way)) return std::nullopt;
   return FoundJoint{at, turned, way};
 }
 
-// All joints that gravity and field show, of those that are as good as one the clearest.
+// All joints that gravity and field show; of overlapping ones that with the largest step.
 std::vector<FoundJoint> JointsOf(const Readings& readings) {
   std::vector<FoundJoint> joints;
   if (!readings.magnetometer) return joints;
@@ -171,7 +172,7 @@ std::vector<FoundJoint> JointsOf(const Readings& readings) {
   return joints;
 }
 
-// From one rest to the next gravity turned by more than the gyroscope's way, and at once.
+// A joint between two rests: gravity turned in one step by more than the gyroscope explains.
 std::optional<FoundJoint> JointBetweenRests(const Readings& readings,
                                             const Eigen::Vector3d& before_raw,
                                             const Eigen::Vector3d& after_raw) {
@@ -181,7 +182,7 @@ std::optional<FoundJoint> JointBetweenRests(const Readings& readings,
   if (!(turned > kUnexplainedRad)) return std::nullopt;
   const double way = WayOf(readings, 0, readings.size() - 1);
   if (IsExplained(turned, way)) return std::nullopt;
-  // A sensor that is read so seldom turns all at once.
+  // A sensor with so few readings shows any turn as one step.
   if (readings.size() < kReadings * gravity.spacing) return std::nullopt;
   std::size_t at = 0;
   for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
@@ -257,7 +258,7 @@ std::optional<Finding> FaultOf(const RecordedMove& move, const PoseSet& set) {
   return FindingAt(set, time_ns, RowAt(before, after, time_ns), WhatIsSeen(*joint));
 }
 
-// Those that no finding has said yet.
+// Adds findings for joints that have none yet.
 void TellJoints(PoseSet* set) {
   std::size_t told = 0;
   for (RecordingJoint& joint : set->joints) {
@@ -279,7 +280,7 @@ void BreakMovesAtJoints(PoseSet* set) {
     if (auto fault = FaultOf(move, *set)) move.fault = std::move(fault);
   }
   for (RecordingJoint& joint : set->joints) {
-    // The move's fault is a finding.
+    // The fault of the move reports it.
     joint.is_told = joint.is_told || IsWithinMove(joint, *set);
   }
   TellJoints(set);

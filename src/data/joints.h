@@ -8,14 +8,13 @@
 
 namespace truetriad {
 
-// Where a recording was put together from pieces: the gyroscope does not tell the turn there, so no
-// turn leads across.
+// Joints, where a recording was put together from pieces: the gyroscope does not show the change of
+// attitude there, so no turn is integrated across.
 
-// Gives moves that lead across a joint, by what is known of set->joints and by what the sensors
-// show, their fault.
+// Sets the fault of moves across a joint, known from set->joints or found from the sensors.
 void BreakMovesAtJoints(PoseSet* set);
 
-// Adds to set->joints those that the sensors of a unit that never rests show, and says so.
+// Adds to set->joints those found in the readings of a unit that never rests, with findings.
 void FindJointsInMotion(PoseSet* set);
 
 }  // namespace truetriad
