@@ -197,8 +197,8 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];
-    // The same number of pairs for both: at some lags triads that were read in part have more
-    // pairs, which is no evidence for these.
+    // The same number of pairs for both: triads that were read in part have more of them at some
+    // lags, which is no evidence.
     const double pairs = std::min(rival.pairs, peak->pairs);
     if (rival.value > 0.0 &&
         rival.log_likelihood(pairs) > peak->log_likelihood(pairs) - kClearlyLikelier) {

@@ -17,8 +17,7 @@ namespace truetriad {
 /// σ of a lag, s: half of a slot of 0.1 s.
 inline constexpr double kClockLagSigmaS = 0.05;
 
-/// Finds delays between the readings of two triads of up to seconds; a fit finds those of
-/// milliseconds.
+/// Finds delays of seconds between the readings of two triads; a fit finds those of milliseconds.
 ///
 /// It keeps each triad's mean over every tenth of a second, which shows how far the unit turned, c:
 /// by the change of a field's readings, or by a rate less that at rest. Where the unit is turned

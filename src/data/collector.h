@@ -86,8 +86,7 @@ class RestFinder {
   virtual Error NoPose(const PoseSet& set) const = 0;
 };
 
-/// Collects detected or given rests, and the gyroscope's readings between them. `monitors` belong
-/// to the caller.
+/// Collects rests and the gyroscope's readings between them. `monitors` belong to the caller.
 std::unique_ptr<Collector> MakeRestCollector(std::unique_ptr<RestFinder> finder,
                                              const PoseSelection& selection,
                                              const RecordingInfo& info,

@@ -40,8 +40,7 @@ class ExcludedTime {
   std::int64_t last_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// The readings of a recording without those that are excluded, at even times where its stamps
-/// scatter about even times.
+/// The readings that are not excluded, at even times where their stamps scatter about even ones.
 ///
 /// Streams whose stamps are even enough pass through. From the first block with uneven stamps on,
 /// the samples of all streams are held, kMostHeldSamples at most, and the stamps are judged by

@@ -268,8 +268,7 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
   }
   while (!open_.empty()) FinishFirst();
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
-    // A range of which more than half is beyond the end belongs to another recording; a slow
-    // sensor may end a little early.
+    // A range with more than half beyond the end is of another recording; slow sensors end early.
     const std::int64_t last = IsByTime() ? last_ns_ : last_row_;
     if (range_used_[i] && End(i) - last <= last - Begin(i)) continue;
     return Error(ErrorCode::kNotInRecording,

@@ -32,8 +32,7 @@ class RowScreen {
   void Accept(const SampleBlock& block);
   /// Copies the block into the rows that are held back.
   void Hold(const SampleBlock& block) { rows_.Append(block); }
-  /// The held rows that can be judged, or at the end all, without the words; valid until the next
-  /// call.
+  /// The held rows that can be judged (at the end: all), without words; valid until the next call.
   SampleBlock Judge(bool at_end);
   bool is_empty() const { return rows_.size() == handed_; }
 

@@ -48,7 +48,7 @@ struct Readings {
 struct FoundJoint {
   std::size_t at = 0;
   double turned_rad = 0.0;   // Lower bound, by the vector sensors.
-  double counted_rad = 0.0;  // Path of the gyroscope.
+  double counted_rad = 0.0;  // Upper bound, by the gyroscope.
 };
 
 double HalfRange(const StreamSummary& stream) {
@@ -61,8 +61,7 @@ double GravityRaw(const StreamSummary& accelerometer) {
   return unit.is_counts ? HalfRange(accelerometer) : kStandardGravityMps2 / unit.truth_per_raw;
 }
 
-// Spacing of a sensor's own readings in rows of the gyroscope, at least the gyroscope's own
-// repeats.
+// Spacing of a sensor's own readings in rows of the gyroscope, at least the gyroscope's repeats.
 std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscope) {
   if (!(stream.rate_hz > 0.0)) return 1;
   const double rows =

@@ -27,7 +27,7 @@ Error NoSuchPose(const std::string& key, const MotionPlace& at, const PoseSet& s
                      "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
 }
 
-// A turn that the log has only a part of, or nothing.
+// Error: the log does not contain the whole turn.
 Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const PoseSet& set) {
   const std::string where = at.stated_in.empty() ? "turns" : at.stated_in;
   if (at.times.empty()) {
@@ -60,10 +60,10 @@ Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
   return sum / static_cast<double>(vectors.size());
 }
 
-// A rate that is held is as large at the ends of its stretch as in the middle. What differs by more
-// than this share of it, and clearly from what the middle wanders by or noise and spikes make of an
-// eighth, is a table that gathers speed: an eighth of it would move the mean by an eighth of the
-// share.
+// A rate that is held is as large in the first and last eighth of its interval as in the middle. A
+// difference of more than 0.1 %, and of more than kClearFactor times the noise of an eighth or the
+// drift of the middle, is an acceleration of the table; one eighth would then change the mean by
+// 1/8 of it.
 constexpr double kRampShare = 0.001;
 
 std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
@@ -96,8 +96,9 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
   return {};
 }
 
-// The ends of all stretches together: what each of them falls short of its middle by is the same
-// share of that, beside a bias, wherever the table or a low-pass sets it, however much it wanders.
+// Checks the ends of all intervals together: an acceleration of the table or a low-pass makes each
+// end differ from its middle by the same share of the rate, which a regression on the rate finds
+// beside a bias and a drift.
 Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const PoseSet& set) {
   for (const bool is_first : {true, false}) {
     std::vector<Eigen::Vector3d> rates, missing;
@@ -143,7 +144,7 @@ RateMeans::RateMeans(const std::vector<StatedRate>& rates,
   for (std::size_t i = 0; i < rates_.size(); ++i) {
     if (!rates_[i].at.is_pose()) stretches_.push_back(i);
   }
-  // A file has rows or times: Validate() sees to it.
+  // All rates have rows or all have times, which Validate() checks.
   std::sort(stretches_.begin(), stretches_.end(), [this](std::size_t a, std::size_t b) {
     return std::pair(rates_[a].at.rows.first, rates_[a].at.times.start_ns) <
            std::pair(rates_[b].at.rows.first, rates_[b].at.times.start_ns);
@@ -197,7 +198,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   turning.streams = set->streams;
   if (means_) {
     TRUETRIAD_ASSIGN_OR_RETURN(auto collected, means_->Finish(&set->findings));
-    // Their noise by itself: a table that turns shakes the unit more than one that rests.
+    // The noise of turning is estimated separately, as a turning table shakes the unit more.
     std::vector<PerTriad<TriadPoseMoments>> turning_moments;
     for (CollectedPose& mean : collected) {
       turning.poses.push_back(std::move(mean.pose));
@@ -239,7 +240,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   moments->resize(kept);
   if (kept > 0) {
     FillCovariances(*moments, resolution_raw, set);
-    // One shift of all readings, wherever it shows.
+    // The bound of the shift holds for all readings, so the larger one is kept.
     for (std::size_t i = 0; i < set->streams.size(); ++i) {
       Eigen::Vector3d& shift = set->streams[i].one_sided_raw;
       const Eigen::Vector3d& turned = turning.streams[i].one_sided_raw;

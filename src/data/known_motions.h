@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-/// Averages the readings over the rows or times of stated rates, as those of a rest are.
+/// Averages the readings over the rows or times of stated rates, as GivenPoses does for rests.
 class RateMeans {
  public:
   /// `monitor`: of the leading stream, belongs to the caller.
@@ -25,26 +25,25 @@ class RateMeans {
   Status Validate() const;
   Status Add(const std::vector<SampleBlock>& blocks);
 
-  /// Takes the poses out of `set` that are no rests because a rate was held in them, and fills in
-  /// set->rates. The poses have their numbers and covariances; those of what remains are filled in
-  /// again. `moments[i]` belongs to set->poses[i]. Error: a rate without readings, or with the
-  /// number of a pose that is not there.
+  /// Removes the poses in which a rate was held from `set`, and fills in set->rates. The poses have
+  /// their numbers and covariances; the covariances of the remaining ones are computed again.
+  /// `moments[i]` belongs to set->poses[i]. Error: a rate without readings, that was not held, or
+  /// with the number of a missing pose.
   Status Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
                 std::vector<PerTriad<TriadPoseMoments>>* moments,
                 PoseSet* set);
 
  private:
   std::vector<StatedRate> rates_;
-  std::vector<std::size_t> stretches_;  // Those that are no pose, in the order of the file.
+  std::vector<std::size_t> stretches_;  // Rates that are not at a pose, in file order.
   std::optional<GivenPoses> means_;
 };
 
-/// Where readings must not be dropped: in turns, then in rates; those that are no pose.
+/// Places whose readings are kept: turns, then rates, without those at poses.
 std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 
-/// Fills in set->turns from what was recorded, and says of moves in which a rate was held that they
-/// are not to be used, nor turns that are cut. Error: the number of a pose without a move into the
-/// next.
+/// Fills in set->turns from `recorder`, and sets the fault of moves in which a rate was held and of
+/// turns that are cut. Error: a turn outside of the log, or at a pose without a next one.
 Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
 
 /// Sets the fault of known turns whose rows or times begin or end while the unit still turns, so

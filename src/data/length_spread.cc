@@ -8,7 +8,7 @@
 namespace truetriad {
 namespace {
 
-// Half as many tell the spread of lengths to 5 %.
+// Half as many, which remain after thinning, determine the spread of lengths to 5 %.
 constexpr std::size_t kMostKept = 1024;
 
 }  // namespace
@@ -37,7 +37,7 @@ LengthSpread::Half LengthSpread::ShortestHalf() const {
   }
   half.length = 0.5 * (sorted[best].norm() + sorted[best + further].norm());
   if (!(half.length > 0.0)) return half;
-  // Half of what is normal lies within a median of |e| of its middle.
+  // Half of normal errors e lie within median |e| of their middle.
   half.scatter = 0.5 * kMadToSigma * width(best) / half.length;
   Eigen::Vector3d least = sorted[best], most = sorted[best];
   for (std::size_t i = best; i <= best + further; ++i) {

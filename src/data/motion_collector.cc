@@ -17,19 +17,19 @@
 namespace truetriad {
 namespace {
 
-// The median of six readings stays with the good ones where two of them are spikes.
+// Three readings on each side: the median of six stays good with two spikes among them.
 constexpr std::size_t kEachSide = 3;
-// So many σ from its neighbours a reading is none: white noise does that once in 10^15, the hand of
-// a person tumbling a unit less than once in 10^4 readings (tests/trust, clean).
+// A reading 8 σ from its neighbours is an outlier: white noise exceeds that once in 10^15, a hand
+// that tumbles a unit less than once in 10^4 readings (tests/trust, clean).
 constexpr double kFarSigmas = 8.0;
-// Readings whose scatter is taken together: a second, while a hand does not change its ways.
+// Chosen: readings whose scatter is pooled; 0.64 s at 100 Hz, in which a hand moves steadily.
 constexpr std::size_t kTogether = 64;
-// Spikes beside spikes hide behind their median until those are gone.
+// Chosen: adjacent spikes shift their own median, so the search is repeated without those found.
 constexpr int kMostPasses = 3;
-// Skewness that chance makes of white noise once in 10^6 recordings.
+// σ of the skewness: white noise exceeds 5 once in 10^6 recordings.
 constexpr double kSkewSigmas = 5.0;
-// With a share p of readings off by s the mean is off by p s and the third moment is p s^3: of one
-// third moment the mean is off by the most where the most readings are off, a tenth.
+// A share p of readings with an error s shifts the mean by p s and the third moment by m = p s^3:
+// the mean by (p^2 m)^(1/3), most at the largest share. Chosen: a tenth of the readings.
 constexpr double kMostShare = 0.1;
 
 double MedianBeside(const std::vector<double>& values, std::size_t i) {
@@ -42,10 +42,10 @@ double MedianBeside(const std::vector<double>& values, std::size_t i) {
   return 0.5 * (beside[kEachSide - 1] + beside[kEachSide]);
 }
 
-// Of one axis.
+// Outliers of one axis.
 class AxisScreen {
  public:
-  // `is_compared`: whether those beside a reading are its neighbours.
+  // `is_compared`: whether the readings beside one are its neighbours in time.
   AxisScreen(const ReadingTrack& track,
              int axis,
              double resolution_raw,
@@ -56,7 +56,7 @@ class AxisScreen {
   }
 
   bool IsFar(std::size_t i) const { return std::abs(off_[i]) > kFarSigmas * sigma_[i / kTogether]; }
-  // By how much the mean may be off.
+  // Bound of the error of the mean by one-sided outliers.
   double OneSided() const {
     double count = 0.0, cubes = 0.0, squares = 0.0;
     for (std::size_t i = kEachSide; i + kEachSide < off_.size(); ++i) {
@@ -94,8 +94,8 @@ class AxisScreen {
 
   double resolution_raw_;
   std::vector<double> values_;
-  std::vector<double> off_;    // from the median beside it
-  std::vector<double> sigma_;  // of that, of each stretch with those beside it
+  std::vector<double> off_;    // From the median of the neighbours.
+  std::vector<double> sigma_;  // Largest σ of that, of each group and those beside it.
 };
 
 void Bridge(std::size_t begin, std::size_t end, ReadingTrack* track) {
@@ -108,7 +108,7 @@ void Bridge(std::size_t begin, std::size_t end, ReadingTrack* track) {
   }
 }
 
-// Not those so near to a joint that some of their neighbours lie beyond it.
+// False for readings with neighbours on the other side of a joint.
 std::vector<bool> AwayFromJoints(const std::vector<RecordingJoint>& joints,
                                  const ReadingTrack& track) {
   std::vector<bool> is_away(track.time_ns.size(), true);
@@ -125,19 +125,18 @@ std::vector<bool> AwayFromJoints(const std::vector<RecordingJoint>& joints,
   return is_away;
 }
 
-// What was done about single readings of a moving unit that lie far from their neighbours.
+// Result of the search for outliers of a moving unit.
 struct SpikeScreen {
   std::int64_t replaced = 0;
-  // What those that are too small to be told one by one may shift the mean by, where they lie to
-  // one side; zero where chance makes as many.
+  // Bound of the shift of the mean by one-sided outliers too small to be found one by one; zero
+  // where the skewness is within chance.
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
-// Puts the line between its neighbours in the place of each spike: a gyroscope without the
-// reading would be integrated along that line. A reading is held against the median of three on
-// each side, by what is usual around it, so that a hard move does not look like spikes.
-// `resolution_raw`: the sensor's smallest step. Readings on both sides of a joint are no
-// neighbours.
+// Replaces each spike by linear interpolation, along which a gyroscope without the reading would
+// be integrated. A reading is compared with the median of three on each side, relative to the
+// scatter around it, so that a hard move does not look like spikes. `resolution_raw`: the
+// sensor's smallest step. Readings on different sides of a joint are no neighbours.
 SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
                           const std::vector<RecordingJoint>& joints,
                           ReadingTrack* track) {

@@ -19,15 +19,15 @@ namespace {
 
 // The same in nanoseconds, the unit of the times.
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
-// Of the widest range of an axis: an extreme so near to where a move begins is no limit.
+// Chosen, of the widest range of an axis: an extreme so near to a move's first reading is no limit.
 constexpr double kAtRestShare = 0.25;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
-// Whether one reading comes again and again, all three axes at once: one axis alone repeats by
-// chance where its steps are as coarse as its noise. A quiet sensor repeats what it reads at rest
-// where the move has not begun, or is over: within `rest_radius` of the first reading only a run
-// over half of the move counts.
+// Whether one reading is repeated on all three axes at once: one axis alone repeats by chance where
+// its steps are as coarse as its noise. A quiet sensor repeats its reading at rest before the move
+// begins or after it ends, so within `rest_radius` of the first reading only a run over half of the
+// move counts.
 bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
              const StreamSummary& gyroscope,
              double rest_radius) {
@@ -40,8 +40,7 @@ bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
   });
 }
 
-// Why the readings do not tell the turn; unset when they do.
-// `all`: the readings of all moves.
+// Why the readings do not determine the turn; unset when they do. `all`: the readings of all moves.
 std::optional<Finding> Fault(const RecordedMove& move,
                              const StreamSummary& gyroscope,
                              const std::vector<Eigen::Vector3d>& all) {
@@ -63,10 +62,10 @@ std::optional<Finding> Fault(const RecordedMove& move,
     const std::string name = std::string("gyroscope ") + AxisLetter(axis);
     const double before = move.gyroscope_raw.front()[axis];
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
-      // Of an axis that hardly turned, or only one way, an extreme is a reading at rest.
+      // For an axis that turned little, or only one way, an extreme is a reading at rest.
       if (std::abs(limit - before) < rest_radius) continue;
       const double step = gyroscope.resolution_raw[axis];
-      // The end of a range is come to again and again, the largest of many rates once.
+      // Saturation reaches its limit in several runs, the largest of many rates only once.
       if (RunsAtLimit(limit, step, axis, move.gyroscope_raw, gyroscope.repeats).empty() ||
           RunsAtLimit(limit, step, axis, all, gyroscope.repeats).size() < 2 ||
           !Acts(Mechanism::kTurnSaturated)) {
@@ -133,7 +132,7 @@ void MoveRecorder::DropRest(const StaticPose& pose) {
 }
 
 void MoveRecorder::DropLongMove(std::int64_t judged_before_ns) {
-  // Before the first pose nothing is a turn between two.
+  // No turn between two poses lies before the first pose.
   const std::int64_t after_ns =
       last_end_ns_ ? *last_end_ns_ + kLongestMoveNs : std::numeric_limits<std::int64_t>::min();
   if (after_ns < judged_before_ns) to_drop_.push_back({after_ns, judged_before_ns});
@@ -145,7 +144,7 @@ void MoveRecorder::Compact(ReadingTrack* track) const {
   for (const auto& [after_ns, before_ns] : to_drop_) {
     first_ns = std::min(first_ns, after_ns), last_ns = std::max(last_ns, before_ns);
   }
-  // Of a reading whose neighbours are at these times.
+  // Whether a reading with neighbours at these times is dropped.
   const auto is_dropped = [this](std::int64_t before_ns, std::int64_t after_ns) {
     return std::any_of(to_drop_.begin(),
                        to_drop_.end(),
@@ -204,7 +203,7 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
                        .With("duration", duration_s, "s");
       continue;
     }
-    // The last reading of the one rest and the first of the other close the turn.
+    // The last reading of one rest and the first of the next are the ends of the turn.
     auto first = std::upper_bound(times.begin(), times.end(), set.poses[i].end_ns);
     if (first != times.begin()) --first;
     auto last = std::lower_bound(first, times.end(), set.poses[i + 1].start_ns);

@@ -21,7 +21,7 @@
 namespace truetriad {
 namespace {
 
-// The triad that decides what rests, and whose rows people are shown.
+// The triad that decides on rests and whose rows appear in messages.
 std::optional<Triad> LeadingTriad(const RecordingInfo& info, PoseSelectionKind kind) {
   constexpr std::array<Triad, 3> kOrder = {
       Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope};
@@ -67,14 +67,14 @@ Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selectio
   return {};
 }
 
-// Puts the times of the triads' readings to when they were taken.
+// Subtracts the stated offsets from the times of the triads.
 class TimeShift {
  public:
   explicit TimeShift(const PerTriad<double>& offset_s) {
     for (const Triad triad : kTriads) offset_ns_[triad] = std::llround(1e9 * offset_s[triad]);
   }
 
-  // The new times stay until the next call.
+  // The new times stay valid until the next call.
   void Apply(std::vector<SampleBlock>* blocks) {
     times_.resize(std::max(times_.size(), blocks->size()));
     for (std::size_t k = 0; k < blocks->size(); ++k) {
@@ -134,7 +134,7 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
   return MakeRestCollector(std::move(finder), selection, info, monitors, leading);
 }
 
-// What the set says of the recording as a whole.
+// Fills in the fields of the set that describe the recording as a whole.
 Status DescribeRecording(const SampleSource& source,
                          const PoseSelection& selection,
                          const EvenSource& even,
@@ -168,8 +168,8 @@ Status DescribeRecording(const SampleSource& source,
   return {};
 }
 
-// A thermometer that is not connected, or a column that nobody filled: no unit is at exactly 0 degC
-// (or 0 K) throughout, and what is calibrated from here on would be said to be of that temperature.
+// Drops the temperature of a disconnected thermometer or an empty column: no unit is at exactly
+// 0 degC (or 0 K) throughout, and the calibration would be attributed to that temperature.
 void DropDeadTemperature(PoseSet* set) {
   if (!set->temperature_range_degc || !set->sweep.temperature.empty()) return;
   const double lowest = (*set->temperature_range_degc)[0];
@@ -218,7 +218,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
       if (info.has_time) {
-        // What is left out as impossible is drawn all the same.
+        // Rows that are left out as error words are drawn nevertheless.
         for (const SampleBlock& block : blocks) recorders[block.triad].Add(block);
       }
       impossible.Apply(&blocks);

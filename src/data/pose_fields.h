@@ -11,9 +11,9 @@
 
 namespace truetriad {
 
-// The fields of poses as verbs show them, and of programs of poses (tree/fields.h).
+// The fields of poses in the output of verbs, and of programs of poses (tree/fields.h).
 
-/// Of a set of poses that has times or has none, a stream or a pose.
+/// A stream or a pose of a set that has times or none.
 template <typename T>
 struct PartOfSet {
   const T& part;
@@ -91,7 +91,7 @@ void Fields(V& visit, Like<NumberedPose> auto& numbered) {
   visit.If(!pose.label.empty(), "label", pose.label);
 }
 
-/// As it is written: `program: 1`.
+/// The format's version is `program: 1`.
 template <class V>
 void Fields(V& visit, Like<PoseProgram> auto& program) {
   visit("program", 1);

@@ -14,21 +14,20 @@
 namespace truetriad {
 namespace {
 
-// One-sided readings: windows that tell of them, by so many σ, and by this share of the noise of
-// one reading; what they shift the mean by at most, of what they shift the middle by.
+// Chosen: one-sided outliers need at least 50 windows, a mean offset of the windows' middles of 4 σ
+// and of 5 % of the noise of one reading; they shift the mean by at most half of that offset.
 constexpr double kFewestOneSided = 50.0, kOneSidedSigmas = 4.0, kOneSidedShare = 0.05,
                  kOneSidedMean = 0.5;
 
-// Below this many degrees of freedom a variance is not compared with another.
+// A variance is not compared with another below 8 degrees of freedom, where its σ is half of it.
 constexpr double kEnoughDof = 8.0;
-// A longer batch counts when white noise would show as much more once in this many sets.
+// A longer batch counts when white noise would give its larger variance in one set of 1000.
 constexpr double kLongerBatchLevel = 1e-3;
-// A pose is noisier than the others: strict, as there are many poses, and by a margin, as more
-// than that is harmless.
+// The level at which a pose is noisier than the others: small, as a set has many poses.
 constexpr double kNoisierLevel = 1e-6;
-// Of the variance, that is 1.22 of sigma.
+// Chosen: a factor of the variance (1.22 of sigma); less of an excess is harmless.
 constexpr double kNoisierFactor = 1.5;
-// A long pose is kept in so many segments.
+// Chosen: at most 128 segments of a long pose are kept, 64 or more after a merge: 8 an eighth.
 constexpr std::size_t kMostSegments = 128;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
@@ -41,7 +40,7 @@ class AxisNoise {
  public:
   AxisNoise(const std::vector<const TriadPoseMoments*>& poses, int axis)
       : poses_(poses), axis_(axis), noisier_(poses.size(), false) {
-    // Noisy poses raise the pool that they are compared with: leave them out, and again.
+    // Noisy poses raise the pool that they are compared with, so they are left out repeatedly.
     for (int round = 0; round < 5; ++round) {
       Pool();
       if (!FlagNoisier()) break;
@@ -53,7 +52,7 @@ class AxisNoise {
   double inflation() const { return white_variance() > 0.0 ? LongRun() / white_variance() : 1.0; }
   bool known() const { return white_.dof > 0.0; }
 
-  // Variance of one sample that, divided by n, is the variance of the mean of pose i.
+  // Long-run variance of one sample: divided by n it is the variance of the mean of pose i.
   double VarianceOfPose(std::size_t i) const {
     if (!noisier_[i]) return LongRun();
     const double own_white = White(*poses_[i]).variance()[axis_] * inflation();
@@ -90,7 +89,7 @@ class AxisNoise {
         batches_[l].Add(poses_[i]->batches[l]);
       }
     }
-    // One sample a window: the windows themselves are the samples.
+    // With one sample per window the windows themselves are the samples.
     if (white_.dof < kEnoughDof && !batches_.empty()) white_ = batches_.front();
     chosen_ = 0;
     for (std::size_t longer = 1; longer <= batches_.size(); ++longer) {
@@ -144,10 +143,9 @@ Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   return correlation;
 }
 
-// A reading in a window that is off to one side moves the middle between the extremes by half of
-// that and the mean by a part: over all windows the mean is off by the less of the two, and where
-// such readings are rare by less still. Noise, however long its tails, moves the middle to both
-// sides alike.
+// An outlier in a window moves the middle between the extremes by half of its error and the mean
+// by the error over the window's count, so one-sided outliers show in the mean of middle less mean
+// over all windows. Noise with tails of any length moves the middle to both sides alike.
 Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
                               const Eigen::Vector3d& sigma_raw) {
   double windows = 0.0;
@@ -170,8 +168,8 @@ Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
   return shift;
 }
 
-// `deviation`: of the mean of the pose. A quarter's variance is four times that of the whole, half
-// of it twice.
+// `deviation`: σ of the mean of the pose. The variance of a quarter's mean is four times, that of
+// the middle half's twice as large.
 void AddQuarters(const TriadPoseMoments& moments,
                  const Eigen::Vector3d& deviation,
                  double duration_s,
@@ -249,10 +247,10 @@ struct MeanAndVariance {
   double mean = 0.0, variance = 0.0;
 };
 
-// Normal readings about `place` have these once they are rounded; all is in steps.
+// Mean and variance of normal readings about `place` after rounding, all in steps.
 MeanAndVariance Rounded(double place, double sigma) {
   const auto below = [&](double edge) { return NormalCdf((edge - place) / sigma); };
-  const double reach = std::ceil(6.0 * sigma) + 1.0;  // beyond it there is less than 1e-9
+  const double reach = std::ceil(6.0 * sigma) + 1.0;  // Beyond 6 σ is 2e-9 of all.
   double sum = 0.0, square = 0.0;
   for (double k = std::round(place) - reach; k <= std::round(place) + reach; k += 1.0) {
     const double share = below(k + 0.5) - below(k - 0.5);
@@ -262,7 +260,7 @@ MeanAndVariance Rounded(double place, double sigma) {
   return {place + sum, square - sum * sum};
 }
 
-// The variance of rounded readings whose mean is this, by the noise beneath.
+// The variance of rounded readings of this mean, for noise of `sigma` before rounding.
 double VarianceOfRounded(double mean, double sigma) {
   double low = mean - 1.0, high = mean + 1.0;
   while (high - low > 1e-6) {
@@ -276,7 +274,7 @@ double VarianceOfRounded(double mean, double sigma) {
 
 double RoundingVarianceAt(double mean, double variance, double step) {
   if (!(step > 0.0)) return 0.0;
-  // Noise of a step leaves 1e-17 of it.
+  // Noise of one step reduces the effect of rounding to about 1e-17 of it.
   const double wanted = variance / (step * step);
   if (wanted > 1.0) return RoundingVariance(variance, step);
   const double place = std::remainder(mean / step, 1.0);
@@ -307,7 +305,7 @@ void TriadPoseAccumulator::Add(const TriadWindow& window) {
   total_.Merge(window);
   AddToSegments(window);
 
-  // Two batches of one level make one of the next, like a binary counter.
+  // Two batches of one level are merged into one of the next, as in a binary counter.
   Eigen::Array3d mean = window.mean_raw.array();
   auto samples = static_cast<double>(window.count);
   auto time = static_cast<double>(moments_.windows++);
@@ -422,7 +420,7 @@ StaticPose PoseAccumulator::Finish(Triad leading, PerTriad<TriadPoseMoments>* mo
   pose.first_row = extent.first_row, pose.last_row = extent.last_row;
   if (degc_.weight > 0.0) {
     pose.temperature_degc = degc_.mean;
-    // Zero when all was read at one time.
+    // The rate stays zero when all readings have one time.
     if (degc_.time_square > 0.0) pose.temperature_rate_degcps = degc_.product / degc_.time_square;
   }
   return pose;
@@ -446,7 +444,7 @@ std::optional<Eigen::Vector3d> RecordedDegc(const PoseSet& poses) {
     high = std::max(high, *pose.temperature_degc);
     sum += *pose.temperature_degc;
   }
-  // A sum of equal values is rounded.
+  // The clamp removes the rounding of a sum of equal values.
   const double mean = sum / static_cast<double>(poses.poses.size());
   return Eigen::Vector3d(low, std::clamp(mean, low, high), high);
 }

@@ -30,18 +30,18 @@ struct BatchScatter {
   }
 };
 
-/// The parts of a pose that are compared with each other.
+/// Number of equal parts of a pose that are compared with each other.
 inline constexpr std::size_t kEighths = 8;
-/// One that is off by so many times what white noise makes of it, or its middle half wanders by, is
-/// so by no chance.
+/// Chosen: an eighth that differs by 8 times its white noise, or 8 times the drift of the middle
+/// half, differs not by chance.
 inline constexpr double kClearFactor = 8.0;
 
-/// `eighths` has as many.
+/// Needs kEighths elements.
 inline Eigen::Vector3d MeanOfMiddleHalf(const std::vector<Eigen::Vector3d>& eighths) {
   return 0.25 * (eighths[2] + eighths[3] + eighths[4] + eighths[5]);
 }
 
-/// What is kept of one triad's samples in one pose once the pose is over.
+/// The moments of one triad's samples in one pose.
 struct TriadPoseMoments {
   std::int64_t count = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
@@ -49,23 +49,22 @@ struct TriadPoseMoments {
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
   Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
   double window_dof = 0.0;
-  /// Middle between a window's extreme readings less its mean: sums of it and of its square.
+  /// Sums over windows of the middle of the extremes less the mean, and of its square.
   Eigen::Array3d off_middle = Eigen::Array3d::Zero();
   Eigen::Array3d off_middle_square = Eigen::Array3d::Zero();
   std::int64_t windows = 0;
-  /// Windows that reach the pose's own extreme reading exactly, per axis.
+  /// Number of windows that contain the pose's extreme reading, per axis.
   Eigen::Array3d at_minimum = Eigen::Array3d::Zero();
   Eigen::Array3d at_maximum = Eigen::Array3d::Zero();
   /// Batches of 1, 2, 4, … windows.
   std::vector<BatchScatter> batches;
-  /// Means of eighths of the pose, in order, about `mean_raw`; empty with fewer than two windows an
-  /// eighth.
+  /// Means of eighths of the pose less `mean_raw`, in order; empty below two segments per eighth.
   std::vector<Eigen::Vector3d> eighths_raw;
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();  ///< See TriadPose.
 };
 
-/// σ of the mean of an eighth of a pose by what white noise does to it, per axis; zero where no
-/// window holds two readings.
+/// σ of the mean of an eighth of a pose by white noise, per axis; zero where no window holds two
+/// readings.
 inline Eigen::Array3d NoiseOfEighth(const TriadPoseMoments& moments) {
   if (!(moments.window_dof > 0.0)) return Eigen::Array3d::Zero();
   const double readings = static_cast<double>(moments.count) / kEighths;
@@ -96,13 +95,13 @@ struct RunningLine {
 class TriadPoseAccumulator {
  public:
   void Add(const TriadWindow& window);
-  /// A gap or a knock: batches do not reach across it.
+  /// Marks a gap or a knock, across which no batch reaches.
   void Break();
   TriadPoseMoments Finish() const;
   bool empty() const { return total_.count == 0; }
 
  private:
-  // Equally many windows on end.
+  // Consecutive windows, equally many in each.
   struct Segment {
     double samples = 0.0;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -136,7 +135,7 @@ class PoseAccumulator {
     return triads_.items[0].empty() && triads_.items[1].empty() && triads_.items[2].empty();
   }
 
-  /// The pose without its covariances, which need all poses; and what they are made from.
+  /// The pose without its covariances, which need all poses, and the moments for them.
   StaticPose Finish(Triad leading, PerTriad<TriadPoseMoments>* moments) const;
 
  private:
@@ -156,27 +155,26 @@ class PoseAccumulator {
 /// shortest batch after which no longer batch shows significantly more; white noise therefore has
 /// an inflation of 1. A pose that is significantly noisier than the others keeps its own variance.
 ///   covariance of the mean = D R D / n,  D^2 = variance * inflation,  R: correlation of the axes
-/// plus what coarse steps leave: q^2/12 exp(-4 pi^2 sigma^2/q^2) per axis, which no number of
-/// samples averages away.
+/// plus the rounding of coarse steps, q^2/12 exp(-4 pi^2 sigma^2/q^2) per axis, which no averaging
+/// reduces.
 /// `moments[i]` belongs to set->poses[i]; `resolution_raw` is the step q, 0 when fine.
 void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                      const PerTriad<Eigen::Vector3d>& resolution_raw,
                      PoseSet* set);
 
-/// Mean square of what rounding to steps of `step` adds to a mean of many readings, over all places
-/// between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place with an
-/// amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12. `variance`
-/// is of the rounded readings, so it holds step^2/12 itself. Poses that happen to lie between two
-/// steps jump by a whole one: what is asked for is the noise of all poses, not of one.
+/// Mean square of the error that rounding to `step` adds to a mean of many readings, over all
+/// places between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place, with
+/// an amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12.
+/// `variance` is that of rounded readings, which contains step^2/12, pooled over all poses, as in
+/// one pose between two steps readings scatter by half a step.
 double RoundingVariance(double variance, double step);
 
-/// The same where all poses lie at one place between two steps, as a gyroscope's rests do: their
-/// readings have this mean and variance. Half-way between two steps readings scatter by half a step
-/// however small the noise is: that noise is taken which, rounded, has this mean and variance.
+/// The same where all poses lie at one place between two steps, as a gyroscope's rests do, with
+/// this mean and variance of rounded readings. Half-way between two steps readings scatter by half
+/// a step however small the noise is, so the noise is found whose rounding gives mean and variance.
 double RoundingVarianceAt(double mean, double variance, double step);
 
-/// What the thermometer said at the poses: lowest, mean, highest; nothing where it did not say it
-/// at each of them.
+/// Lowest, mean and highest temperature of the poses; unset where any pose has none.
 std::optional<Eigen::Vector3d> RecordedDegc(const PoseSet& poses);
 
 }  // namespace truetriad

@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// Readings of a triad at ascending times, on the lines between its own; held at both ends, empty
-// where it has none.
+// Readings of a triad, linearly interpolated to ascending times and constant beyond both ends;
+// empty without readings.
 std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<std::int64_t>& at_ns,
                                         const std::vector<std::int64_t>& time_ns,
                                         const std::vector<Eigen::Vector3d>& reading_raw);
@@ -17,7 +17,7 @@ std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<double>& at_s,
                                         const std::vector<double>& time_s,
                                         const std::vector<Eigen::Vector3d>& reading_raw);
 
-// Mean over time of readings at uneven times, by trapezoids. At least two times.
+// Mean over time of readings at uneven times, by trapezoids. Needs two times.
 Eigen::Vector3d MeanOverTime(const std::vector<std::int64_t>& time_ns,
                              const std::vector<Eigen::Vector3d>& reading_raw);
 

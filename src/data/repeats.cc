@@ -14,8 +14,7 @@
 namespace truetriad {
 namespace {
 
-// The runs of at least `fewest` readings that repeat the first of them on `axis`, or where it is
-// not given on all axes at once.
+// The runs of at least `fewest` equal readings: equal on `axis`, or without it on all axes.
 std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& readings,
                                         std::optional<Eigen::Index> axis,
                                         std::size_t fewest) {
@@ -45,7 +44,7 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
   };
   std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, fewest);
   std::erase_if(runs, [&](const EqualReadings& run) {
-    // Before the first reading is far, too: 0 - 1 is beyond the last.
+    // Before the first reading counts as far, too: 0 - 1 is beyond the last.
     return readings[run.begin][axis] != limit || !(is_far(run.end) || is_far(run.begin - 1));
   });
   return runs;
@@ -130,7 +129,7 @@ void LeaveOutRepeats(PoseSet* set) {
                   Counted(static_cast<std::int64_t>(repeats), "reading") +
                       " repeat the row before to the last digit, and count once: the log is faster "
                       "than the sensor, or that is stuck");
-  // A coarse sensor does so by chance.
+  // Fewer than half are a note only, since a coarse sensor repeats by chance.
   if (2.0 * repeats < all) finding.As(Severity::kNote);
   set->findings.push_back(finding.With("rows", repeats));
 }

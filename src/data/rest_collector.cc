@@ -22,19 +22,19 @@
 namespace truetriad {
 namespace {
 
-// Of the range over all attitudes, 2 g of an accelerometer: 0.6 deg from the middle of a rest to
-// its ends.
+// Chosen, of the range over all attitudes (2 g of an accelerometer): 0.6 deg between the middle of
+// a rest and its ends.
 constexpr double kMovedShare = 0.005;
-// 3 deg within the middle of a rest: a unit held in the hand, whose mean is worth little.
+// Chosen: 3 deg rms within the middle of a rest, as of a unit in the hand, make its mean useless.
 constexpr double kWanderShare = 0.03;
-// Rests that tell by how much readings differ from attitude to attitude.
+// Chosen: four rests determine by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
 // How far a triad moves within one rest, per axis, raw unit.
 struct Movement {
-  Eigen::Array3d ends = Eigen::Array3d::Zero();    // the outer quarters from the middle half
-  Eigen::Array3d wander = Eigen::Array3d::Zero();  // rms within the middle half
-  Eigen::Array3d noise = Eigen::Array3d::Zero();   // what white noise does to an eighth
+  Eigen::Array3d ends = Eigen::Array3d::Zero();    // Outer quarters less middle half.
+  Eigen::Array3d wander = Eigen::Array3d::Zero();  // RMS within the middle half.
+  Eigen::Array3d noise = Eigen::Array3d::Zero();   // White noise of an eighth.
 };
 
 std::optional<Movement> MovementOf(const TriadPoseMoments& moments) {
@@ -53,7 +53,7 @@ std::optional<Movement> MovementOf(const TriadPoseMoments& moments) {
   return movement;
 }
 
-// The largest spread of the rests' means over the axes: what turning the unit changes.
+// The largest range of the rests' means over the axes: the effect of turning the unit.
 double RangeOf(Triad triad, const PoseSet& set) {
   Eigen::Array3d low = Eigen::Array3d::Zero(), high = Eigen::Array3d::Zero();
   bool first = true;
@@ -68,7 +68,7 @@ double RangeOf(Triad triad, const PoseSet& set) {
 }
 
 struct MovingRests {
-  std::vector<bool> moves;  // of each pose
+  std::vector<bool> moves;  // Of each pose.
   std::size_t known = 0;
   double largest_raw = 0.0;
 };
@@ -96,7 +96,7 @@ MovingRests FindMoving(Triad triad,
     return medians;
   };
   const double range = RangeOf(triad, set);
-  // Noise below a step moves a reading to the next step by chance.
+  // Noise below a step changes a reading to the next step by chance.
   const Eigen::Array3d step = set.Find(triad)->resolution_raw.array();
   const Eigen::Array3d noise = kClearFactor * usual(&Movement::wander).max(usual(&Movement::noise));
   const Eigen::Array3d limit = noise.max(kMovedShare * range).max(step);
@@ -111,18 +111,18 @@ MovingRests FindMoving(Triad triad,
   return found;
 }
 
-// Takes out the readings of a triad in rests that are none for it while they are for another
-// triad: the unit is still, but a clock that is off by part of a second puts the end of the turn
-// before, or the beginning of the next one, into the rest; or a magnet passes.
+// Removes the readings of a triad in rests in which it changes while another triad does not: the
+// unit is still, but a clock with an error of part of a second puts the end of the turn before, or
+// the beginning of the next one, into the rest; or a magnet passes.
 //
-// A rest moves for a triad when an eighth of it at an end differs from its middle half by more
-// than half a percent of what the rests differ by among each other, and by more than eight times
-// the wander of the middle of rests by and large; or when its own middle wanders by three percent.
-// Fewer eighths than the noise allows tell nothing.
+// A rest moves for a triad when one of its two outer eighths on a side differs from its middle half
+// by more than kMovedShare of the range over all rests, and by more than kClearFactor times the
+// median drift of the rests' middles and their noise; or when its own middle drifts by kWanderShare
+// of the range. A difference of one step of the sensor does not count.
 //
-// Warns with the numbers of the rests. Where most rests of a triad move, all of them
-// stay, and nothing is said. Returns whether any reading was taken out. `moments[i]` belongs to
-// set->poses[i], which need their numbers.
+// Warns with the numbers of the rests. Where most rests of a triad move, all stay, without a
+// finding. Returns whether any reading was removed. `moments[i]` belongs to set->poses[i], which
+// need their numbers.
 bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments, PoseSet* set) {
   PerTriad<MovingRests> found;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -130,7 +130,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
     found[triad] = FindMoving(triad, moments, *set);
     if (found[triad].known < kFewestRests) return false;
   }
-  // What moves for both is no question of clocks.
+  // A rest that moves for both triads is no effect of clocks.
   for (std::size_t i = 0; i < set->poses.size(); ++i) {
     auto accelerometer = found[Triad::kAccelerometer].moves[i];
     auto magnetometer = found[Triad::kMagnetometer].moves[i];
@@ -144,7 +144,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
     for (std::size_t i = 0; i < set->poses.size(); ++i) {
       if (rests.moves[i]) moving.push_back(&set->poses[i]);
     }
-    // Where a sensor moves in most rests nothing tells which of the two is right.
+    // Where a sensor moves in most rests it is unknown which of the two is right.
     if (moving.empty() || 2 * moving.size() > rests.known) continue;
     if (!Acts(Mechanism::kMovingReadings)) continue;
     const Triad still =
@@ -169,7 +169,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
   return removed;
 }
 
-// Names the turns that tell nothing, those of one reason together.
+// Adds findings for the turns with faults, those of one reason together.
 void AddFaultsOfMoves(PoseSet* set) {
   std::vector<std::pair<Finding, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {
@@ -216,7 +216,7 @@ void AddFaultsOfMoves(PoseSet* set) {
   }
 }
 
-// Share of the recording in which the unit rested.
+// Sets the share of the recording in which the unit rested.
 void SetStaticShare(PoseSet* set) {
   double static_s = 0.0;
   for (StaticPose& pose : set->poses) {
@@ -226,7 +226,7 @@ void SetStaticShare(PoseSet* set) {
   if (set->duration_s > 0.0) set->static_share = std::min(1.0, static_s / set->duration_s);
 }
 
-// Poses, and between them what a gyroscope saw: of detected rests as of those that are given.
+// Collects detected or given rests, and the gyroscope's readings between them.
 class RestCollector : public Collector {
  public:
   // `monitors` belong to the caller.

@@ -8,13 +8,13 @@
 
 namespace truetriad {
 
-// Nobody rests a unit more often, and a log at 10 Hz has more rows after two minutes.
+// Chosen: no session has more rests, and a log at 10 Hz has more rows after two minutes.
 inline constexpr std::size_t kMostRowsAsRests = 1000;
 
-/// Whether the rows of a table without times may each be a rest of its own.
-/// Error (bad input): the gyroscope turns in them, or they follow each other as readings of a log
-/// do, most of which are like the one before, since a unit turns slower than it is read. What was
-/// averaged, or has a name, a face or an attitude, is a rest.
+/// Checks that the rows of a table without times may each be a rest of its own.
+/// Error (bad input): the gyroscope turns in more than 5 % of them, or most of more than
+/// kMostRowsAsRests have the attitude of the row before, as in a log, since a unit turns slowly
+/// against its sampling. Rows with a covariance, a name, a face or an attitude are rests.
 Status RejectRowsOfALog(const PoseSet& poses);
 
 }  // namespace truetriad

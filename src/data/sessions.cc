@@ -13,18 +13,18 @@
 namespace truetriad {
 namespace {
 
-// By which the times of a session are moved to come after those of the one before: recordings
-// often start at zero.
+// Chosen: a session that starts earlier is shifted to begin 1 s after the end of the one before,
+// since recordings often start at zero.
 constexpr std::int64_t kApartNs = 1'000'000'000;
 
-// "b/recording.yaml" is too long for a finding where "b" says it.
+// The file with its folder, "b/recording.yaml", as a whole path is too long for a finding.
 std::string ShortName(const std::string& source) {
   const std::filesystem::path path(source);
   const std::string folder = path.parent_path().filename().string();
   return folder.empty() ? path.filename().string() : folder + "/" + path.filename().string();
 }
 
-// What both say of one sensor's stream.
+// Combines the summaries of one sensor's stream in two sessions.
 void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
   const auto a = static_cast<double>(pooled->samples), b = static_cast<double>(more.samples);
   const auto mean = [&](const auto& first, const auto& second) {
@@ -36,7 +36,7 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
           .eval();
   pooled->correlation_inflation =
       mean(pooled->correlation_inflation, more.correlation_inflation).eval();
-  // One session whose readings were normalised is one too many.
+  // The smaller scatter is kept, so that one session with normalised readings shows.
   if (more.length_scatter < pooled->length_scatter) {
     pooled->length_raw = more.length_raw;
     pooled->length_scatter = more.length_scatter;
@@ -62,7 +62,7 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
   pooled->duplicate_times += more.duplicate_times;
 }
 
-// A magnetometer that is mounted otherwise, or whose mounting is stated otherwise, reads otherwise.
+// Error: the magnetometer is mounted differently, or its mounting is stated differently.
 Status CheckSameMount(const PoseSet& first, const PoseSet& more) {
   const auto turn_deg = [](const PoseSet& set) {
     return set.tags.magnetometer_mount_deg.value_or(Eigen::Vector3d::Zero());
@@ -84,7 +84,7 @@ Status CheckSameMount(const PoseSet& first, const PoseSet& more) {
       .About("streams.magnetometer");
 }
 
-// Two sessions that cannot be of one unit, or not be put together.
+// Error: two sessions that are not of one unit, or cannot be joined.
 Status CheckAgree(const PoseSet& first, const PoseSet& more) {
   const std::string& source = first.sessions.front().source;
   if (!first.serial.empty() && !more.serial.empty() && first.serial != more.serial) {
@@ -122,7 +122,7 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
   return {};
 }
 
-// Times of a pose or a move, later by `shift_ns`.
+// Makes the times of a pose or a move later by `shift_ns`.
 void Shift(std::int64_t shift_ns, StaticPose* pose) {
   pose->start_ns += shift_ns;
   pose->end_ns += shift_ns;
@@ -131,7 +131,7 @@ void Shift(std::int64_t shift_ns, RecordedMove* move) {
   for (std::int64_t& time_ns : move->time_ns) time_ns += shift_ns;
 }
 
-// The session's poses get the numbers and times after those that are there.
+// Appends the session's poses with numbers and times after those of the set.
 void AppendPoses(PoseSet more, PoseSet* set) {
   const auto session = static_cast<int>(set->sessions.size());
   const std::size_t places = set->poses.size();
@@ -163,7 +163,7 @@ void AppendPoses(PoseSet more, PoseSet* set) {
   set->sessions.push_back({more.source, numbers + 1, last});
 }
 
-// Firmware has its sensors where the last recording says.
+// Takes the firmware's slots of the sensors from the last recording.
 void TakePlacesOf(const PoseSet& more, PoseSet* set) {
   bool has_changed = false;
   for (const Triad triad : kTriads) {
@@ -186,7 +186,7 @@ void TakePlacesOf(const PoseSet& more, PoseSet* set) {
           .As(Severity::kWarning));
 }
 
-// What is known of the recordings as wholes.
+// Combines the fields that describe the recordings as a whole.
 void PoolRecordings(const PoseSet& more, PoseSet* set) {
   if (set->serial.empty()) set->serial = more.serial;
   TakePlacesOf(more, set);
@@ -197,7 +197,7 @@ void PoolRecordings(const PoseSet& more, PoseSet* set) {
         (set->static_share * set->duration_s + more.static_share * more.duration_s) / duration_s;
   }
   set->duration_s = duration_s;
-  set->traces = {};  // Of several recordings there is no one time.
+  set->traces = {};  // Several recordings have no common time.
   for (const StreamSummary& stream : more.streams) {
     const auto same =
         std::find_if(set->streams.begin(), set->streams.end(), [&](const StreamSummary& other) {

@@ -16,34 +16,35 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-// The activity of a window is that of so many about it, so that a rest loses two of them at each
-// end: settling time.
+// Chosen: the activity of a window is over the five around it, so that a rest loses two windows at
+// each end, which is its settling time.
 constexpr std::size_t kSpan = 5;
 
-// Levels are tried in steps of a factor 1.4 in variance.
+// Chosen, in log2 of variance: levels are tried in steps of a factor 1.4.
 constexpr double kLevelStep = 0.5;
-// A number of rests that holds over a factor of 16 in variance is as good as it gets.
+// Chosen: a number of rests that persists over a factor of 16 in variance has the full score.
 constexpr double kPersistentLevels = 4.0 / kLevelStep;
-// A number that holds over less than a factor of 4 in variance is an accident.
+// Chosen: a number that persists over less than a factor of 4 in variance is chance.
 constexpr double kFewestLevels = 2.0 / kLevelStep;
 
-// A mean that its noise explains has not moved.
+// A mean within 4 σ of its noise has not moved; white noise exceeds that once in 16000.
 constexpr double kNoiseSigmas = 4.0;
 // The mean of a rest may move by 1 % of the range, that is 1.1 deg of 2 g: averaging over such a
 // turn shortens the mean of a unit vector by 2e-5 only.
 constexpr double kSteadyShare = 0.01;
-// A long rest may drift in addition with the temperature: 0.1 mg/s of 2 g.
+// Chosen: a long rest may drift in addition with the temperature, 0.1 mg/s of 2 g.
 constexpr double kThermalShareHz = 5e-5;
-// Same attitude before and after a knock; and the tilt that makes handling of a disturbance.
+// Chosen, of 2 g: within 6 mg (0.3 deg) the attitude before and after a knock is the same, and a
+// tilt of 0.1 g (6 deg) during it is handling.
 constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
-// A gyroscope that has counted no more than this about any axis has come back to its heading;
-// of readings in an unknown unit, so many seconds at the fastest turn.
+// Chosen: the heading is the same when the gyroscope's integral about each axis is within 2.9 deg;
+// in an unknown unit, within 0.02 s at the range of its readings.
 constexpr double kSameHeadingRad = 0.05, kSameHeadingShareS = 0.02;
-// A gyroscope whose mean is further than this share of its range from the other rests turns.
+// Chosen: a rest turns when its gyroscope mean differs by this share of the range from the others'.
 constexpr double kTurningShare = 0.005;
-// What a turn does to the leading triad is seen from so many σ of two means on.
+// Chosen: a turn counts as visible to the leading triad when it would change it by 10 σ.
 constexpr double kSeenTurnSigmas = 10.0;
-// An axis of turning nearer to the measured field than this (sine) may be that of the field.
+// Sine of 8.6 deg: an axis of rotation nearer to the field may be along it, where nothing changes.
 constexpr double kOffField = 0.15;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
@@ -60,8 +61,7 @@ Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
   return origin + sum / std::max(samples, 1.0);
 }
 
-// Variance of that mean by how readings scatter within windows: a spike counts, a slow turn does
-// not.
+// Variance of that mean from the scatter within windows: it includes spikes, not slow turns.
 Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
                               std::size_t begin,
                               std::size_t end) {
@@ -75,9 +75,9 @@ Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
   return scatter / std::max(dof, 1.0) / std::max(samples, 1.0);
 }
 
-// How little of that is motion: 1 where means of neighbouring windows differ by what readings
-// within them make white noise to be, and less the more they differ by: a hand that trembles, or
-// turns.
+// Share of that variance that is white noise, squared: 1 where means of neighbouring windows differ
+// as much as the scatter within them makes white noise differ, and less the more they differ, as of
+// a trembling or turning hand.
 Eigen::Array3d WhiteShareOf(const std::vector<TriadWindow>& windows,
                             std::size_t begin,
                             std::size_t end) {
@@ -143,8 +143,8 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   MeasureActivity(buffer, count, usable);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
-  // A turn lacks the angle that lies at the ends of the rests beside it. Where no turns are wanted
-  // the whole of a short rest tells more than its middle.
+  // Motion at the ends of a rest is missing in the turns beside it, so with turns shorter rests are
+  // cut. Without turns the mean of a whole short rest is better than that of its middle.
   const std::size_t fewest = (options_.has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
@@ -154,14 +154,14 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
       }
     }
   }
-  // After the ends: the slow start of a turn about the vertical is none of the rest.
+  // After the cuts, since the slow start of a turn about the vertical is not part of a rest.
   DropTurning(buffer, &rests);
   std::erase_if(rests, [&](const Rest& rest) { return !IsLongEnough(rest); });
   return rests;
 }
 
 void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) {
-  // A thousand windows tell the range; shocks and the like stay out with the outer 1 %.
+  // Some thousand windows determine the range; the outer 1 % excludes shocks.
   const std::size_t stride = count / 1024 + 1;
   std::vector<double> means;
   for (const DetectorTriad& known : all_) {
@@ -183,7 +183,7 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
                                      std::size_t count,
                                      const std::vector<bool>& usable) {
   activity_.assign(count, kNever);
-  std::size_t whole = 0;  // Windows in a row without a gap, all triads present, up to here.
+  std::size_t whole = 0;  // Consecutive windows with all triads up to here.
   for (std::size_t last = 0; last < count; ++last) {
     bool good = usable[last];
     for (const DetectorTriad& known : triads_) {
@@ -195,8 +195,8 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
     double product = 1.0;
     for (const DetectorTriad& known : triads_) {
       const double range = range_raw_[known.triad];
-      // A reading that stays on one step has still the step's own uncertainty, and noise-free
-      // (simulated) readings must not give the logarithm of zero.
+      // A reading that stays on one step has the variance of the step, and noise-free (simulated)
+      // readings must not give the logarithm of zero.
       const double floor = known.resolution_raw.squaredNorm() / 12.0 + 1e-12 * range * range +
                            std::numeric_limits<double>::min();
       product *= floor + TotalVariance(buffer.windows(known.triad), last + 1 - kSpan, last + 1);
@@ -206,8 +206,8 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
   }
 }
 
-// Nothing moves in the whole buffer: the range of the signal is noise and drift, and says nothing
-// about how far a mean may move. Then a hundred times the noise stands in for it.
+// When nothing moves in the whole buffer the range of the signal is noise and drift, which is no
+// measure of how far a mean may move. Then a hundred times the noise replaces it.
 void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
   std::vector<double> finite;
   for (const float activity : activity_) {
@@ -253,7 +253,7 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
       if (rests[begin] < number) continue;
       std::size_t end = begin + 1;
       while (end < rests.size() && rests[end] >= number) ++end;
-      const bool reaches_top = end == rests.size();  // Nothing livelier: holds at any level above.
+      const bool reaches_top = end == rests.size();  // Holds at any level above.
       const auto width = static_cast<double>(end - begin) + (reaches_top ? kPersistentLevels : 0.0);
       const double first_level = lowest + kLevelStep * static_cast<double>(begin);
       begin = end;
@@ -261,7 +261,7 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
       const double score = static_cast<double>(number) * std::min(1.0, width / kPersistentLevels);
       if (score > best_score) {
         best_score = score;
-        // A third of the way up: clear of the noise, and far from motion.
+        // A third of the way up: above the noise and far below motion.
         best_level = first_level + kLevelStep * (width - 1.0) / 3.0;
       }
     }
@@ -289,7 +289,7 @@ std::vector<Rest> StaticDetector::RestsBelow(const WindowBuffer& buffer, double 
   return rests;
 }
 
-// Cuts the ends that are away from the middle; false when the mean moves throughout.
+// Cuts the ends that differ from the middle; false when the mean moves throughout.
 bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run) const {
   const Triad leading = triads_.front().triad;
   const auto& windows = buffer.windows(leading);
@@ -298,7 +298,7 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   const double limit_raw = (kSteadyShare + kThermalShareHz * duration_s) * range_raw_[leading];
   const std::size_t middle = begin + (end - begin - kSpan) / 2;
   const Eigen::Vector3d core = MeanOf(windows, middle, middle + kSpan);
-  // Asked for in few runs only.
+  // Computed only when needed, as few runs need it.
   std::optional<Eigen::Array3d> white, core_noise;
   const auto is_away = [&](std::size_t at) {
     const Eigen::Array3d moved = (MeanOf(windows, at, at + kSpan) - core).array().square();
@@ -316,14 +316,14 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   while (cut.second - kSpan > middle && is_away(cut.second - kSpan)) --cut.second;
   const bool mostly_steady = 2 * (cut.second - cut.first) >= end - begin;
   *run = cut;
-  // In between a look at two places is enough to unmask a turn there and back.
+  // In between, two places are checked, which finds a turn there and back.
   const std::size_t third = (cut.second - cut.first - kSpan) / 3;
   return mostly_steady && !is_away(cut.first + third) && !is_away(cut.first + 2 * third);
 }
 
-// Cuts what neither the noise nor the wander of the rest's middle half explains at its ends, up to
-// a quarter each, of a rest of the `fewest` windows and more. A steady drift stays: at the ends it
-// is 3.5 times its rms in the middle half.
+// Cuts up to a quarter at each end of a rest of `fewest` windows or more where the mean differs by
+// more than 4 times the noise or the drift of its middle half. A steady drift is not cut: at the
+// ends it is 3.5 times its rms in the middle half.
 void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows,
                                  std::size_t fewest,
                                  WindowRun* run) {
@@ -354,7 +354,7 @@ bool StaticDetector::IsKnock(const WindowBuffer& buffer,
                              const WindowRun& later) const {
   const auto silent =
       static_cast<double>(buffer.index(later.first) - buffer.index(earlier.second - 1) - 1);
-  // The activity blurs a knock over the span.
+  // The activity extends a knock by the span.
   if ((silent - static_cast<double>(kSpan - 1)) * window_s_ > options_.max_knock_s) return false;
   const WindowRun before{earlier.second - std::min(kSpan, earlier.second - earlier.first),
                          earlier.second};
@@ -367,8 +367,8 @@ bool StaticDetector::IsKnock(const WindowBuffer& buffer,
          !WasHandled(buffer, before, after);
 }
 
-// True when the triad reads after the gap what it read before it. A turn about the vertical leaves
-// the accelerometer as it was, and no sensor but the gyroscope notices one about the field as well.
+// True when the triad has the same reading before and after the gap. A turn about the vertical does
+// not change the accelerometer, and only the gyroscope shows one that is also about the field.
 bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
                                 const DetectorTriad& known,
                                 const WindowRun& before,
@@ -379,7 +379,7 @@ bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
   if (samples_before == 0.0 || samples_after == 0.0) return true;
   const bool is_rate = known.triad == Triad::kGyroscope;
   double limit_raw = (is_rate ? kTurningShare : kSameAttitudeShare) * range_raw_[known.triad];
-  // The leading triad must not move even where noise would hide it.
+  // For the leading triad no noise is added, so that a small turn is not hidden.
   if (known.triad != triads_.front().triad) {
     limit_raw += kNoiseSigmas *
                  std::sqrt(TotalVariance(windows, before.first, before.second) / samples_before +
@@ -400,7 +400,7 @@ bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
   return angle_raw.cwiseAbs().maxCoeff() <= angle_limit_raw;
 }
 
-// True when the leading triad was tilted during the gap, if only there and back.
+// True when the leading triad was tilted during the gap, even if there and back.
 bool StaticDetector::WasHandled(const WindowBuffer& buffer,
                                 const WindowRun& before,
                                 const WindowRun& after) const {
@@ -419,12 +419,12 @@ bool StaticDetector::WasHandled(const WindowBuffer& buffer,
 bool StaticDetector::IsLongEnough(const Rest& rest) const {
   std::size_t windows = 0;
   for (const auto& [begin, end] : rest.runs) windows += end - begin;
-  // Half a window of grace: a whole number of windows is rarely the duration exactly.
+  // Half a window of tolerance: a whole number of windows is rarely the duration exactly.
   return (static_cast<double>(windows) + 0.5) * window_s_ >= options_.min_duration_s;
 }
 
-// True where the leading triad would have seen the unit turn at this rate and did not: it is the
-// gyroscope's bias that differs. The reading y of a fixed direction changes by -w x y in a second.
+// True where a turn at this rate would have changed the leading triad and did not, so that it is
+// the gyroscope's bias that differs. A fixed direction's reading y changes by -w x y in a second.
 bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
                                  const WindowRun& run,
                                  const Eigen::Vector3d& rate_rad_s) const {
@@ -441,14 +441,14 @@ bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
   const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(field_raw);
   const double sigma = std::sqrt(2.0 * TotalVariance(windows, run.first, run.first + third) /
                                  static_cast<double>(third * windows[run.first].count));
-  // A turn about the field itself shows in nothing but the sensor's own bias.
+  // A turn about the field itself does not change the sensor's reading.
   const double least_raw = kOffField * between_s * rate_rad_s.norm() * field_raw.norm();
-  // Nearer to no change than to the expected one.
+  // The change is nearer to zero than to the expected one.
   return expected.norm() > std::max(kSeenTurnSigmas * sigma, least_raw) &&
          (after - before).dot(expected) < 0.5 * expected.squaredNorm();
 }
 
-// A steady turn about the vertical is invisible to an accelerometer, not to a gyroscope.
+// Removes rests with a steady turn about the vertical, which only a gyroscope shows.
 void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const {
   for (const DetectorTriad& known : triads_) {
     if (known.triad != Triad::kGyroscope || rests->size() < 3) continue;

@@ -28,9 +28,9 @@ struct Rest {
 /// What the detector knows of a triad beforehand.
 struct DetectorTriad {
   Triad triad = Triad::kAccelerometer;
-  /// Step of the readings a axis; 0 when too fine to matter.
+  /// Step of the readings of each axis; 0 when too fine to matter.
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();
-  /// Change of reading that turning the unit over makes at least; 0 when the unit is unknown.
+  /// The least change of reading by turning the unit over; 0 when the scale is unknown.
   double expected_range_raw = 0.0;
   /// SI per reading; 0 when unknown (counts).
   double si_per_raw = 0.0;
@@ -40,31 +40,30 @@ struct DetectorTriad {
 ///
 /// The measure of a window is its activity: log2 of the total variance (noise, tremor and change
 /// of the mean) over five windows around it, averaged over the triads in use. A rest is a run of
-/// windows below a level. Every level between the quietest and the liveliest window is tried;
-/// a run counts when it lasts long enough and its mean hardly moves compared with the range of
-/// the signal. Levels in the sensor's noise cut rests into pieces too short to count, levels in
-/// the motion swallow handling and fail the test of the mean; in between the number of rests
-/// stays the same over a wide span. The level chosen has the most rests among those whose number
-/// persists. A sensor that turns all the time has no level with rests.
+/// windows below a level. Every level between the quietest and the most active window is tried;
+/// a run counts when it lasts long enough and its mean changes by at most 1 % of the range of the
+/// signal (kSteadyShare). Levels within the sensor's noise cut rests into pieces too short to
+/// count, levels within the motion include handling and fail the test of the mean; in between the
+/// number of rests is constant over a wide range of levels. The level chosen has the most rests
+/// among those whose number persists. A sensor that always turns has no level with rests.
 class StaticDetector {
  public:
-  /// `triads`: those that tell rest from motion; the first one's mean must be steady. `witnesses`:
-  /// others, that only tell whether the unit is back where it was after a knock.
+  /// `triads`: those that distinguish rest from motion; the first one's mean must be steady.
+  /// `witnesses`: others, which only show whether the attitude after a knock is that before it.
   StaticDetector(const StaticDetectorOptions& options,
                  std::vector<DetectorTriad> triads,
                  const std::vector<DetectorTriad>& witnesses,
                  double window_s);
 
   /// Rests among windows [0, count) of the buffer; windows with `usable` false are in none. The
-  /// range of the signal that earlier calls saw is remembered, so that a long recording can be
-  /// read in parts.
+  /// range of the signal is kept from earlier calls, so that a long recording can be read in parts.
   std::vector<Rest> Find(const WindowBuffer& buffer,
                          std::size_t count,
                          const std::vector<bool>& usable);
 
-  /// True when `later` goes on where `earlier`, both of `buffer`, was interrupted by a knock: a
-  /// short disturbance with the same attitude, heading included where a sensor sees it, before,
-  /// after and, by and large, during it.
+  /// True when `earlier` and `later`, both of `buffer`, are one rest interrupted by a knock: a
+  /// short disturbance with the same attitude before and after it, including the heading where a
+  /// sensor shows it, and with at most a small tilt during it.
   bool IsKnock(const WindowBuffer& buffer, const WindowRun& earlier, const WindowRun& later) const;
 
  private:
@@ -96,7 +95,7 @@ class StaticDetector {
   std::vector<DetectorTriad> triads_;
   std::vector<DetectorTriad> all_;  // With the witnesses.
   double window_s_;
-  PerTriad<double> range_raw_;  // Spread of the window means: what turning the unit changes.
+  PerTriad<double> range_raw_;  // Range of the window means, which turning the unit makes.
   Eigen::Vector3d centre_raw_ = Eigen::Vector3d::Zero();  // Of the leading triad's window means.
   std::vector<float> activity_;                           // Infinity where not usable.
 };

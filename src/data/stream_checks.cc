@@ -20,17 +20,17 @@
 namespace truetriad {
 namespace {
 
-// Enough for the usual one to be that of the clock, whatever the first packets do.
+// Chosen: spacings of so many samples determine the usual one in spite of irregular first packets.
 constexpr std::size_t kSpacingSamples = 1024;
-// Fewer equal readings in a row (or in all) can be chance.
+// Chosen: fewer equal readings in a row (or in all) can be chance.
 constexpr std::int64_t kFewestStuckSamples = 20;
 // Chosen: two in a row can be chance where steps are coarse.
 constexpr std::size_t kFewestStuckWindows = 3;
-// An axis whose noise is less of its steps may rest between two.
+// With noise of half a step one step holds up to 68 % of readings: twenty are equal once in 1400.
 constexpr double kNoiseSteps = 0.5;
-// With more than this it changes between any twenty readings.
+// With noise of a step it holds up to 38 %: twenty readings are equal once in 10^8.
 constexpr double kStuckNoiseSteps = 1.0;
-// Windows with noise that say what the noise is.
+// Chosen: five windows with noise determine the noise.
 constexpr std::size_t kFewestNoisyWindows = 5;
 
 std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
@@ -116,8 +116,8 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   return {};
 }
 
-// Times here may have been shifted by a clock's offset since: what is missing still overlaps with
-// the range unless the offset is longer.
+// Times have been shifted by time_offset_s here; a gap still overlaps with its range unless the
+// offset is longer than the gap.
 bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const {
   return std::any_of(excluded_.begin(), excluded_.end(), [&](const ExcludedRange& range) {
     return range.times.start_ns <= to_ns && from_ns <= range.times.end_ns;
@@ -152,7 +152,7 @@ Eigen::Vector3d StreamMonitor::resolution_raw() const {
   return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
 }
 
-// The reading that is repeated by a majority of all that are, if any is (Boyer and Moore 1981).
+// Finds the reading with a majority of all repeats, if there is one (Boyer and Moore 1981).
 void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
   Repeated& most = repeated_[static_cast<std::size_t>(axis)];
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -167,8 +167,8 @@ void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
   }
 }
 
-// Runs that begin and end with a jump: a coarse sensor at rest repeats itself as well, and goes to
-// the next step.
+// Counts runs that begin and end with a jump; a coarse sensor at rest has runs too, but goes to the
+// next step.
 void StreamMonitor::WatchRuns(const SampleBlock& block) {
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
@@ -191,7 +191,7 @@ void StreamMonitor::WatchRuns(const SampleBlock& block) {
 
 // The median run.
 double StreamMonitor::UsualRepeats() const {
-  constexpr std::int64_t kFewestRuns = 8;  // whose median is known to one or two
+  constexpr std::int64_t kFewestRuns = 8;  // Chosen: their median is good to one or two rows.
   const std::int64_t all = std::accumulate(runs_.count.begin(), runs_.count.end(), std::int64_t{0});
   if (all < kFewestRuns) return 1.0;
   std::size_t length = 0;
@@ -200,15 +200,15 @@ double StreamMonitor::UsualRepeats() const {
 }
 
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
-  // A sensor that is stuck leaves its reading once, a faulty bus a few times.
+  // Chosen: a stuck sensor leaves its reading once, a faulty bus a few times.
   constexpr std::int64_t kFewestTimes = 8;
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;
-  double band = 0.0;  // All axes are of one make.
+  double band = 0.0;  // The same for all axes.
   for (int axis = 0; axis < 3; ++axis) {
     const Repeated& most = repeated_[static_cast<std::size_t>(axis)];
     const double largest = std::max(std::abs(minimum_raw_[axis]), std::abs(maximum_raw_[axis]));
-    // The largest reading is a limit, while a rate that is too low to be read is small.
+    // A repeated largest reading is saturation; the reading of a dead band is small.
     if (most.left < kFewestTimes || std::abs(most.value) >= largest) continue;
     if (most.least_change > kFarSteps * step[axis]) band = std::max(band, most.least_change);
   }
@@ -243,7 +243,7 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   if (!has_time_) return summary;
   summary.duplicate_times = duplicate_times_;
   StreamMonitor all = *this;
-  if (usual_ns_ == 0.0) all.CountFirst();  // A short stream.
+  if (usual_ns_ == 0.0) all.CountFirst();  // A short stream has not counted yet.
   const std::int64_t without_gaps_ns = last_ns_ - first_ns_ - all.interruptions_ns_;
   if (without_gaps_ns > 0) {
     summary.rate_hz = 1e9 * static_cast<double>(samples_ - 1 - all.interruptions_) /
@@ -297,13 +297,13 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
 
 namespace {
 
-// True when a sensor at rest shows noise that rarely gives the same reading twice.
+// True when the sensor's noise at rest rarely gives the same reading twice.
 bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t count) {
   struct Quiet {
     double variance = 0.0, repeat_share = 0.0;
   };
   std::vector<Quiet> noisy;
-  std::size_t coarse = 0;  // An axis repeats itself while another one does not.
+  std::size_t coarse = 0;  // One axis is constant while another is not.
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   for (std::size_t i = 0; i < count; ++i) {
     const TriadWindow& window = windows[i];
@@ -320,7 +320,7 @@ bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t c
     noisy.push_back({variance, static_cast<double>(window.repeats) / steps});
   }
   if (coarse >= kFewestNoisyWindows) return false;
-  // The quietest quarter is at rest, unless it is motion as well.
+  // The quietest quarter of windows is at rest, unless all are in motion.
   const std::size_t quarter = noisy.size() / 4;
   if (quarter < kFewestNoisyWindows) return false;
   const auto middle = noisy.begin() + static_cast<std::ptrdiff_t>(quarter);
@@ -359,7 +359,7 @@ void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vecto
     for (const auto& [begin, end] : candidates) {
       for (std::size_t i = begin; i < end; ++i) (*usable)[i] = false;
       const Stretch stretch{triad, windows[begin].first_ns, windows[end - 1].last_ns};
-      // Windows that stay in the buffer are seen again.
+      // Windows that stay in the buffer are searched again.
       const bool known =
           std::any_of(stretches_.begin(), stretches_.end(), [&](const Stretch& other) {
             return other.triad == triad && stretch.first_ns <= other.last_ns;
@@ -396,8 +396,8 @@ bool IsFlat(const TriadPoseMoments& pose, int axis) {
   return pose.minimum_raw[axis] == pose.maximum_raw[axis];
 }
 
-// Median noise of the poses in which the axis changes at all; 0 when there is none. The pooled
-// noise does not do: clipped poses have none and pull it down.
+// Median noise of the poses in which the axis changes; 0 when there is none. The pooled noise is
+// not used, since clipped poses have none and lower it.
 double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Triad triad, int axis) {
   std::vector<double> variances;
   for (const PerTriad<TriadPoseMoments>& pose : moments) {
@@ -409,7 +409,7 @@ double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Tria
   return variances.empty() ? 0.0 : std::sqrt(Median(std::move(variances)));
 }
 
-// Poses in which an axis with noise sits at one limit of its stream.
+// Poses in which an axis with noise is at one limit of its stream.
 FlatPoses FindClippedPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                            const StreamSummary& stream,
                            int axis,
@@ -435,7 +435,7 @@ FlatPoses FindClippedPoses(const std::vector<PerTriad<TriadPoseMoments>>& moment
   return reached;
 }
 
-// Those in which it sits at one reading within them.
+// Poses in which it is constant at a reading between the limits.
 FlatPoses FindStuckPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                          const StreamSummary& stream,
                          int axis) {
@@ -478,7 +478,7 @@ std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution
     for (int axis = 0; axis < 3; ++axis) {
       const double noise = TypicalNoise(moments, stream.triad, axis);
       const double step = resolution_raw[stream.triad][axis];
-      // Noise below the step: a constant axis means nothing.
+      // With noise below half a step a constant axis is normal.
       if (!(noise > kNoiseSteps * step)) continue;
       for (const bool at_top : {false, true}) {
         add(FindClippedPoses(moments, stream, axis, noise / step, at_top));

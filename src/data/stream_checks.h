@@ -21,10 +21,10 @@
 
 namespace truetriad {
 
-/// Watches one stream pass by: order of time, gaps, range and step of the readings.
+/// Checks one stream as it is read: order of time, gaps, range and step of the readings.
 class StreamMonitor {
  public:
-  /// What is missing in `excluded` is no gap.
+  /// An interval without samples that overlaps `excluded` is no gap.
   StreamMonitor(const StreamInfo& info,
                 bool has_time,
                 const std::vector<ExcludedRange>& excluded = {})
@@ -37,8 +37,8 @@ class StreamMonitor {
   double spacing_ns() const;
   /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
   Eigen::Vector3d resolution_raw() const;
-  /// Likewise of a gyroscope at rest: of one that reads nothing below some rate twice that, which
-  /// is the smallest change from the reading that it repeats.
+  /// The same at rest: for a gyroscope with a dead band twice that band, which is the smallest
+  /// change from the reading that it repeats.
   Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
@@ -49,7 +49,7 @@ class StreamMonitor {
   /// Counts and range of the whole stream. Error: the sensor is stuck at one reading.
   Result<StreamSummary> Summary(const StreamCounts& counts) const;
 
-  /// What people should know: gaps, equal times, dropped rows, an axis that never changes.
+  /// Findings of the stream: no readings, gaps, equal times, an axis that never changes.
   Findings Check(const StreamSummary& summary) const;
 
  private:
@@ -71,18 +71,18 @@ class StreamMonitor {
   std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0, longest_gap_from_ns_ = 0;
   std::int64_t interruptions_ = 0, interruptions_ns_ = 0;  // Gaps and what is excluded.
   std::vector<std::int64_t> first_times_ns_;
-  double usual_ns_ = 0.0;  // Known once there are enough of those.
+  double usual_ns_ = 0.0;  // Known once there are kSpacingSamples of those.
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  // A reading that comes in a row: how often it was left for another one, and for how near a one.
+  // A repeated reading, how often it was left for another one, and the smallest change then.
   struct Repeated {
     double value = 0.0;
     std::int64_t votes = 0, left = 0;
     double least_change = 1e300;
   };
   std::array<Repeated, 3> repeated_{};  // By axis.
-  // How often equal readings come in a row.
+  // Numbers of runs of equal readings.
   struct Runs {
     std::optional<Eigen::Vector3d> last;
     std::int64_t length = 0;
@@ -94,11 +94,11 @@ class StreamMonitor {
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
 };
 
-/// Finds stretches where a sensor repeats one reading although its noise would not let it.
+/// Finds intervals in which a sensor repeats one reading although its noise forbids it.
 ///
-/// Judged against the quiet windows that do vary: when a reading is rarely equal to the one
-/// before there, a long run of equal readings is a frozen sensor or bus. A sensor whose noise is
-/// below its step repeats itself most of the time, and is not judged.
+/// The reference is the quiet windows that vary: when readings there are rarely equal to the one
+/// before, a long run of equal readings is a frozen sensor or bus. A sensor whose noise is below
+/// its step repeats itself most of the time, and is not judged.
 class StuckFinder {
  public:
   explicit StuckFinder(std::int64_t origin_ns) : origin_ns_(origin_ns) {}
@@ -118,15 +118,15 @@ class StuckFinder {
   std::int64_t stretch_count_ = 0;
 };
 
-/// Poses in which an axis says nothing: it sits at one limit of its range, or at one reading.
+/// Poses in which an axis is constant or clipped: at one limit of its range, or at one reading.
 struct FlatPoses {
   Triad triad = Triad::kAccelerometer;
   std::string words;  ///< Sensor, axis and where.
   std::vector<std::size_t> poses;
   bool is_clipped = false;
 };
-/// A clipped axis reads its stream's extreme in (nearly) all windows: without noise while others
-/// show noise, or heaped up at the extreme. A stuck one has no noise anywhere else.
+/// A clipped axis is constant at its stream's extreme, or reaches it in more than half of the
+/// windows, while other poses have noise. A stuck axis is constant at another reading.
 std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
                                      const std::vector<PerTriad<TriadPoseMoments>>& moments,
                                      const std::vector<StreamSummary>& streams);

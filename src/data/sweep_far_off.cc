@@ -14,19 +14,19 @@
 #include "model/mechanisms.h"
 #include "truetriad/base/units.h"
 
-// Which cells of a sweep are left out: those far from their neighbours. Where the unit was turned.
+// Finds the cells of a sweep that are outliers, and the places where the unit was turned.
 
 namespace truetriad {
 namespace {
 
-// A cell may be so many σ off, as white noise is once in 10^22, unless it is beside its neighbours
-// as well.
+// A cell is an outlier above 10 σ, which white noise exceeds once in 10^22, if it is outside its
+// two neighbours as well.
 constexpr double kFarOffSigmas = 10.0;
-// A change of specific force from one window to the next that no temperature makes.
+// Chosen: no temperature changes specific force by 3 % from one window to the next.
 constexpr double kTurnedShare = 0.03;
 
-// What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
-// 1968). `time` increases.
+// Residual of each value from a robust straight line through its neighbours (Theil 1950, Sen 1968).
+// `time` increases.
 std::vector<double> OffNeighbours(const std::vector<double>& time,
                                   const std::vector<double>& value) {
   std::vector<double> off;
@@ -56,7 +56,7 @@ std::vector<double> OffNeighbours(const std::vector<double>& time,
   return off;
 }
 
-// How far each value is outside of those beside it.
+// Distance of each value outside of the two beside it.
 std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
   std::vector<double> beyond;
   for (std::size_t i = 0; i < value.size(); ++i) {
@@ -74,8 +74,8 @@ double UsualStep(const std::vector<double>& value) {
   return steps.empty() ? 0.0 : Median(std::move(steps));
 }
 
-// Places far off what is expected of them and beyond both neighbours: a turning point, which bends
-// away from any line, goes beyond by a usual step at most.
+// Marks values with a residual `off` above the limit that are also beyond both neighbours: a
+// turning point, which deviates from any line, is beyond them by a median step at most.
 std::vector<bool> FarOff(const std::vector<double>& value,
                          const std::vector<double>& off,
                          double least) {
@@ -99,7 +99,7 @@ void SweepCutter::LeaveOut(std::size_t i, const std::string& what) {
   if (std::find(reasons.begin(), reasons.end(), what) == reasons.end()) reasons.push_back(what);
 }
 
-// Readings of an axis in one attitude that are far from their neighbours.
+// Leaves out the outliers of one axis in one attitude.
 void SweepCutter::LeaveOutFarOffReadings(const TemperatureTrack& track,
                                          Triad triad,
                                          int attitude,
@@ -128,7 +128,7 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  // Between two readings of a slow thermometer a repeated one is off by what it changes meanwhile.
+  // A repeated reading of a slow thermometer has the error of the change since it was taken.
   const bool is_held = thermometer_.hold_s() > 0.0;
   const std::vector<bool> odd_degc =
       is_held ? spikes : FarOff(degc, residuals, 1.5 * track.step_degc);
@@ -165,10 +165,10 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
   }
 }
 
-// σ of one sample, from inside the cells, or where cells are single samples from their differences.
+// σ of one sample, from the scatter in cells, or with too few samples from the cells' differences.
 Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
-  // From here on sigma from inside the cells is good to a sixth; below, differences of cells tell
-  // it better.
+  // With 20 degrees of freedom sigma from inside the cells is good to 1 / √40, a sixth; with fewer,
+  // differences of cells are better.
   constexpr double kEnoughDofInCells = 20.0;
   Eigen::Vector3d scatter = Eigen::Vector3d::Zero();
   double dof = 0.0;
@@ -216,11 +216,10 @@ Status CheckHeld(const PoseSet& set) {
 
 void NameTurns(PoseSet* set) {
   constexpr Triad kTriad = Triad::kAccelerometer;
-  // Chosen: a step is one between the medians of five windows, an eighth of the fewest that there
-  // are.
+  // Chosen: a step is between the medians of five windows, an eighth of the fewest that there are.
   constexpr std::size_t kReach = 5;
-  // Of the usual change over as many windows and of the noise of their means; of gravity; and how
-  // much of it may go along gravity.
+  // Chosen: the step exceeds 8 times the median change over as many windows, 8 times the noise of a
+  // mean, and 1e-3 of gravity (0.06 deg); at most 0.3 of it is along gravity.
   constexpr double kUsual = 8.0, kShare = 1e-3, kAlong = 0.3;
   std::vector<std::size_t> index;
   for (std::size_t k = 0; k < set->poses.size(); ++k) {
@@ -241,7 +240,7 @@ void NameTurns(PoseSet* set) {
     }
     return medians;
   };
-  // From the windows before each one to those after it.
+  // Step from the windows before each one to those after it.
   std::vector<Eigen::Vector3d> steps(index.size(), Eigen::Vector3d::Zero());
   std::vector<double> sizes;
   for (std::size_t i = kReach; i + kReach < index.size(); ++i) {

@@ -17,15 +17,15 @@
 namespace truetriad {
 namespace {
 
-// Two hours of the shortest cells; their sums take some megabytes.
+// Two hours of cells of 0.25 s; their sums take some megabytes.
 constexpr std::size_t kMaxCells = 32768;
-// Cells where the experiment states no window.
+// Chosen: cells of 0.25 s where the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
-// Chosen: some ten terms an axis, and four windows for each; a thermometer that is read now and
-// then is read in each.
+// Chosen: an axis has some ten terms, with four windows for each; a slow thermometer must be read
+// as often.
 constexpr std::size_t kFewestCells = 40;
-// A window ends when the temperature has changed by this share of its range, or this share of the
-// recording has passed.
+// Chosen: a window ends when the temperature has changed by this share of its range, or this share
+// of the recording has passed, so that a sweep of one ramp has at most 600 windows.
 constexpr double kThermalShare = 1.0 / 200.0, kTimeShare = 1.0 / 400.0;
 
 Status CheckEnough(std::size_t windows, const std::string& what, const PoseSet& set) {
@@ -193,7 +193,7 @@ void SweepCutter::AddBlock(const SampleBlock& block) {
     started_ = true;
     origin_ns_ = block.time_ns.front();
   }
-  // Sensors of one file share their thermometer: one of them tells how it reports.
+  // Sensors of one file share their thermometer, so only one of them is watched.
   if (!block.temperature_degc.empty() && watched_.value_or(block.triad) == block.triad) {
     watched_ = block.triad;
     thermometer_.Note(block.time_ns, block.temperature_degc);
@@ -234,7 +234,7 @@ TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const
     if (smooth) {
       known = *std::move(smooth);
     } else {
-      // It stays where it is, which tells nothing, and is no error.
+      // A constant ambient temperature is no error; its rate is zero.
       known.degc = degc;
       known.rate_degcps.assign(degc.size(), 0.0);
     }
@@ -333,7 +333,7 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
     ++seen;
     if (cell.degc_count == 0) ++without;
   }
-  // Less is not worth a word: a percent of a sweep moves no term of it.
+  // Chosen: less is not reported, as a percent of a sweep changes its terms little.
   constexpr double kNotableWithoutDegc = 0.01;
   if (static_cast<double>(without) > kNotableWithoutDegc * static_cast<double>(seen)) {
     const double share = static_cast<double>(without) / static_cast<double>(seen);
@@ -387,7 +387,7 @@ void SweepCutter::Warn(double duration_s, PoseSet* set) const {
                                 .With("interval", thermometer_.hold_s(), "s")
                                 .With("readings", taken));
   } else {
-    // Of so few readings the windows are as wide as their steps.
+    // With fewer readings than that a window is as long as a step of the temperature.
     NameTurns(set);
   }
 }

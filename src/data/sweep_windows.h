@@ -18,10 +18,10 @@ namespace truetriad {
 
 /// Cuts a recording of a temperature sweep into windows while it streams by.
 ///
-/// Samples are summed into cells of equal length. There are never more than some thousands: when
-/// they run out, neighbours are merged and the length doubles, so that memory does not grow with
-/// the recording. At the end the temperature is smoothed over the cells, cells that are far from
-/// their neighbours are left out, and the others make windows.
+/// Samples are summed into cells of equal length, 32768 at most: when more are needed, neighbours
+/// are merged and the length doubles, so that memory does not grow with the recording. At the end
+/// the temperature is smoothed over the cells, outliers among the cells are left out, and the
+/// others are merged into windows.
 class SweepCutter : public Collector {
  public:
   /// `leading`: the triad whose rows `selection.ranges` and window_samples count.
@@ -33,7 +33,8 @@ class SweepCutter : public Collector {
 
   Status Add(const std::vector<SampleBlock>& blocks) override;
 
-  /// Fills poses (windows) and sweep of the set. Error: too little, or a temperature that stays.
+  /// Fills poses (windows) and sweep of the set. Error: too few windows, a constant temperature, or
+  /// a unit that was turned.
   Status Finish(PoseSet* set) override;
 
  private:
@@ -45,7 +46,7 @@ class SweepCutter : public Collector {
     double time_sum_s = 0.0;  ///< Since the first sample.
     std::int64_t ambient_count = 0;
     double ambient_sum = 0.0;
-    std::vector<std::string> far_off;  ///< Why it is left out; empty: it is not.
+    std::vector<std::string> far_off;  ///< Reasons why it is left out; empty: kept.
 
     double ambient_degc() const { return ambient_sum / static_cast<double>(ambient_count); }
     double degc() const { return degc_sum / static_cast<double>(degc_count); }
@@ -56,7 +57,7 @@ class SweepCutter : public Collector {
   int AttitudeOf(std::int64_t row);
   std::size_t CellOf(std::int64_t time_ns, std::int64_t row);
   void MergePairs();
-  /// What the other thermometer said, over the places of `track`.
+  /// The smoothed ambient temperature at the times of `track`.
   TemperatureTrack SmoothAmbient(const TemperatureTrack& track) const;
   void AddRun(const SampleBlock& block, std::size_t begin, std::size_t end);
   void AddBlock(const SampleBlock& block);
@@ -81,18 +82,17 @@ class SweepCutter : public Collector {
   std::int64_t origin_ns_ = 0;
   bool started_ = false;
   bool was_doubled_ = false;
-  std::int64_t cell_ns_ = 0;       ///< Length of a cell, or
-  std::int64_t cell_samples_ = 0;  ///< rows of one.
+  std::int64_t cell_ns_ = 0;       ///< Length of a cell, if cell_samples_ is 0.
+  std::int64_t cell_samples_ = 0;  ///< Rows of a cell; 0: by time.
   ThermometerWatch thermometer_, ambient_thermometer_;
-  std::optional<Triad> watched_;  ///< Whose temperatures they watch.
+  std::optional<Triad> watched_;  ///< The triad whose temperatures they watch.
 };
 
-/// Error: gravity jumps between two windows of one attitude of a sweep, as of a unit that was
-/// turned.
+/// Error: gravity jumps between two windows of one attitude, as if the unit was turned.
 Status CheckHeld(const PoseSet& set);
 
-/// Warns of a small turn: gravity steps across itself, and stays there. What temperature does is
-/// slow, and goes along gravity as well.
+/// Warns of a small turn: gravity steps perpendicularly to itself and stays there. Effects of
+/// temperature are slow, and also along gravity.
 void NameTurns(PoseSet* set);
 
 }  // namespace truetriad

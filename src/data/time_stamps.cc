@@ -14,63 +14,63 @@
 namespace truetriad {
 namespace {
 
-// Fewer stamps show no kind.
+// Chosen: fewer stamps do not determine their kind.
 constexpr std::size_t kFewestStamps = 64;
-// The interval is told by the steps of which most are near the usual one: two steps in one are not.
+// Chosen: the interval is the mean of steps within 55 % of the usual one, if 70 % are; a lost
+// sample makes a step 100 % longer.
 constexpr double kNearUsual = 0.55, kShareOfUsual = 0.7;
-// Else it is measured over as few samples as tell it to a hundredth, since most such stretches have
-// then no lost sample, and over kBurstSamples at most.
+// Chosen: else it is the median over the fewest steps whose slopes agree to 1 %, as most of such
+// short intervals have no lost sample, and over kBurstSamples at most.
 constexpr double kSlopeScatter = 0.01;
-// A sample that is followed so soon waited for the next; the last one that waited came straight
-// from the sensor.
+// A sample waited for the next one if that follows within half a period; the last sample of those
+// that waited came directly from the sensor.
 constexpr double kSoon = 0.5;
-// A burst: this share of the samples waited, ...
+// Chosen: stamps are in bursts where a quarter of the samples waited, ...
 constexpr double kWaitingShare = 0.25;
-// ... so long that they came (nearly) together with the next one.
+// ... until a quarter of a period before the next one or less.
 constexpr double kTogether = 0.25;
-// By how much a sample may come later for each sample that it is behind one that is on time: keeps
-// intervals that are off by a five-hundredth from looking like lost samples, and bursts of 200.
+// The least offset of later samples grows by so many periods for each sample ahead: an error of the
+// interval by 1/500 does not look like lost samples, nor does a burst of 200 (0.4 of a period).
 constexpr double kLeak = 0.002;
-// Steps over so many samples are about as long, however the samples came; over an eighth of all,
-// one gap is in few of them.
+// Chosen: the mean interval over 256 samples hardly depends on bursts; over an eighth of all
+// samples, one gap is in few of them.
 constexpr std::size_t kBurstSamples = 256;
-// The level that tells lost samples follows the clocks with this share of what a sample is off.
+// Chosen: the level that lost samples are counted from follows the drift of the clocks, by 1/64 of
+// each sample's offset.
 constexpr double kLevelGain = 1.0 / 64.0;
-// Samples that are late by less than so many σ are no gap.
+// A sample that is late by less than 6 σ is no gap; normal errors exceed that once in 10^9.
 constexpr double kFarthestLate = 6.0;
-// What comes after these samples is not known, so they are not taken for late.
+// Chosen: the last eight samples are not judged, as only later ones show whether they are late.
 constexpr std::size_t kTail = 8;
-// Half the width over which the wander of the clocks is a straight line at least, in samples:
-// jitter counts a twenty-fifth, a clock whose rate changes by 500 ppm at once is off by 0.4 ms
-// there at 100 Hz. ...
+// The least half-width, in samples, over which the drift of the clocks is a straight line: jitter
+// is reduced to 1/25, and a step of the rate by 500 ppm leaves an error of 0.4 ms at 100 Hz, ...
 constexpr std::size_t kHalfWidth = 512;
-// ... Bursts that it must have at least.
+// ... but at least so many bursts.
 constexpr std::size_t kFewestBursts = 16;
-// Twice the width, as long as what stamps are off grows by no more than jitter makes it, plus so
-// many σ: an error of what a line makes of jitter is common to the turns under it.
+// The width is doubled as long as the squares grow by no more than jitter makes them, plus 3 σ: the
+// error of a line is common to all turns under it, so that wider lines are better.
 constexpr double kWiderSigmas = 3.0;
-// In jitter the RMS about short lines is that about long ones; where errors add up, as when each
-// sample waits for the one before, it grows with the root of the length, here by 2.8.
+// With jitter the RMS about short and long lines is the same; where errors add up, as when each
+// sample waits for the one before, it grows with the root of the length, here by √(128/16) = 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
-// About half way between the two on a scale of factors: √2.8 is 1.7.
+// Near the geometric mean of the two, √2.8 = 1.7.
 constexpr double kMostGrowth = 1.6;
-// A clock's ticks show in so many samples.
+// Chosen: so many samples are enough to find a clock's ticks.
 constexpr std::size_t kTickSamples = 4096;
-// Of ticks: stamps this near to whole ones, ...
+// Chosen: ticks need 95 % of the steps within a tenth of whole numbers of them, ...
 constexpr double kNearTick = 0.1, kShareOnTicks = 0.95;
-// ... and jitter about the rounding's 0.29 of one; ...
+// ... jitter near 1 / √12 = 0.29 of a tick, as of rounding, ...
 constexpr double kLeastOfTick = 0.15, kMostOfTick = 0.35;
-// ... one that is shorter than this share of the interval does not matter.
+// ... and a length of at least 5 % of the interval, as shorter ones do not matter.
 constexpr double kLeastTick = 0.05;
-// Stamps further off than so many RMS (of the nearer half) do not pull the line.
+// Chosen: offsets are clipped at 3 σ by their MAD, so that outliers do not pull the line.
 constexpr double kFarOff = 3.0;
 
-// Stamps of a line that is watched, which holds a burst at most: few enough for a clock that
-// wanders.
+// Chosen: a watched line needs eight stamps, which leave six degrees of freedom.
 constexpr std::size_t kFewestOfLine = 8;
-// Where more samples than this are missing, the clock may have jumped over them instead.
+// Chosen: where more than 3 % of samples are missing, the clock may have jumped instead.
 constexpr double kOftenLost = 0.03;
-// Stamps that may be off without their stream being uneven.
+// Chosen: up to 1 % of stamps may be outliers of an even stream.
 constexpr double kHiccups = 0.01;
 
 double Slope(const Stamps& stamps, std::size_t from, std::size_t to) {
@@ -78,7 +78,7 @@ double Slope(const Stamps& stamps, std::size_t from, std::size_t to) {
          static_cast<double>(stamps.Number(to) - stamps.Number(from));
 }
 
-// A sample that did not wait for the next one.
+// Whether a sample did not wait for the next one.
 bool IsOnTime(const Stamps& stamps, double period, std::size_t k) {
   if (stamps.are_windows()) return stamps.EndsWindow(k);
   return k + 1 == stamps.size() || static_cast<double>(stamps[k + 1] - stamps[k]) >= kSoon * period;
@@ -92,8 +92,8 @@ std::vector<std::size_t> OnTime(const Stamps& stamps, double period) {
   return places;
 }
 
-// The mean of the steps that are about the usual one, where most are: tells the interval however
-// many samples are lost, unless jitter hides it.
+// The mean of the steps near the usual one, if most are: it is the interval however many samples
+// are lost, unless jitter hides it.
 std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   double near = 0.0, sum = 0.0;
   for (std::size_t k = 1; k < stamps.size(); ++k) {
@@ -105,7 +105,7 @@ std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   return sum / near;
 }
 
-// The median over as many samples as tell it, `fewest` and more.
+// The median slope over as few samples as determine it, from `fewest` on.
 double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
@@ -125,19 +125,19 @@ double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest)
   return median;
 }
 
-// Samples in a row that one count goes through.
+// Consecutive samples with one count.
 struct Piece {
   std::size_t begin = 0, end = 0;
 };
 
 struct Numbers {
-  std::vector<double> number;  // Of each sample within its piece, those lost counted.
+  std::vector<double> number;  // Of each sample within its piece, lost ones included.
   std::vector<Piece> pieces;
-  double steps = 0.0;  // Where samples were lost.
+  double steps = 0.0;  // Number of places with lost samples.
 };
 
-// stamp − period × number, in periods. Single stamps that are early, a hiccup, are as their
-// neighbours.
+// stamp − period × number, in periods. Single early stamps (at most kHiccups of all) are replaced
+// by the less of their neighbours.
 std::vector<double> OffsOf(const Stamps& stamps, double period) {
   std::vector<double> offs;
   for (std::size_t i = 0; i < stamps.size(); ++i) {
@@ -153,7 +153,7 @@ std::vector<double> OffsOf(const Stamps& stamps, double period) {
   return offs;
 }
 
-// By how much samples that did not wait are late after one another, in periods (σ of each).
+// σ of the lateness of samples that did not wait, in periods.
 double ScatterOf(const Stamps& stamps, double period) {
   const std::vector<std::size_t> places = OnTime(stamps, period);
   std::vector<double> changes;
@@ -166,9 +166,9 @@ double ScatterOf(const Stamps& stamps, double period) {
   return MadSigma(std::move(changes)) / std::numbers::sqrt2;
 }
 
-// Counts the samples. A lost one is a step of a period in stamp − period × number that stays: the
-// least of what is to come tells it from a sample that is late. With `none_lost` a step is a gap,
-// or a sample that is late.
+// Counts the samples. A lost one is a lasting step of a period in stamp − period × number: the
+// minimum of later offsets distinguishes it from a late sample. With `none_lost` a step is a gap or
+// a late sample.
 Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) {
   const std::size_t count = stamps.size();
   std::vector<double> least = OffsOf(stamps, period);
@@ -177,7 +177,7 @@ Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) 
   const bool may_be_late = none_lost || stamps.are_windows();
   const double scatter = may_be_late ? kFarthestLate * ScatterOf(stamps, period) : 0.0;
   const double least_step = std::max(0.5, tick / period + 0.5) + scatter;
-  // Of more lost at once the sensor's own count is no longer certain.
+  // With more lost at once the sensor's own count is uncertain.
   const double most_lost = kGapSpacings + scatter;
   Numbers counted;
   counted.number.resize(count);
@@ -208,7 +208,7 @@ struct Point {
   double number = 0.0, off_ns = 0.0;  // stamp − period × number.
 };
 
-// The weighted line through the points within `half_width` of `number`, there.
+// Value at `number` of the weighted line through the points within `half_width` of it.
 double LineAt(std::span<const Point> points, double number, double half_width) {
   const auto before = [](const Point& point, double value) { return point.number < value; };
   auto from = std::lower_bound(points.begin(), points.end(), number - half_width, before);
@@ -225,7 +225,7 @@ double LineAt(std::span<const Point> points, double number, double half_width) {
   return s > 0.0 ? sy / s : points[0].off_ns;
 }
 
-// The slow part of the points: lines at knots, straight between them.
+// The slow part of the points: local lines at knots, linear between them.
 std::vector<Point> SlowPart(std::span<const Point> points, double half_width) {
   const double last = points.back().number;
   const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 4.0))) + 1;
@@ -246,7 +246,7 @@ double ValueAt(std::span<const Point> slow, double number) {
       slow[left].off_ns, slow[left + 1].off_ns, number / spacing - static_cast<double>(left));
 }
 
-// Brings points that are far off nearer.
+// Clips the offsets of points from the slow part.
 void Clip(std::span<const Point> slow, double least_ns, std::vector<Point>* points) {
   std::vector<double> distances;
   for (const Point& point : *points) {
@@ -267,7 +267,7 @@ double SquaresAbout(std::span<const Point> slow, std::span<const Point> points) 
   return squares;
 }
 
-// The widest lines along which what points are off is jitter, and what they leave.
+// The widest lines about which the points scatter by jitter only, and their residuals.
 struct Lines {
   double half_width = 0.0;
   double points = 0.0, squares = 0.0;
@@ -281,7 +281,7 @@ class EvenFit {
       : stamps_(stamps), period_(period), none_lost_(none_lost) {}
 
   EvenTimes Run();
-  // Of the samples that tell the times, n ln(mean square) + ln(n) for each thing that was fitted.
+  // n ln(mean square) + k ln(n), for n points and k fitted parameters.
   double Bic() const;
 
  private:
@@ -300,7 +300,7 @@ class EvenFit {
   double period_ = 0.0;
   bool none_lost_ = false;
   double tick_ = 0.0;       // 0: none.
-  bool in_bursts_ = false;  // Only samples that did not wait count.
+  bool in_bursts_ = false;  // Only samples that did not wait are used.
   double run_ = 1.0;        // Samples for one of those.
   Numbers counted_;
   Lines lines_;
@@ -320,7 +320,7 @@ void EvenFit::FindTick() {
     if (stamps_[k] > stamps_[k - 1]) steps.push_back(Slope(stamps_, k - 1, k));
   }
   if (steps.size() < kFewestBursts) return;
-  // The smallest step, or difference of two, but for a few.
+  // The smallest step, or difference of two steps, without the outer 1 %.
   std::sort(steps.begin(), steps.end());
   const std::size_t few = steps.size() / 100;
   double tick = steps[few];
@@ -351,7 +351,7 @@ double EvenFit::LeastHalfWidth() const {
   return std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
 }
 
-// Of each piece its points.
+// `points`: those of each piece.
 Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
   // Of weights (1 − x²)² on [−1, 1], 2 w(0) / ∫w − ∫w² / (∫w)²: a local fit takes tr(2S − SSᵀ) of
   // the squares' degrees of freedom, so many for each half width, and two at its ends.
@@ -378,7 +378,7 @@ Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
   };
   double half_width = LeastHalfWidth();
   double squares = squares_at(half_width);
-  // Beyond twice the longest piece a line is straight over all of it.
+  // Beyond twice the longest piece one line covers all of it.
   while (half_width < 2.0 * longest) {
     const double taken = freedom_taken(half_width);
     const double variance = squares / std::max(1.0, count - taken);
@@ -399,7 +399,7 @@ void EvenFit::FitPieces(EvenTimes* even) {
     Clip(SlowPart(points.back(), LeastHalfWidth()), 0.5 * period_, &points.back());
   }
   lines_ = WidestLines(points);
-  constexpr double kLongestNs = 4.6e18;  // Times are no farther from zero.
+  constexpr double kLongestNs = 4.6e18;  // 2^62: times are nearer to zero.
   std::int64_t last_ns =
       stamps_.front() - static_cast<std::int64_t>(std::min(1e3 * period_, kLongestNs));
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -416,7 +416,7 @@ void EvenFit::FitPieces(EvenTimes* even) {
   even->jitter_ns = Jitter(*even, 0.0);
 }
 
-// Whether what stamps are off grows with the length of the line.
+// Whether the RMS of the stamps grows with the length of the line.
 bool EvenFit::ErrorsAddUp() const {
   double long_squares = 0.0, short_squares = 0.0;
   const double long_width = run_ * static_cast<double>(kLongPoints);
@@ -427,13 +427,13 @@ bool EvenFit::ErrorsAddUp() const {
     long_squares += SquaresAbout(SlowPart(points, long_width), points);
     short_squares += SquaresAbout(SlowPart(points, short_width), points);
   }
-  // A burst that ends when it should tells no less than one sample's interval.
+  // In bursts no difference below a tenth of an interval counts.
   const double least = in_bursts_ ? 0.01 * period_ * period_ : 0.0;
   return long_squares >
          kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
 }
 
-// RMS of all but the share of the stamps that are furthest off.
+// RMS of the stamps without the share `left_out` of the largest errors.
 double EvenFit::Jitter(const EvenTimes& even, double left_out) const {
   std::vector<double> squares;
   for (std::size_t k = 0; k < stamps_.size(); ++k) {
@@ -450,19 +450,19 @@ double EvenFit::Jitter(const EvenTimes& even, double left_out) const {
 }
 
 StampKind EvenFit::KindOf(const EvenTimes& even) const {
-  // What a window is off all its samples are, so that it does not average out in it.
+  // All samples of a window share one error, so averaging within it does not reduce it.
   const double matters =
       kJitterThatMatters * period_ / std::sqrt(static_cast<double>(stamps_.window));
-  // Hiccups of a logger left out.
+  // Without the outliers of a logger.
   if (Jitter(even, kHiccups) < matters) return StampKind::kRegular;
-  // Where the interval is nearly a whole number of ticks, rounding errors go slowly up and down.
+  // Before ErrorsAddUp, as rounding errors drift where the interval is nearly whole ticks.
   if (tick_ > 0.0) return StampKind::kOnTicks;
   if (ErrorsAddUp()) return StampKind::kIrregular;
   return in_bursts_ ? StampKind::kInBursts : StampKind::kJittered;
 }
 
 double EvenFit::Bic() const {
-  // No stamp tells more than a thousandth of an interval.
+  // No stamp is taken as better than a thousandth of an interval.
   const double least = lines_.points * std::pow(1e-3 * period_, 2);
   const double fitted = counted_.steps + lines_.freedom_taken;
   return lines_.points * std::log((lines_.squares + least) / lines_.points) +
@@ -533,7 +533,8 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   };
   const double single = median_over(1);
   const double several = median_over(std::clamp<std::size_t>(steps / 8, 1, kBurstSamples));
-  // Nothing waits longer in a sensor's memory: such groups were taken when the logger was awake.
+  // Chosen: groups with a longer mean interval are not bursts of a sensor's memory, but of a
+  // logger that sleeps in between.
   constexpr double kLongestIntervalNs = 2e8;
   return single < kTogether * several && several < kLongestIntervalNs ? several : single;
 }
@@ -550,8 +551,8 @@ EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost) {
   EvenFit fit(stamps, period ? *period : PeriodOfStretches(stamps, usual, 1), false);
   EvenTimes even = fit.Run();
   if (stamps.are_windows() || even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
-  // Where jitter hides the period, samples that seem lost make up for it; where bursts are late,
-  // for those that came sooner.
+  // Where jitter hides the period or bursts are late, samples seem lost that are not, so the fit
+  // without lost samples is made too and the one with the lesser BIC is taken.
   EvenFit of_all = fit_all();
   EvenTimes of_all_even = of_all.Run();
   return of_all.Bic() < fit.Bic() ? of_all_even : even;
@@ -589,7 +590,7 @@ void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
   while (!stamps_ns.empty()) {
     if (line_.count == 0) line_.first_ns = stamps_ns.front();
     const std::size_t taken = std::min(kBurstSamples - line_.count, stamps_ns.size());
-    // As locals they stay in registers.
+    // Locals stay in registers.
     double number = static_cast<double>(line_.count), off_sum = 0.0, offs = 0.0, product = 0.0;
     for (const std::int64_t stamp : stamps_ns.first(taken)) {
       const double off = static_cast<double>(stamp - line_.first_ns) - period_ns_ * number;
@@ -607,7 +608,7 @@ void StampWatch::CloseLine() {
   const Line line = std::exchange(line_, Line{});
   if (line.count < kFewestOfLine) return;
   const auto count = static_cast<double>(line.count);
-  // Of 0, 1, … the mean, and the sum of squares about it.
+  // Mean of 0, 1, …, count - 1, and the sum of squares about it.
   const double mean = 0.5 * (count - 1.0), numbers = count * (count * count - 1.0) / 12.0;
   const double product = line.product - mean * line.off;
   const double offs = line.offs - line.off * line.off / count;
@@ -625,7 +626,7 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          std::span<const double> y,
                          std::span<const double> z,
                          double period_ns) {
-  // The slope is also taken from further neighbours, whose noise is not that of the three.
+  // The instrument is the slope over neighbours three away, whose noise is not that of the three.
   constexpr std::size_t kFurther = 3;
   double zd = 0.0, zx = 0.0, zd_zd = 0.0, zd_zx = 0.0, zx_zx = 0.0;
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {
@@ -645,7 +646,7 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
   }
   if (!(std::abs(zx) > 0.0)) return {};
   const double beta = zd / zx;
-  // Readings are noisier while the unit moves, where alone they tell (White 1980).
+  // A variance for errors of unequal size, as readings are noisier in motion (White 1980).
   const double variance = zd_zd - 2.0 * beta * zd_zx + beta * beta * zx_zx;
   return {beta, std::sqrt(std::max(0.0, variance)) / std::abs(zx)};
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Slice = ReadingTrace::Slice;
 
-// What a float holds; infinity is for slices without a reading.
+// The largest finite float, as infinity marks slices without a reading.
 constexpr double kLargest = std::numeric_limits<float>::max();
 
 Slice Empty() {
@@ -42,7 +42,7 @@ void TraceRecorder::Add(const SampleBlock& block) {
     trace_.slice_ns = std::int64_t{1} << log2_slice_ns_;
   }
   for (std::size_t i = 0; i < block.x.size(); ++i) {
-    // No time is before the first, and times may be further apart than their type can hold.
+    // Unsigned, since no time is before the first and their difference may exceed the signed range.
     const auto since =
         static_cast<std::uint64_t>(block.time_ns[i]) - static_cast<std::uint64_t>(trace_.start_ns);
     std::uint64_t at = since >> log2_slice_ns_;

@@ -10,22 +10,22 @@
 
 namespace truetriad {
 
-/// Makes the trace of one triad while its readings stream by, with a memory that does not grow:
-/// whenever the slices are too many, each two become one twice as long.
+/// Makes the trace of one triad while its readings stream by, with constant memory: when there are
+/// too many slices, each two are merged into one twice as long.
 class TraceRecorder {
  public:
   /// Halving leaves 512 to 1024 slices, about one per unit of a drawing's width of 670.
   static constexpr std::size_t kMostSlices = 1024;
 
   void Add(const SampleBlock& block);
-  /// All of it; nothing is to be added then.
+  /// Gives the trace away; nothing may be added afterwards.
   ReadingTrace Take() { return std::move(trace_); }
 
  private:
   void Halve();
 
   ReadingTrace trace_;
-  int log2_slice_ns_ = 20;  ///< About a millisecond.
+  int log2_slice_ns_ = 20;  ///< At first: 2^20 ns is about a millisecond.
 };
 
 }  // namespace truetriad

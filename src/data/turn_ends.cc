@@ -20,27 +20,27 @@
 namespace truetriad {
 namespace {
 
-// Readings at an end are averaged over kBridgedS, but over so many at least: a second difference
-// needs three.
+// Readings at an end are averaged over kBridgedS, but at least three: a second difference needs
+// as many.
 constexpr std::size_t kFewestAtEnd = 3;
-// What noise does to a mean is less.
+// A rate at an end is real above 6 σ, which the norm of three normal errors exceeds once in 10^7.
 constexpr double kEndSigmas = 6.0;
-// No unit that nothing drives turns on for longer: beyond this an end says no more about its ramp.
+// Chosen: a ramp by hand ends within 0.5 s, so a slower one is extrapolated no further.
 constexpr double kLongestRampS = 0.5;
-// Of σ of the angle; what is missing has one sign in all turns of a file.
+// Chosen, of σ of the angle: below one σ, as the missing angle has one sign in all turns of a file.
 constexpr double kMissingSigmas = 0.5;
 
 struct End {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // of as many readings next to them
-  double sigma_raw = 0.0;                               // of mean_raw along any direction
-  double span_s = 0.0;                                  // from one mean to the other
+  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // Of as many readings next to those.
+  double sigma_raw = 0.0;                               // Of mean_raw along any direction.
+  double span_s = 0.0;                                  // From one mean to the other.
 };
 
-// The first is where a turn begins, the second where it ends.
+// Begin and end of a turn.
 using Ends = std::array<End, 2>;
 
-// Unset where a turn has too few readings for both.
+// Unset where a turn has too few readings for both ends.
 std::optional<Ends> EndsOf(const RecordedMove& move) {
   const std::vector<Eigen::Vector3d>& readings = move.gyroscope_raw;
   const std::size_t count = readings.size();
@@ -59,7 +59,7 @@ std::optional<Ends> EndsOf(const RecordedMove& move) {
     double square = 0.0;
     for (std::size_t i = 0; i < 2 * most; ++i) {
       (i < most ? end.mean_raw : end.inner_raw) += at(i) / static_cast<double>(most);
-      // Of second differences, which a ramp does not enter: 6 σ², three axes.
+      // Second differences contain no ramp: their square is 6 σ² on each of three axes.
       square += (at(i) - 2.0 * at(i + 1) + at(i + 2)).squaredNorm() / 18.0;
     }
     end.sigma_raw = std::sqrt(square / static_cast<double>(2 * most * most));
@@ -73,7 +73,7 @@ struct Level {
   Eigen::Vector3d reading_raw = Eigen::Vector3d::Zero();
 };
 
-// What the gyroscope reads in rests, and at the ends of turns. `ends`: of set.turns.
+// The gyroscope's readings in rests and at the ends of turns. `ends`: of set.turns.
 std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<Ends>>& ends) {
   std::vector<Level> levels;
   for (const StaticPose& pose : set.poses) {
@@ -90,9 +90,9 @@ std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<
   return levels;
 }
 
-// The middle one of those about a time: turns that are cut go both ways, and the bias may drift.
+// Median of the nearest levels: cut turns have both signs, and the bias may drift.
 Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
-  // The median of so many is off by 1.25 / √16 of their σ, a third.
+  // Chosen: the median of 16 has an error of 1.25 / √16 of their σ, a third.
   constexpr std::size_t kNearest = 16;
   const std::size_t count = std::min(kNearest, levels->size());
   const auto distance = [time_ns](const Level& level) { return std::abs(level.time_ns - time_ns); };
@@ -109,21 +109,21 @@ Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
   return middle;
 }
 
-// What of its angle a turn lacks beyond one end, radians, from the rate there and how it changes;
-// zero where nothing but noise shows. `rad_per_raw`: of the integral of readings.
+// The angle, rad, by which a turn continues beyond one end, from the rate there and its slope; zero
+// within noise. `rad_per_raw`: scale of the integral of readings.
 double MissingAngle(const End& end, const Eigen::Vector3d& rest_raw, double rad_per_raw) {
   const Eigen::Vector3d off = end.mean_raw - rest_raw;
   if (!(off.norm() > kEndSigmas * end.sigma_raw)) return 0.0;
   const Eigen::Vector3d direction = off.normalized();
   const double change = (end.inner_raw - end.mean_raw).dot(direction) / end.span_s;
-  // The line through both means, at the end itself; below zero where the turn only begins.
+  // The line through both means, extrapolated to the end; negative where the turn begins later.
   const double rate = off.norm() - 0.5 * change * end.span_s;
   if (!(rate > kEndSigmas * std::sqrt(2.5) * end.sigma_raw)) return 0.0;
   const double ramp_s = change > 0.0 ? std::min(rate / change, kLongestRampS) : kLongestRampS;
   return 0.5 * rate * ramp_s * rad_per_raw;
 }
 
-// Radians a raw unit and second, as the stated angle of the turn gives them.
+// Radians per raw unit and second, from the stated angle of the turn.
 double ScaleOf(const KnownTurn& turn, const Eigen::Vector3d& rest_raw) {
   const RecordedMove& move = turn.move;
   const Eigen::Vector3d mean_raw = MeanOverTime(move.time_ns, move.gyroscope_raw);

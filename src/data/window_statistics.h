@@ -16,12 +16,12 @@ namespace truetriad {
 /// A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
 inline constexpr std::int64_t kWindowNs = 100'000'000;
 
-/// Windows that are searched at once, 27 minutes. A stream that is so many behind the others has
-/// ended: blocks hold fewer.
+/// Windows that are searched at once: 27 minutes of 0.1 s. A stream that is so many behind the
+/// others has ended, as sources keep streams within one block (4096 samples) of each other.
 inline constexpr std::size_t kMostWindows = 16384;
 
-/// What one triad read during one short window: enough for every later statistic, so that no
-/// sample has to be kept. Readings in the stream's raw unit.
+/// Statistics of one triad in one short window, sufficient for all later ones, so that no sample is
+/// kept. Readings in the stream's raw unit.
 struct TriadWindow {
   std::int64_t count = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
@@ -45,7 +45,7 @@ struct TriadWindow {
 /// sample, so the large offset of raw counts cancels before anything is squared.
 TriadWindow Summarize(const SampleBlock& block, std::size_t begin, std::size_t end);
 
-/// The windows of all streams on one time grid; windows without any sample take no place.
+/// The windows of all streams on one time grid; windows without any sample are not stored.
 class WindowBuffer {
  public:
   /// Window i covers origin_ns + [i, i + 1) * width_ns. Needs width_ns > 0.

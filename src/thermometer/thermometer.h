@@ -54,8 +54,7 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
 /// each other do not move the median of five.
 inline constexpr std::size_t kNeighbours = 5;
 
-/// Marks cells whose temperature is farther from their neighbours than a chamber can go: a
-/// disturbed bus.
+/// Marks cells whose temperature is farther from their neighbours than a chamber can bring it.
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc);
 
 /// Cells [first, second) that repeat the one before and end with a jump that no chamber makes from

@@ -82,8 +82,7 @@ class SampleSource {
 
   virtual StreamCounts counts(Triad triad) const = 0;
 
-  /// Places where times restarted and were continued from the last time before; complete once Next
-  /// has returned false.
+  /// Where times restarted and were continued from the last; complete once Next has returned false.
   virtual std::vector<RecordingJoint> joints() const { return {}; }
 
   /// Files with hash and sample count; complete once Next has returned false.

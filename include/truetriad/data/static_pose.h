@@ -68,8 +68,7 @@ struct StaticPose {
   std::int64_t middle_ns() const { return start_ns / 2 + end_ns / 2; }
 };
 
-/// The gyroscope's readings over an interval: between two consecutive poses, or where a turn is
-/// stated.
+/// The gyroscope's readings between two consecutive poses, or where a turn is stated.
 struct RecordedMove {
   std::size_t from = 0;  ///< Index of the pose before it; the one after it is the next.
   std::vector<std::int64_t> time_ns;
