@@ -52,7 +52,7 @@ class RowScreen {
 
   Triad triad_;
   HeldSamples rows_;                      // Those handed over last, then those held back.
-  std::size_t handed_ = 0;                // Of rows_.
+  std::size_t handed_ = 0;                // Those of rows_.
   std::vector<Eigen::Vector3d> history_;  // The last ones that were kept.
   // Smallest difference of neighbouring rows above rounding, and the largest reading.
   Eigen::Vector3d step_ = Eigen::Vector3d::Constant(1e300);

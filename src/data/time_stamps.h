@@ -42,9 +42,9 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 
 /// Where the samples of one stream lie in time if its sensor takes them at even intervals:
 ///
-///   stamp_k = origin + period x_k + wander(x_k) + late_k
+///   stamp_k = origin + period x_k + drift(x_k) + late_k
 ///
-/// x counts samples, including lost ones; wander is the slow drift between two clocks; late is
+/// x counts samples, including lost ones; drift is that between two clocks, which is slow; late is
 /// jitter. A longer gap ends a piece, and the next piece has its own origin and count.
 struct EvenTimes {
   StampKind kind = StampKind::kRegular;

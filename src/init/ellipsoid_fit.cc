@@ -14,8 +14,8 @@
 // 4 J > I^2 excludes ellipsoids much longer than wide, and both algebraic costs depend on the
 // frame. So the data are first scaled axis by axis (gains of a triad may differ 25 times,
 // cross-axis terms are small), then mapped to where the last ellipsoid found is the unit sphere and
-// fitted anew, until the sphere stays: there the constraint is slack and the costs are nearly
-// geometric.
+// fitted again, until the sphere no longer changes: there the constraint is inactive and the costs
+// are nearly geometric.
 #include "init/ellipsoid_fit.h"
 
 #include <algorithm>
@@ -178,8 +178,8 @@ double Conditioning(const Eigen::Matrix3Xd& points, Method method) {
 }
 
 // Mean square distance to the ellipsoid in the frame `start`, to first order: F / |grad F| of
-// F = |z|^2 - 1. Sampson 1982. Measured in one frame for all candidates, because in its own a
-// runaway ellipsoid looks excellent.
+// F = |z|^2 - 1. Sampson 1982. Measured in one frame for all candidates, because in its own frame
+// a diverged ellipsoid has a small residual.
 double GeometricResidual(const std::vector<Vector3d>& points,
                          const Frame& frame,
                          const Frame& start) {

@@ -24,7 +24,7 @@ struct Ellipsoid {
 
 /// Six-parameter fit, axes along x, y, z. Needs 6 points. The linear least-squares solution of
 /// a x^2 + b y^2 + c z^2 + d x + e y + f z = 1 on centred and scaled data, repeated with the
-/// centre and radii found until they stay, so that offset and units of the data do not matter.
+/// centre and radii found until they converge, so that offset and units of the data do not matter.
 /// Error (bad input): a point that is not finite. Error (not enough): too few points, coplanar
 /// points, not an ellipsoid.
 Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Eigen::Vector3d>& points);

@@ -37,7 +37,7 @@ struct MotionPlace {
 struct StatedTurn {
   MotionPlace at;
   std::string id;
-  /// Unit vector, body frame, right-handed. The unit turned about it as nearly as it was held.
+  /// Stated axis of the turn: unit vector, body frame, right-handed.
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   double angle_rad = 0.0;  ///< Whole turns count: 4 pi is two turns.
   /// σ about each axis of the attitude after the turn beside the stated angle. Range: > 0.

@@ -58,7 +58,7 @@ enum class TimeStamps {
 
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
-  std::int64_t every = 0;  ///< Rows a pose, for kEveryN. Range: >= 1.
+  std::int64_t every = 0;  ///< Rows per pose, for kEveryN. Range: >= 1.
   /// For kRanges, in file order. For kSweep the intervals in which an attitude is held; those of
   /// one id are one attitude; none: one attitude all the time.
   std::vector<PoseRange> ranges;

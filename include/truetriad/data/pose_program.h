@@ -13,7 +13,7 @@ namespace truetriad {
 struct ProgramPose {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
   std::optional<double> temperature_degc;  ///< Chamber temperature; unset: not controlled.
-  std::string label;                       ///< "x up, y to the north"; for people.
+  std::string label;                       ///< "x up, y to the north"; for the reader.
 };
 
 /// Poses in the order in which they are taken.

@@ -16,7 +16,7 @@
 
 namespace truetriad {
 
-/// What a recording says about one of its triads before any row is read.
+/// What is known of one triad of a recording before any row is read.
 struct StreamInfo {
   Triad triad = Triad::kAccelerometer;
   Unit unit;
@@ -30,13 +30,13 @@ struct StreamInfo {
   std::int64_t window_samples = 1;
 };
 
-/// What a recording says about itself.
+/// Properties of a recording as a whole.
 struct RecordingInfo {
   std::string path;                 ///< The CSV or manifest that was opened.
   std::string serial;               ///< Empty when not given.
   Tags tags;                        ///< The manifest's statements about the unit and the run.
   bool has_time = true;             ///< False: rows only; time_ns then counts rows.
-  std::vector<StreamInfo> streams;  ///< At most one a triad.
+  std::vector<StreamInfo> streams;  ///< At most one per triad.
   std::vector<std::string>
       ignored_columns;  ///< Neither a reading, a time, a temperature nor a pose.
   const StreamInfo* Find(Triad triad) const {
@@ -60,7 +60,7 @@ struct SampleBlock {
   std::span<const double> ambient_degc{};
 };
 
-/// What was counted while a stream was read; complete once Next has returned false.
+/// Counts of a stream's rows; complete once Next has returned false.
 struct StreamCounts {
   std::int64_t samples = 0;        ///< Handed over.
   std::int64_t dropped_empty = 0;  ///< Rows without this triad's fields (a slower sensor) or NaN.
