@@ -25,9 +25,9 @@ constexpr double kSlopeScatter = 0.01;
 // A sample waited for the next one if that follows within half a period; the last sample of those
 // that waited came directly from the sensor.
 constexpr double kSoon = 0.5;
-// Chosen: stamps are in bursts where a quarter of the samples waited, ...
+// Chosen: stamps are in bursts where a quarter of the samples waited.
 constexpr double kWaitingShare = 0.25;
-// ... until a quarter of a period before the next one or less.
+// Chosen: in a burst the next sample follows within a quarter of a period.
 constexpr double kTogether = 0.25;
 // The least offset of later samples grows by so many periods for each sample ahead: an error of the
 // interval by 1/500 does not look like lost samples, nor does a burst of 200 (0.4 of a period).
@@ -43,9 +43,9 @@ constexpr double kFarthestLate = 6.0;
 // Chosen: the last eight samples are not judged, as only later ones show whether they are late.
 constexpr std::size_t kTail = 8;
 // The least half-width, in samples, over which the drift of the clocks is a straight line: jitter
-// is reduced to 1/25, and a step of the rate by 500 ppm leaves an error of 0.4 ms at 100 Hz, ...
+// is reduced to 1/25, and a step of the rate by 500 ppm leaves an error of 0.4 ms at 100 Hz.
 constexpr std::size_t kHalfWidth = 512;
-// ... but at least so many bursts.
+// Chosen: in bursts the half-width covers at least 16 of them.
 constexpr std::size_t kFewestBursts = 16;
 // The width is doubled as long as the squares grow by no more than jitter makes them, plus 3 σ: the
 // error of a line is common to all turns under it, so that wider lines are better.
@@ -57,11 +57,11 @@ constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
 constexpr double kMostGrowth = 1.6;
 // Chosen: so many samples are enough to find a clock's ticks.
 constexpr std::size_t kTickSamples = 4096;
-// Chosen: ticks need 95 % of the steps within a tenth of whole numbers of them, ...
+// Chosen: stamps are on ticks where 95 % of the steps are within a tenth of whole numbers of ticks.
 constexpr double kNearTick = 0.1, kShareOnTicks = 0.95;
-// ... jitter near 1 / √12 = 0.29 of a tick, as of rounding, ...
+// Their jitter must be near that of rounding, 1 / √12 = 0.29 of a tick.
 constexpr double kLeastOfTick = 0.15, kMostOfTick = 0.35;
-// ... and a length of at least 5 % of the interval, as shorter ones do not matter.
+// Chosen: ticks shorter than 5 % of the interval do not matter.
 constexpr double kLeastTick = 0.05;
 // Chosen: offsets are clipped at 3 σ by their MAD, so that outliers do not pull the line.
 constexpr double kFarOff = 3.0;
