@@ -39,8 +39,8 @@
 namespace truetriad {
 namespace {
 
-// How badly the poses fit, few of them counting little however far off they are: the sum over all
-// deletion tests and priors of log(1 + χ² / dof), the cost of a Cauchy distribution.
+// How badly the poses fit: the sum over all deletion tests and priors of log(1 + χ² / dof), the
+// cost of a Cauchy distribution, so that a few outliers count little however large they are.
 double RobustMisfit(const PoseGraph& graph) {
   const ReducedSystem system(graph);
   double misfit = 0.0;
@@ -53,7 +53,7 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
-// Rests that are none for a sensor, or too few.
+// The refusal that the poses hold for an enabled sensor, else the one for too few poses.
 std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Finding& finding : poses.findings) {
     if (finding.IsRefusal() && finding.sensor && options.triads[*finding.sensor].enabled) {
@@ -77,8 +77,8 @@ PoseSet AtOneTemperature(const PoseSet& poses) {
   return PosesAmong(poses, *most);
 }
 
-// The gyroscope's readings with what each session's bias differs from the first one's taken off, by
-// its mean at rest: a start finds one bias.
+// Subtracts from the gyroscope's readings by how much each session's median reading at rest differs
+// from the first session's, since a start finds one bias only.
 PoseSet WithOneGyroscopeBias(PoseSet poses) {
   std::vector<PoseSet> rests(poses.sessions.size());
   for (const StaticPose& pose : poses.poses) {
@@ -99,8 +99,8 @@ PoseSet WithOneGyroscopeBias(PoseSet poses) {
   return poses;
 }
 
-// With temperature terms also from the poses of one temperature: over all of them a unit that
-// drifts much has readings on no ellipsoid.
+// With temperature terms, starts are also found from the poses of one temperature: over all
+// temperatures the readings of a unit that drifts much lie on no ellipsoid.
 Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const CalibrateOptions& options) {
   const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
   if (has_gyroscope && options.HasSessionBias(Triad::kGyroscope) && !poses.sessions.empty()) {
@@ -129,8 +129,8 @@ PoseGraph GraphAt(const CalibrateOptions& options,
   return graph;
 }
 
-// Rival starts (a magnetometer's rotation may have several) are all refined; the best fit wins, by
-// a measure that three poses beside a magnet do not decide. Unset when none could be refined.
+// Refines every start (a magnetometer's rotation may have several) and returns the best fit by
+// RobustMisfit, which three poses beside a magnet do not decide. Unset when none could be refined.
 std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
                                             const std::vector<StartValues>& starts,
                                             std::vector<PoseNode> nodes,
@@ -144,7 +144,7 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
-    // At other temperatures or after another start of the unit a length may be off for good reason.
+    // At another temperature or after another power-up the length of a reading may truly differ.
     if (!options.HasThermal() && poses.sessions.empty()) {
       WeighReadingsAtStart(options.robust, &graph);
     }
@@ -159,14 +159,14 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
   return best;
 }
 
-// Terms that bend what an axis reports. Far from the optimum, where gains are off by much, they run
-// away; close to it they are small.
+// Whether nonlinearity terms are estimated along with a bias or sensitivity. Far from the optimum,
+// where the gains are wrong, these terms diverge; close to it they are small.
 bool HasBentAxes(const CalibrateOptions& options) {
   const auto has = [&options](auto condition) {
     return std::any_of(options.triads.begin(), options.triads.end(), condition);
   };
   return has([](const TriadOptions& triad) { return triad.HasAxisTerm(Wanted::kYes); }) &&
-         has([](const TriadOptions& triad) {  // that is to be solved first
+         has([](const TriadOptions& triad) {  // solved for first
            return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
          });
 }
@@ -178,16 +178,16 @@ CalibrateOptions WithStraightAxes(CalibrateOptions options) {
   return options;
 }
 
-// Whether the poses tell all that is free, by the noise that the graph is weighted with.
+// Whether the poses determine every free parameter, given the noise that weights the graph.
 bool IsDetermined(const PoseGraph& graph, const CalibrateOptions& options) {
   const ReducedSystem system(graph);
   return system.rank() == system.size() &&
          AnalyseObservability(graph, system.shared(), options.observable_sigma).determined;
 }
 
-// Solves for what bends the axes too, from a solution without: first from a rough one; where that
-// leads nowhere, from one whose noise is settled. What the poses do not tell has no optimum to run
-// to: it stays zero, for the verdict to name.
+// Adds the nonlinearity terms to a solution without them: first to the rough one and, where that
+// does not converge, to one whose noise is settled. Terms that the poses do not determine have no
+// optimum; they stay zero, and the verdict names them.
 int SettleBentAxes(const CalibrateOptions& options,
                    const CalibrateOptions& straight,
                    NoiseState* noise,
@@ -240,8 +240,8 @@ CalibrationSummary Refuse(Finding refusal, CalibrationSummary summary) {
   return summary;
 }
 
-// Settles what was solved: which side the field is on, and noise and parameters together. Returns
-// the rounds that this took.
+// Settles whether the field points above or below the horizontal, then noise and parameters
+// together. Returns the number of rounds.
 int Settle(const CalibrateOptions& options,
            NoiseState* noise,
            PoseGraph* graph,
@@ -252,7 +252,7 @@ int Settle(const CalibrateOptions& options,
                    ? SettleBentAxes(options, WithStraightAxes(options), noise, graph, log, findings)
                    : SettleNoise(options.robust, noise, graph, log, findings);
   if (SettleField(options, NoiseDof(noise->estimate, *graph), graph)) {
-    // What is known of the noise is in terms of the parameters as they were.
+    // The noise was estimated with the former parameters; the findings about it stay as they were.
     Findings known;
     rounds += SettleNoise(options.robust, noise, graph, log, &known);
   }

@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-// What is known before any pose is looked at.
+// The calibration as the options state it, before any pose is used.
 Calibration StatedCalibration(const CalibrateOptions& options);
 
 // Calibrate with options that leave nothing to be chosen. `settled` receives the solved graph of

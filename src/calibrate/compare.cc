@@ -21,15 +21,15 @@
 namespace truetriad {
 namespace {
 
-// Variances below this share of the largest, after scaling to unit diagonal, are entries fixed or
-// tied by the gauge.
+// Eigenvalues of the summed covariance, scaled to unit diagonal, below this share of the largest
+// are rounding: the gauge fixes or ties these entries.
 constexpr double kTiedShare = 1e-9;
 // Variances below this share of the largest of the same matrix are the rounding of a fixed entry.
 constexpr double kFixedShare = 1e-20;
 // Differences below this share of the largest entry of a matrix are rounding.
 constexpr double kRounding = 1e-6;
 
-// The names of a covariance list no term that the calibration does not hold.
+// Whether the calibration holds every term that its covariance lists.
 bool HoldsItsTerms(const Calibration& calibration) {
   for (const std::string& name : calibration.covariance.parameters) {
     const auto entry = ParameterName::Parse(name);
@@ -50,8 +50,8 @@ bool HoldsItsTerms(const Calibration& calibration) {
   return true;
 }
 
-// A gyroscope alone has the axes that the operator stated. Beside another calibration they are
-// taken for those of its body.
+// A gyroscope alone has the axes that the operator stated; they are taken to be the body axes of
+// the calibration that it is compared with.
 bool HasFrameFromOutside(const Calibration& calibration) {
   return calibration.gauge == Gauge::kFixture && calibration.gauge_sensor == Triad::kGyroscope;
 }
@@ -88,8 +88,8 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
   return {};
 }
 
-// Whether a calibration holds all of a group, though it estimates others of the sensor: their
-// variances are zero.
+// Whether a calibration holds all of a group fixed (zero variances) though it estimates other
+// parameters of the sensor.
 bool IsHeld(const Calibration& calibration, const std::string& group) {
   const NamedCovariance& covariance = calibration.covariance;
   const std::string sensor = group.substr(0, group.find('.') + 1);
@@ -106,8 +106,8 @@ bool IsHeld(const Calibration& calibration, const std::string& group) {
   return is_listed && is_sensor_estimated;
 }
 
-// Groups of parameters ("accelerometer.thermal.bias.1") that stand in the covariance of one alone
-// or that one holds, temperature terms that stand in none, and sensors that only one has.
+// Groups of parameters ("accelerometer.thermal.bias.1") that only one covariance lists or that one
+// calibration holds fixed, temperature terms without covariance, and sensors that only one has.
 std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration& b) {
   std::set<std::string> groups;
   const auto add = [&groups](const Calibration& one, const Calibration& other, const char* which) {
@@ -141,8 +141,8 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
   return {groups.begin(), groups.end()};
 }
 
-// Rate terms are of the temperature that they were found with: the element's, or that of a
-// thermometer that may be before or behind it.
+// Rate terms belong to the temperature that they were estimated with: the sensing element's, or
+// that of a thermometer that may lead or lag it.
 bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const std::string& name) {
   const auto entry = ParameterName::Parse(name);
   if (!entry || !InfoOf(entry->kind).rate) return false;
@@ -157,12 +157,12 @@ bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const st
 }
 
 // Where the strength of the field was a convention, the magnetometer's gains have no common scale:
-// that of `a` becomes that of `b`, and what either says of it is taken out of its covariance. With
+// `a` is scaled to `b`, and the uncertainty of the scale is projected out of both covariances. With
 // S scaled by 1 + e, log det S changes by 3 e; so
 //
 //   x -> x - v (w x)      v = (S, its temperature terms)      w = transpose(S^-1) / 3      w v = 1
 //
-// S being the mean of both: what is taken out of one is what is taken out of the other.
+// with S the mean of both, so that the same direction is projected out of both.
 void TakeOutCommonScale(PresentedSolution* a, PresentedSolution* b) {
   constexpr Triad kTriad = Triad::kMagnetometer;
   const double factor = std::cbrt(std::abs(b->models[kTriad]->sensitivity.determinant() /
@@ -196,7 +196,7 @@ void TakeOutCommonScale(PresentedSolution* a, PresentedSolution* b) {
   }
 }
 
-// Where the temperature terms of a calibration are about; unset without any.
+// The temperature that a calibration's temperature terms are relative to; unset without any.
 std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
   for (const auto& sensor : calibration.sensors) {
     if (sensor && sensor->thermal) return sensor->thermal->reference_degc;
@@ -204,7 +204,7 @@ std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
   return std::nullopt;
 }
 
-// By as many degrees of freedom as the σ of either are known with: F in place of χ².
+// The p-value by F in place of χ², with the fewer degrees of freedom that the σ of a or b have.
 double AgreementOf(const Comparison& comparison, const Calibration& a, const Calibration& b) {
   double dof = std::numeric_limits<double>::infinity();
   for (const Calibration* calibration : {&a, &b}) {
@@ -378,7 +378,7 @@ Agreement AgreementOf(const Comparison& comparison) {
 }
 
 bool IsTooAlike(const Comparison& comparison) {
-  // Two recordings agree so well, even with σ three times as large, once in a million.
+  // Even if the σ are three times too large, two recordings agree so well only once in a million.
   constexpr double kSigmaFactor = 3.0, kChance = 1e-6;
   if (comparison.dof <= 0) return false;
   const double most = kSigmaFactor * kSigmaFactor * comparison.chi2;

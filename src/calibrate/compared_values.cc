@@ -13,7 +13,7 @@
 namespace truetriad {
 namespace {
 
-// Gravity and the field are not the unit's: two calibrations of one may be of two places.
+// Gravity and the field belong to the place, which may differ between two calibrations of a unit.
 bool IsOfThePlace(const std::string& name) { return name.rfind("reference.", 0) == 0; }
 
 // The value of a named entry of a sensor.
@@ -45,7 +45,7 @@ struct GramEntry {
 constexpr std::array<GramEntry, 6> kGramEntries = {
     {{0, 0, "xx"}, {1, 1, "yy"}, {2, 2, "zz"}, {0, 1, "xy"}, {0, 2, "xz"}, {1, 2, "yz"}}};
 
-// Rows of what is compared by the entries of the solution's covariance, one after another.
+// Collects compared values, each with its derivative by the entries of the solution's covariance.
 class Rows {
  public:
   explicit Rows(const PresentedSolution& solution) : covariance_(solution.covariance) {}
@@ -138,7 +138,7 @@ Calibration WithRepeatability(const Repeatability& repeatability, Calibration ca
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto one = ParameterName::Parse(names[i]);
     if (!one || one->power != 0 || !calibration.sensors[one->triad]) continue;
-    // Raw units: S takes a bias of true units there.
+    // The covariance is in raw units: S converts a bias from true to raw units.
     const Eigen::Matrix3d& S = calibration.sensors[one->triad]->model.sensitivity;
     for (std::size_t j = 0; j < names.size(); ++j) {
       const auto other = ParameterName::Parse(names[j]);

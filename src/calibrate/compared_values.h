@@ -11,14 +11,14 @@
 
 namespace truetriad {
 
-// Numbers of one calibration that are held against those of another, by name.
+// Values of one calibration that are compared with those of the same names of another.
 struct ComparedValues {
   std::vector<std::string> names;
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;
 };
 
-// All that the solution's covariance lists. `stated`: the calibration, for its reference.
+// All that the solution's covariance lists, except the reference values (gravity and field).
 ComparedValues ValuesInFrame(const PresentedSolution& solution);
 
 // What no rotation of the body frame changes: biases with their temperature terms, higher terms,
@@ -26,8 +26,8 @@ ComparedValues ValuesInFrame(const PresentedSolution& solution);
 //
 //   G = C^T C      dG = -(G dS C + (G dS C)^T)      C = S^-1
 //
-// by which a reading has its length in true units. Groups that are left out are added to
-// `left_out`.
+// A reading r less bias has the squared length r^T G r in true units. Groups that are left out are
+// added to `left_out`.
 ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
                                   std::vector<std::string>* left_out);
 

@@ -20,8 +20,8 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// The calibration for readings as the poses have them. Error: counts of unknown size, nothing in
-// common.
+// Restates the calibration for the units of the poses' readings. Error: counts of unknown size, no
+// sensor in common.
 Result<Calibration> ForReadingsOf(const PoseSet& poses,
                                   const CountSizes& si_per_count,
                                   Calibration calibration) {
@@ -41,7 +41,7 @@ Result<Calibration> ForReadingsOf(const PoseSet& poses,
   return calibration;
 }
 
-// Strength of what a sensor sees at rest, zero where nobody says it; a gyroscope sees nothing.
+// Length of the vector that a sensor measures at rest; zero for a gyroscope or an unstated field.
 double StrengthOf(Triad triad, const ReferenceValues& reference) {
   switch (triad) {
     case Triad::kAccelerometer:
@@ -54,9 +54,9 @@ double StrengthOf(Triad triad, const ReferenceValues& reference) {
   return 0.0;
 }
 
-// Errors e of one sensor, each with noise of its own and J times the parameters' errors, summed up
-// for the χ² of all of them together: e^T (N + J Σ J^T)^-1 e. What the poses share, as a gain that
-// is as uncertain as the local gravity, then allows for no scatter between them.
+// Sums up the errors e of one sensor, each with its own noise N and J times the parameters' errors,
+// for their joint χ²: e^T (N + J Σ J^T)^-1 e. An error that all poses share, such as that of a gain
+// as uncertain as the local gravity, then explains no scatter between them.
 class JointErrors {
  public:
   void Add(const Eigen::VectorXd& error,
@@ -79,8 +79,8 @@ class JointErrors {
     count_ += error.size();
   }
 
-  // RMS of the errors, whitened: 1 where they are as predicted. `free`: so many of the parameters
-  // are fitted to the errors. Unset where a reading has no noise, or nothing is left.
+  // RMS of the whitened errors: 1 where they are as predicted. `free`: number of parameters that
+  // are fitted to the errors. Unset where a reading has no noise or no degree of freedom is left.
   std::optional<double> Rms(const Eigen::MatrixXd& covariance, Eigen::Index free = 0) const {
     if (count_ <= free || !is_noisy_) return std::nullopt;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(covariance);
@@ -128,7 +128,7 @@ PoseResidual AddReading(const Calibration& calibration,
           : pose.triads[stream.triad]->mean_raw.norm() * stream.unit.truth_per_raw - strength;
   residual.residual = residual.norm_error * residual.direction;
   const Eigen::Matrix3d covariance = reading.Covariance(calibration);
-  // About zero a norm is made of all three axes.
+  // Near a zero rate all three axes contribute to the norm.
   const double variance = stream.triad == Triad::kGyroscope
                               ? covariance.trace()
                               : residual.direction.dot(covariance * residual.direction);
@@ -148,8 +148,8 @@ PoseResidual AddReading(const Calibration& calibration,
   return residual;
 }
 
-// The cosine of the angle between gravity and field over the poses: one and the same wherever the
-// unit points. Its mean is a parameter more, of which nothing is known.
+// The cosine of the angle between gravity and field at the poses, which no attitude changes. Its
+// mean is one more parameter, with no knowledge of it.
 class ConstantAngle {
  public:
   void Add(const Calibration& calibration,
@@ -186,20 +186,20 @@ class ConstantAngle {
     const Eigen::Index size = calibration.covariance.matrix.rows();
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size + 1, size + 1);
     covariance.topLeftCorner(size, size) = calibration.covariance.matrix;
-    // Of a cosine: ten times as much as it can be.
+    // The prior variance of the mean cosine: σ = 10, ten times the largest cosine.
     covariance(size, size) = 100.0;
     summary->angle_ratio = errors_.Rms(covariance, 1);
   }
 
  private:
-  // Near a magnetic pole the cosine hardly tells the angle.
+  // sin² of 0.6 deg: nearer to a magnetic pole the cosine hardly determines the angle.
   static constexpr double kLeastSineSquare = 1e-4;
   JointErrors errors_;
   std::vector<double> angles_rad_, predicted_;  // variances
 };
 
-// Else the norm error has a constant part that says nothing: nobody said how strong the field is,
-// or the bias at the reference is a convention (a sweep without a static calibration).
+// Without a reference a constant part of the norm error has no meaning: the field's strength is not
+// stated, or the bias at the reference is a convention (a sweep without a static calibration).
 bool HasReference(const Calibration& calibration, Triad triad) {
   if (triad == Triad::kGyroscope) return true;
   if (triad == Triad::kMagnetometer && !calibration.reference.field_ut) return false;
@@ -224,15 +224,15 @@ void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* s
   }
 }
 
-// An RMS of so many errors over the one that was predicted.
+// The RMS of `count` errors over the predicted RMS.
 struct ErrorRatio {
   double ratio = 0.0;
   double count = 0.0;
-  double noise_dof = 0.0;  // that told what was predicted; zero: it was stated
+  double noise_dof = 0.0;  // of the noise estimate; zero: the noise was stated
 
-  // Few errors are larger by chance, or the noise was found smaller.
+  // F allows for few errors, and for a noise estimated from few, being larger or smaller by chance.
   bool IsTooLarge() const {
-    // A stated noise has as many degrees of freedom as make no difference.
+    // A stated noise is exact: with so many degrees of freedom F is χ² / count.
     constexpr double kStated = 1e6;
     if (!(ratio > kExpectedErrorRatio)) return false;
     if (count < 1.0) return true;
@@ -256,14 +256,14 @@ std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
   }
   if (evaluation.angle_ratio) {
     const double dofs[] = {noise_dof[Triad::kAccelerometer], noise_dof[Triad::kMagnetometer]};
-    // The worse known one, of those that were not stated.
+    // The noise with fewer degrees of freedom, among those that were estimated.
     const double dof =
         dofs[0] > 0.0 && dofs[1] > 0.0 ? std::min(dofs[0], dofs[1]) : std::max(dofs[0], dofs[1]);
     ratios.push_back(
         {*evaluation.angle_ratio, static_cast<double>(evaluation.angles_rad.size()) - 1.0, dof});
   }
   if (const auto& turns = evaluation.turns; turns && turns->predicted_rms_rad > 0.0) {
-    // Across gravity two components each.
+    // Each turn error has two components, across gravity.
     ratios.push_back({turns->rms_rad / turns->predicted_rms_rad,
                       2.0 * turns->count,
                       noise_dof[Triad::kGyroscope]});
@@ -295,7 +295,7 @@ void StateSums(const Calibration& calibration,
   }
 }
 
-// Adds every reading of every pose. Returns, by pose, the reading that turns are measured against.
+// Adds every reading of every pose. Returns, by pose, the reading that turns are compared with.
 Result<std::vector<std::optional<EvaluatedReading>>> AddPoses(const PosesLeftOut& left_out,
                                                               const Calibration& calibration,
                                                               const PoseSet& poses,
@@ -312,7 +312,7 @@ Result<std::vector<std::optional<EvaluatedReading>>> AddPoses(const PosesLeftOut
     const StaticPose& pose = poses.poses[k];
     PerTriad<std::optional<EvaluatedReading>> seen;
     bool is_clamped = false;
-    // The accelerometer first: a gyroscope may follow the force.
+    // The accelerometer first: a gyroscope's g-sensitivity needs the force.
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       if (poses.Find(triad) == nullptr) continue;
       const auto& force = seen[Triad::kAccelerometer];

@@ -24,7 +24,7 @@ ThermalState SameOnAllAxes(double degc, double rate_degcps) {
   return {Eigen::Vector3d::Constant(degc), Eigen::Vector3d::Constant(rate_degcps)};
 }
 
-// At the pose. Error (bad input): it has no temperature, which the sensor needs.
+// The sensor's model at the pose. Error (bad input): the pose lacks a temperature that it needs.
 Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
                              const StaticPose& pose,
                              const ThermalState* felt,
@@ -77,7 +77,7 @@ ModelAtPose ModelBetween(const TriadCalibration& sensor,
 double ModelAtPose::FactorOf(const ParameterName& name) const {
   const ParameterInfo& info = InfoOf(name.kind);
   if (info.rate) return truetriad::FactorOf(*info.rate, tau_degc[name.row], rate_degcps[name.row]);
-  // Zero power but for bias and sensitivity.
+  // The power is zero for every kind but bias and sensitivity.
   return std::pow(tau_degc[name.row], name.power);
 }
 
@@ -226,8 +226,8 @@ std::optional<EvaluatedTurns> EvaluateTurns(
       nominal_errors.push_back(TurnError(plain.rotation, before->truth, after->truth));
     }
 
-    // after - R^T before, R the turn: R^T turns with -d, so R^T before changes by its cross product
-    // with d.
+    // The error is after - R^T before, R the turn. An error d of the turn changes R^T before by
+    // (R^T before) x d.
     const Eigen::Matrix3d back = turn.rotation.toRotationMatrix().transpose();
     const Eigen::Matrix3d by_turn = Skew(back * before->truth);
     const double excess = gyroscope->noise.turn_excess_sigma_rad;

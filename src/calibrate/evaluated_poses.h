@@ -20,16 +20,16 @@ namespace truetriad {
 // Good calibrations are called worse than predicted, and equal ones different, once in a thousand.
 inline constexpr double kByChance = 1e-3;
 
-// A sensor's model at some temperature, held at the ends of the calibrated range, and what the
-// terms of the model are multiplied with there.
+// A sensor's model at some temperature, clamped to the calibrated range, and what the factors of
+// its terms depend on.
 struct ModelAtPose {
   TriadModel<double> model;
   Eigen::Vector3d tau_degc = Eigen::Vector3d::Zero();  // of each axis
   Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
   bool is_clamped = false;
 
-  // What an entry of bias, sensitivity or their temperature terms is multiplied with in its bias or
-  // sensitivity.
+  // The factor of a named term in the bias or sensitivity at the pose: a power of τ, or that of a
+  // rate term.
   double FactorOf(const ParameterName& name) const;
 };
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state);
@@ -45,15 +45,15 @@ Eigen::Matrix3Xd TruthByParameters(const NamesOfTriad& names,
                                    const Eigen::Vector3d& truth,
                                    const Eigen::Vector3d& force_mps2);
 
-// What each axis feels at the windows of a sweep, one a pose, as `apply` would filter it; empty
-// where the sensor follows the thermometer itself. Error (bad input): it has lags and `poses` no
-// track of temperature.
+// The temperature of each axis at the windows of a sweep, one per pose, filtered as `apply` does;
+// empty where the calibration has no lags. Error (bad input): it has lags, but `poses` have no
+// temperature track.
 Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor, const PoseSet& poses);
 
-// One sensor's mean at one pose in true units, with what its error is made of.
+// One sensor's mean at one pose in true units, with the parts of its error.
 struct EvaluatedReading {
   Eigen::Vector3d truth = Eigen::Vector3d::Zero();
-  // It has the mean's noise and the pose-to-pose excess.
+  // Covariance of the mean's noise and the pose-to-pose excess.
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
   // d truth / d the listed parameters of the calibration.
   Eigen::Matrix3Xd by_parameters;
@@ -63,9 +63,9 @@ struct EvaluatedReading {
   Eigen::Matrix3d Covariance(const Calibration& calibration) const;
 };
 
-// `felt`: temperatures at the pose where they are not the pose's own, or null. `force_mps2`:
-// specific force in the body, for a gyroscope that follows it. Unset where the pose has no reading
-// of the sensor, or the force is needed and not there.
+// `felt`: the filtered temperatures at the pose, or null for the pose's own. `force_mps2`: specific
+// force in the body, for a gyroscope with g-sensitivity. Unset where the pose has no reading of the
+// sensor, or the force is needed but missing.
 Result<std::optional<EvaluatedReading>> EvaluateReading(
     const Calibration& calibration,
     Triad triad,
@@ -79,10 +79,10 @@ double RootMeanSquareOf(const std::vector<double>& errors);
 
 // Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
 // the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
-// `left_out`: numbers of the poses into which a turn is not to count.
+// `left_out`: numbers of the poses into which turns are left out.
 // Unset without a gyroscope, or without a turn between two of them.
 //
-// The error is a direction in the plane across gravity; what lets expect it: the noise of both
+// The error is a direction in the plane across gravity. Its prediction sums the noise of both
 // accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of
 // both sensors with their correlation.
 std::optional<EvaluatedTurns> EvaluateTurns(
@@ -91,7 +91,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
     const std::vector<std::optional<EvaluatedReading>>& vectors,
     const std::set<int>& left_out);
 
-// Numbers of poses that each sensor is not judged by.
+// Numbers of the poses that are left out of each sensor's evaluation.
 using PosesLeftOut = PerTriad<std::set<int>>;
 
 // Lists what the calibration left out of the poses that it was made from. The list is empty for

@@ -16,7 +16,7 @@ TriadCalibration InUnits(const TriadCalibration& sensor,
                          double reading_per_raw,
                          double result_per_truth);
 
-// The rows and columns of a triad's entries in these units.
+// Scales the rows and columns of a triad's entries to these units.
 void ScaleCovariance(Triad triad,
                      double reading_per_raw,
                      double result_per_truth,

@@ -38,8 +38,8 @@ Errors LengthErrors(const EvaluationSummary& evaluation, Triad triad) {
   return errors;
 }
 
-// Whether errors in pairs have different squares by more than chance: u = a + b and v = a - b are
-// correlated then, with t^2 = (n - 1) r^2 / (1 - r^2) ~ F(1, n - 1). Pitman 1939, Morgan 1939.
+// Whether the mean squares of paired errors differ by more than chance: if not, u = a + b and
+// v = a - b are uncorrelated, (n - 1) r^2 / (1 - r^2) ~ F(1, n - 1). Pitman 1939, Morgan 1939.
 bool DifferByMoreThanChance(const Errors& a, const Errors& b) {
   double uu = 0.0, vv = 0.0, uv = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -53,7 +53,7 @@ bool DifferByMoreThanChance(const Errors& a, const Errors& b) {
   return !(left > 0.0) || FisherUpper(dof * uv * uv / left, 1.0, dof) < kByChance;
 }
 
-// `unsure`: by how much what both are held against may be off, in the unit of the errors.
+// `unsure`: σ of the reference that both are compared with, in the unit of the errors.
 void Add(std::string_view name,
          std::string_view unit,
          double per_error,
@@ -62,7 +62,7 @@ void Add(std::string_view name,
          const Errors& b,
          std::vector<ErrorOfTwo>* errors) {
   if (a.empty() || a.size() != b.size()) return;
-  // A smaller difference is no reason to take the other calibration.
+  // Chosen: a difference below 10 % is no reason to prefer a calibration, however significant.
   constexpr double kWorthIt = 1.1;
   ErrorOfTwo error{name,
                    unit,
@@ -79,6 +79,7 @@ void Add(std::string_view name,
 std::vector<ErrorOfTwo> ErrorsOf(const EvaluationSummary& a,
                                  const EvaluationSummary& b,
                                  double gravity_sigma_mps2) {
+  // 1000 mm/m; without a σ of the field, no difference of the field's length decides.
   constexpr double kMillimetres = 1e3, kUndecided = std::numeric_limits<double>::infinity();
   std::vector<ErrorOfTwo> errors;
   const auto add_lengths = [&](Triad triad,

@@ -12,7 +12,7 @@
 
 namespace truetriad {
 
-// The fields of what `compare` and `evaluate` find (tree/fields.h).
+// The fields of the results of `compare` and `evaluate` (tree/fields.h).
 
 template <class V>
 void Fields(V& visit, Like<ComparisonEntry> auto& entry) {

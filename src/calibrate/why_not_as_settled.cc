@@ -24,10 +24,11 @@
 namespace truetriad {
 namespace {
 
-// With the noise that a contradiction has made: less than this of what is known cannot hide one.
+// A dip is suspect if it is pulled from its stated value by this many σ of that pull. Chosen low: a
+// contradiction has inflated the noise that this σ comes from, so a larger limit would hide it.
 constexpr double kSuspectSigmas = 1.5;
 
-// What a stated dip may pull the result by, σ of what the readings say.
+// A stated dip may pull the estimated one by this many σ of the dip from the readings alone.
 constexpr double kPulledSigmas = 3.0;
 
 double VarianceAt(int index, const PoseGraph& graph, const SharedInformation& known) {
@@ -40,7 +41,7 @@ SharedInformation KnownOf(const PoseGraph& graph) {
   return {graph.layout, graph.shared, linearised.information(), linearised.gradient()};
 }
 
-// Where a σ lets the dip give way, it does before anything else.
+// Whether the dip needs a test: it is exact, or `off`, of variance 1 - left, is too large.
 bool IsSuspect(const Knowledge& dip, int dip_at, const PoseGraph& solved) {
   if (!(dip.sigma > 0.0)) return true;
   const double left = VarianceAt(dip_at, solved, KnownOf(solved)) / (dip.sigma * dip.sigma);
@@ -72,7 +73,7 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
   const double off_rad = freed.shared[freed_at] - *dip.value;
   const double chi2 = off_rad * off_rad / (variance + dip.sigma * dip.sigma);
   if (!(chi2 > FarInChi2(NoiseDof(found.estimate, freed)))) return std::nullopt;
-  // A σ that readings outweigh has spoilt nothing; that it is contradicted is said (stated.cc).
+  // A dip that the readings outweigh does no harm; stated.cc reports that it is contradicted.
   const double pulled_rad = freed.shared[freed_at] - solved.shared[dip_at];
   if (pulled_rad * pulled_rad < kPulledSigmas * kPulledSigmas * variance) return std::nullopt;
   return Finding(
@@ -89,20 +90,20 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
       .With("sigmas", std::sqrt(chi2));
 }
 
-// Nearer than that it is the same one, found again: by the closed form, which weighs all poses
-// alike, and when it is solved.
+// Chosen: closer alignments are the solution again; the closed form weighs all poses alike.
 constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;
+// Chosen: closer solutions, after solving, are one.
 constexpr double kSameRad = 0.5 * kRadPerDeg;
-// Two fields whose angle scatters by more, 6 deg, are no two constant fields.
+// RMS of a cosine, 6 deg at right angles: fields whose angle scatters by more are not constant.
 constexpr double kExplainedRms = 0.1;
-// With so many poses in any attitudes one of several solutions stands out.
+// With so many poses, in whatever attitudes, one of several solutions stands out.
 constexpr std::size_t kEnoughPairs = 8;
 
 struct Pairs {
   std::vector<Eigen::Vector3d> ups, fields;  // in the body as it was solved, unit vectors
   double cosine = 0.0;                       // of the angle between them, mean
-  double rms = 0.0;                          // of what they differ by from it
-  double noise = 0.0;                        // its σ by the noise of one pose, RMS
+  double rms = 0.0;                          // of the cosines' deviations from the mean
+  double noise = 0.0;                        // σ of a cosine by the noise of one pose, RMS
 };
 
 // Mean variance of a unit vector's component by the noise of a reading.
@@ -142,12 +143,12 @@ Pairs PairsOf(const PoseGraph& graph, bool of_kept) {
   return pairs;
 }
 
-// Of an orthogonal matrix of either hand.
+// Rotation angle of an orthogonal matrix of either handedness.
 double AngleOf(const Eigen::Matrix3d& turn) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(turn.determinant() < 0.0 ? -turn : turn)).angle();
 }
 
-// Other minima of the closed form, as orthogonal matrices of the field in the body, of either hand.
+// Other minima of the closed form: orthogonal matrices, of either handedness, that turn the field.
 std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) {
   const bool is_dip_free = solved.layout.IsFree(solved.layout.reference + kDip);
   std::vector<FrameAlignment> all;
@@ -159,7 +160,7 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
     add(+1, nullptr);
     for (FrameAlignment& other : all) {
       if (other.cosine * pairs.cosine > 0.0) continue;
-      // The same on this side of the equator.
+      // The same alignment with the solution's sign of the dip.
       other.rotation = -other.rotation;
       other.cosine = -other.cosine;
     }
@@ -167,8 +168,8 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
     add(+1, &pairs.cosine);
     add(-1, &pairs.cosine);
   }
-  // On top of what the solution itself, which is fitted, and noise leave. Only what it costs in the
-  // end decides.
+  // 1.1 deg beyond 3 times the RMS of the solution, which is fitted, or of noise: others are not
+  // solved. Chosen wide, since only the cost of the solved alignment decides.
   constexpr double kHopeless = 0.02;
   std::erase_if(all, [&](const FrameAlignment& other) {
     return AngleOf(other.rotation) < kSameByClosedFormRad ||
@@ -187,7 +188,7 @@ Finding NotOneAngle(const Pairs& pairs) {
       .With("rms", std::asin(std::min(1.0, pairs.rms)) / kRadPerDeg, "deg");
 }
 
-// The graph from where the triad that does not lead is turned, solved.
+// Solves the graph from a start where `turned`, the triad that does not lead, has this alignment.
 PoseGraph SolvedFrom(const FrameAlignment& alignment, Triad turned, PoseGraph graph) {
   const SharedLayout& layout = graph.layout;
   const Eigen::Matrix3d body_from_turned =
@@ -207,7 +208,7 @@ PoseGraph SolvedFrom(const FrameAlignment& alignment, Triad turned, PoseGraph gr
   return graph;
 }
 
-// Of the turn from one to the other.
+// Angle of the rotation between the sensitivities of two solutions.
 double AngleBetween(const PoseGraph& a, const PoseGraph& b, Triad triad) {
   const Svd3 svd = SvdOf3(a.sensitivity(triad).inverse() * b.sensitivity(triad));
   return AngleOf(svd.U * svd.V.transpose());

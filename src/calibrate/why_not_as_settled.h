@@ -10,15 +10,15 @@
 
 namespace truetriad {
 
-// Why a solution is not to be used though it looks settled; unset where nothing speaks against it:
+// Why a solution must be refused though it looks settled; unset where there is no reason:
 //
-//   the readings contradict the dip that is stated, as they say it with the dip free. Held to a
-//   wrong one they scatter over the poses, as if something else had changed.
+//   The readings contradict the stated dip, as a solution with a free dip shows. With a wrong dip
+//   the residuals scatter over the poses, as if something else had changed.
 //
-//   accelerometer and magnetometer may stand to each other in another way that explains the poses
-//   as well, unless turns or given attitudes tell: the one angle between gravity and field has
-//   several solutions where few poses have both sensors, each of which looks determined where it
-//   stands. Or they do not stand to each other in any one way.
+//   Another alignment of accelerometer and magnetometer explains the poses as well: where few poses
+//   have both sensors, the constant angle between gravity and field has several solutions, each
+//   locally determined. Turns or given attitudes determine the alignment. Or no alignment explains
+//   the poses.
 std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,
                                        const NoiseState& noise,
                                        const PoseGraph& solved);

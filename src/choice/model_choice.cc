@@ -26,17 +26,17 @@
 namespace truetriad {
 namespace {
 
-// Share of terms that are not there and yet would stay by the likelihood ratio alone.
+// Significance level of the likelihood ratio: by it alone 1 % of nonexistent terms would stay.
 constexpr double kLevel = 0.01;
-// Where chance makes so few runs the verdict would find the term among the residuals and say so, or
-// refuse: it stays, whatever BIC and held-out error say. Not what follows temperature, of which the
-// residuals of one temperature tell more than there is.
+// A term with a smaller p-value stays whatever BIC and held-out error say: without it the verdict
+// would find it in the residuals and warn or refuse. Not a temperature term: poses of one
+// temperature share an error, which makes its p-value too small.
 constexpr double kShownLevel = 1e-3;
-// Higher terms are weighed only where as many residual degrees of freedom are left beside them, and
-// nothing at all where the matrices alone leave fewer: no ratio would be too large for chance, and
-// a model that is too small is wrong without saying so, one that is too large has large σ.
+// Higher terms are tested only where so many residual degrees of freedom are left beside them, and
+// nothing where the matrices alone leave fewer. With fewer hardly any ratio exceeds chance, and a
+// model that is too small has an error that no σ shows, while one that is too large has large σ.
 constexpr double kLeastDof = 10.0;
-// Far more than there are terms: a choice that goes round in circles ends somewhere.
+// Far more than there are terms: it ends a choice that repeats itself.
 constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -44,7 +44,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Fit {
   PoseGraph graph;
   double chi2 = kInfinity;
-  // Set once they were asked for.
+  // Computed at first use.
   std::optional<std::optional<double>> held_out;
   std::optional<std::vector<TemperatureSetting>> settings;
   int parameters() const { return graph.layout.free_size(); }
@@ -89,7 +89,7 @@ class Candidates {
       for (const Observation& seen : node.observations) rows_ += seen.rejected ? 0 : 3;
     }
     for (const IncrementEdge& edge : largest_.increments) rows_ += edge.rejected ? 0 : 3;
-    // Poses at one temperature drift together: others tell what a polynomial is worth.
+    // Poses of one temperature share an error: only other temperatures can test a polynomial.
     groups_ = models.HasThermalChoice() && folds > 0 ? GroupsOfSettings(largest_)
                                                      : GroupsOfPosesAndTurns(largest_, folds);
     Fit& fit = fits_[largest];
@@ -97,7 +97,7 @@ class Candidates {
     Solve(&fit);
   }
 
-  // Whether it is part of the largest model.
+  // Whether the largest model contains the choice.
   bool Holds(const Choice& choice) const {
     return std::equal(choice.begin(), choice.end(), largest_choice_.begin(), std::less_equal<>());
   }
@@ -118,7 +118,7 @@ class Candidates {
   const std::optional<double>& HeldOutOf(Fit* fit) const {
     if (fit->held_out) return *fit->held_out;
     fit->held_out.emplace();
-    // Without one of the temperatures a polynomial needs one more than its order.
+    // With one temperature held out, a polynomial of order n needs n + 1 others.
     if (!models_.HasThermalChoice() ||
         HighestOrderOf(fit->graph.layout) + 2 <= static_cast<int>(groups_.size())) {
       *fit->held_out = HeldOutError(fit->graph, groups_);
@@ -126,10 +126,9 @@ class Candidates {
     return *fit->held_out;
   }
 
-  // Probability of the likelihood ratio of two nested models, of which `step` leads from one to the
-  // other. What the poses of one temperature have in common is no evidence for a bias that follows
-  // it: that is held against the scatter of the temperatures, of which there are few, and which
-  // chance may make small.
+  // p-value of the likelihood ratio of two nested models, between which `step` leads. An error that
+  // poses of one temperature share is no evidence that the bias depends on temperature: such terms
+  // are compared with the scatter between temperatures, by its own few degrees of freedom.
   double PValue(Fit* larger, const Fit& smaller, const Neighbour& step) const {
     const Eigen::MatrixXd tested = TestedDirections(larger->graph, smaller.graph);
     const double count = static_cast<double>(tested.cols());
@@ -145,12 +144,12 @@ class Candidates {
     const SettingScatter scatter = ScatterOf(larger->graph, system, *larger->settings, triad);
     if (scatter.dof <= 0.0) return p;
     if (step.is_of_bias) {
-      // Chance may make the little that is left small.
+      // By chance the scatter may come out below the noise.
       const double noise = std::max(scatter.ratio, 1.0);
       return std::max(p, 1.0 - FisherCdf(ratio / count / noise, count, scatter.dof));
     }
-    // A sensitivity shows between the poses of one temperature, and is moved by what they share as
-    // far as they are not spread evenly. Degrees of freedom after Satterthwaite 1946.
+    // Poses of one temperature determine a sensitivity; an error that they share moves it as far as
+    // they are not spread evenly. Degrees of freedom after Satterthwaite 1946.
     const Eigen::MatrixXd drift =
         TransposedCongruence(tested, DriftOf(larger->graph, system, triad, scatter.variance_raw));
     const PivotedCholesky own(TransposedCongruence(tested, system.covariance()));
@@ -169,7 +168,7 @@ class Candidates {
   }
 
  private:
-  // A fit that does not converge is none.
+  // A fit that does not converge keeps an infinite χ².
   static void Solve(Fit* fit) {
     const SolveOutcome outcome = SolveGraph(&fit->graph);
     if (outcome.converged && std::isfinite(outcome.final_cost))
@@ -182,10 +181,10 @@ class Candidates {
   NoiseState noise_;
   PoseGraph largest_;
   int rows_ = 0;
-  std::map<Choice, Fit> fits_;  // nodes of a map stay where they are
+  std::map<Choice, Fit> fits_;  // a map: references to its fits stay valid
 };
 
-// What a model is worth; `p_value` of the step that leads to it.
+// The criteria of a model; `p_value` is that of the step that leads to it.
 ModelAlternative Described(const std::string& description,
                            Fit* fit,
                            std::optional<double> p_value,
@@ -200,8 +199,8 @@ ModelAlternative Described(const std::string& description,
   return alternative;
 }
 
-// One step: takes away the term that is worth least, else adds the one that is worth most. Unset
-// where neither changes the choice.
+// One step: removes the least significant term, else adds the most significant one. Unset where
+// neither is warranted.
 std::optional<ModelAlternative> Improve(const OpenModels& models,
                                         Candidates* candidates,
                                         Choice* choice) {
@@ -248,10 +247,10 @@ std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
   return alternatives;
 }
 
-// Whether a model without a term leaves so much more that it cannot do without it, however little
-// the larger one leaves to judge it by: F of what both leave over the noise of the rests.
+// Whether the smaller model leaves significantly more, though the larger one leaves few degrees of
+// freedom: F of the added χ² per term over the larger model's reduced χ².
 bool IsFarWorse(const Quality& smaller, const Quality& larger) {
-  // A term that is not there is kept by this once in a thousand.
+  // It keeps a nonexistent term once in a thousand.
   constexpr double kFarLevel = 1e-3;
   const double terms = smaller.dof - larger.dof;
   const double left = larger.reduced_chi2_before * larger.dof;
@@ -273,7 +272,7 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
     SettledModel settled;
     Quality quality;
   };
-  std::optional<Larger> larger;  // that was usable, and left little to judge by
+  std::optional<Larger> larger;  // usable, but with few degrees of freedom
   for (;;) {
     Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), &settled);
     if (!summary || options.initialise.only) return summary;

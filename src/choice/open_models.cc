@@ -12,8 +12,8 @@ namespace {
 std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
   const TriadOptions& sensor = wanted.triads[triad];
   std::vector<MatrixModel> models;
-  // Six faces tell the body frame by how level they are alone: a rotation of all sensors against it
-  // never shows, and a smaller model would leave it, and what it makes of σ, out of all matrices.
+  // Six faces define the body frame only as well as they are level: residuals never show a rotation
+  // of all sensors against it, and a smaller model would omit it, with its σ, from all matrices.
   const bool is_frame_told = wanted.attitudes.kind != AttitudeKind::kSixFace;
   if (!sensor.fixed_sensitivity && is_frame_told) {
     if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
@@ -58,18 +58,17 @@ std::vector<Level> ShapeLevels() {
   return levels;
 }
 
-// The highest order that poses at so many temperatures can speak for. One that goes through all of
-// them is predicted by none of them; a straight line or a parabola is taken for it where there are
-// no more to be had.
+// The highest order that poses at n temperatures can test: n - 2, which leaves one temperature to
+// predict. Two or three temperatures allow n - 1, a line or a parabola through all of them.
 int HighestOrder(int temperatures) {
   return temperatures <= 3 ? temperatures - 1 : temperatures - 2;
 }
 
-// In the order in which they shrink when the poses do not determine them all. `temperatures`: at
-// which the poses were taken.
+// The open parts, in the order in which they shrink when the poses do not determine them all.
+// `temperatures`: number of temperatures of the poses.
 std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatures) {
   std::vector<OpenPart> parts;
-  // The gyroscope first: it is seen through the others' eyes.
+  // The gyroscope first: it is calibrated by what the other sensors measure.
   const auto add_where = [&](const auto& is_open, PartKind kind, const auto& levels) {
     for (const Triad triad : {Triad::kGyroscope, Triad::kMagnetometer, Triad::kAccelerometer}) {
       const TriadOptions& sensor = wanted.triads[triad];
@@ -79,7 +78,7 @@ std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatur
   const auto order_levels = [&](const char* name, int ThermalOptions::*order) {
     return [&wanted, temperatures, name, order](Triad triad) {
       const int most = wanted.triads[triad].thermal.*order;
-      // Without any temperature the calibration itself says so.
+      // Without any temperature the calibration itself returns an error.
       return OrderLevels(
           name, temperatures > 0 ? std::min(most, HighestOrder(temperatures)) : most, order);
     };
@@ -210,7 +209,7 @@ bool OpenModels::Shrink(bool keep_matrices, Choice* choice) const {
   const CalibrateOptions options = OptionsOf(*choice);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     if ((*choice)[i] == 0 || (keep_matrices && parts_[i].kind == PartKind::kMatrix)) continue;
-    // Higher orders before the shape of the first.
+    // Orders beyond the first shrink before the shape.
     const ThermalOptions& thermal = options.triads[parts_[i].triad].thermal;
     if (parts_[i].kind == PartKind::kThermalShape && thermal.matrix_order != 1 &&
         wanted_.triads[parts_[i].triad].thermal.matrix_order_auto) {

@@ -12,22 +12,22 @@
 
 namespace truetriad {
 
-// One way in which a part of a triad's model can be.
+// One possible form of a part of a triad's model.
 struct Level {
   std::string words;
   std::function<void(TriadOptions*)> set;
 };
 
 enum class PartKind {
-  kMatrix,       // of the reference temperature, which no model is without
-  kTerm,         // there or not
-  kThermalTerm,  // so, in the rate of temperature
+  kMatrix,       // at the reference temperature; every model has one
+  kTerm,         // present or not
+  kThermalTerm,  // in the rate of temperature, present or not
   kBiasOrder,    // in temperature
   kMatrixOrder,
   kThermalShape,  // of the matrix in temperature, where it has an order
 };
 
-// A part of a triad's model that is open: levels of which each holds the one before.
+// A part of a triad's model that is open: each of its levels contains the one before.
 struct OpenPart {
   Triad triad = Triad::kAccelerometer;
   PartKind kind = PartKind::kTerm;
@@ -53,10 +53,10 @@ class OpenModels {
 
   Choice Largest() const;
 
-  // Something in temperature is open, and there are several.
+  // Whether a part in temperature is open, and the poses have several temperatures.
   bool HasThermalChoice() const;
 
-  // With nothing open.
+  // The options with every open part at its chosen level.
   CalibrateOptions OptionsOf(const Choice& choice) const;
 
   // "accelerometer full; gyroscope full, g-sensitivity": what was open, as it was chosen.
@@ -64,11 +64,10 @@ class OpenModels {
 
   std::vector<Neighbour> NeighboursOf(const Choice& choice) const;
 
-  // Takes away what the poses may not determine, one step of one part. False where nothing is left
-  // to take.
+  // Lowers one part that the poses may not determine by one level. False where none is left.
   bool Shrink(bool keep_matrices, Choice* choice) const;
 
-  // What the least models that a choice does without would add to it: "gyroscope T'".
+  // The next larger level of each part beyond the choice: "gyroscope T'".
   std::string Missing(const Choice& choice) const;
 
  private:

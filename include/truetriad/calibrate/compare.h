@@ -24,28 +24,29 @@ struct Comparison {
   int dof = 0;
   double p_value = 1.0;
   double largest_in_sigmas = 0.0;
-  /// What only one of the two holds, or both without a σ, in words: nothing is said about it.
+  /// What only one of the two holds, or both without a σ, in words; it is not compared.
   std::vector<std::string> not_compared;
   /// The strength of the field was a convention in one of the two: the common scale of the
   /// magnetometer was taken out.
   bool field_scale_taken_out = false;
-  /// The body frames have nothing to do with each other (that of the accelerometer, that of the
-  /// magnetometer): what no frame changes was compared, biases and C^T C ("gram").
+  /// The body frames are unrelated (one the accelerometer's, the other the magnetometer's): only
+  /// what no rotation changes was compared, biases and C^T C ("gram").
   bool frames_differ = false;
 };
 
-/// Whether two calibrations say the same.
+/// Whether two calibrations agree.
 enum class Agreement {
   kNotCompared,  ///< They have no common parameter with a σ.
   kAgree,        ///< p of all differences together is at least kAgreementProbability.
   kDiffer,
 };
+/// Two calibrations of an unchanged unit differ by chance once in a hundred.
 inline constexpr double kAgreementProbability = 0.01;
 Agreement AgreementOf(const Comparison& comparison);
 std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
 
-/// The two are more alike than two recordings can be, even were their σ three times too large: they
-/// were made from the same readings.
+/// Whether the two are more alike than two recordings can be, even if their σ were three times too
+/// large: they were made from the same readings.
 bool IsTooAlike(const Comparison& comparison);
 
 /// The entry that differs by the most σ; null where none has a σ.

@@ -20,10 +20,10 @@ struct EvaluatedTurns {
   std::vector<double> errors_rad;  ///< Of each of them.
   double rms_rad = 0.0;
   double median_rad = 0.0;
-  /// With the gains that the gyroscope's unit says and its mean at rest as bias, the accelerometer
+  /// With the nominal gains of the gyroscope's unit and its mean at rest as bias, the accelerometer
   /// calibrated; unset for counts.
   std::optional<double> nominal_rms_rad, nominal_median_rad;
-  double predicted_rms_rad = 0.0;  ///< What noise and parameter σ let expect.
+  double predicted_rms_rad = 0.0;  ///< By noise and parameter σ.
 };
 
 /// Prediction error of an existing calibration on poses that it has not seen.
@@ -32,22 +32,22 @@ struct EvaluationSummary {
   /// prediction errors.
   bool is_own = false;
   int poses = 0;
-  int clamped_poses = 0;  ///< Outside of the calibrated temperatures: judged at their end.
+  int clamped_poses = 0;  ///< Outside the calibrated temperatures: evaluated at their end.
   /// RMS of |C(y-b)| - reference, true unit; the gyroscope's reference is zero, it rests.
   PerTriad<std::optional<double>> norm_rms;
   /// There is no reference, so the errors are about their mean: the calibration states no strength
   /// of the field, or is a sweep's without a bias of its own.
   PerTriad<bool> about_mean{};
   PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
-  PerTriad<std::optional<double>> predicted_rms;    ///< What noise and parameter σ let expect.
-  /// All errors held against noise and parameter covariance together, as an RMS: 1 as predicted.
-  /// Unlike the two RMS' ratio it counts once what poses share, as the local gravity.
+  PerTriad<std::optional<double>> predicted_rms;    ///< By noise and parameter σ.
+  /// RMS of all errors whitened by noise and parameter covariance jointly: 1 as predicted. Unlike
+  /// the ratio of the two RMS it counts an error that all poses share, such as gravity's, once.
   PerTriad<std::optional<double>> error_ratio;
-  /// Degrees of freedom that told the noise which these are held against: zero where it was stated.
+  /// Degrees of freedom of the noise estimate behind the prediction; zero where it was stated.
   PerTriad<double> noise_dof{};
-  /// Spread of the angle between field and gravity, which one uniform field leaves none; unset for
-  /// less than two poses with both sensors. What noise and parameter σ let expect, and the ratio as
-  /// in `error_ratio`.
+  /// Standard deviation of the angle between field and gravity, zero in a uniform field; unset for
+  /// fewer than two poses with both sensors. The one predicted by noise and parameter σ, and the
+  /// ratio as in `error_ratio`.
   std::optional<double> angle_std_deg, predicted_angle_std_deg, angle_ratio;
   std::vector<double> angles_rad;  ///< At each of the poses.
   /// Sensors that the calibration covers and of which the poses have no reading.
@@ -56,7 +56,7 @@ struct EvaluationSummary {
   std::vector<PoseResidual> pose_residuals;
 };
 
-/// What an evaluation says of a calibration.
+/// The result of an evaluation.
 enum class PredictionVerdict {
   kNotEvaluated,  ///< No poses of the calibrated sensors.
   kNoTest,        ///< The calibration was made from this recording.
@@ -64,7 +64,7 @@ enum class PredictionVerdict {
   kAsPredicted,   ///< At most kExpectedErrorRatio times, or chance.
   kWorse,
 };
-/// The ratio of two RMS over a few dozen poses scatters by some 20 %.
+/// The ratio of two RMS over a few dozen poses scatters by some 20 %; 1.5 is over twice that.
 inline constexpr double kExpectedErrorRatio = 1.5;
 PredictionVerdict VerdictOf(const EvaluationSummary& evaluation);
 /// "not-evaluated", "no-test", "no-prediction", "as-predicted", "worse".

@@ -6,18 +6,18 @@
 
 namespace truetriad {
 
-/// By how much a unit differs from itself from run to run, beyond noise: what is different after
-/// each power-up and on each day.
+/// How much a unit's parameters change between runs beyond noise, that is after each power-up and
+/// from day to day.
 struct Repeatability {
   PerTriad<double> bias{{0.0, 0.0, 0.0}};   ///< σ of each axis, true unit.
   PerTriad<double> scale{{0.0, 0.0, 0.0}};  ///< Relative σ of each gain.
 };
 
-/// The calibration with a covariance that allows for it, as one of another day would.
+/// Adds the repeatability to the calibration's covariance, for comparison with another day's.
 Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);
 
-/// The calibration as it would be, were gravity known to be so much: what two of one place have in
-/// common is then no uncertainty of their difference. Unchanged where gravity was exact.
+/// The calibration conditioned on this value of gravity: gravity's error, which two calibrations of
+/// one place share, is then no uncertainty of their difference. Unchanged where gravity was exact.
 Calibration AtGravity(double gravity_mps2, Calibration calibration);
 
 }  // namespace truetriad

@@ -28,21 +28,21 @@ struct ErrorOfTwo {
   std::string_view unit;  ///< "mm/s^2", "uT", "deg", "deg/s".
   double a = 0.0, b = 0.0;
   int count = 0;  ///< Poses, or turns.
-  /// By a tenth and by more than chance; the lengths also by more than the uncertainty of gravity,
-  /// and never where the field is that of another place, for all that is known.
+  /// Neither unless the errors differ by 10 % and by more than chance, accelerometer lengths also
+  /// by more than 2 σ of gravity. The field's length never decides: its place may be another.
   Better better = Better::kNeither;
 
   /// How many times as large the larger one is.
   double times() const { return a < b ? b / a : a / b; }
 };
 
-/// What two calibrations of one unit make of the same recording. Imported ones have no σ: what is
-/// compared are the errors themselves.
+/// Errors of two calibrations of one unit on the same recording, compared with each other since
+/// imported calibrations have no σ.
 struct SideBySide {
   EvaluationSummary a, b;
   std::vector<ErrorOfTwo> errors;
-  /// What the lengths were held against: what the one that was calibrated states, rather than what
-  /// an imported one assumes. Without a strength of the field each is held against its own mean.
+  /// References of the lengths: those that a calibration of this program states take precedence
+  /// over those that an imported one assumes. An unset field is replaced by each one's mean.
   double gravity_mps2 = kStandardGravityMps2;
   std::optional<double> field_ut;
 };
