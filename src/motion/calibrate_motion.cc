@@ -26,29 +26,32 @@
 namespace truetriad {
 namespace {
 
-// Noise and starts are settled on a chain no finer than this: the readings between two of its nodes
-// lose nothing, and a hand's accelerations stay correlated much longer.
+// Noise and starts are settled on a chain no finer than this. It loses nothing: each reading is
+// turned to its nearest node, and a hand's accelerations stay correlated much longer.
 constexpr double kSettlingSpacingS = 0.1;
+// Chosen: after so many rounds Settle keeps the noise and the clocks that it has.
 constexpr int kMaxRounds = 20;
-// Chains that determine something take a hundred; one that does not crawls, and refuses then.
+// A chain that determines its parameters takes a hundred iterations; for others settling ends here.
 constexpr int kMaxIterations = 500;
-// A density that changes less than this moves σ by half of it.
+// A density that changes by less than 2 % changes σ by less than 1 %: it has settled.
 constexpr double kSettledNoise = 0.02;
-// A clock that changes by less of its σ has settled.
+// A clock that changes by less than this share of its σ has settled.
 constexpr double kSettledClock = 0.1;
-// χ² of a step that is short: one of Gauss and Newton then is all that is left to go. With some
-// twenty unknowns a σ each.
+// χ² of a short step, about one σ for each of some twenty unknowns: a single Gauss-Newton step then
+// replaces the solver.
 constexpr double kNearChi2 = 20.0;
-// Of the duration: a clock further off than this belongs to another recording.
+// Share of the duration: with a larger clock error the readings belong to another recording.
 constexpr double kMostClockError = 0.01;
-// A clock is said to be ahead from this many σ on.
+// A clock is reported as ahead from this many σ on: chance exceeds 4 σ once in 16,000.
 constexpr double kSaidClockError = 4.0;
+// While noise and clocks still change: within 0.3 σ of the optimum at χ² = 1e5 (outcome.h).
 constexpr double kRoughTolerance = 1e-6;
+// Final solution: within 0.001 σ of the optimum at χ² = 1e5.
 constexpr double kMotionTolerance = 1e-11;
-// A chain that the gyroscope does not tell for longer is no chain.
+// Chosen: a motion without gyroscope data for a larger share of its duration is refused.
 constexpr double kMuchUntoldShare = 0.1;
 
-// Everything about one start, as far as it has come.
+// The state of the calibration from one start.
 struct MotionRun {
   PoseGraph graph;
   std::vector<Moment> moments;  // its nodes
@@ -67,7 +70,7 @@ GyroModel GyroscopeOf(const PoseGraph& graph) {
   return model;
 }
 
-// Moments as they are now, with the noise as it is known.
+// Rebuilds the graph's nodes from the present moments, weighted by the present noise.
 void Rebuild(const MotionTrack& track,
              const std::vector<Eigen::Quaterniond>& attitudes,
              MotionRun* run) {
@@ -75,7 +78,7 @@ void Rebuild(const MotionTrack& track,
   WeighMoments(run->noise.noise, track, run->moments, &run->graph);
 }
 
-// Gathers the readings again, with the gyroscope as it is now known, robust weights staying.
+// Gathers the readings again by the present model of the gyroscope; robust weights stay.
 void GatherAgain(const CalibrateOptions& options,
                  double spacing_s,
                  MotionTrack* track,
@@ -118,7 +121,7 @@ MotionRun FirstFit(const PoseSet& poses,
   return run;
 }
 
-// Allows for clocks that are ahead. Returns the largest change in σ.
+// Corrects clocks that are ahead. Returns the largest change over its σ.
 double UpdateClocks(MotionTrack* track, MotionRun* run) {
   double change = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -133,7 +136,7 @@ double UpdateClocks(MotionTrack* track, MotionRun* run) {
   return change;
 }
 
-// Weights, noise, clocks and solution in turn until they stay.
+// Updates weights, noise, clocks and solution in turn until they settle.
 void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* track, MotionRun* run) {
   const auto is_over = [run] {
     return run->rounds > kMaxRounds || run->log.iterations > kMaxIterations;
@@ -155,7 +158,7 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
   }
 }
 
-// Time that the readings at one node stand for; of the gyroscope the time between two nodes.
+// Time that the readings at one node cover; for the gyroscope the time between two nodes.
 double AveragedTime(const MotionTrack& track, const MotionRun& run, Triad triad) {
   if (triad == Triad::kGyroscope) {
     return track.duration_s() /
@@ -169,7 +172,7 @@ double AveragedTime(const MotionTrack& track, const MotionRun& run, Triad triad)
   return track.spacing_s(triad) * std::max(readings / std::max(seen, 1.0), 1.0);
 }
 
-// What is to be said of the way to the solution.
+// Findings about how the solution was reached.
 Findings RemarksOf(const CalibrateOptions& options,
                    const MotionTrack& track,
                    const MotionRun& run) {
@@ -241,7 +244,7 @@ MotionNoiseFound NoiseFound(const MotionTrack& track, const MotionRun& run) {
   return found;
 }
 
-// A chain that is broken for so long is none.
+// The refusal of a chain that is broken for too long.
 std::optional<Finding> WhyIsNoChain(const MotionTrack& track) {
   if (!(track.broken_s() > kMuchUntoldShare * track.duration_s())) return std::nullopt;
   return Finding(FindingCode::kGyroscopeGaps,

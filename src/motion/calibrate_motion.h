@@ -9,7 +9,7 @@
 namespace truetriad {
 
 // Calibrate for a unit that was tumbled without rests (`options.motion`, PoseSet::tracks). Errors
-// as Calibrate; `summary` holds what is known without any data.
+// as Calibrate; `summary` already holds what the options state.
 Status CalibrateMotion(const PoseSet& poses,
                        const CalibrateOptions& options,
                        CalibrationSummary* summary);

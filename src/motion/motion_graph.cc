@@ -15,16 +15,16 @@ namespace {
 
 // Median of sqrt(chi^2 / 3) with three degrees of freedom.
 constexpr double kMedianLength = 0.8880;
-// Correlation is believed when it stands out of its sampling error by this factor.
+// A long-run ratio counts as correlation if it exceeds 1 by this many times its sampling error.
 constexpr double kBelievedCorrelation = 4.0;
-// At most this share of the nodes is searched for correlation.
+// Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Of the density that differences of readings show: rounding is part of those, and is none of what
-// adds up.
+// Least share of the density by the readings' differences: a part of those is rounding, which does
+// not add up in an integral.
 constexpr double kSeenShare = 0.5;
 
-// Of the signal, where the residuals show none.
+// Least noise as a share of the signal, for readings without noise, which still need weights.
 constexpr double kLeastNoise = 1e-9;
 
 constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
@@ -57,13 +57,13 @@ IncrementEdge TurnFrom(std::size_t from,
   if (graph.layout.g_sensitivity >= 0) {
     edge.accelerometer_raw = track.AccelerometerBetween(moments[from], moments[from + 1]);
   }
-  // What two turns share of a reading counts in both: their noise is that of their duration.
+  // Two successive turns share a reading; their noise follows from their duration (WeighMoments).
   edge.sigma_raw.setZero();
   edge.Integrate(graph.layout, graph.shared.data());
   return edge;
 }
 
-// White noise of one reading from fourth differences, which smooth motion hardly enters; robust.
+// Robust σ of a reading's white noise from fourth differences, which smooth motion hardly affects.
 Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -73,14 +73,14 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
                             4.0 * (readings[i - 1][axis] + readings[i + 1][axis]) +
                             6.0 * readings[i][axis]);
     }
-    // Of white noise they have 1 + 16 + 36 + 16 + 1 times its variance.
+    // Fourth differences of white noise have 1 + 16 + 36 + 16 + 1 = 70 times its variance.
     sigma[axis] = MadSigma(std::move(differences)) / std::sqrt(70.0);
   }
   return sigma;
 }
 
 // 1 + 2 sum of the autocorrelations, as far as they stay positive in pairs (Geyer 1992); 1 unless
-// that stands out.
+// the sum exceeds its sampling error.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
   const double variance = residuals.squaredNorm();
@@ -103,13 +103,13 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
-// Residuals of one sensor (the gyroscope: of the turns), per axis over its noise, and how much of
-// each the attitudes leave: 1 - leverage. A moment a column; of what is not seen they are zero.
+// Whitened residuals of one sensor (for the gyroscope: of the turns), and of each the share that
+// the attitudes do not absorb, 1 - leverage. One column per moment; zero without a reading.
 struct Residuals {
   Eigen::Matrix3Xd value, left;
 };
 
-// With W^T W = V^-1, W r and the diagonal of W^-T D W^-1.
+// With W^T W = V^-1 these are W r and the diagonal of W^-T D W^-1.
 PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& system) {
   const auto count = static_cast<Eigen::Index>(graph.nodes.size());
   PerTriad<Residuals> all;
@@ -139,7 +139,7 @@ PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& sys
   return all;
 }
 
-// Robust weights of one sensor, against the typical length of its residuals.
+// Robust weights of one sensor by the length of each residual over their median length.
 void Weigh(const RobustOptions& robust,
            Triad triad,
            const Residuals& residuals,
@@ -287,9 +287,9 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       // Readings without noise still need weights.
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
-      // Nor can a turn be better known than its readings' own noise allows, however well one chain
-      // of attitudes goes with it: variances of several sensors that share one chain run to nothing
-      // else now and then.
+      // Nor can a turn be known better than its readings' own noise allows, however well a chain of
+      // attitudes fits it: where several sensors share one chain, the variance estimate of one of
+      // them otherwise collapses to zero now and then.
       state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
                                         .cwiseMax(kSeenShare * state.noise.density[triad]);
     }
@@ -321,8 +321,8 @@ double UpdateMotionNoise(const RobustOptions& robust,
     if (!state->is_estimated[triad]) continue;
     state->correlation[triad] = LongRunRatio(of_triad.value);
     if (triad == Triad::kGyroscope && !state->is_carried) {
-      // The attitudes follow the gyroscope's fast noise and leave the slow: white noise, too,
-      // leaves residuals that hang together, by one over the share that is left of it.
+      // The attitudes absorb the gyroscope's fast noise, not the slow: even white noise leaves
+      // correlated residuals, of long-run ratio 1 / share.
       const double share = left / static_cast<double>(of_triad.left.size());
       state->correlation[triad] = std::max(1.0, share * state->correlation[triad]);
     }

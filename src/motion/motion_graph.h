@@ -20,17 +20,17 @@ struct MotionNoise {
   PerTriad<Eigen::Vector3d> density;
 };
 
-// The moments of a tumbling unit as nodes of a graph that is laid out: each with the mean readings
-// of the vector sensors about it, and with the turn to the next as the gyroscope tells it. Where
-// one vector sensor is all that a piece of the chain has, nothing tells the heading about what that
-// sees, and that of its first attitude is held.
+// Adds the moments of a tumbling unit as nodes to a graph with a layout: each with the vector
+// sensors' mean readings about it, and with the gyroscope's turn to the next. Where a piece of the
+// chain has one vector sensor only, nothing determines the heading about that sensor's vector, and
+// the heading of the first attitude is held.
 void BuildMoments(const MotionTrack& track,
                   const std::vector<Moment>& moments,
                   const std::vector<Eigen::Quaterniond>& attitudes,
                   PoseGraph* graph);
 
-// What their rows are weighted with, and the robust weights of the moments. The turns' noise goes
-// through the correction of the graph's gyroscope.
+// Sets the covariances of the rows, and the robust weights of the moments. The noise of turns is
+// that of raw readings, mapped by the correction of the graph's gyroscope.
 void WeighMoments(const MotionNoise& noise,
                   const MotionTrack& track,
                   const std::vector<Moment>& moments,
@@ -39,7 +39,7 @@ void WeighMoments(const MotionNoise& noise,
 std::vector<Eigen::Quaterniond> AttitudesOf(const PoseGraph& graph);
 
 // By how much more than corrected a vector sensor's clock is ahead of the gyroscope's, with its
-// σ: the residuals against how fast the field turns, dx/dt = x x omega.
+// σ: the regression of the residuals on how fast the field turns, dx/dt = x x omega.
 struct ClockError {
   double ahead_s = 0.0;
   double sigma_s = 0.0;
@@ -49,33 +49,33 @@ ClockError ClockErrorOf(Triad triad,
                         const std::vector<Moment>& moments,
                         const PoseGraph& graph);
 
-// Where the noise of a tumbling unit's readings comes from. What is stated is of one reading.
+// The noise of a tumbling unit's readings and its sources.
 struct MotionNoiseState {
   MotionNoise noise;   // as used
-  MotionNoise stated;  // what it is at least
+  MotionNoise stated;  // its lower bound
   PerTriad<NoiseSource> source{};
   PerTriad<bool> is_estimated{};
-  // Long-run over white variance of the residuals: 1 unless they hang together.
+  // Long-run over white variance of the residuals: 1 unless they are correlated.
   PerTriad<double> correlation{{1.0, 1.0, 1.0}};
-  // A hand's accelerations show. A chain as stiff as the gyroscope is good would take their slow
-  // part for the accelerometer's attitude in the body. The gyroscope's noise then counts by how its
-  // residuals are correlated, so that the attitudes take that part up (40 units tumbled by hand:
-  // half the error of the angles between the sensors).
+  // Whether a hand's accelerations show. A chain as stiff as the gyroscope's white noise would take
+  // their slow part for a rotation of the accelerometer in the body. The gyroscope's noise is then
+  // scaled by the correlation of its residuals, so that the attitudes absorb that part (40 units
+  // tumbled by hand: half the error of the angles between the sensors).
   bool is_carried = false;
 };
 
-// What the experiment states; else a first guess from how the readings scatter about their
-// neighbours.
+// The noise that the experiment states, else a first estimate from the scatter of the readings
+// about their neighbours.
 MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
                                    const CalibrateOptions& options,
                                    const StartValues& start,
                                    const MotionTrack& track);
 
-// One round: robust weights, then variances by their residuals over what the attitudes leave of
-// them (Foerstner 1979), times how much the residuals hang together from one attitude to the next:
-// a hand's accelerations are no white noise, and what counts is their density at low frequencies.
-// Never below what is stated. `system`: of the graph, which it is of again afterwards. Returns the
-// largest relative change of a density.
+// One round: robust weights, then variances from the squared residuals over their redundancy
+// (Foerstner 1979), times the long-run ratio of the residuals along the chain: a hand's
+// accelerations are not white, and their density at low frequencies counts. Never below `stated`.
+// `system`: of the graph, eliminated again afterwards. Returns the largest relative change of a
+// density.
 double UpdateMotionNoise(const RobustOptions& robust,
                          const MotionTrack& track,
                          std::vector<Moment>* moments,

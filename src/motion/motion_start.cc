@@ -14,15 +14,16 @@
 namespace truetriad {
 namespace {
 
-// Means over this time stand in for rests: a hand turns some degrees in it.
+// Means over this time take the place of rests: a unit in the hand turns by a few degrees in it.
 constexpr double kMeanS = 0.1;
 // A direction changes much more than its noise in this time, and the gyroscope hardly drifts.
 constexpr double kTurnS = 0.8;
+// Chosen: far more than the start's parameters need; a longer recording is thinned to as many.
 constexpr std::size_t kMostMeans = 500;
-// Share of what the vector sensors show of the error that an attitude takes over.
+// Chosen: share of the attitude error seen by the vector sensors that each node corrects.
 constexpr double kDrawn = 0.1;
 
-// Nodes with what the vector sensors read about them, none turned.
+// The nodes as poses, with the means of the vector sensors' readings about each, not turned to it.
 PoseSet MeansOf(const PoseSet& poses,
                 const std::vector<Moment>& nodes,
                 const MotionTrack& track,
@@ -49,7 +50,7 @@ PoseSet MeansOf(const PoseSet& poses,
   return means;
 }
 
-// `vector`: the sensor whose directions turn, by its model.
+// `vector`: the sensor whose directions show the turns, `model_of_vector` its model.
 Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
                                                Triad vector,
                                                const TriadModel<double>& model_of_vector,
@@ -92,7 +93,7 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track) {
-  // A slow sensor has a reading at each node, by a fifth to spare.
+  // 20 % more than the interval of a slow sensor, so that each node has a reading of it.
   const double mean_s = std::max(kMeanS, 1.2 * track.spacing_s(LeadingTriad(options)));
   const std::vector<Moment> nodes = track.Gather(mean_s, nullptr);
   CalibrateOptions vectors = options;
@@ -168,7 +169,7 @@ std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
                                               gyroscope,
                                               RateSampling::kInstantaneous);
     } else if (k == 0) {
-      // A clock that was corrected meanwhile may tie readings before those of the coarse chain.
+      // A correction of the clock may bring readings to nodes before those of the coarse chain.
       finer[k] = attitudes.front() * IntegrateRotation(track.Between(fine[k], coarse.front()),
                                                        gyroscope,
                                                        RateSampling::kInstantaneous)

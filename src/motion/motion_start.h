@@ -13,14 +13,14 @@
 
 namespace truetriad {
 
-// Where the optimiser may start when the unit never rests: short means stand in for rests, as far
-// as the vector sensors go; the gyroscope from how gravity turned in the body. Errors as
+// Start values when the unit never rests: of the vector sensors from short means in place of rests,
+// of the gyroscope from how the leading sensor's direction turned in the body. Errors as
 // FindStartValues.
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track);
 
-// Attitudes of the nodes: carried on by the gyroscope, drawn towards what the vector sensors show.
+// Attitudes of the nodes: integrated from the gyroscope, corrected towards the vector sensors.
 std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
                                                const MotionTrack& track,
                                                const std::vector<Moment>& nodes);

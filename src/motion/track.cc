@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// A longer step is one from one piece of recording to the next.
+// A longer step leads from one piece of a recording to the next: it counts as this long only.
 constexpr double kLongestBreakS = 1.0;
 
 // Zero where no two times differ.
@@ -22,7 +22,7 @@ double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
 
-// Of the readings at one node: by how much they are apart from it, in time and in angle.
+// Sums over the readings at one node of their distances from it in time and in angle.
 struct TurnSums {
   double time = 0.0, squared = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -32,7 +32,7 @@ struct TurnSums {
     squared += since_s * since_s;
     moment += since_s * angle_rad;
   }
-  // The steady rate that comes closest to the turns.
+  // The constant rate that fits the turns by least squares.
   std::shared_ptr<const Turning> TurningOf(int count, const TriadModel<double>& gyroscope) const {
     if (!(moment.squaredNorm() > 0.0)) return nullptr;
     const Eigen::Vector3d rate_radps = moment / squared;
@@ -44,7 +44,7 @@ struct TurnSums {
   }
 };
 
-// Pieces of a broken chain in which no reading of the leading sensor shows where they point.
+// Removes pieces of a broken chain in which no reading of the leading sensor shows the attitude.
 void RemoveUntied(Triad leading, std::vector<Moment>* nodes) {
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < nodes->size();) {
@@ -117,11 +117,11 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
       is_untold_[i] = true;
     }
   };
-  // Readings that are held were left out of the track.
+  // Samples that a sensor only repeats (held_samples.h) were left out of the track before.
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
       const auto runs = RunsAtLimit(limit, gyroscope.resolution_raw[axis], axis, rate_raw_, 1.0);
-      // The end of a range is come to again and again, the largest of many rates once.
+      // The limit of a range is reached several times, the largest of many rates once.
       if (runs.size() < 2 || !Acts(Mechanism::kMotionSaturated)) continue;
       for (const auto& [begin, end] : runs) mark(begin, end);
     }
@@ -152,7 +152,7 @@ void MotionTrack::BreakBefore(double time_s) {
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
   const Vectors& readings = vectors_[Triad::kAccelerometer];
   const Eigen::Matrix3d correction = accelerometer.Correction();
-  std::vector<double> stamped_s = time_s_;  // as its clock has the gyroscope's times
+  std::vector<double> stamped_s = time_s_;  // the gyroscope's times by its clock
   for (double& at_s : stamped_s) at_s += ahead_s_[Triad::kAccelerometer];
   accelerometer_raw_ = ReadingsAt(stamped_s, readings.time_s, readings.reading_raw);
   force_mps2_ = accelerometer_raw_;
@@ -188,7 +188,7 @@ std::vector<Moment> MotionTrack::NodesEvery(double spacing_s) const {
 std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
   std::vector<Moment> nodes = NodesEvery(spacing_s);
 
-  // Attitude at every reading against the last node before it.
+  // Rotation from the last node before every reading to the reading.
   std::vector<Eigen::Quaterniond> turns(time_s_.size(), Eigen::Quaterniond::Identity());
   const Eigen::Matrix3d correction =
       gyroscope != nullptr ? gyroscope->triad.Correction() : Eigen::Matrix3d::Zero();
@@ -236,7 +236,7 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
           turned = whole.conjugate() * from_first;
         }
       } else if (std::abs(since_s) > reach_s) {
-        // Where the gyroscope tells nothing a reading belongs to no attitude.
+        // Inside a gap of the gyroscope a reading belongs to no node.
         if (!has_next || until_s > reach_s) continue;
         at = k + 1;
       }

@@ -18,10 +18,10 @@ namespace truetriad {
 struct GatheredReadings {
   int count = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  // Mean of R_reading^T R_node: turns a vector in the body at the node to what the readings saw.
+  // Mean of R_reading^T R_node: turns a vector in the body at the node to that at the readings.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
-  // That turn was made with a rate, and follows when it is found to be another; null: there is
-  // none.
+  // The rate that `turn` was computed with, so that it follows the gyroscope's parameters; null
+  // without one.
   std::shared_ptr<const Turning> turning;
   double weight = 1.0;  // robust
 };
@@ -30,7 +30,7 @@ struct GatheredReadings {
 struct Moment {
   std::size_t reading = 0;  // of the gyroscope
   GatheredReadings accelerometer, magnetometer;
-  bool is_linked = false;  // the gyroscope tells the turn to the next node
+  bool is_linked = false;  // the gyroscope measured the turn to the next node
   double weight = 1.0;     // robust, of that turn
 
   const GatheredReadings& seen(Triad triad) const {
@@ -41,8 +41,8 @@ struct Moment {
   }
 };
 
-// The recording of a tumbling unit: the gyroscope's readings by time, those of the vector sensors
-// beside them.
+// The recording of a tumbling unit: the readings of the gyroscope and of the vector sensors by
+// time.
 class MotionTrack {
  public:
   // Of the gyroscope and the vector sensors that are wanted. Error (bad input): one without
@@ -50,12 +50,12 @@ class MotionTrack {
   static Result<MotionTrack> Of(const PoseSet& poses, const PerTriad<bool>& wanted);
 
   // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
-  // at all). Turns that it does not tell (a gap, saturation, repeated readings) break the chain.
+  // at all). Turns that it did not measure (a gap, saturation, repeated readings) break the chain.
   std::vector<Moment> Gather(double spacing_s, const GyroModel* gyroscope) const;
 
-  // What the gyroscope read from `node` to the one after it.
+  // The gyroscope's readings from `node` to the one after it.
   GyroReadings Between(const Moment& node, const Moment& next) const;
-  // And the accelerometer at the same times, once SetForces was called.
+  // The accelerometer's readings at the same times, once SetForces was called.
   std::vector<Eigen::Vector3d> AccelerometerBetween(const Moment& node, const Moment& next) const {
     return {accelerometer_raw_.begin() + static_cast<std::ptrdiff_t>(node.reading),
             accelerometer_raw_.begin() + static_cast<std::ptrdiff_t>(next.reading) + 1};
@@ -75,12 +75,12 @@ class MotionTrack {
   double TimeOf(const Moment& node) const { return time_s_[node.reading]; }
   // Median time between two readings.
   double spacing_s(Triad triad) const { return spacing_s_[triad]; }
-  // Without what lies between two pieces of recordings.
+  // Without the time between two pieces of recordings.
   double duration_s() const { return time_s_.back() - time_s_.front() - untold_s_ + broken_s_; }
-  // Time for which the gyroscope tells nothing, s, and how often.
+  // Total time without usable gyroscope data, s, and the number of such intervals.
   double untold_s() const { return untold_s_; }
   int untold() const { return untold_; }
-  // Likewise, but what lies between two pieces of recordings is no part of any.
+  // Likewise, but the time between two pieces of recordings does not count.
   double broken_s() const { return broken_s_; }
 
  private:
@@ -88,13 +88,13 @@ class MotionTrack {
     std::vector<double> time_s;
     std::vector<Eigen::Vector3d> reading_raw;
   };
-  // Every `spacing_s`, and at both ends of what is untold.
+  // Nodes every `spacing_s`, and at both ends of each interval without gyroscope data.
   std::vector<Moment> NodesEvery(double spacing_s) const;
   struct Span {
     double from_s = 0.0, to_s = 0.0;
   };
   void FindUntoldSteps(const StreamSummary& gyroscope, const std::vector<Span>& excluded);
-  // The step to the first reading at `time_s` or later tells nothing; this is no lack of readings.
+  // Breaks the chain before the first reading at `time_s` or later; no data is missing there.
   void BreakBefore(double time_s);
 
   std::vector<double> time_s_;

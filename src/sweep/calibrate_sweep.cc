@@ -24,18 +24,18 @@
 namespace truetriad {
 namespace {
 
-// A range below this is no sweep.
+// Chosen: a smaller range is refused, since its terms would hardly hold for any working range.
 constexpr double kLeastRangeDegc = 2.0;
-// Chance makes as much once in two million sweeps.
+// Chance exceeds so many σ once in two million sweeps.
 constexpr double kHeldGravitySigmas = 5.0;
-// Share of gravity that no ageing explains.
+// Share of gravity, 10 mg, beyond what ageing explains: the static calibration is another unit's.
 constexpr double kOtherUnitShare = 0.01;
-// Temperatures that are the same: what a bias of 1 mg/degC does not tell from noise.
+// Temperatures that count as the same: a bias of 1 mg/degC differs by 0.5 mg between them.
 constexpr double kSameDegc = 0.5;
-// What a recording at one temperature may go over.
+// Chosen: the largest range of a recording at one temperature, 5 mg of bias at 1 mg/degC.
 constexpr double kMostStaticRangeDegc = 5.0;
 
-// The covariance of what a static calibration brings along, cross terms between sensors too.
+// Copies the covariance of the static calibration's parameters, with cross terms between sensors.
 void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance) {
   std::vector<int> places, known_places;
   for (std::size_t i = 0; i < covariance->parameters.size(); ++i) {
@@ -50,8 +50,8 @@ void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance)
   covariance->matrix(places, places) = known.covariance.matrix(known_places, known_places);
 }
 
-// Gravity as the static calibration sees it in the sweep at its own temperature, where it is off
-// beyond chance: a refusal where it is off by more than ageing explains.
+// Compares gravity, which the static calibration measures in the sweep at its own temperature, with
+// the reference: unset for an error by chance, a refusal for one beyond what ageing explains.
 std::optional<Finding> MissedGravity(const Calibration& calibration,
                                      const TriadSweep& swept,
                                      const std::string& static_file) {
@@ -94,7 +94,7 @@ void WidenBias(double off_mps2, Calibration* calibration) {
   }
 }
 
-// RMS of what the terms leave of a triad, all axes, true unit.
+// RMS of a triad's residuals over all axes, true unit.
 double ResidualRms(const Calibration& calibration, Triad triad) {
   Eigen::Vector3d raw = Eigen::Vector3d::Zero();
   for (const SweepAxis& axis : calibration.quality.sweep.axes) {
@@ -103,7 +103,7 @@ double ResidualRms(const Calibration& calibration, Triad triad) {
   return (calibration.sensors[triad]->model.Correction() * raw.asDiagonal()).norm();
 }
 
-// What is held cannot be judged.
+// Error: a limit on a quantity that the sweep holds fixed.
 Status CheckLimits(const CalibrateOptions& options, Triad triad) {
   for (const auto& [name, limit] : options.limits.limits) {
     const auto parsed = ParseLimitName(name);
@@ -124,9 +124,9 @@ std::string NameOf(Triad triad, int axis) {
   return std::string(TriadName(triad)) + " " + AxisLetter(axis);
 }
 
-// Axes of which much more than noise is left.
+// Reports the axes whose residuals exceed their noise by far.
 void SayUnexplained(const Quality& quality, Findings* findings) {
-  // What is left is five times the noise.
+  // Chosen: residuals of up to five times the noise are not reported.
   constexpr double kMuch = 5.0;
   for (const SweepAxis& axis : quality.sweep.axes) {
     const double times = axis.rms_after / axis.noise_sigma;
@@ -143,7 +143,7 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
   }
 }
 
-// The axes whose stated order is too low.
+// Reports the axes whose stated order is too low.
 void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings* findings) {
   std::string names;
   int higher = 0;
@@ -169,7 +169,7 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
           .With("order", higher));
 }
 
-// Axes that say the same are named together.
+// Reports the terms left out; axes with the same words are named together.
 void SayLeftOut(const Quality& quality, Findings* findings) {
   std::vector<std::pair<std::string, std::vector<const SweepAxis*>>> said;
   for (const SweepAxis& axis : quality.sweep.axes) {
@@ -195,7 +195,7 @@ void SayLeftOut(const Quality& quality, Findings* findings) {
   }
 }
 
-// A bias at no one temperature cannot be completed by terms in it.
+// Error: the static calibration covers a range of temperatures, so that its bias holds at none.
 Status CheckRecorded(const Eigen::Vector3d& recorded_degc, const std::string& file) {
   const double spread = recorded_degc[2] - recorded_degc[0];
   if (spread <= kMostStaticRangeDegc) return {};
@@ -221,8 +221,8 @@ Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
       .With("reference", reference_degc, "degC");
 }
 
-// What the static calibration says of the world and the frame; the temperature that the terms are
-// stated about is its own. Error (bad input): it cannot be completed.
+// Takes reference values and frame from the static calibration, and its temperature as the one that
+// the terms are relative to. Error (bad input): a sweep cannot complete it.
 Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* reference_degc) {
   const Calibration& known = *sweep.static_calibration;
   if (!known.IsUsable()) {
@@ -231,7 +231,7 @@ Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* r
                  "is not usable (" + std::string(known.ReasonNotUsable()) + ")");
   }
   *reference_degc = known.reference.temperature_degc;
-  // Temperature terms are refused with words of their own.
+  // A calibration with temperature terms is refused later (TriadSweep::Run).
   const bool has_terms = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
     return known.sensors[triad] && known.sensors[triad]->thermal;
   });
@@ -250,7 +250,7 @@ Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* r
   return {};
 }
 
-// Windows and temperatures that cannot tell the terms.
+// The refusal where there are too few windows or too small a range to determine the terms.
 std::optional<Finding> TooLittle(const TriadSweep& swept, Triad triad) {
   const int most = ThermalOptions::kMaxBiasOrder + 3 + swept.problem().attitude_count();
   const int windows = swept.problem().size();
@@ -270,7 +270,7 @@ std::optional<Finding> TooLittle(const TriadSweep& swept, Triad triad) {
       .With("range", range[1] - range[0], "degC");
 }
 
-// Temperatures that were stated and that the sweep did not pass.
+// Checks whether the sweep passes the stated temperatures: the reference and the knots.
 Status CheckStatedTemperatures(const CalibrateOptions& options,
                                const TriadSweep& swept,
                                Triad triad,
@@ -326,7 +326,7 @@ void AddDegreesOfFreedom(const TriadSweep& swept, Quality* quality, Chi2* chi2) 
   }
 }
 
-// One triad, and what is to be said of it. A refusal among its findings ends the run.
+// Calibrates one triad and adds its findings. A refusal among them ends the run.
 Status SweepTriad(const PoseSet& poses,
                   const CalibrateOptions& options,
                   Triad triad,

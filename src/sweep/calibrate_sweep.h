@@ -10,7 +10,7 @@ namespace truetriad {
 
 // Calibrate for windows of a temperature sweep (`options.sweep`, PoseSet::sweep): the terms of the
 // bias in temperature and its rate, axis by axis. Errors as Calibrate, and a static calibration
-// that does not fit; `summary` holds what is known without any data.
+// that does not fit; `summary` already holds what the options state.
 Status CalibrateSweep(const PoseSet& poses,
                       const CalibrateOptions& options,
                       CalibrationSummary* summary);

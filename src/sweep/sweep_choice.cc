@@ -10,23 +10,26 @@
 namespace truetriad {
 namespace {
 
-// Share of a term that no other term explains: with less its σ is doubled.
+// Share of a term's RMS that no other term explains: at 1/4 its σ is 4 times that of it alone.
 constexpr double kFewestOfItsOwn = 0.25;
-// Levels at which a term enters, leaves again, and at which a power beyond a line enters.
+// A nonexistent term enters by chance once in a hundred.
 constexpr double kEnterLevel = 0.01;
+// Above the level of entry, so that a term that has just entered does not leave at once.
 constexpr double kLeaveLevel = 0.05;
+// Shared by all orders tried: a stated order is called too low by chance once in 10,000 axes.
 constexpr double kHigherLevel = 1e-4;
-// A lag has to lower the held-out error by a twentieth.
+// Chosen: a lag, a knot or the highest power has to lower the held-out error by 5 %.
 constexpr double kFewerLags = 0.95;
-// Of the recording: longer ones are drift.
+// Chosen: a lag of a larger share of the recording is drift.
 constexpr double kLongestLagShare = 0.25;
+// Chosen: 23 lags of the grid span a factor of 1000; RefineOne searches between them.
 constexpr double kLagRatio = 1.35;
-// Lags of half of an element's temperature beside those of its rate.
+// Chosen: with two lags the element's is sought up to this share of the recording.
 constexpr double kElementShare = 1.0 / 16.0;
-// A cubic is what sweeps are compared with.
+// Sweeps are compared with a cubic.
 constexpr int kPlainOrder = 3;
 
-// Which of the two lags there are.
+// Which of the two lags the model has.
 struct LagShape {
   bool element = false, rate = false;
   int count() const { return (element ? 1 : 0) + (rate ? 1 : 0); }
@@ -82,7 +85,7 @@ class Chooser {
     std::vector<SweepStep> steps;
   };
 
-  // Leaves out the rate terms that the recording does not tell from the others.
+  // Leaves out the rate terms that the recording does not distinguish from the others.
   void GateRates() {
     const Eigen::MatrixX2d states = problem_.States({});
     has_branches_ = problem_.ShareOfItsOwn(states, RateTerm::kLinear, {}) >= kFewestOfItsOwn;
@@ -179,7 +182,7 @@ class Chooser {
     return grid;
   }
 
-  // Lags to try; up to the whole recording, so that a drift is seen as one.
+  // Lags to try, up to the whole recording, so that a drift is recognised by too long a lag.
   std::vector<SweepLags> LagsOf(const LagShape& shape) const {
     std::vector<SweepLags> all;
     const std::vector<double> none = {0.0};
@@ -252,7 +255,7 @@ class Chooser {
       RefineOne(candidate.terms, &SweepLags::element_s, &candidate.lags);
       RefineOne(candidate.terms, &SweepLags::rate_s, &candidate.lags);
     }
-    // A lag that is found anew in each fold may be no drift there either.
+    // The lag that is chosen again in each fold must not be a drift either.
     std::vector<SweepLags> usable = all;
     std::erase_if(usable, [this](const SweepLags& lags) {
       return std::max(lags.element_s, lags.rate_s) > longest_s_;
@@ -267,9 +270,9 @@ class Chooser {
     return candidate;
   }
 
-  // The highest power was judged beside all rate terms that are allowed, without the noise of the
-  // thermometer: where it is not significant beside the chosen ones, with that noise, it leaves
-  // unless the held-out error says otherwise.
+  // The highest power was tested beside all allowed rate terms, without the noise of the
+  // thermometer. Where it is not significant beside the chosen ones, with that noise, it is removed
+  // unless it lowers the held-out error by 5 %.
   void LowerOrder(Candidate* chosen) {
     ThermalOptions& terms = chosen->terms;
     while (terms.bias_order > 1) {
@@ -300,7 +303,7 @@ class Chooser {
     }
   }
 
-  // Rates as allowed beside; ascending, each against all higher ones.
+  // Chooses the order beside all allowed rate terms: ascending, each against all higher ones.
   void ChooseOrder(Candidate* candidate) {
     constexpr int kMost = ThermalOptions::kMaxBiasOrder;
     int& order = candidate->terms.bias_order;
@@ -334,7 +337,7 @@ class Chooser {
       return std::vector<int>{problem_.rate_column(rate)};
     };
     for (int round = 0; round < 6; ++round) {
-      // Pairs too: of two rates that matter each may do nothing alone.
+      // Several at once too: of two rate terms each may have no effect alone.
       std::optional<ThermalOptions> best;
       double least = HeldOut(terms, *candidate);
       std::string what;
@@ -354,7 +357,7 @@ class Chooser {
         }
         if (added.empty()) continue;
         const double error = HeldOut(with, *candidate);
-        // More terms at once have to be worth it.
+        // Each term beyond the first has to lower the held-out error by another 2 %.
         const double needed = 1.0 - 0.02 * static_cast<double>(added.size() - 1);
         if (error >= needed * least) continue;
         if (WaldProbability(Fit(with, *candidate), added) > kEnterLevel) continue;
@@ -395,13 +398,13 @@ class Chooser {
     return HeldOutRms(&problem_, axis_, terms, candidate.lags);
   }
 
-  // What was tried last beside the chosen terms, and why it is not among them.
+  // Notes a term that was tried beside the chosen ones and rejected, with its p-value.
   void NoteRejected(const std::string& name,
                     const ThermalOptions& with,
                     int column,
                     Candidate* candidate) {
     const double p = WaldProbability(Fit(with, *candidate), {column});
-    // As the tables of a regression spell it.
+    // Smaller p-values are printed as a bound, as in the tables of a regression.
     constexpr double kLeastShown = 1e-6;
     const std::string shown = p < kLeastShown ? " (p < 1e-6)" : Format(" (p = %.2g)", p);
     Note("rejected: " + name + shown, with, candidate);
@@ -417,7 +420,7 @@ class Chooser {
     step.terms = TermsText(terms);
     step.r2 = constants > 0.0 ? 1.0 - fit.weighted_square / constants : 0.0;
     step.adjusted_r2 = 1.0 - (1.0 - step.r2) * (n - problem_.attitude_count()) / (n - k);
-    // Neighbours that hang together count as fewer.
+    // Correlated neighbours count as fewer.
     const double effective = EffectiveCount(n, fit.correlation);
     step.bic = effective * std::log(fit.weighted_square / n) + k * std::log(effective);
     step.held_out = HeldOut(terms, *candidate);

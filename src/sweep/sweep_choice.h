@@ -14,27 +14,27 @@ namespace truetriad {
 // The terms and lags of one axis, chosen where they were left open, and the fit with them.
 struct SweepChoice {
   SweepFit fit;
-  double held_out = 0.0;        // lags found anew in every fold
+  double held_out = 0.0;        // lags chosen again in every fold
   double held_out_cubic = 0.0;  // of a plain cubic
   std::vector<SweepStep> steps;
   std::vector<std::string> left_out;  // "T'^2: …why and what to do"
-  // With the powers beyond a stated order that show, where they do.
+  // The fit with significant powers beyond a stated order; unset without.
   std::optional<SweepFit> higher;
   double moved_sigmas = 0.0;  // by how many σ they move a term at most; σ of `fit` allow for it
 };
 
-// `wanted`: orders, rates and lags, some of them open (ThermalOptions). What the recording cannot
-// tell is left out and named:
+// `wanted`: orders, rates and lags, some of them open (ThermalOptions). Terms that the recording
+// cannot determine are left out and named:
 //
-//   a rate term   where less than a quarter of it is its own, beside any function of temperature
-//   and
-//                 the other rate terms: one rate only, or only up
-//   a lag         without a rate term's worth of heating and cooling; or when it comes out above a
-//                 quarter of the recording, which is drift
+//   a rate term   where less than a quarter of its RMS is left beside any function of temperature
+//                 and the other rate terms: one rate only, or heating only
+//   a lag         where heating and cooling do not determine a rate term, or where the best lag
+//                 exceeds a quarter of the recording, which is drift
 //
 // An open order is the lowest at which no higher one is significant (p < 1 %, shared by all that
-// are tried) and better for held-out blocks. Open rate terms enter and leave one by one by the same
-// two. An open number of lags is the smallest whose held-out error more lags do not lower by 5 %.
+// are tried) and better for held-out blocks. Open rate terms enter and leave by the same two
+// criteria. An open number of lags is the smallest whose held-out error more lags do not lower by
+// 5 %.
 //
 // A stated order stays. Powers beyond it that lower the held-out error, and that chance would make
 // in fewer than one axis of 10,000, are `higher`.

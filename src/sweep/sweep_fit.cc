@@ -16,15 +16,17 @@
 namespace truetriad {
 namespace {
 
-// Correlation of neighbouring residuals that is believed at most: beyond, σ would rest on nothing.
+// Largest correlation of neighbours that is used: 66 residuals then count as one.
 constexpr double kMostCorrelation = 0.97;
-// Step of a lag's derivative, as a share of the lag.
+// Step of a lag's central difference, as a share of the lag: its error is of order 1e-6.
 constexpr double kLagStep = 1e-3;
-// Share of a variance that errors of the temperature make from which it matters what else they do.
+// Share of a variance above which temperature errors are subtracted from Omega; less changes a σ
+// by 1 %.
 constexpr double kErrorsMatter = 0.02;
-// A filter has forgotten after so many lags: a part in twenty thousand is left.
+// So many lags after an input a filter retains exp(-10) of it, one part in twenty thousand.
 constexpr double kForgotten = 10.0;
-// Step of the derivatives, as a share of the range and of the fastest rate.
+// Step of central differences, as a share of half the range and of the fastest rate: their error is
+// of order 1e-8.
 constexpr double kSlopeStep = 1e-4;
 
 // Sums over all blocks but one, of the columns alone.
@@ -47,14 +49,14 @@ NormalEquations SumOf(const std::vector<SweepBlock>& blocks,
     sum.square += blocks[b].weighted_square[axis];
   }
   sum.matrix.triangularView<Eigen::StrictlyUpper>() = sum.matrix.transpose();
-  // Of a constant whose attitude is not seen.
+  // An attitude without a window leaves its constant undetermined: it becomes zero.
   for (Eigen::Index i = 0; i < size; ++i) {
     if (sum.matrix(i, i) == 0.0) sum.matrix(i, i) = 1.0;
   }
   return sum;
 }
 
-// Change of the fitted reading of each window with its temperature and its rate.
+// Derivatives of each window's fitted reading by its temperature and by its rate.
 Eigen::MatrixX2d Slopes(const SweepProblem& problem, const SweepFit& fit) {
   const Eigen::MatrixX2d states = problem.States(fit.lags);
   Eigen::MatrixX2d slopes(states.rows(), 2);
@@ -73,9 +75,9 @@ Eigen::MatrixX2d Slopes(const SweepProblem& problem, const SweepFit& fit) {
   return slopes;
 }
 
-// What the noise of the thermometer does to the fitted readings, to first order: for each
-// independent part of the noise, of 1 sigma, what it adds to each window. Temperature and rate go
-// through the lags of the fit. One after another: all of them may be more than memory is used for.
+// Passes on the errors of the fitted readings, to first order, by the thermometer's noise: for each
+// independent part of it, of 1 sigma, the error of each window. Temperature and rate go through the
+// lags of the fit. One error at a time, since all together may exceed the memory.
 void ForEachTemperatureError(const SweepProblem& problem,
                              const SweepFit& fit,
                              const NoteError& note) {
@@ -90,7 +92,7 @@ void ForEachTemperatureError(const SweepProblem& problem,
   std::size_t begin = 0;
   int first_window = 0;
   for (std::size_t block = 0; block < blocks; ++block) {
-    // `first` never goes down.
+    // `first` never decreases.
     while (begin < places && noise.first[begin] + noise.reach <= block) ++begin;
     if (begin == places) break;
     errors.setZero();
@@ -174,7 +176,7 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& residuals,
                                    const std::vector<int>& attitudes,
                                    int count) {
-  // Columns of size 1, so that a lag's is no smaller than the others.
+  // Columns are scaled to size 1, since a lag's may be far smaller than the others.
   const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd inverse =
@@ -216,7 +218,7 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
       others -= omega(error - TimesVector(scaled, normal.SolveVector(right)));
     });
   }
-  // What the readings' own noise makes is in `others`; a difference of estimates may say less.
+  // `others` includes the effect of the readings' own noise; the difference may come out smaller.
   const Cholesky root(TransposeTimes(ScaledRows(variances, weighted), weighted));
   if (matters && root.is_positive()) {
     const SymmetricEigen eigen =
@@ -248,7 +250,7 @@ SweepFit FitSweep(const SweepProblem& problem,
   fit.residuals = std::move(plain.residuals);
   fit.weighted_square = plain.weighted_square;
   fit.correlation = CorrelationOf(fit.residuals, problem.attitudes());
-  // Of the fitted readings by the coefficients.
+  // The derivatives of the fitted readings by the coefficients.
   const int lag_count = (lags.element_s > 0.0 ? 1 : 0) + (lags.rate_s > 0.0 ? 1 : 0);
   Eigen::MatrixXd derivatives(X.rows(), X.cols() + lag_count);
   derivatives.leftCols(X.cols()) = X;

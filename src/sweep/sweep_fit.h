@@ -22,13 +22,13 @@ struct SweepFit {
   double correlation = 0.0;      // of neighbouring residuals
 };
 
-// Of neighbouring residuals in one attitude.
+// The correlation of neighbouring residuals in the same attitude.
 double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes);
 
-// Independent readings that `count` of them are worth.
+// Number of independent readings that are worth `count` correlated ones.
 double EffectiveCount(double count, double correlation);
 
-// Sum of the products of the scores' rows, those of neighbours too.
+// Sum of the products of the scores' rows, with those of neighbouring rows.
 Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlation);
 
 // Weighted least squares of columns.
@@ -40,7 +40,7 @@ ColumnFit FitColumns(const Eigen::MatrixXd& columns,
                      const Eigen::VectorXd& readings,
                      const Eigen::VectorXd& weights);
 
-// (X^T W X)^-1 Omega (X^T W X)^-1 of FitSweep; `count`: rows that weigh anything.
+// (X^T W X)^-1 Omega (X^T W X)^-1 of FitSweep; `count`: rows with a weight.
 Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& weights,
                                    const Eigen::VectorXd& residuals,
@@ -50,14 +50,14 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
 using NoteError = std::function<void(const Eigen::VectorXd&)>;
 using ForEachError = std::function<void(const NoteError&)>;
 
-// The same where part of the residuals is what errors of the columns leave, of which this is known:
-// `for_each_error` hands over each independent one, of 1 sigma. In place of what Omega makes of
-// that part stands what it is:
+// The same where part of the residuals comes from errors of the columns with a known covariance:
+// `for_each_error` passes each independent error e_m, of 1 sigma. Their known effect replaces their
+// estimated part of Omega:
 //
-//   Omega  -  sum_m Omega(W M e_m)  +  sum_m (X^T W e_m) (X^T W e_m)^T       M: what a fit leaves
+//   Omega  -  sum_m Omega(W M e_m)  +  sum_m (X^T W e_m) (X^T W e_m)^T       M: residuals of a fit
 //
-// Some of it lasts so long that it looks like the columns, and hardly shows in the residuals. Not
-// less than what the noise of the readings, `variances`, makes.
+// Some errors last so long that they look like the columns and hardly show in the residuals. The
+// first two terms together are at least what the readings' noise, `variances`, gives.
 Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& weights,
                                    const Eigen::VectorXd& residuals,
@@ -66,15 +66,15 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const ForEachError& for_each_error);
 
 // Weighted least squares with the covariance of its estimate from the residuals themselves: the
-// weights are no inverse variances, and neighbouring residuals hang together.
+// weights are not inverse variances, and neighbouring residuals are correlated.
 //
 //   (X^T W X)^-1  Omega  (X^T W X)^-1     Omega: long-run covariance of w_i r_i x_i
 //
-// Omega is that of scores freed of their first-order correlation, with a Bartlett kernel, coloured
-// again (Andrews and Monahan 1992). A lag's column is the derivative of the fit by it, so that what
-// is not known about the lag is in the covariance of the terms.
+// Omega is estimated from scores whitened to first order, with a Bartlett kernel, and recoloured
+// (Andrews and Monahan 1992). A lag's column is the derivative of the fit by it, so that the lag's
+// uncertainty is part of the terms' covariance.
 //
-// `with_thermometer`: the noise of the thermometer is in the covariance.
+// `with_thermometer`: the covariance includes the noise of the thermometer.
 SweepFit FitSweep(const SweepProblem& problem,
                   int axis,
                   const ThermalOptions& terms,
@@ -93,8 +93,8 @@ double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       int axis,
                       int but);
 
-// Sum of r^2 over a fold, predicted by the others. A constant that the others do not tell is taken
-// from the fold itself.
+// Sum of r^2 over a fold, predicted by the others. A constant that the others do not determine is
+// taken from the fold itself.
 double HeldOutSquare(const std::vector<SweepBlock>& blocks,
                      const std::vector<int>& columns,
                      int attitude_count,
@@ -107,8 +107,7 @@ double HeldOutRms(SweepProblem* problem,
                   const ThermalOptions& terms,
                   const SweepLags& lags);
 
-// Probability of so large an effect of the columns from `first` on if they had none, by their
-// covariance.
+// The p-value of the `tested` columns' joint effect: F by their covariance (Wald).
 double WaldProbability(const SweepFit& fit, const std::vector<int>& tested);
 
 }  // namespace truetriad

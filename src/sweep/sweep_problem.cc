@@ -13,17 +13,17 @@
 namespace truetriad {
 namespace {
 
-// Half-width of the kernel that time at a temperature is counted with, and the bins it runs over.
+// Half-width, as a share of the range, of the kernel that smooths the time at a temperature.
 constexpr double kKernelShare = 1.0 / 20.0;
 // 20 bins in a half-width of the kernel.
 constexpr int kBins = 400;
-// A temperature that was hardly passed weighs no more than if it had this share of its part of
-// time.
+// Least time at a temperature, as a share of the mean: it bounds the weight of a temperature that
+// the sweep hardly dwelt at.
 constexpr double kLeastDensity = 1.0 / 500.0;
-// Pieces of a function of temperature that may be anything.
+// Straight pieces that stand for any function of temperature, each a tenth of the range.
 constexpr int kPieces = 10;
 
-// The temperature as an axis feels it, and its rate, over the whole track.
+// The temperature of an axis after its lags, and its rate, over the whole track.
 Eigen::MatrixX2d FilterTrack(const TemperatureTrack& track, const SweepLags& lags) {
   const auto size = static_cast<Eigen::Index>(track.time_s.size());
   Eigen::MatrixX2d states(size, 2);
@@ -215,7 +215,7 @@ double SweepProblem::ShareOfItsOwn(const Eigen::MatrixX2d& states,
                                    RateTerm rate,
                                    const std::vector<RateTerm>& beside) const {
   const Eigen::MatrixXd columns = Columns(states);
-  // Hats over the temperature: any function of it, straight in pieces.
+  // Hat functions of temperature, which span every piecewise straight function of it.
   Eigen::MatrixXd others =
       Eigen::MatrixXd::Zero(size(), kPieces + 1 + static_cast<Eigen::Index>(beside.size()));
   const double low = states.col(0).minCoeff();

@@ -22,8 +22,8 @@ struct SweepLags {
   auto operator<=>(const SweepLags&) const = default;
 };
 
-// Temperature and rate of an element behind its lags, from those of the thermometer as they come.
-// Linear in them. model/thermal.h
+// Temperature and rate of an element after its lags, from those of the thermometer in order of
+// time. Linear in both (model/thermal.h).
 class SweepFilter {
  public:
   explicit SweepFilter(const SweepLags& lags)
@@ -34,15 +34,15 @@ class SweepFilter {
   FirstOrderLag element_lag_, rate_lag_;
 };
 
-// Sums of one block of time, all columns: what any subset of them is fitted and judged with.
+// Sums over one block of time for all columns, from which any subset of them is fitted and tested.
 struct SweepBlock {
   Eigen::MatrixXd weighted, plain;                                       // X^T W X, X^T X
-  Eigen::Matrix<double, Eigen::Dynamic, 3> weighted_right, plain_right;  // a column an axis
+  Eigen::Matrix<double, Eigen::Dynamic, 3> weighted_right, plain_right;  // a column per axis
   Eigen::Vector3d weighted_square = Eigen::Vector3d::Zero();
   Eigen::Vector3d plain_square = Eigen::Vector3d::Zero();
 };
 
-// Sums of each fold [begin[f], begin[f + 1]) of the rows of `columns`; readings: a column an axis.
+// Sums of each fold [begin[f], begin[f + 1]) of the rows of `columns`; readings: a column per axis.
 std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
                                  const Eigen::MatrixXd& columns,
                                  const Eigen::MatrixX3d& readings,
@@ -53,9 +53,9 @@ std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
 //   y = c_attitude + sum_i a_i (T_i(v) - T_i(v_ref)) + rates          ThermalScale
 //
 // with every window weighted by its samples over the time that was spent at its temperature, so
-// that each temperature counts alike however long it was dwelt at.
+// that each temperature counts alike however long it lasted.
 //
-// Columns: the attitudes' constants (one of all for a gyroscope, whose bias is absolute), powers 1
+// Columns: the attitudes' constants (one for all of a gyroscope, whose bias is absolute), powers 1
 // to kMaxBiasOrder, rate terms, then two of each knot.
 class SweepProblem {
  public:
@@ -73,16 +73,16 @@ class SweepProblem {
   int rate_column(RateTerm rate) const {
     return attitude_count_ + ThermalOptions::kMaxBiasOrder + static_cast<int>(rate);
   }
-  // Of knot k its kink and its curve: (v - v_k)+ and its square, less what they are at v_ref.
+  // The kink or the curve of knot k: (v - v_k)+ or its square, less its value at v_ref.
   int knot_column(int knot, bool curve) const {
     return attitude_count_ + kMaxThermalVectors + 2 * knot + (curve ? 1 : 0);
   }
-  // Columns change with them.
+  // SetKnots changes the columns.
   const std::vector<double>& knots_degc() const { return knots_degc_; }
   void SetKnots(std::vector<double> knots_degc);
   const std::vector<int>& fold_begin() const { return fold_begin_; }
   int fold_count() const { return static_cast<int>(fold_begin_.size()) - 1; }
-  // An axis a row, less `origin`, so that large offsets do not cancel in sums of squares.
+  // One row per axis, less `origin`, so that sums of squares lose no digits to large offsets.
   const Eigen::Matrix3Xd& readings() const { return readings_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   const Eigen::Matrix3Xd& noise_variance() const { return noise_variance_; }
@@ -102,17 +102,17 @@ class SweepProblem {
   double spacing_s() const;  // of the temperature's track
   const ThermalScale& scale() const { return scale_; }
 
-  // Temperature and rate of each window as they come through the lags, a column each.
+  // Temperature and rate of each window after the lags, a column each.
   Eigen::MatrixX2d States(const SweepLags& lags) const;
   // Ambient temperature and its rate in window i; NaN where it was not read.
   Eigen::Vector2d AmbientOf(int i) const;
   // All columns at these states.
   Eigen::MatrixXd Columns(const Eigen::MatrixX2d& states) const;
-  // A block a fold; kept for lags that are asked for again.
+  // One block per fold; cached by the lags.
   const std::vector<SweepBlock>& Blocks(const SweepLags& lags);
 
-  // How much of the column of a rate term neither any function of temperature
-  // nor the columns in `beside` can explain, as a share of its RMS.
+  // Share of the RMS of a rate term's column that neither any function of temperature nor the
+  // columns in `beside` explain.
   double ShareOfItsOwn(const Eigen::MatrixX2d& states,
                        RateTerm rate,
                        const std::vector<RateTerm>& beside) const;

@@ -23,13 +23,14 @@ namespace truetriad {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-// Of a term's RMS beside those that are in the regression: a variance ten times ten as large.
+// Share of a term's RMS that the terms in the regression do not explain: its variance is 100 times
+// that of it alone.
 constexpr double kShareOfItsOwn = 0.1;
 // Readings of attitudes that differ by less than this share of the largest are one reading.
 constexpr double kOtherReading = 0.05;
-// Far more than there are terms.
+// Far more than the 21 terms that there are at most.
 constexpr int kMostSteps = 60;
-// Rounding of sums of 1e4 products.
+// Relative rounding of sums of 1e4 products, 1e-16 each.
 constexpr double kRounding = 1e-12;
 
 constexpr std::array<const char*, kRegressionFactors> kLetters = {"r", "tau", "T'", "A", "A'"};
@@ -116,15 +117,15 @@ class Regression {
       constants_(i, problem.attitudes()[static_cast<std::size_t>(i)]) = used_[i];
     }
     SetLevels(LevelOfAttitudes(axis), &factors);
-    // A level is that at the reference temperature, where all other factors are nothing: it comes
-    // out of the regression itself.
+    // A level is an attitude's reading at the reference temperature, where the other factors are
+    // zero: the regression itself estimates it. Chosen: 8 rounds, each from the levels before.
     constexpr int kRounds = 8;
     for (int round = 0; round < kRounds && products_.size() > 1; ++round) {
       const Eigen::VectorXd level = FitColumns(With(candidates_), reading_, weights_)
                                         .coefficients.head(problem.attitude_count())
                                         .array() +
                                     problem.origin()[axis];
-      // Levels that change by less than a fifth weigh alike.
+      // A level that moves by more than a fifth of the largest is poorly determined: not taken.
       constexpr double kMuch = 0.2;
       const Eigen::VectorXd before = levels_;
       if ((level - before).cwiseAbs().maxCoeff() > kMuch * before.cwiseAbs().maxCoeff()) break;
@@ -142,14 +143,14 @@ class Regression {
     const double share = 1.0 / std::max<double>(1.0, static_cast<double>(candidates_.size()));
     result.enter_p = kEnterRegression * share;
     result.leave_p = kLeaveRegression * share;
-    // With hardly more windows than terms there is nothing to test.
+    // Fewer than three windows per term are too few for a test.
     if (windows_ >= 3 * static_cast<int>(products_.size())) Step(&result);
     Describe(raw_unit, &result);
     return result;
   }
 
  private:
-  // Columns for what the attitudes read.
+  // Sets the columns by the readings of the attitudes.
   void SetLevels(const Eigen::VectorXd& levels, Eigen::MatrixXd* factors) {
     levels_ = levels;
     for (int i = 0; i < problem_.size(); ++i) {
@@ -168,7 +169,7 @@ class Regression {
     NameUntold(levels, *factors);
   }
 
-  // What the attitudes read at the reference temperature, nearly: the mean of their windows.
+  // First estimate of the attitudes' readings at the reference temperature: their windows' mean.
   Eigen::VectorXd LevelOfAttitudes(int axis) const {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(problem_.attitude_count()), count = sum;
     for (int i = 0; i < problem_.size(); ++i) {
@@ -179,7 +180,7 @@ class Regression {
     return sum.cwiseQuotient(count.cwiseMax(1.0));
   }
 
-  // Terms that no sweep, or not this one, can tell.
+  // Separates the candidates from the terms that no sweep, or not this one, can determine.
   void NameUntold(const Eigen::VectorXd& level, const Eigen::MatrixXd& factors) {
     candidates_.clear(), untold_.clear();
     constexpr int kReading = static_cast<int>(RegressionFactor::kReading);
@@ -209,8 +210,8 @@ class Regression {
     }
   }
 
-  // What all candidates together leave is noise. What a few of them leave is not: the terms that
-  // are still missing would pass for it, and keep each other out.
+  // The residuals of all candidates together are noise. Those of a few also contain the missing
+  // terms, which would then keep each other out.
   void EstimateNoise(int axis) {
     const Eigen::MatrixXd all = With(candidates_);
     noise_ = FitColumns(all, reading_, weights_).residuals;
@@ -230,8 +231,8 @@ class Regression {
     return columns;
   }
 
-  // Of `tested` beside `others` (Frisch and Waugh 1933: what the others leave of column and reading
-  // is all that the estimate and its covariance depend on).
+  // Tests each of `tested` beside `others` (Frisch and Waugh 1933: estimate and covariance depend
+  // only on the residuals of column and reading after a regression on the others).
   std::vector<PartialTest> TestBeside(const std::vector<int>& others,
                                       const std::vector<int>& tested) const {
     const Eigen::MatrixXd beside = root_.asDiagonal() * With(others);
@@ -288,12 +289,12 @@ class Regression {
       }
       std::vector<int> sorted = chosen_;
       std::sort(sorted.begin(), sorted.end());
-      if (!seen.insert(sorted).second) break;  // It goes round in circles.
+      if (!seen.insert(sorted).second) break;  // This set was chosen before.
     }
     std::sort(chosen_.begin(), chosen_.end());
   }
 
-  // Takes out the least significant term, but for the one that has just entered.
+  // Removes the least significant term, but not the one that has just entered.
   bool Remove(int entered, SweepRegression* result) {
     int worst = -1;
     PartialTest least;

@@ -19,7 +19,7 @@
 namespace truetriad {
 namespace {
 
-// More windows than this show nothing more.
+// Chosen: windows beyond this number add no detail to a chart; more are thinned out.
 constexpr int kMostShown = 400;
 
 ThermalBlock BlockOf(const ThermalOptions& terms) {
@@ -62,8 +62,8 @@ TermsInTau InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
   return terms;
 }
 
-// What the fit lacks moves its terms in tau to those of `higher`: its covariance grows by as much,
-// of each term by itself. By how many σ it moves one at most.
+// Widens the covariance of `fit` by the square of how far each of its terms in tau is from that of
+// `higher`, each term by itself. Returns the largest of these shifts in σ.
 double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, SweepFit* fit) {
   const int order = fit->terms.bias_order, more = higher.terms.bias_order - order;
   const TermsInTau without = InTau(problem, axis, *fit);
@@ -88,7 +88,7 @@ struct NamedTerm {
   double* value;
 };
 
-// The terms that one axis of a sensor gets: its bias, powers of tau, rates, knots, lags.
+// The terms of one axis of a sensor: its bias, powers of tau, rates, knots, lags.
 std::vector<NamedTerm> TermsOf(Triad triad,
                                int axis,
                                const SweepFit& fit,
@@ -135,7 +135,7 @@ std::vector<NamedTerm> TermsOf(Triad triad,
 double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
   // Each is 2.5 % of the range.
   constexpr int kTemperatureBins = 40;
-  constexpr double kMoving = 0.1;  // of the fastest
+  constexpr double kMoving = 0.1;  // of the fastest rate
   Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(kTemperatureBins, 2), count = sum;
   const ThermalScale& scale = problem.scale();
   for (int i = 0; i < problem.size(); ++i) {
@@ -214,7 +214,7 @@ void ShowWindows(SweepProblem* problem,
     row.degc = *window.temperature_degc;
     row.rate_degcps = window.temperature_rate_degcps;
   }
-  // Of a gyroscope the constant is part of the bias.
+  // A gyroscope's constant is part of its bias.
   const Eigen::Index first = triad == Triad::kGyroscope ? 0 : problem->attitude_count();
   for (int axis = 0; axis < 3; ++axis) {
     const SweepFit& fit = axes[static_cast<std::size_t>(axis)].fit;
@@ -331,7 +331,7 @@ void TriadSweep::TakeTerms(int axis, TriadCalibration* sensor) {
   const SweepFit& fit = choices_.back().fit;
   const TermsInTau in_tau = InTau(problem_, axis, fit);
   const std::vector<NamedTerm> terms = TermsOf(triad_, axis, fit, sensor);
-  // The constant of an attitude says nothing of the bias.
+  // Only a gyroscope's constant determines its bias.
   const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
   ListedTerms& listed = listed_.emplace_back();
   for (std::size_t i = first; i < terms.size(); ++i) {

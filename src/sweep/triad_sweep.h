@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-// Everything about one triad of a sweep.
+// The calibration of one triad from a sweep.
 class TriadSweep {
  public:
   TriadSweep(const PoseSet& poses, const CalibrateOptions& options, Triad triad, double reference);
@@ -32,7 +32,7 @@ class TriadSweep {
  private:
   void TakeTerms(int axis, TriadCalibration* sensor);
   void StateNoise(const Quality& quality, TriadCalibration* sensor) const;
-  // Bias, sensitivity, temperature terms and lags with their covariance. What is held has none.
+  // Lists bias, sensitivity, temperature terms and lags with their covariance, zero where held.
   void List(TriadCalibration* sensor, NamedCovariance* covariance) const;
 
   const CalibrateOptions& options_;
