@@ -15,9 +15,9 @@
 namespace truetriad {
 namespace {
 
-// Random programs are tried up to this many times as long.
+// Chosen: random programs are tried up to this many times as long as the planned one.
 constexpr int kRandomStretch = 3;
-// A block stands on its faces: a pose further from one is no pose of a six-face program.
+// rad, 11 deg: a block stands on its faces, so that a six-face program has no pose further off one.
 constexpr double kLargestFaceTilt = 0.2;
 
 // Log of the geometric mean; infinite where one quantity is not determined.
@@ -53,7 +53,7 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
       gains[n].push_back(std::exp(MeanLog(problem.Sigmas(information)) - MeanLog(planned)));
     }
   }
-  // The gain that stands at this share of the draws.
+  // The quantile of the draws' gains.
   const auto gain_at = [&gains](std::size_t n, double share) {
     std::vector<double>& sorted = gains[n];
     std::sort(sorted.begin(), sorted.end());
@@ -70,7 +70,7 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
   return comparison;
 }
 
-// What each pose is there for. Without it the turns on both sides of it are one.
+// The purpose of each pose. Without the pose the turns on both sides of it become one.
 std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
                                     const std::vector<ProgramPose>& poses,
                                     const Eigen::VectorXd& sigmas) {
@@ -91,7 +91,7 @@ std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
   return purposes;
 }
 
-// The words that an operator goes by; a heading that nobody sees is not one of them.
+// Labels each pose with words for the operator, without a heading that no sensor sees.
 void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   for (ProgramPose& pose : *poses) {
     pose.label = AttitudeInWords(pose.world_from_body);
@@ -99,7 +99,7 @@ void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   }
 }
 
-// What options must be, and the key and the sentence of those that are not.
+// A condition on the options, with the key and the message of an error where it does not hold.
 struct Rule {
   bool holds;
   const char* key;
@@ -145,7 +145,7 @@ Status CheckWanted(const PlanOptions& options, const PlanProblem& problem) {
   return {};
 }
 
-// How the wanted σ are met by the σ planned.
+// Compares the wanted σ with the planned ones.
 std::vector<WantedSigma> WantedOf(const PlanProblem& problem,
                                   const PlanOptions& options,
                                   const Plan& plan) {
@@ -161,7 +161,7 @@ std::vector<WantedSigma> WantedOf(const PlanProblem& problem,
     if (options.program) continue;
     if (!problem.has_gyroscope()) item.poses_needed = FewestPoses(problem, options, name);
     if (!item.met) continue;
-    // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
+    // The search is not exhaustive: a σ that the program reaches needs no more poses than it has.
     const auto taken = static_cast<int>(plan.program.poses.size());
     item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
   }
@@ -233,7 +233,7 @@ Status PlanOptions::Validate() const {
 
 Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   TRUETRIAD_RETURN_IF_ERROR(asked.Validate());
-  // The Earth stands still: its rate, known beforehand, takes no σ away that matters here.
+  // A plan ignores the Earth's rate: it is known beforehand and lowers no σ that matters here.
   PlanOptions options = asked;
   options.calibrate.reference.earth_rate.reset();
   TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem problem, PlanProblem::Create(measured, options));
@@ -246,7 +246,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     plan.program = *options.program;
   } else {
     TRUETRIAD_ASSIGN_OR_RETURN(plan.program.poses, FindPoses(measured, options, problem));
-    // A turn has a heading even where none is seen.
+    // A turn needs a heading even where no sensor sees one.
     Label(problem.has_heading() || problem.has_gyroscope(), &plan.program.poses);
   }
 
@@ -274,7 +274,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   }
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem.Present(system.covariance()).covariance;
-  // Against a σ that is infinite everything is better.
+  // Infinite σ cannot be compared.
   if (options.random_draws > 0 && after.allFinite() && !problem.has_gyroscope()) {
     plan.random = CompareWithRandom(problem, options, plan, after);
   }

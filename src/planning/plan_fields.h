@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-// The fields of what `plan` finds (tree/fields.h).
+// The fields of the result of `plan` (tree/fields.h).
 
 template <class V>
 void Fields(V& visit, Like<PlannedSigma> auto& sigma) {

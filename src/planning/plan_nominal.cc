@@ -16,21 +16,21 @@
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/math/rotation.h"
 
-// What is taken for the unit and its noise before the poses to come are taken.
+// The unit and the noise that are assumed before the planned poses are taken.
 
 namespace truetriad {
 namespace {
 
-// Readings of a gyroscope to come, Hz: what counts is the density of their noise.
+// Assumed rate of the gyroscope's readings, Hz: only the density of their noise matters.
 constexpr double kPlannedRateHz = 100.0;
-// Of the field, at middle latitudes.
+// The field's strength at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
 constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // likewise
 
 }  // namespace
 
-// Where the graph is linearised, and what its rows are weighted with: from a calibration of what is
-// measured, if that is enough for one, else from what is stated.
+// Chooses where the graph is linearised and the noise of its rows: by a calibration of the measured
+// poses if they suffice for one, else as stated.
 Status PlanProblem::ChooseNominal() {
   const bool free_attitudes = calibrate().attitudes.kind == AttitudeKind::kNone;
   if (!measured_.poses.empty()) {
@@ -175,7 +175,7 @@ Status PlanProblem::ChooseNoise() {
   return {};
 }
 
-// About each axis, roughly: what the noise of a pose leaves of its attitude.
+// The approximate σ of a pose's attitude about each axis, by the noise of its readings.
 double PlanProblem::AttitudeSigma() const {
   double variance = options_.attitude_sigma_rad.squaredNorm() / 3.0;
   if (calibrate().attitudes.kind == AttitudeKind::kGiven) return std::sqrt(variance);
@@ -193,7 +193,7 @@ double PlanProblem::AttitudeSigma() const {
   return std::sqrt(variance);
 }
 
-// How well a turn is known: by the noise inside the rests, which adds up over it.
+// Sets the noise of a turn by that inside the rests, which integrates over the turn.
 Status PlanProblem::ChooseTurns() {
   const TriadOptions& sensor = calibrate().triads[Triad::kGyroscope];
   turns_.gyroscope = *nominal_.models[Triad::kGyroscope];

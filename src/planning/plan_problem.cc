@@ -30,7 +30,7 @@ namespace {
 constexpr double kRoundingShare = 1e-14;
 // Inverse condition number above which an inverse keeps six digits and more.
 constexpr double kWellConditioned = 1e-10;
-// So many that a rest is as long as the time between its first and last sample.
+// So many samples that a rest is as long as the time between its first and last one.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
 
 std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
@@ -40,7 +40,7 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   return std::string(up[axis] < 0.0 ? "-" : "+") + AxisLetter(axis);
 }
 
-// Poses that between them have every temperature to come, and every face of a six-face block.
+// Poses that together have every planned temperature and every face of a six-face block.
 std::vector<ProgramPose> SpanningPoses(const PlanOptions& options) {
   std::vector<ProgramPose> poses;
   if (options.program) {
@@ -90,7 +90,7 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   return problem;
 }
 
-// The layout is that of all poses to come: every face of a block has its tilt, and the scaled
+// The layout is that of all planned poses: every face of a block has its tilt, and the scaled
 // variables of temperature terms span all temperatures.
 Status PlanProblem::ChooseLayout() {
   TRUETRIAD_RETURN_IF_ERROR(BuildNodes(measured_, calibrate(), source_));
@@ -136,7 +136,7 @@ PoseSet PlanProblem::WithReadings(PoseSet set, const std::vector<ProgramPose>& p
     pose.temperature_degc = planned.temperature_degc;
     for (const Triad triad : kTriads) {
       if (!nominal_.models[triad]) continue;
-      // A gyroscope feels nothing at rest.
+      // At rest the rate is zero.
       Eigen::Vector3d world = Eigen::Vector3d::Zero();
       if (triad != Triad::kGyroscope) world = WorldVector(triad, nominal_.reference);
       TriadPose reading;
@@ -169,8 +169,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
-  // What was measured is the real unit's, which may be far from the nominal one: both together are
-  // no unit. Rehearsed are its attitudes, as the nominal unit would have been held.
+  // The measured readings are the real unit's, which may differ from the nominal one by far, and
+  // one calibration cannot hold both: the nominal unit's readings in their attitudes replace them.
   std::vector<ProgramPose> measured;
   for (const PoseNode& node : graph_.nodes) {
     ProgramPose& pose = measured.emplace_back();
@@ -231,7 +231,7 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
                   &shared_jacobian,
                   &tangent_jacobian);
     const PoseRowMatrix root = node.SquareRootInformation();
-    // What the attitude cannot absorb: the whitened rows across the range of its Jacobian.
+    // The attitude cannot absorb the whitened rows across the range of its Jacobian.
     Eigen::MatrixXd whitened = Times(Times(root, shared_jacobian), to_free);
     if (node.tangent_size() > 0) whitened = InFrameOf(Times(root, tangent_jacobian), whitened);
     rows.emplace_back(whitened.bottomRows(node.row_count() - node.tangent_size()));
@@ -242,7 +242,7 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
   const Cholesky factor(information);
   if (factor.is_positive() && factor.ReciprocalCondition() > kWellConditioned) {
-    // Everything is determined: many times as fast as its eigenvectors.
+    // Everything is determined: the factor is many times as fast as the eigenvectors.
     return factor.SolveLower(quantity_rows_.transpose()).colwise().norm();
   }
   const SymmetricEigen solver = EigenOfSymmetric(information);

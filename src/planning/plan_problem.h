@@ -20,7 +20,7 @@
 
 namespace truetriad {
 
-// What one pose says: its information is rows^T rows.
+// The rows of one pose: its information is rows^T rows.
 using InformationRows = Eigen::MatrixXd;
 
 // A quantity whose σ is predicted.
@@ -29,23 +29,23 @@ struct PlanQuantity {
   double typical = 1.0;  // as large as the signal
 };
 
-// σ / wanted that counts as reached: four poses of noise σ make σ / 2 but for the rounding.
+// σ / wanted that counts as reached: rounding must not keep four poses of noise σ from σ / 2.
 inline constexpr double kReached = 1.0 + 1e-9;
 
-// The estimator's graph for poses that nobody has taken yet: exact readings of the nominal unit,
-// linearised there. All information is in typical units of the free coordinates.
+// The estimator's graph for poses to come, linearised at exact readings of the nominal unit. All
+// information is in typical units of the free coordinates.
 class PlanProblem {
  public:
   // Error: noise or gain that is not stated.
   static Result<PlanProblem> Create(const PoseSet& measured, const PlanOptions& options);
 
-  // What each pose says by itself. Without a gyroscope that is all; what the turns between poses
-  // say, Information has.
+  // The rows of each pose by itself; only Information contains the turns between poses, which a
+  // gyroscope measures.
   std::vector<InformationRows> Rows(const std::vector<ProgramPose>& poses) const;
 
-  // What priors and measured poses say.
+  // The information of priors and measured poses.
   const Eigen::MatrixXd& known() const { return known_; }
-  // What these, the program's poses and the turns between them say, in this order.
+  // That of these, of the program's poses and of the turns between them, in this order.
   Eigen::MatrixXd Information(const std::vector<ProgramPose>& poses) const;
 
   const std::vector<PlanQuantity>& quantities() const { return quantities_; }
@@ -55,8 +55,7 @@ class PlanProblem {
   // σ of every quantity; infinite where it is not determined.
   Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information) const;
 
-  // What is taken for the noise of a planned pose's mean, and for how long it is to rest (0: not
-  // known).
+  // The noise that is assumed for a planned pose's mean, and the length of its rest (0: not known).
   std::vector<PlannedNoise> Noise(const std::vector<ProgramPose>& poses) const;
   double RestSeconds() const;
 
@@ -69,8 +68,8 @@ class PlanProblem {
   // How many poses the model needs beyond the measured; at least one.
   int LeastPoses() const;
 
-  // Calibrates from these poses' exact readings. Error: fewer poses than the model needs, or the
-  // estimator does not find its way.
+  // Calibrates from these poses' exact readings. Error: fewer poses than the model needs, or no
+  // usable calibration.
   Status Rehearse(const std::vector<ProgramPose>& poses) const;
 
   bool has_heading() const { return has_heading_; }
@@ -90,11 +89,11 @@ class PlanProblem {
   Status ChooseLayout();
   void FindQuantities();
 
-  // What is measured, without its poses and turns.
+  // The measured set without its poses and turns.
   PoseSet NoReadings() const;
-  // `set`, and what the nominal unit would read in `poses` and from one to the next.
+  // `set`, with the nominal unit's readings in `poses` and in the turns between them.
   PoseSet WithReadings(PoseSet set, const std::vector<ProgramPose>& poses) const;
-  // Of all poses of the set.
+  // The graph of all poses of the set.
   PoseGraph GraphOf(const PoseSet& poses) const;
   double AttitudeSigma() const;
 
@@ -109,8 +108,8 @@ class PlanProblem {
   ExcessVariance excess_{};
   std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
   PlannedTurns turns_;
-  // False: what the unit reads is the same whichever way it faces. A magnetometer alone sees one
-  // direction too, but that is the field's, which is not vertical.
+  // False: no reading depends on the heading. A magnetometer alone measures one direction too, but
+  // the field is not vertical.
   bool has_heading_ = true;
   PoseSet measured_;
   PoseGraph graph_;  // measured poses; layout and priors of the whole
@@ -127,8 +126,8 @@ Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
                                            const PlanOptions& options,
                                            const PlanProblem& problem);
 
-// Poses that would do if σ of this group were all that is wanted; unset: more than max_poses. Not
-// of a gyroscope.
+// The fewest poses that reach the wanted σ of this group alone; unset: more than max_poses. Not for
+// a gyroscope.
 std::optional<int> FewestPoses(const PlanProblem& problem,
                                PlanOptions options,
                                const std::string& group);

@@ -11,7 +11,7 @@
 #include "truetriad/base/units.h"
 #include "truetriad/model/mounting.h"
 
-// What is estimated, by sensing axis and in the units in which limits are stated.
+// The estimated quantities, by sensing axis and in the units in which limits are stated.
 
 namespace truetriad {
 namespace {
@@ -25,7 +25,7 @@ struct ScaledEntry {
   std::tuple<int, int, std::string> order;
 };
 
-// By sensing axis, whatever body axes they were mounted along; as limits are judged.
+// Quantities are by sensing axis, whatever body axis it is mounted along, as limits are.
 ScaledEntry OfSensor(const ParameterName& name,
                      const Eigen::Matrix3d& S,
                      const ReferenceVector& reference,
@@ -33,7 +33,7 @@ ScaledEntry OfSensor(const ParameterName& name,
   const Eigen::Matrix3d map = NearestAxisMap(S);
   const double gain = (S * map.transpose())(name.row, name.row);
   const bool is_gyroscope = name.triad == Triad::kGyroscope;
-  // That of a gyroscope: 1 rad/s.
+  // The signal of a gyroscope is taken as 1 rad/s.
   const double signal = is_gyroscope ? 1.0 : WorldVector(name.triad, reference).norm();
   const bool is_matrix = name.kind == ParameterKind::kSensitivity;
   const std::string text = name.str();
@@ -54,7 +54,7 @@ ScaledEntry OfSensor(const ParameterName& name,
     unit = "rad/s/(m/s^2)";
     typical = 1.0 / reference[kGravity];
   } else if (const auto term = InfoOf(name.kind).axis_term) {
-    // As a share of the signal.
+    // An axis term is stated as a share of the signal.
     unit.clear();
     typical = 1.0;
     divisor = 1.0 / InfoOf(*term).PowerOf(gain * signal);

@@ -13,40 +13,40 @@
 #include "solve/row_products.h"
 #include "truetriad/base/units.h"
 
-// Exact optimal design: which poses, of a list of candidates, say most about the parameters.
+// Exact optimal design: which poses, of a list of candidates, determine the parameters best.
 // Fedorov, Theory of Optimal Experiments, 1972; Atkinson, Donev and Tobias 2007, ch. 12.
 
 namespace truetriad {
 namespace {
 
-// Exchange stops at an optimum that is only the best near its start.
+// Chosen: exchange stops at a local optimum, so the best of 12 starts is taken.
 constexpr int kStarts = 12;
-// Rounds in which the weights follow the σ they led to.
+// Chosen: most rounds in which the weights are adapted to the σ that they led to.
 constexpr int kWeightRounds = 8;
-// Weights that led to no better program three times over go in a circle.
+// Chosen: after so many rounds without a better program the weights have stopped to improve it.
 constexpr int kIdleRounds = 3;
-// Starts from which one pose less is tried.
+// Chosen: a quarter of all starts, to save time, tries whether one pose fewer suffices.
 constexpr int kSparingStarts = 3;
-// Where nothing is known a parameter may be off by this many times the signal.
+// Prior σ of every parameter in units of the signal, so wide that it only bounds unknown ones.
 constexpr double kAnything = 10.0;
-// A hand does not turn a unit more finely than this.
+// 1 deg: no operator turns a unit more finely by hand.
 constexpr double kFinestTurnRad = kRadPerDeg;
-// A guard: sweeps end by the least gain.
+// A guard: sweeps end by kLeastGain or kLeastRefinement.
 constexpr int kMostSweeps = 10;
-// An exchange must gain this share of what the pose it replaces is worth: less is rounding, and
-// would let sweeps go round for ever.
+// An exchange must gain more than the pose it replaces by this share: less is rounding, and sweeps
+// would never end.
 constexpr double kLeastGain = 1e-6;
-// The same of a turn off the grid, which would go on getting better by less and less.
+// The same for a turn off the grid, which would go on gaining ever less.
 constexpr double kLeastRefinement = 1e-4;
 
-// Poses, and what each of them says.
+// Poses, with the information rows of each.
 struct Candidates {
   std::vector<ProgramPose> poses;
   std::vector<InformationRows> rows;
 };
 
 struct Program : Candidates {
-  Eigen::MatrixXd weights;  // of the cost that it is best by
+  Eigen::MatrixXd weights;  // of the cost that it minimises
   double score = 0.0;       // less is better
 };
 
@@ -74,7 +74,7 @@ class Vacancy {
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
     Eigen::Index count = 0, at = 0;
     for (const InformationRows& rows : candidates) count += rows.rows();
-    // All are tried by one product.
+    // One product serves all candidates.
     StackedRows stacked(count, covariance_.cols());
     for (const InformationRows& rows : candidates) {
       stacked.middleRows(at, rows.rows()) = rows;
@@ -97,7 +97,7 @@ class Vacancy {
       } else {
         gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
       }
-      // Equals differ by rounding: the first of them, so that every machine picks the same.
+      // Equal gains differ by rounding: the first is taken, so that every machine picks the same.
       if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
       at += rows.rows();
     }
@@ -109,8 +109,8 @@ class Vacancy {
   Eigen::MatrixXd weighted_;    // P W P; empty for D
 };
 
-// All poses of the grid; where headings are not seen, one a direction. One temperature after
-// another.
+// All poses of the grid, temperature by temperature; where no sensor sees the heading, one for each
+// direction of up.
 std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   std::vector<ProgramPose> poses;
   const auto up = [](const Eigen::Quaterniond& q) {
@@ -134,8 +134,8 @@ std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   return at_temperatures;
 }
 
-// Looks for the program: greedily, by exchange over the grid, off the grid where that is allowed,
-// from several starts; the number of poses by bisection where σ are wanted.
+// Searches for the program: greedily, by exchange over the grid, off the grid where that is
+// allowed, from several starts; for the number of poses by bisection where σ are wanted.
 class PlanSearch {
  public:
   PlanSearch(const PlanProblem& problem, const PlanOptions& options)
@@ -146,7 +146,7 @@ class PlanSearch {
     grid_.poses = DistinctPoses(options.grid, problem.has_heading());
     grid_.rows = problem.Rows(grid_.poses);
     base_.diagonal().array() += 1.0 / (kAnything * kAnything);
-    // What each σ is to be, whether somebody wants it or only the verdict does.
+    // The target of each σ: the one wanted, else the largest that the verdict calls observable.
     targets_.resize(std::ssize(problem.quantities()));
     for (Eigen::Index q = 0; q < targets_.size(); ++q) {
       const PlanQuantity& quantity = problem.quantities()[static_cast<std::size_t>(q)];
@@ -162,7 +162,7 @@ class PlanSearch {
     int count = options_.poses;
     if (count == 0) count = Fewest().value_or(options_.max_poses);
     std::vector<Program> programs = BestPrograms(count);
-    // All starts together, refined, may do with fewer than one of them showed.
+    // All starts together, refined, may need fewer poses than Fewest found from few starts.
     while (options_.poses == 0 && count > least_ && programs.front().score <= kReached) {
       std::vector<Program> fewer = BestPrograms(count - 1);
       if (fewer.front().score > kReached) break;
@@ -206,7 +206,7 @@ class PlanSearch {
     });
   }
 
-  // What is known and what the program says, without one of its poses.
+  // `information` plus that of the program, without one of its poses.
   static Eigen::MatrixXd Sum(Eigen::MatrixXd information,
                              const Program& program,
                              std::optional<std::size_t> without = std::nullopt) {
@@ -235,7 +235,7 @@ class PlanSearch {
     for (int sweep = 0; improved && sweep < kMostSweeps; ++sweep) {
       improved = false;
       for (std::size_t k = 0; k < program->poses.size(); ++k) {
-        // Summed anew: taking a pose out of a sum leaves rounding where it was the only one.
+        // Summed anew: subtracting the only pose with some information would leave rounding there.
         const Vacancy vacancy(Sum(base_, *program, k), program->weights);
         const Candidates& candidates = offered(program->poses[k]);
         const Vacancy::Choice best = vacancy.Best(candidates.rows);
@@ -285,8 +285,8 @@ class PlanSearch {
     return weights;
   }
 
-  // Weights that follow the σ they led to. Without wanted σ: 1/σ^2, of which a fixed point is least
-  // in the sum of log σ. With them: those that are still too large count more.
+  // Adapts the weights to the σ that they led to. Without wanted σ they are 1/σ^2, of which a fixed
+  // point minimises the sum of log σ. With wanted σ those that are still too large count more.
   Program BestFrom(Program program) const {
     if (options_.criterion == PlanCriterion::kDeterminant) {
       ExchangeOverGrid({}, &program);
@@ -321,7 +321,7 @@ class PlanSearch {
     for (int start = 0; start < starts; ++start) {
       Program program;
       for (int k = 0; k < count; ++k) {
-        // D finds its way from nothing, where A sees only what is worst.
+        // The greedy start uses D: with few poses A depends only on what is least determined.
         const std::size_t next =
             start == 0
                 ? Vacancy(Sum(base_, program), {}).Best(grid_.rows).candidate
@@ -350,7 +350,7 @@ class PlanSearch {
   const PlanProblem& problem_;
   const PlanOptions& options_;
   Candidates grid_;
-  Eigen::MatrixXd base_;  // what is known, so little of all else that there is an inverse
+  Eigen::MatrixXd base_;  // known information plus a weak prior, so that there is an inverse
   Eigen::VectorXd targets_;
   std::vector<bool> is_wanted_;
   int least_;  // fewer poses are not enough for the model

@@ -20,15 +20,15 @@ Order::iterator At(Order* order, std::size_t place) {
   return order->begin() + static_cast<std::ptrdiff_t>(place);
 }
 
-// A heading that nothing tells, rad.
+// σ of an unknown heading, rad: more than a full turn.
 constexpr double kAnyHeadingRad = 10.0;
-// What a turn of one radian shows of a matrix by itself, before there are turns about all axes.
+// Prior information of every entry, σ = 100 %: log det is finite before all axes have turns.
 constexpr double kHardlyKnown = 1.0;
 // A change of the order must gain this, rad of turning or of log det: less is rounding.
 constexpr double kLeastTurnGain = 1e-6;
 // A guard: sweeps end by kLeastTurnGain.
 constexpr int kMostOrderSweeps = 50;
-// Chosen: pieces of six degrees of a quarter turn, over which gravity in the body is straight.
+// Chosen: 6 deg each of a quarter turn, over which gravity in the body is nearly linear in time.
 constexpr int kIntegrationSteps = 16;
 
 // 9 entries of the matrix and 3 of each axis term.
@@ -44,7 +44,7 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
     move.time_s.push_back(turns.duration_s * i / kIntegrationSteps);
     move.reading_raw.push_back(turns.gyroscope.RawFromTruth(turn / turns.duration_s));
   }
-  // White noise is what it is over the turn, however few readings stand for it.
+  // The noise of the whole turn must not depend on the number of integration steps.
   const Eigen::Vector3d sigma_raw =
       turns.reading_sigma_raw *
       std::sqrt(kIntegrationSteps / std::max(turns.duration_s * turns.rate_hz, 1.0));
@@ -60,7 +60,7 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
     const Eigen::Vector3d vertical = to.conjugate() * Eigen::Vector3d::UnitZ();
     covariance += kAnyHeadingRad * kAnyHeadingRad * vertical * vertical.transpose();
   }
-  // By shares of the gains.
+  // Derivatives by relative changes of the gains.
   const Eigen::Vector3d gain = turns.gyroscope.sensitivity.rowwise().norm();
   Eigen::Matrix<double, 3, kBent> by;
   by.leftCols<9>() = seen.by_sensitivity * gain.replicate<3, 1>().asDiagonal();
@@ -73,8 +73,8 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
   return by.transpose() * Cholesky(covariance).Solve(by);
 }
 
-// Reverses stretches of the order from `first` to before `last`, and swaps two poses where `swaps`,
-// while that lowers cost(order). All within one temperature: the chamber goes to each once.
+// Reverses runs of the order from `first` to before `last`, and swaps two poses where `swaps`, as
+// long as that lowers cost(order), within one temperature: the chamber goes to each once.
 template <class Cost>
 void Improve(const std::vector<ProgramPose>& poses,
              std::size_t first,
@@ -140,7 +140,7 @@ std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool h
     return a.temperature_degc < b.temperature_degc;
   });
   const std::size_t count = poses.size();
-  // By how much the unit is turned from one pose to the next, rad; after them all: from level.
+  // The angle of the turn from each pose to each, rad; the last row is from level.
   std::vector<double> turns;
   for (std::size_t from = 0; from <= count; ++from) {
     const Eigen::Quaterniond at =
@@ -162,7 +162,7 @@ std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool h
       double least = std::numeric_limits<double>::infinity();
       std::size_t nearest = k;
       for (std::size_t other = k; other < last; ++other) {
-        // Equal turns differ by rounding: the first of them, on every machine.
+        // Equal turns differ by rounding: the first is taken, so that every machine picks the same.
         if (turn(at, order[other]) > least - kLeastTurnGain) continue;
         least = turn(at, order[other]);
         nearest = other;

@@ -11,17 +11,17 @@
 
 namespace truetriad {
 
-// How the unit is turned from one pose of a program into the next, and how well a gyroscope sees
-// it.
+// How the unit is turned from one pose of a program into the next, and how well a gyroscope
+// measures it.
 struct PlannedTurns {
   TriadModel<double> gyroscope;
-  bool is_bent = false;  // what it does differently both ways counts too
+  bool is_bent = false;  // its axis terms are estimated too
   double duration_s = 2.0;
   double rate_hz = 100.0;                                       // of the readings
   Eigen::Vector3d reading_sigma_raw = Eigen::Vector3d::Zero();  // of one of them
-  double sigma_rad = 0.0;                                       // about each axis, beyond that
+  double sigma_rad = 0.0;                                       // of a turn, beyond their noise
   double attitude_sigma_rad = 0.0;                              // of the poses, about each axis
-  bool has_heading = true;                                      // they have known ones
+  bool has_heading = true;                                      // it is known
 };
 
 // What exact sensors read while the unit is turned at one rate about one axis, the shortest way.
@@ -38,9 +38,9 @@ RecordedMove ExactMove(const Eigen::Quaterniond& from,
 //   `heading_counts`  false: only what is up matters, so headings are turned freely
 std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool heading_counts);
 
-// Orders the poses of a program so that the turns between them show the gyroscope's matrix best,
-// temperatures from cold to hot as they are: the determinant of what the turns say of it. Stretches
-// are turned about and poses swapped until that helps no more.
+// Orders the poses of a program so that the turns between them determine the gyroscope's matrix
+// best, by the determinant of their information; temperatures stay in order. Reverses runs of poses
+// and swaps pairs until neither increases it.
 std::vector<ProgramPose> OrderForGyroscope(const std::vector<ProgramPose>& poses,
                                            const PlannedTurns& turns);
 

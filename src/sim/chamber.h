@@ -47,8 +47,8 @@ class Chamber {
   double end_s_ = 0.0;
 };
 
-/// What follows a chamber with a first-order lag, lag dT/dt = T_chamber - T, exactly: each stretch
-/// has a closed form. Settled at the start. Times must not decrease from call to call.
+/// The temperature behind a chamber's by a first-order lag, lag dT/dt = T_chamber - T, exact: each
+/// stretch has a closed form. Settled at the start. Times must not decrease from call to call.
 class LaggedTemperature {
  public:
   LaggedTemperature(const Chamber& chamber, double lag_s);
@@ -56,7 +56,7 @@ class LaggedTemperature {
   TemperatureState At(double time_s);
 
  private:
-  /// Of the settled response to the stretch, without what is left of the past.
+  /// The settled response to the stretch, without the transient of earlier ones.
   TemperatureState Settled(const Chamber::Stretch& stretch, double time_s) const;
   TemperatureState InStretch(double time_s) const;
 

@@ -51,7 +51,7 @@ class SampleClock {
   std::optional<Eigen::Vector3d> mean_wander(Triad triad) const;
 
  private:
-  /// Mean of the means of stretches that follow each other.
+  /// Mean of the means over successive intervals.
   class MeanOfMeans {
    public:
     void Add(std::size_t stretch, const Eigen::Vector3d& value) {
@@ -128,7 +128,7 @@ class SampleClock {
   Eigen::Vector3d Truth(Channel* channel) const;
   /// True when the sample is in the row.
   bool Sample(Channel* channel, const TemperatureState& temperature);
-  /// Adds the row that is being written to the rest in which it is, if any.
+  /// Adds the row that is being written to its rest, if any.
   void NoteRest(double time_s);
   void NoteWander();
 

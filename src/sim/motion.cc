@@ -95,7 +95,7 @@ Eigen::Vector3d HandAcceleration(const MotionPhase::Tumbling& tumbling,
   return RampedTime(time_s, duration_s, tumbling.ramp_s).rate * acceleration;
 }
 
-/// In the frame of the phase's begin.
+/// Evaluates a form in the frame of the phase's begin.
 struct Evaluate {
   const MotionPhase& phase;
   double time_s;

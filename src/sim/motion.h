@@ -14,7 +14,7 @@
 
 namespace truetriad {
 
-/// How the unit stands and moves at one time.
+/// Attitude and motion of the unit at one time.
 struct Kinematics {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();                   ///< Body frame.
@@ -32,11 +32,11 @@ struct Motion1d {
 /// From 0 to 1 in `duration_s`, at rest at both ends: minimum jerk. Clamped outside.
 Motion1d MinimumJerk(double time_s, double duration_s);
 
-/// A stretch of time in which one formula holds for the attitude,
+/// An interval in which one formula holds for the attitude,
 ///
 ///   R(t) = R(begin) Exp(angle(t) axis)    or, when tumbling,    R(begin) Rz(a) Ry(b) Rx(c).
 ///
-/// Nothing, or a turn, and all of them are functions of the time since `begin_s` alone.
+/// The angles are functions of the time since `begin_s` alone.
 struct MotionPhase {
   struct Still {};
   /// By `angle_rad`, with minimum jerk, while the centre is carried by `travel_m` (world frame).
@@ -61,8 +61,8 @@ struct MotionPhase {
     Eigen::Vector3d omega_radps = Eigen::Vector3d::Zero();
     Eigen::Vector3d phase_rad = Eigen::Vector3d::Zero();
     double ramp_s = 1.0;
-    /// The hand's own acceleration, world frame, while turning at full speed: so many sines an
-    /// axis that it does not come back, of one amplitude, with a frequency and a phase an axis.
+    /// The hand's own acceleration, world frame, while turning at full speed: so many sines per
+    /// axis that it does not repeat, of one amplitude, each with its frequency and phase.
     static constexpr std::size_t kHandTerms = 32;
     double hand_amplitude_mps2 = 0.0;
     std::array<Eigen::Vector3d, kHandTerms> hand_omega_radps{}, hand_phase_rad{};

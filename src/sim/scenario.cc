@@ -22,10 +22,10 @@ std::string RangeText(const Eigen::Vector2d& range) {
   return Number(range[0]) + " to " + Number(range[1]);
 }
 
-/// Collects what is wrong. All checks fail for NaN.
+/// Collects the mistakes. All checks fail for NaN.
 class Problems {
  public:
-  /// The key that what follows is about.
+  /// Sets the key that the following mistakes are about.
   void About(const std::string& key) { key_ = key; }
   void Require(bool right, const std::string& what) {
     if (!right) errors_.push_back(Error(ErrorCode::kInvalidValue, what).About(key_));
@@ -101,12 +101,12 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
                         " s; expected at most 1e6 s in either direction");
 }
 
-/// Terms that bend the straight line, and do not replace it.
+/// Nonlinearity terms must be small beside the linear one.
 void CheckAxisTerms(Triad triad,
                     const SimulatedTriad& sensor,
                     const std::string& name,
                     Problems* problems) {
-  // Chosen: a tenth of 1 g or of the rate; more would fold the line over within the range.
+  // Chosen: a tenth of the signal at 1 g; with far more the output would not be monotonic.
   constexpr double kMostOfSignal = 0.1;
   const Eigen::Vector3d felt_at_1g =
       kStandardGravityMps2 * sensor.nominal.sensitivity.rowwise().norm();
@@ -154,7 +154,7 @@ void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
 }
 
 /// A sensor that saturates at rest, or whose steps are larger than gravity (or the field), measures
-/// nothing: a slip in the units, most likely. What moves and noise add may go beyond the range.
+/// nothing: most likely a unit is wrong. Moves and noise may exceed the range.
 void CheckSeesWorld(Triad triad,
                     const SimulatedTriad& sensor,
                     const SimulatedWorld& world,
@@ -177,7 +177,7 @@ void CheckSeesWorld(Triad triad,
                         Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
-/// Mistakes in the unit are powers of ten away from what there is on a planet.
+/// The ranges hold every planet's values; a wrong unit is off by powers of ten.
 void CheckWorld(const SimulatedWorld& world, Problems* problems) {
   problems->About("world.gravity_mps2");
   problems->Require(
@@ -227,7 +227,7 @@ struct CheckStep {
     problems->NotNegative(step.tilt_sigma_rad, name + " tilt sigma");
     problems->NotNegative(step.travel_m, name + " travel");
     for (std::size_t k = 0; k < step.poses.size(); ++k) {
-      // Quaternions that people write have four digits.
+      // Quaternions written by hand have four digits.
       constexpr double kFarFromUnit = 1e-3;
       problems->Require(std::abs(step.poses[k].world_from_body.norm() - 1.0) < kFarFromUnit,
                         name + " pose " + std::to_string(k + 1) + " is not a unit quaternion");
@@ -238,7 +238,7 @@ struct CheckStep {
     problems->Require(step.turns != 0.0 && std::isfinite(step.turns), name + " turns by zero");
     problems->Positive(step.duration_s, name + " duration");
     problems->NotNegative(step.rest_s, name + " rest");
-    constexpr double kPeakOfMinimumJerk = 1.875;  // Over the mean.
+    constexpr double kPeakOfMinimumJerk = 1.875;  // 30 / 16 times the mean rate, at half time.
     CheckFastest(kPeakOfMinimumJerk * 2.0 * std::numbers::pi * step.turns / step.duration_s);
   }
   void operator()(const RateStep& step) const {
@@ -258,7 +258,7 @@ struct CheckStep {
     problems->Positive(step.duration_s, name + " duration");
     problems->Positive(step.rms_rate_radps, name + " RMS rate");
     problems->NotNegative(step.hand_acceleration_mps2, name + " hand acceleration");
-    // Three rates of a third of the mean square each, all at their peaks and about one axis.
+    // Three rates of a third of the mean square each, all at their peaks and about the same axis.
     CheckFastest(std::sqrt(6.0) * step.rms_rate_radps);
   }
 
@@ -267,7 +267,7 @@ struct CheckStep {
     problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis of zero length");
   }
 
-  /// Attitudes alone do not tell a turn by an angle from one the other way round to the same end.
+  /// Attitudes alone do not distinguish a turn from one the other way round to the same end.
   void CheckFastest(double rate_radps) const {
     if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
     const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
@@ -399,7 +399,7 @@ DisturbanceTime TimeOf(const Disturbance& disturbance) {
       disturbance);
 }
 
-/// A guard against a slip of the keyboard, before there is memory for each of them.
+/// Limits the number of rests before memory is allocated for each of them.
 void CheckRests(const Scenario& scenario, Problems* problems) {
   struct Count {
     std::size_t operator()(const PosesStep& step) const { return step.poses.size(); }
@@ -407,7 +407,7 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
     std::size_t operator()(const RateStep& step) const { return step.rates_radps.size(); }
     std::size_t operator()(const TumbleStep& /*step*/) const { return 0; }
   };
-  // A guard against a slip of the keyboard.
+  // Chosen: a rest and its move take 3.5 kB as motion phases, so that 1 GB is allocated at most.
   constexpr std::size_t kMostSimulatedRests = 300000;
   const std::size_t soaks = std::max<std::size_t>(scenario.temperature.soak_degc.size(), 1);
   std::size_t rests = 0;
@@ -420,7 +420,7 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
 
 /// A gain that is zero at some temperature measures nothing there.
 void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Problems* problems) {
-  constexpr int kGainSteps = 64;  // Polynomials of the third order turn twice.
+  constexpr int kGainSteps = 64;  // Far more than the two turning points of a cubic.
   for (const Triad triad : kTriads) {
     if (!scenario.sensors[triad] || !scenario.sensors[triad]->thermal) continue;
     const SimulatedTriad& sensor = *scenario.sensors[triad];
@@ -441,7 +441,7 @@ void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Pro
   }
 }
 
-/// What only the whole motion shows; needs values that are right one by one.
+/// Checks the whole motion, for which every single value must be right.
 void CheckTimeline(const Scenario& scenario, Problems* problems) {
   const Timeline timeline = MakeTimeline(scenario, 0);
   constexpr double kLongestS = 1e8;  // Three years; far below the end of int64 nanoseconds.
@@ -497,7 +497,7 @@ std::vector<Error> Scenario::Mistakes() const {
     if (!sensors[triad]) continue;
     problems.About(SensorKey(triad));
     CheckTriad(triad, *sensors[triad], &problems);
-    // Whatever does not fit a world that is wrong need not be wrong itself.
+    // A sensor that does not fit a wrong world may be right.
     if (is_world_right) CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
   double slowest_hz = std::numeric_limits<double>::infinity();

@@ -83,7 +83,7 @@ int ReadingDecimals(double resolution, double noise_sigma) {
   int decimals = 0;
   for (; decimals < kMost && unit * kShare > step; ++decimals, unit /= 10.0) {
     const double steps = resolution / unit;
-    // Relative to the rounding of the division, and no more: 0.1 is 1 of 10^-1.
+    // A tolerance for the rounding of the division only, so that 0.1 is one step of 10^-1.
     if (resolution > 0.0 && std::abs(steps - std::round(steps)) < 1e-9 * steps) {
       break;
     }

@@ -31,7 +31,7 @@ class NoiseProcess {
     }
     return noise;
   }
-  /// Of the last sample what is not white: by how much the bias is another than the model's.
+  /// The part of the last sample's noise that is not white: the bias less the model's.
   const Eigen::Vector3d& wander() const { return wander_; }
 
  private:
@@ -46,7 +46,7 @@ class NoiseProcess {
   FastRandom white_, instability_, walk_;
 };
 
-/// From the true quantity to what the log says.
+/// Converts the true quantity to the readings of the log.
 class SimulatedSensor {
  public:
   /// `decimals`: those the readings are written with.
@@ -76,9 +76,9 @@ class SimulatedSensor {
   int decimals_;
 };
 
-/// Decimals that a reading is worth: all of a resolution that is a short decimal number, else so
-/// many that rounding is within a twentieth of the resolution or of one sample's noise (it then
-/// adds less than 0.03 % to the noise's variance); RecordingFormat::kShortest without either.
+/// Decimals with which a reading is written: all of a resolution that is a short decimal number,
+/// else so many that a step is within a twentieth of the resolution or of one sample's noise (it
+/// then adds less than 0.03 % to the noise's variance); RecordingFormat::kShortest without either.
 int ReadingDecimals(double resolution, double noise_sigma);
 int ReadingDecimals(const SimulatedTriad& triad);
 

@@ -72,7 +72,7 @@ RecordingFormat FormatOf(const Scenario& scenario) {
   return format;
 }
 
-/// Values that are finite one by one can still be too much together.
+/// Finite parameters may still combine to readings that overflow.
 Status CheckFinite(const SampleBlock& block) {
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     const double degc = block.temperature_degc.empty() ? 0.0 : block.temperature_degc[i];
@@ -167,7 +167,7 @@ class OneUnit : public Simulation {
   }
 
  private:
-  /// The clock whose rows people are shown.
+  /// The clock whose rows are stated of rests and motions.
   const SampleClock& Leading() const {
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       for (const SampleClock& clock : clocks_) {

@@ -26,7 +26,7 @@ Eigen::Vector3d Log(const Eigen::Quaterniond& rotation) {
 TimeSpan SpanOf(const DisturbanceTime& when,
                 double duration_s,
                 const std::vector<TrueRest>& rests) {
-  // Validate() has seen that the rest exists.
+  // Validate() has checked that the rest exists.
   double begin_s = when.offset_s;
   if (when.rest) begin_s += rests[static_cast<std::size_t>(*when.rest) - 1].start_s;
   return {begin_s, begin_s + duration_s};

@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-/// A stretch of time, begin included.
+/// An interval, begin included.
 struct TimeSpan {
   double begin_s = 0.0;
   double end_s = 0.0;
@@ -23,8 +23,8 @@ struct TimeSpan {
 /// When a disturbance holds.
 TimeSpan SpanOf(const DisturbanceTime& when, double duration_s, const std::vector<TrueRest>& rests);
 
-/// The true quantities that the unit's sensors meet along its motion. Times must not decrease from
-/// call to call.
+/// The true quantities at the unit's sensors along its motion. Times must not decrease from call to
+/// call.
 class Surroundings {
  public:
   /// `motion` must outlive this.
@@ -36,7 +36,7 @@ class Surroundings {
   /// Specific force at the accelerometer, and magnetic field, body frame.
   Eigen::Vector3d ForceMps2() const;
   Eigen::Vector3d FieldUt() const;
-  /// Rate against the stars, body frame: now, and the mean since an earlier time and attitude.
+  /// Inertial rate, body frame: now, and the mean since an earlier time and attitude.
   Eigen::Vector3d RateRadps() const;
   Eigen::Vector3d MeanRateRadps(std::int64_t since_ns,
                                 const Eigen::Quaterniond& since_world_from_body,

@@ -17,7 +17,7 @@ Eigen::Quaterniond Exp(const Eigen::Vector3d& rotation_rad) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, rotation_rad / angle));
 }
 
-/// Follows the steps of a scenario.
+/// Builds the timeline step by step.
 class TimelineBuilder {
  public:
   TimelineBuilder(const Scenario& scenario, int unit)
@@ -117,7 +117,7 @@ class TimelineBuilder {
   }
 
   void Add(const TumbleStep& step, double /*chamber_degc*/) {
-    // Three angles with frequencies in no simple ratio, so that no attitude comes back; each has a
+    // Three angles with frequencies in no simple ratio, so that no attitude recurs; each has a
     // third of the mean square rate, and the slowest swings by half a turn each way.
     const Eigen::Vector3d ratios(1.0, std::numbers::sqrt2, std::numbers::phi);
     const double amplitude_of_slowest_rad = std::numbers::pi;
@@ -128,11 +128,12 @@ class TimelineBuilder {
     for (double& phase_rad : tumbling.phase_rad) {
       phase_rad = 2.0 * std::numbers::pi * tumble_.Uniform();
     }
-    // A hand gathers speed within a second.
+    // A hand reaches its full speed within a second.
     constexpr double kLongestRampS = 1.0;
     tumbling.ramp_s = std::min(kLongestRampS, step.duration_s / 4.0);
     if (step.hand_acceleration_mps2 > 0.0) {
-      // Half of each squared amplitude on average, from every term; as many to each octave.
+      // 0.3 to 1.9 Hz, the frequencies of a hand, as many terms to each octave. The mean square of
+      // each is half its squared amplitude.
       constexpr double kSlowestRadps = 2.0, kFastestRadps = 12.0;
       constexpr auto kTerms = static_cast<double>(MotionPhase::Tumbling::kHandTerms);
       tumbling.hand_amplitude_mps2 = step.hand_acceleration_mps2 * std::sqrt(2.0 / kTerms);
@@ -149,7 +150,7 @@ class TimelineBuilder {
     intended_ = attitude_;
   }
 
-  /// How a pose is really taken: tilted by chance, and by an unsettled start of the coming rest.
+  /// The attitude in which a pose is taken: with a random tilt, and that of an unsettled rest.
   Eigen::Quaterniond Taken(const Eigen::Quaterniond& intended, double tilt_sigma_rad) {
     Eigen::Quaterniond taken = intended.normalized() * Exp(tilt_sigma_rad * tilt_.Normal3());
     if (const UnsettledPose* unsettled = ComingUnsettled())
@@ -173,7 +174,7 @@ class TimelineBuilder {
     Append(step.move_s, turn.axis(), MotionPhase::Turn{turn.angle(), step.travel_m * direction});
   }
 
-  /// Rests of no length are none.
+  /// Adds a rest, unless it has no length.
   void Rest(double duration_s, const std::string& label) {
     if (duration_s <= 0.0) return;
     TrueRest rest;
@@ -194,7 +195,7 @@ class TimelineBuilder {
     rests_.push_back(rest);
   }
 
-  /// The unit stays where it is until the chamber is there and settled.
+  /// The unit stays where it is until the chamber has arrived and settled.
   void WaitFor(double degc) {
     if (degc == chamber_.end_degc() || !scenario_.temperature.profile.empty()) return;
     chamber_.Hold(end_s_ - chamber_.end_s());
@@ -230,8 +231,8 @@ Timeline MakeTimeline(const Scenario& scenario, int unit) {
 }
 
 Eigen::Vector2d ElementRange(const Scenario& scenario, const Timeline& timeline) {
-  // Between the chamber's turning points, which are looked at too, a 256th part of the recording is
-  // fine enough.
+  // Chosen: 256 steps of the recording suffice between the beginnings of the chamber's stretches,
+  // which are sampled too.
   constexpr int kRangeSteps = 256;
   const double duration_s = timeline.motion.duration_s();
   std::vector<double> times_s;

@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-/// A motion of which somebody would know what it is.
+/// A motion that an operator could state.
 template <typename Stated>
 struct TimelineMotion {
   double start_s = 0.0;

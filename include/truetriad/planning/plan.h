@@ -39,17 +39,17 @@ struct PlanGrid {
 struct PlanOptions {
   /// Sensors, model terms, noise of one pose, reference, attitudes and gauge, as for a calibration.
   CalibrateOptions calibrate;
-  /// What the unit is like, nearly: raw = sensitivity * truth + bias. Unset: no bias, the unit's
-  /// own scale. Readings in counts have none and need it.
+  /// The approximate unit: raw = sensitivity * truth + bias. Unset: no bias, and the scale of the
+  /// readings' unit. Readings in counts have no scale and need it.
   PerTriad<std::optional<TriadModel<double>>> nominal;
   PerTriad<Unit> units;  ///< Of the readings to come.
-  /// Where the reference does not say; unset: 50 uT, and 60 degrees of the stated hemisphere.
+  /// Used where the reference states none; unset: 50 uT, and 60 degrees of the stated hemisphere.
   std::optional<double> nominal_field_ut, nominal_dip_rad;
   /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
   double rest_s = 0.0;
   /// How long the unit is turned from one pose into the next, s. Range: > 0.
   double turn_s = 2.0;
-  /// σ of a turn about each axis beyond what the noise of the gyroscope's readings makes.
+  /// σ of a turn about each axis beyond the noise of the gyroscope's readings.
   double turn_sigma_rad = 0.0;
   /// σ of the attitudes that a fixture gives, about the body axes.
   Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
@@ -62,9 +62,9 @@ struct PlanOptions {
   /// "<sensor>.thermal.{bias,sensitivity}.<power>", the same per degC^power,
   /// "<sensor>.thermal.rate.{linear,quadratic,cross}", "reference.{dip_rad,field_ut}".
   std::map<std::string, double> wanted;
-  /// More poses than this are not asked for. Range: >= 1.
+  /// Most poses of a program. Range: >= 1.
   int max_poses = 60;
-  /// Judge this program instead of making one.
+  /// Evaluate this program instead of making one.
   std::optional<PoseProgram> program;
   /// Draws of random programs to compare with; 0: none.
   int random_draws = 0;
@@ -74,13 +74,13 @@ struct PlanOptions {
   Status Validate() const;
 };
 
-/// σ of one quantity as people judge it: a bias in true units, a gain's relative error, a
+/// σ of one quantity as limits state it: a bias in true units, a gain's relative error, a
 /// misalignment, a reference value. Infinite where the poses do not determine it.
 struct PlannedSigma {
   std::string name;     ///< "accelerometer.scale_error.x", "magnetometer.misalignment_rad.xy", …
   std::string group;    ///< "accelerometer.scale_error": the name that limits and wanted σ use.
   std::string unit;     ///< "m/s^2", "uT", "rad"; empty for a share.
-  double before = 0.0;  ///< From what is already measured and known alone.
+  double before = 0.0;  ///< From measured poses and prior knowledge alone.
   double after = 0.0;   ///< With the program.
 };
 
@@ -90,43 +90,43 @@ struct WantedSigma {
   double wanted = 0.0;
   double reached = 0.0;  ///< The largest of the group.
   bool met = false;
-  /// Poses that would do if only this σ were wanted; unset: more than max_poses, or not asked.
+  /// Poses that suffice for this σ alone; unset: more than max_poses, or not sought.
   std::optional<int> poses_needed;
 };
 
-/// What one pose of the program is there for: the quantity that would suffer most without it.
+/// The purpose of one pose of the program: the quantity whose σ would grow most without it.
 struct PosePurpose {
   std::string name;          ///< As PlannedSigma::name.
   double sigma_ratio = 1.0;  ///< σ without this pose over σ with it; infinite: undetermined.
 };
 
-/// The noise of one triad that a plan is made for.
+/// The noise of one triad that a plan assumes.
 struct PlannedNoise {
   Triad triad = Triad::kAccelerometer;
   std::string unit;  ///< Of the readings.
   TriadNoise noise;  ///< Of a pose's mean.
 };
 
-/// The program against as many poses taken at random.
+/// The program compared with as many random poses.
 struct RandomComparison {
   int draws = 0;
   /// Geometric mean over all quantities of σ random / σ planned: median and quartiles over draws.
   double gain = 0.0, gain_low = 0.0, gain_high = 0.0;
-  /// Random poses whose median gain is 1; unset: more than three times as many.
+  /// Number of random poses whose median gain is 1; unset: more than three times as many.
   std::optional<int> equal_poses;
 };
 
-/// What was planned, or what a given program is worth.
+/// A planned program, or a given one, with the σ that it leads to.
 struct Plan {
   PoseProgram program;
-  int measured_poses = 0;  ///< Already there; counted in `after`.
+  int measured_poses = 0;  ///< Already taken; counted in `after`.
   std::vector<PlannedSigma> sigmas;
   std::vector<WantedSigma> wanted;
-  std::vector<PosePurpose> purposes;  ///< One a pose.
+  std::vector<PosePurpose> purposes;  ///< One per pose.
   /// How long the unit is to rest in a pose so that its mean has the noise below, s: as stated,
   /// else the median of the measured poses; 0: not known.
   double rest_s = 0.0;
-  std::vector<PlannedNoise> noise;  ///< One a triad.
+  std::vector<PlannedNoise> noise;  ///< One per triad.
   bool determined = false;          ///< Every parameter is.
   bool rehearsed = false;           ///< The calibration runs from exact readings of these poses.
   std::vector<WeakDirection> weak_directions;
@@ -141,7 +141,7 @@ struct Plan {
 /// Predicts σ of every parameter (the Cramér-Rao bound of the calibration's own factor graph at the
 /// nominal values) for options.program, or makes the program that is best by options.criterion.
 /// `measured` holds the poses already taken; it may be empty.
-/// Errors: noise or gain not stated, wanted names unknown (usage or bad input). What cannot be
+/// Errors: noise or gain not stated, wanted names unknown (usage or bad input). A σ that cannot be
 /// reached is no error: see Plan::IsMet.
 Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options);
 

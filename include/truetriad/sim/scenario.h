@@ -116,7 +116,7 @@ struct PosesStep {
   bool shuffle = false;   ///< Take the poses in a random order.
 };
 
-/// A turn about a body axis by whole or broken turns, then a rest (Ferraris-style).
+/// A turn about a body axis by any number of revolutions, then a rest (Ferraris-style).
 struct TurnStep {
   Eigen::Vector3d axis_in_body = Eigen::Vector3d::UnitZ();  ///< Any length but zero.
   double turns = 1.0;                                       ///< Signed.
@@ -142,11 +142,12 @@ struct TumbleStep {
   double hand_acceleration_mps2 = 0.0;
 };
 
+/// Chosen: 16 sessions give the σ of a turn-on bias to 18 %, 1 / sqrt(2 * 15).
 inline constexpr int kMostSimulatedSessions = 16;
 
 using MotionStep = std::variant<PosesStep, TurnStep, RateStep, TumbleStep>;
 
-/// One stretch of the chamber's temperature.
+/// One segment of the chamber's temperature.
 struct TemperatureHold {
   double duration_s = 0.0;  ///< Range: > 0.
 };
@@ -169,8 +170,8 @@ struct SimulatedTemperature {
   std::vector<TemperatureSegment> profile;
   /// The whole motion is repeated at each of these; the unit rests while the chamber goes there.
   std::vector<double> soak_degc;
-  /// How the chamber goes to a soak or to the temperature that a pose asks for, and how long it is
-  /// waited there before the next move.
+  /// How fast the chamber goes to a soak or to the temperature that a pose asks for, and how long
+  /// the unit waits there before the next move.
   double chamber_rate_degcps = 0.05;  ///< Range: > 0.
   double settle_s = 60.0;             ///< Range: >= 0.
 
@@ -212,13 +213,13 @@ struct MagnetPassing {
   Eigen::Vector3d peak_ut = Eigen::Vector3d::Zero();  ///< World frame.
 };
 
-/// Iron or a magnet on the unit that comes loose: its field in the body is another from then on.
+/// Iron or a magnet on the unit comes loose: its field in the body changes from then on.
 struct HardIronStep {
   DisturbanceTime when;
   Eigen::Vector3d change_ut = Eigen::Vector3d::Zero();  ///< Body frame.
 };
 
-/// The unit is carried elsewhere, or iron about it is: the field around it is another from then on.
+/// The unit, or iron about it, is carried elsewhere: the field around it changes from then on.
 struct FieldStep {
   DisturbanceTime when;
   Eigen::Vector3d change_ut = Eigen::Vector3d::Zero();  ///< World frame.
@@ -231,7 +232,7 @@ struct StuckSamples {
   double duration_s = 0.1;  ///< Range: > 0.
 };
 
-/// A rest that is not one at first: the unit comes in tilted and creeps into place,
+/// A rest that begins with motion: the unit arrives tilted and creeps into place,
 /// tilt (1 + s) e^-s, s = t / decay_s.
 struct UnsettledPose {
   int rest = 1;                                        ///< 1-based number of a rest.

@@ -70,24 +70,24 @@ class Simulation : public SampleSource {
   /// Error (bad input): the scenario is not valid.
   static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, int index);
 
-  /// Every rest of the motion, between moves, longer than nothing.
+  /// Every rest of the motion, between moves, of a length above zero.
   virtual const std::vector<TrueRest>& rests() const = 0;
 
   /// The rows of each rest, as `poses.yaml` states them: in the file of the accelerometer, else of
   /// the magnetometer, else of the gyroscope; without the first sampling interval, over which a
-  /// gyroscope averages part of the move. Whole once everything has been read. A rest shorter than
-  /// its sampling is missing.
+  /// gyroscope averages part of the move. Complete once everything has been read. A rest that is
+  /// shorter than its sampling is missing.
   virtual std::vector<PoseRange> rest_rows() const = 0;
 
   /// What the operator of a table would state of the scenario's `turn` and `turntable` steps, with
   /// rows as those of rests: a turn with a reading at rest before and after it, a rate while it was
-  /// held. Whole once everything has been read.
+  /// held. Complete once everything has been read.
   virtual std::vector<StatedTurn> turns() const = 0;
   virtual std::vector<StatedRate> rates() const = 0;
 
   /// What bias instability and random walk added to a triad's bias, raw: the mean over the rests,
-  /// each counting once; where the unit tumbles, over the recording. Whole once everything has been
-  /// read.
+  /// each counting once; where the unit tumbles, over the recording. Complete once everything has
+  /// been read.
   virtual Eigen::Vector3d mean_wander(Triad triad) const = 0;
 
   /// Attitude at a true time, held at the ends.
