@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-/// In the longest stretch: up to a quarter of it there are twelve points for five strengths.
+/// In the longest stretch: up to a quarter of it, m = 25, there are 12 points for five strengths.
 constexpr std::int64_t kFewestSamples = 100;
 
 std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
@@ -49,7 +49,7 @@ Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
   return {};
 }
 
-/// What one stream leaves behind as it passes.
+/// The analysis of one stream while it is read.
 class StreamAnalysis {
  public:
   StreamAnalysis(const StreamInfo& info,
@@ -57,7 +57,7 @@ class StreamAnalysis {
                  const AllanOptions& options)
       : info_(info),
         options_(options),
-        // Without time the stamps are rows.
+        // Without time the stamps are row numbers.
         ns_per_stamp_(recording.has_time ? 1.0 : 1e9 / options.rate_hz),
         monitor_(info, recording.has_time),
         even_([this](const EvenReadings& readings) { Take(readings); }, [this] { EndStretch(); }),
@@ -114,7 +114,7 @@ class StreamAnalysis {
   StreamMonitor monitor_;
   EvenStream even_;
   std::vector<AllanCurve> curves_;
-  std::vector<AxisWatch> watches_;  ///< One an axis once the rate is known.
+  std::vector<AxisWatch> watches_;  ///< One per axis once the rate is known.
   HoldWatch hold_;
   std::array<bool, 3> is_described_{};  ///< By the four noises.
   std::vector<std::string> warnings_;
@@ -123,7 +123,8 @@ class StreamAnalysis {
 
 void StreamAnalysis::Take(const EvenReadings& readings) {
   if (watches_.empty()) {
-    // A second shows a knock as well as a slow turn; fewer samples do not tell noise from noise.
+    // Windows of a second show a knock as well as a slow turn; the σ of a variance of fewer than 32
+    // samples exceeds 25 %.
     const double spacing_ns = even_.typical_ns() * ns_per_stamp_;
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
     watches_.assign(3, AxisWatch(static_cast<std::size_t>(std::llround(a_second))));
@@ -212,13 +213,13 @@ void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
          "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
          "ones are not filled");
   }
-  // Fewer than one in a hundred do not show in the curve.
+  // Filled samples of less than 1 % do not show in the curve.
   if (static_cast<double>(result.filled_samples) > 0.01 * static_cast<double>(result.samples)) {
     Warn(Name(),
          std::to_string(result.filled_samples) +
              " missing samples are interpolated, which lowers the noise at the shortest tau");
   }
-  // A heated room stays within five degrees.
+  // The temperature of a heated room varies by less than five degrees.
   const Eigen::Vector2d range = monitor_.temperature_range_degc();
   if (monitor_.has_temperature() && range[1] - range[0] > 5.0) {
     Warn(Name(),
@@ -233,7 +234,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
   const AllanFit fit = FitNoises(estimates);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
-  // A filter's share is not that of the factors before the fit.
+  // The negative share of a filter does not hold for the factors before the fit.
   const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
   for (Eigen::Index i = 0; i < estimates.variances.size(); ++i) {
     const double expected = strengths.dot(UnitAllanVariance(estimates.m(i)));
@@ -269,7 +270,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
 Result<WhiteNoise> StreamAnalysis::WhiteOverTheRangeGiven(const AllanEstimates& estimates) const {
   const auto [low_s, high_s] = *options_.white_range_s;
   const double spacing_s = SpacingSeconds();
-  // Limits that are meant as a point of the curve do not miss it by rounding.
+  // A limit that is meant as a point of the curve must not miss it by rounding.
   const auto index = [&](double m) {
     return std::count_if(
         estimates.factors.begin(), estimates.factors.end(), [&](const AllanFactor& factor) {
@@ -331,12 +332,12 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
     const AxisWatch::Verdict rest = watches_[i].Judge();
     if (rest.disturbed > 0) {
       add(&jumping_axes);
-      // One window in 200 of a log at rest is a step in the house, not a move.
+      // Up to one disturbed window in 200 is a footstep in the house, not a move of the unit.
       shows = shows || rises || 200 * rest.disturbed > rest.windows;
       if (rest.disturbed > worst.disturbed) worst = rest;
     }
-    // A unit that is never still has windows that are all alike; a random walk rises as well, but
-    // is described.
+    // The windows of a unit that is never still are all alike, but its curve rises. That of a
+    // random walk rises too, but the fit describes it.
     if (rises && !is_described_[i]) add(&swaying_axes);
   }
   if (!jumping_axes.empty()) {
@@ -361,7 +362,7 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
          "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
              "; short tau shows rounding rather than noise");
   }
-  // A reading of noise as large as the step repeats 32 times, the shortest window, once in 10^13.
+  // With noise as large as the step, 32 readings (the shortest window) are equal once in 10^13.
   if (seen.constant > 0 && seen.sigma > step) {
     Warn(Name(axis),
          std::to_string(seen.constant) + " of " + std::to_string(seen.windows) +

@@ -10,7 +10,7 @@ namespace truetriad {
 namespace {
 
 // The largest factor of a level, in its strides: neighbouring differences of the smallest one share
-// all but a 64th of their samples, so that further ones would tell nothing new.
+// all but a 64th of their samples, so that further ones would add no information.
 constexpr std::int64_t kStrides = 128;
 // Sums of a level that are evaluated at a time: 16 kB, half of a first-level cache.
 constexpr std::size_t kBatch = 2048;
@@ -49,7 +49,7 @@ void AllanCurve::Push(std::size_t index, std::span<const double> sums, std::size
 void AllanCurve::Add(std::span<const double> readings) {
   if (readings.empty()) return;
   if (!offset_) {
-    // A reading near the middle; one of them, so that sums of whole counts stay exact.
+    // The median of the first readings: it is one of them, so that sums of whole counts stay exact.
     std::vector<double> first(readings.begin(), readings.end());
     if (first.size() > 1024) first.resize(1024);
     const auto middle = first.begin() + static_cast<std::ptrdiff_t>(first.size() / 2);

@@ -27,8 +27,8 @@ struct AllanFactor {
 ///
 /// There are `per_decade` factors m a decade from 1 on. Level l keeps the sums x at every 2^l-th
 /// sample in a short buffer and serves the factors whose stride is 2^l: those between 64 and 128
-/// strides, rounded to multiples of the stride. Second differences that are only m/64 apart say the
-/// same again, so that those left out cost less than 0.1 % of the degrees of freedom.
+/// strides, rounded to multiples of the stride. Second differences that are only m/64 apart are
+/// nearly equal, so that those left out cost less than 0.1 % of the degrees of freedom.
 class AllanCurve {
  public:
   explicit AllanCurve(int per_decade = 10) : per_decade_(per_decade) {}

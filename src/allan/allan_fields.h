@@ -50,7 +50,7 @@ void Fields(V& visit, Like<AllanPoint> auto& point) {
   visit("terms", point.terms);
 }
 
-/// A coefficient, in a unit that follows from its sensor's.
+/// A coefficient, in a unit that is derived from its sensor's.
 template <typename T>
 struct InUnit {
   T of;
@@ -104,7 +104,7 @@ void Fields(V& visit, Like<InUnit<BiasInstability>> auto& instability) {
   visit("at_end", instability.of.at_end);
 }
 
-/// What the data show.
+/// A coefficient, where the data show it.
 template <class V, typename Optional>
 void CoefficientField(V& visit,
                       std::string_view key,
@@ -118,7 +118,7 @@ void CoefficientField(V& visit,
   }
 }
 
-/// Its value of one sample, for those who simulate or filter in steps of one.
+/// A coefficient's value for one sample, for simulations and filters in steps of one sample.
 template <class V, typename Scaling>
 void SampleField(V& visit,
                  std::string_view key,

@@ -12,7 +12,7 @@ namespace truetriad {
 /// with its interval, as a continuous-time and as a per-sample value, and the points of the curve.
 std::string AllanToYaml(const AllanResult& result);
 
-/// Reads it back to the same bits; what is needed for weights. Errors (bad input) with their line.
+/// Reads the file back to the same bits. Errors (bad input) state their line.
 Result<AllanResult> ReadAllanFile(const std::string& path);
 
 }  // namespace truetriad

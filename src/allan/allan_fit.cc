@@ -15,25 +15,25 @@
 namespace truetriad {
 namespace {
 
-/// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
+/// With fewer degrees of freedom a deviation's σ is above 25 %, so that it may be least by chance.
 constexpr double kFewestFreedomsOfMinimum = 8.0;
-/// A noise that is absent is shown this many sigmas above nothing hardly ever, and a curve follows
-/// the fit when every point is within so many. The estimates at long factors are skewed, so that
-/// three sigmas would not do.
+/// A noise is shown when it is this many sigmas above zero, which chance hardly ever makes, and a
+/// curve follows the fit when every point is within so many. The estimates at long factors are
+/// skewed, so that three sigmas would not suffice.
 constexpr double kMostSigmas = 4.0;
 /// A point also follows the fit when it is this close: 6 % of the variance is 3 % of the deviation,
 /// finer than any use of a noise density.
 constexpr double kVarianceTolerance = 0.06;
-/// Fewest points of a fit with up to five strengths.
+/// Fewest points of a fit: five strengths leave three degrees of freedom.
 constexpr Eigen::Index kFewestPoints = 8;
-/// Neither filter nor rounding reaches further.
+/// Chosen: neither a filter nor rounding affects larger factors.
 constexpr double kLatestFilter = 100.0;
 /// Share of the white noise that a filter may take at the first factor. A first-order filter of
 /// time constant T takes 1.5 T / tau - 2 exp(-tau / T) T / tau: 0.3 is five time constants, where
 /// the second part is 0.3 %. A mean of L samples takes L / 2m from m = L on.
 constexpr double kMostFiltered = 0.3;
-/// A strength whose interval would span more than a decade is not worth stating: this is where
-/// chi-square intervals begin to.
+/// A strength whose interval spans more than a decade is not stated: with two degrees of freedom
+/// the 95 % interval of the deviation spans a factor of 12.
 constexpr double kFewestTermFreedoms = 2.0;
 
 using Used = std::array<bool, kNoiseTerms>;
@@ -82,8 +82,7 @@ class Problem {
     }
   }
 
-  /// The noises that the data show: the least needed is dropped until all are needed. White noise
-  /// goes last, if at all: it is what other noises are mistaken for.
+  /// The noises that the data show: the least significant one is dropped until all are significant.
   LinearFit FitShown() const {
     Used allowed;
     allowed.fill(true);
@@ -96,7 +95,7 @@ class Problem {
         allowed[j] = strength != 0.0;
       }
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-        // What is left out before the fit has its share in the first points, shown or not.
+        // In a late fit it stands for what the factors left out add to its first points: it stays.
         if (!allowed[j] || (j == kQuantisation && range_.begin > 0)) continue;
         Used without = allowed;
         without[j] = false;
@@ -128,7 +127,7 @@ class Problem {
     return (roots - (1.0 - spread)).abs() / spread.sqrt();
   }
 
-  /// Furthest point from these noises, in units of what is tolerated.
+  /// Largest distance of a point from these noises, in units of the tolerance.
   double Worst(const NoiseStrengths& strengths) const {
     const Eigen::ArrayXd expected = basis_ * strengths;
     const Eigen::ArrayXd share = (variances_.array() - expected).abs() / expected;
@@ -144,7 +143,7 @@ class Problem {
     const Eigen::MatrixXd weighted =
         weights.asDiagonal() * (residual_maker * covariance * residual_maker.transpose()).eval();
     const double mean = weighted.trace();
-    // Scatter that chance explains is not held against the fit.
+    // Scatter within four sigmas of its expectation is chance.
     const double spread = std::sqrt(2.0 * (weighted * weighted).trace());
     const Eigen::VectorXd residuals = variances_ - basis_ * fit.strengths;
     const double scatter = weights.dot(residuals.cwiseAbs2().eval());
@@ -156,8 +155,8 @@ class Problem {
   Eigen::VectorXd Deviations(const NoiseStrengths& strengths) const {
     Eigen::VectorXd deviations(variances_.size());
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
-      // A filter's share is rough within its memory: an estimate has at least a tenth of the
-      // variance that it has of white noise.
+      // A filter's share is inaccurate within its memory: the variance of an estimate is taken as
+      // at least a tenth of that for white noise.
       const double expected = basis_.row(i) * strengths;
       deviations[i] = std::sqrt(std::max(covariance_.Variance(range_.begin + i, strengths),
                                          0.1 * relative_[i] * expected * expected));
@@ -170,7 +169,7 @@ class Problem {
   NoiseStrengths BestSubset(const Used& allowed,
                             const Eigen::VectorXd& weights,
                             NoiseForm* inverse) const {
-    // Columns of one size: the terms differ by many powers of ten.
+    // Columns are scaled to one size, since the terms differ by many powers of ten.
     const NoiseForm normal = basis_.transpose() * weights.asDiagonal() * basis_;
     const NoiseStrengths scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const NoiseForm scaled = scale.asDiagonal() * normal * scale.asDiagonal();
@@ -204,7 +203,7 @@ class Problem {
     return best;
   }
 
-  /// Quantisation stands for a filter's share as well, but not for more than there is.
+  /// Quantisation may be negative, for a filter's share, if the expected variances stay positive.
   bool IsPossible(const NoiseStrengths& strengths) const {
     return strengths.tail<kNoiseTerms - 1>().minCoeff() >= 0.0 &&
            (strengths[kQuantisation] >= 0.0 || (basis_ * strengths).minCoeff() > 0.0);
@@ -246,8 +245,8 @@ AllanFit FitRange(const AllanEstimates& estimates, const FactorRange& range) {
     const double sigma = result.misfit * problem.Sigma(fit, term, strengths);
     const double freedoms = FreedomsOf(strength, sigma);
     if (freedoms < kFewestTermFreedoms) continue;
-    // The share of quantisation falls as 1 / m against white noise: what is left out for longer
-    // than two factors is a filter.
+    // Quantisation over white noise falls as 1 / m: where more than two factors are left out, the
+    // cause is a filter.
     if (term == kQuantisation && range.begin > 0 &&
         (range.begin > 2 || !(strength > kMostSigmas * sigma))) {
       continue;
@@ -257,7 +256,7 @@ AllanFit FitRange(const AllanEstimates& estimates, const FactorRange& range) {
   return result;
 }
 
-/// Factors, first to last, at which white noise is most of what `fit` says.
+/// Factors, first to last, at which white noise is at least half of the variance by `fit`.
 FactorRange WhiteRange(const AllanEstimates& estimates, const AllanFit& fit) {
   FactorRange white;
   for (Eigen::Index i = fit.range.begin; i < fit.range.end; ++i) {
@@ -269,16 +268,16 @@ FactorRange WhiteRange(const AllanEstimates& estimates, const AllanFit& fit) {
   return white;
 }
 
-/// The fit over a range of a decade or more, no further from the curve than chance explains, that
-/// is more white than all else for longest; `whole` where that is better. Without this, a cycle of
-/// 1.5 s makes N 1.8 times too large (two of three simulated axes).
+/// Of the fits over a decade or more that chance explains, the one in which white noise prevails
+/// over most decades; `whole` where it has more than twice as many. Without this, a cycle of 1.5 s
+/// makes N 1.8 times too large (two of three simulated axes).
 AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) {
   AllanFit widest = whole;
   double width = whole.follows() && whole.shown[kWhite]
                      ? std::sqrt(Ratio(estimates, WhiteRange(estimates, whole)))
                      : 1.0;
   for (FactorRange range; range.begin < estimates.variances.size(); ++range.begin) {
-    // One that ends later need not be looked for where an earlier start was not described.
+    // Each start goes on from the end at which the one before failed: shorter ranges are narrower.
     for (range.end = std::max(range.end, range.begin + kFewestPoints);
          range.end <= estimates.variances.size();
          ++range.end) {
@@ -296,8 +295,8 @@ AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) 
 }
 
 /// The longest part over which the curve has the slope -1/2, half a decade at a time, to within
-/// 0.1: what a person would take for it by eye. Without this, two of three accelerometer axes of
-/// the ADIS16405, which have a cycle, show no N.
+/// 0.1, as one would choose it by eye. Without this, two of three accelerometer axes of the
+/// ADIS16405, which have a cycle, show no N.
 FactorRange WhitePart(const AllanEstimates& estimates) {
   const double half_decade = std::sqrt(10.0);
   const Eigen::VectorXd& variances = estimates.variances;
@@ -352,7 +351,7 @@ bool RisesFar(const AllanAxis& axis) {
 
 Interval ChiSquareInterval(double value, double degrees_of_freedom) {
   const double nu = degrees_of_freedom;
-  // Beyond this the quantiles are those of the normal distribution to all digits that count.
+  // Beyond this the interval is within 0.03 % of the value, and its width is neglected.
   if (!(nu < 1e8)) return {value, value, value};
   return {
       value, value * nu / ChiSquareQuantile(0.975, nu), value * nu / ChiSquareQuantile(0.025, nu)};
@@ -382,7 +381,7 @@ Interval FitWhite(const AllanEstimates& estimates, const FactorRange& range) {
   white[kWhite] = true;
   const Problem problem(estimates, range);
   const LinearFit fit = problem.Fit(white);
-  // A range that is not of slope -1/2 throughout says by its scatter how wrong the strength may be.
+  // In a range that is not of slope -1/2 throughout the scatter widens the interval.
   const double misfit = range.end - range.begin > 1 ? problem.Misfit(fit) : 1.0;
   const double strength = fit.strengths[kWhite];
   return ChiSquareInterval(

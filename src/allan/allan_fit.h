@@ -38,9 +38,9 @@ struct AllanFit {
   std::array<std::optional<Interval>, kNoiseTerms> shown;
   FactorRange range;       ///< Factors outside do not follow the terms and are left out.
   bool is_late = false;    ///< It starts where neither a filter nor rounding reaches.
-  bool in_filter = false;  ///< It starts within a filter's memory: white noise is not to be told.
+  bool in_filter = false;  ///< It starts within a filter's memory: white noise is not determined.
   double misfit = 1.0;    ///< Scatter about the fit over that expected; the intervals allow for it.
-  double worst = 0.0;     ///< Furthest point, in units of what is tolerated.
+  double worst = 0.0;     ///< Largest distance of a point, in units of the tolerance.
   bool by_chance = true;  ///< The curve is no further from the terms than chance explains.
 
   /// The curve follows the terms within `range`.
@@ -61,10 +61,10 @@ struct WhiteNoise {
   std::optional<Interval> strength;
   FactorRange range;  ///< Where it is most of the variance; may be empty.
 };
-/// White noise as `whole`, the fit of all, has it; where chance does not explain all of that, as a
-/// slow cycle makes it, that of a decade or more which chance explains and in which white noise
-/// prevails for longest, unless `whole` follows the curve over more than twice as many decades of
-/// it; else that of the longest part whose slope is -1/2.
+/// White noise by `whole`, the fit of all factors. Where chance does not explain all of that fit,
+/// as with a slow cycle, white noise by the fit over a decade or more that chance explains and in
+/// which white noise prevails over the widest range, unless `whole` follows the curve and its range
+/// is more than twice as many decades; else by the longest part whose slope is -1/2.
 WhiteNoise FindWhite(const AllanEstimates& estimates, const AllanFit& whole);
 
 /// White noise alone over the factors of `range`.
@@ -73,14 +73,14 @@ Interval FitWhite(const AllanEstimates& estimates, const FactorRange& range);
 /// 95 % interval of a mean of squares of normal numbers with `degrees_of_freedom`.
 Interval ChiSquareInterval(double value, double degrees_of_freedom);
 
-/// Of a variance that of the deviation, times `factor`.
+/// Converts the interval of a variance to that of the deviation, times `factor`.
 Interval Root(const Interval& squared, double factor);
 
-/// From the minimum of the curve; unset without a point that can be relied on.
+/// From the minimum of the curve; unset without a point of enough degrees of freedom.
 std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
                                            bool can_only_fall);
 
-/// As motion makes it, and noise at rest rarely does.
+/// Whether the deviation rises to three times that of single samples, as motion makes it do.
 bool RisesFar(const AllanAxis& axis);
 
 }  // namespace truetriad

@@ -73,7 +73,7 @@ std::vector<Detail> DensityInCommonUnits(const AllanTriad& triad, double density
   return {};
 }
 
-/// Of any axis the same in the same order; only the last ones may be missing.
+/// The details are the same for every axis, in the same order; only the last may be missing.
 std::vector<Detail> DetailsOf(const AllanTriad& triad,
                               const AllanAxis& axis,
                               const AllanCoefficient& coefficient) {
@@ -125,7 +125,7 @@ Table TableOf(const AllanTriad& triad) {
   return table;
 }
 
-/// What is said of one triad: a sentence, and a table where it was at rest.
+/// The text on one triad: a sentence, and a table where it was at rest.
 std::pair<std::string, Table> WordsOf(const AllanTriad& triad) {
   const AllanScale scale = ShownScale(triad);
   std::string title(TriadName(triad.triad));
@@ -149,7 +149,7 @@ std::string TitleOf(const AllanResult& result) {
          (result.serial.empty() ? "" : ", unit " + result.serial);
 }
 
-/// What was not at rest, and why; empty where all was.
+/// The triads that were not at rest, each with the reason; empty where all were.
 std::vector<std::string> Disturbances(const AllanResult& result) {
   std::vector<std::string> disturbances;
   for (const AllanTriad& triad : result.triads) {
@@ -159,7 +159,7 @@ std::vector<std::string> Disturbances(const AllanResult& result) {
   return disturbances;
 }
 
-/// What may spoil the coefficients, and what the words of the tables mean, where they stand.
+/// The warnings about the coefficients, and notes on those words of the tables that occur.
 std::vector<Section> RemarksOf(const AllanResult& result) {
   Section warnings{"Warnings", {}}, notes{"Notes", {}};
   std::string hidden;
@@ -269,8 +269,8 @@ void DrawSlope(const AllanCoefficient& coefficient,
   svg->Text(x + 7.0, y - 7.0, symbol, "start bold fill" + symbol);
 }
 
-/// What a row's panels show, in decades: all of the curves and marks, on one scale, so that the
-/// axes can be compared.
+/// The ranges of a row's panels, in decades: all curves and marks on one scale, so that the axes
+/// can be compared.
 std::pair<Range, Range> RowRanges(const AllanTriad& triad, const AllanScale& scale) {
   Range tau{.is_log = true}, curve{.is_log = true};
   tau.Add(0.0);  // N is marked at 1 s, K at 3 s.
@@ -284,7 +284,7 @@ std::pair<Range, Range> RowRanges(const AllanTriad& triad, const AllanScale& sca
   Range deviation = curve;
   for (const AllanAxis& axis : triad.axes) {
     for (const AllanCoefficient& coefficient : Coefficients(axis, scale)) {
-      // A mark that is further from the curve than 2.5 decades would flatten it, and stays outside.
+      // A mark further than 2.5 decades from the curve would flatten it; it stays outside.
       const double mark = std::log10(coefficient.mark);
       if (mark > curve.low - 2.5 && mark < curve.high + 2.5) deviation.Add(mark);
     }
@@ -297,7 +297,7 @@ void DrawHead(const AllanResult& result, double width, Svg* svg) {
             24.0,
             "Allan deviation" + (result.serial.empty() ? "" : ", unit " + result.serial),
             "start head");
-  // The end of a long path says which recording it is; so much has room beside the title.
+  // The end of a long path identifies the recording; 80 characters fit beside the title.
   constexpr std::size_t kMostSource = 80;
   const std::string source = result.source.size() <= kMostSource
                                  ? result.source

@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-/// What text, page and plot say of a coefficient, whatever its value.
+/// The words and the line of a coefficient in text, page and plot, whatever its value.
 struct AllanCoefficientKind {
   char symbol = 'N';
   std::string_view name;        ///< "noise density".
@@ -23,7 +23,7 @@ struct AllanCoefficientKind {
 };
 extern const std::array<AllanCoefficientKind, 4> kAllanCoefficientKinds;  ///< N, B, K, Q.
 
-/// The unit that people are shown: the recording's, or for counts of known scale a common one.
+/// The unit of text and plot: the recording's, or for counts of known scale a common one.
 struct AllanScale {
   double shown_per_raw = 1.0;
   std::string unit;  ///< "deg/s", "m/s²", "µT", "counts".
@@ -45,8 +45,8 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
 std::string ValueText(const AllanCoefficient& coefficient);
 std::string IntervalText(const AllanCoefficient& coefficient);
 
-/// What `allan` says: first which triads were not at rest, and thus have no coefficients; for each
-/// other triad a table of the coefficients with 95 % intervals and units, then what may spoil them.
+/// The report of `allan`: first the triads that were not at rest, thus without coefficients; for
+/// each other triad a table of the coefficients with 95 % intervals and units, then the warnings.
 /// Counts are shown in true units when the recording states their scale. The page has the curves.
 VerbReport ReportOf(const AllanResult& result);
 
@@ -55,7 +55,7 @@ Drawing AllanDrawing(const AllanResult& result);
 
 /// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the
 /// line of each coefficient (of a triad that was not at rest the marked curve alone), drawn from
-/// and labelled with the numbers that ReportOf says. Same input, same bytes.
+/// and labelled with the numbers of ReportOf. Same input, same bytes.
 std::string AllanSvg(const AllanResult& result);
 
 }  // namespace truetriad

@@ -13,8 +13,8 @@ namespace {
 /// Factors further apart than this share so little of the spectrum that their estimates are
 /// independent: for white noise the correlation is below 0.03.
 constexpr std::int64_t kWidestRatio = 24;
-/// Lags a factor: the covariances are smooth on the scale of the smaller factor. Finer where a
-/// factor meets itself, since degrees of freedom come from there.
+/// Lags per factor: the covariances are smooth on the scale of the smaller factor. Chosen finer for
+/// the variance of one factor's estimate, which determines its degrees of freedom.
 constexpr std::int64_t kLagsPerFactor = 8, kLagsPerFactorItself = 16;
 
 /// Calls `add(w_a w_b, b n - a m)` for all a and b.
@@ -27,7 +27,7 @@ void ForEachPair(std::int64_t m, std::int64_t n, const Add& add) {
   }
 }
 
-/// Generalised autocovariances of the summed reading; the delta of quantisation is treated apart.
+/// Generalised autocovariances of the summed reading, without the delta of quantisation.
 NoiseStrengths Autocovariance(double lag) {
   const double t = std::abs(lag);
   if (t == 0.0) return NoiseStrengths::Zero();

@@ -14,7 +14,7 @@ enum NoiseTerm : int { kQuantisation, kWhite, kFlicker, kWalk, kRamp, kNoiseTerm
 
 /// Strength of each term as variances: Q^2, N^2, B^2, K^2, R^2 for samples one unit of time apart.
 using NoiseStrengths = Eigen::Matrix<double, kNoiseTerms, 1>;
-/// What is quadratic in the strengths.
+/// A quadratic form of the strengths.
 using NoiseForm = Eigen::Matrix<double, kNoiseTerms, kNoiseTerms>;
 
 /// Allan variance at averaging factor `m` of each term of strength one, samples one unit of time
@@ -51,7 +51,7 @@ class AllanCovariance {
                          const NoiseStrengths& strengths) const;
 
  private:
-  /// Of factor i with itself and those that follow; ones far apart are left out as uncorrelated.
+  /// Of factor i with itself and with larger factors; those far apart count as uncorrelated.
   std::vector<std::vector<NoiseForm>> forms_;
 };
 

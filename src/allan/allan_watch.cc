@@ -11,14 +11,14 @@ namespace {
 
 // 1024 spacings: their quantiles at 5 and 95 % rest on fifty each.
 constexpr std::size_t kFirstSamples = 1025;
-/// So few missing samples are filled: noise over ten samples of a line is lost to nobody's harm.
+/// Chosen: most missing samples in a row that a straight line fills; it lacks only their noise.
 constexpr std::int64_t kMostFilledSteps = 10;
 // Noise varies: windows of 32 samples reach three times the median variance once in 10^8, and steps
 // of Gaussian noise seven times their median once in 10^6. Both limits are twice that.
 constexpr double kVarianceRatio = 6.0, kStepRatio = 14.0;
 // Where the mean wanders by more than the noise within a window, as a random walk does, the
 // variance of a window is nearly that of one Gaussian number: it reaches forty times its median
-// once in 10^10.
+// once in 10^10. The limit is twice that.
 constexpr double kWanderingVarianceRatio = 80.0;
 
 }  // namespace
@@ -61,7 +61,7 @@ std::int64_t EvenStream::MissingBefore(std::size_t i) const {
   if (irregular_ || spacing_ns <= 1.5 * typical_ns_) return 0;
   std::int64_t missing = std::llround(spacing_ns / typical_ns_) - 1;
   if (i + 1 < held_.size()) {
-    // A stamp that is only late is followed by a short spacing: together they are as many as usual.
+    // A stamp that is only late is followed by a short spacing: the sum of both is as usual.
     const auto next_ns = static_cast<double>(held_.time_ns[i + 1] - time_ns);
     if (next_ns < 0.75 * typical_ns_) {
       missing =
@@ -172,7 +172,7 @@ void AxisWatch::FinishWindow(std::int64_t at_ns) {
 AxisWatch::Verdict AxisWatch::Judge() const {
   const double variance = variances_.all.Median(), step = steps_.all.Median();
   const double step_sigma = kMadToSigma * step;
-  // Steps of a smooth mean are compared with what the noise alone would make of them.
+  // Where the mean is smooth, its steps are compared with those that the noise alone makes.
   const double expected_step =
       std::max(step, std::sqrt(2.0 * variance / static_cast<double>(window_)) / kMadToSigma);
   const std::int64_t loud = variances_.all.CountAbove(

@@ -23,11 +23,11 @@ struct EvenReadings {
   std::array<std::vector<double>, 3> axes;
 };
 
-/// Makes equally spaced readings of a stream: jitter of the time stamps is passed over, a few
-/// missing samples are filled by straight lines, longer gaps end the stretch.
+/// Makes equally spaced readings of a stream: jitter of the time stamps is ignored, a few missing
+/// samples are filled by straight lines, longer gaps end the stretch.
 ///
 /// The spacing is that of the first thousand samples. With time stamps so irregular that missing
-/// samples cannot be told from late ones, nothing is filled and only long gaps count.
+/// samples cannot be distinguished from late ones, nothing is filled and only long gaps count.
 class EvenStream {
  public:
   /// `add` takes readings that follow those before, `end` is called where a stretch ends.
@@ -37,7 +37,7 @@ class EvenStream {
   void Add(const SampleBlock& block);
   void Finish();  ///< No more samples come.
 
-  /// That of the first samples, ns: known once readings are handed over.
+  /// Spacing of the first samples, ns; known once readings are passed on.
   double typical_ns() const { return typical_ns_; }
   /// Mean over the stretches, ns; 0 with fewer than two samples in all of them or no time passing.
   double spacing_ns() const {
@@ -50,7 +50,7 @@ class EvenStream {
  private:
   void Settle();
   void Process();
-  /// Samples missing before that held sample; negative: the stretch ends there.
+  /// Samples missing before held sample i; negative: the stretch ends there.
   std::int64_t MissingBefore(std::size_t i) const;
   void Push(double time_ns, const Eigen::Vector3d& reading);
   void HandOver();
@@ -85,7 +85,7 @@ class SizeHistogram {
 /// be alike throughout. Counts windows of one constant reading, and the extremes.
 class AxisWatch {
  public:
-  /// `window`: samples a window, at least two.
+  /// `window`: samples per window, at least two.
   explicit AxisWatch(std::size_t window) : window_(window) {}
 
   void Add(std::span<const double> readings, std::span<const std::int64_t> end_ns);
@@ -95,7 +95,7 @@ class AxisWatch {
   struct Verdict {
     std::int64_t windows = 0;
     std::int64_t disturbed = 0;    ///< Windows with noise or a step far beyond the median.
-    std::int64_t worst_ns = 0;     ///< End of the furthest of them.
+    std::int64_t worst_ns = 0;     ///< End of the worst of them.
     double sigma = 0.0;            ///< Typical within a window, raw unit.
     std::int64_t constant = 0;     ///< Windows in which the readings do not change.
     std::int64_t constant_ns = 0;  ///< End of the first of them.

@@ -36,8 +36,8 @@ struct AllanPoint {
   std::int64_t terms = 0;  ///< Second differences averaged.
 };
 
-/// The minimum of an Allan deviation and what it says of flicker noise: B = minimum / 0.664,
-/// 0.664 = sqrt(2 ln 2 / pi). IEEE Std 952-1997, C.1.3.
+/// The minimum of an Allan deviation and the flicker noise that follows from it: B = minimum /
+/// 0.664, 0.664 = sqrt(2 ln 2 / pi). IEEE Std 952-1997, C.1.3.
 struct BiasInstability {
   Interval coefficient;  ///< B, raw unit.
   Interval minimum;      ///< Of the deviation, raw unit.
@@ -65,14 +65,14 @@ struct AllanAxis {
 struct AllanTriad {
   Triad triad = Triad::kAccelerometer;
   Unit unit;
-  std::optional<double> si_per_count;  ///< True units a count, when the recording states it.
+  std::optional<double> si_per_count;  ///< True units per count, when the recording states it.
   double rate_hz = 0.0;
   std::int64_t samples = 0;
   double duration_s = 0.0;
   std::int64_t filled_samples = 0;  ///< Interpolated over short gaps.
   std::int64_t breaks = 0;          ///< Longer gaps, across which nothing is differenced.
   /// What shows that the unit was not at rest; empty: it was. A disturbed triad has its curves, but
-  /// no coefficients: they would be those of the motion.
+  /// no coefficients, since they would describe the motion.
   std::string disturbance;
   std::array<AllanAxis, 3> axes;
   std::vector<std::string> warnings;
@@ -83,7 +83,7 @@ struct AllanTriad {
 struct AllanResult {
   std::string source;
   std::string serial;
-  Tags tags;  ///< As of the recording, of which a file keeps what firmware numbers its sensors.
+  Tags tags;  ///< Of the recording; a file keeps only the firmware's numbers of its sensors.
   std::vector<InputFile> inputs;
   std::vector<AllanTriad> triads;
 
@@ -112,7 +112,7 @@ struct AllanOptions {
 ///
 /// Up to ten missing samples are filled by straight lines; nothing is differenced across longer
 /// gaps. A triad that was not at rest has no coefficients (AllanTriad::disturbance). What else may
-/// spoil the result (a clipped or dead axis, a temperature that drifts, a curve that the four
+/// bias the result (a clipped or dead axis, a temperature that drifts, a curve that the four
 /// noises do not describe) is a warning. Errors: no time and no rate, or a wrong option (usage);
 /// malformed readings, a stuck sensor (bad input); fewer than 100 samples in the longest stretch
 /// (not enough).
