@@ -15,13 +15,13 @@ namespace {
 
 // Median of sqrt(chi^2 / 3) with three degrees of freedom.
 constexpr double kMedianLength = 0.8880;
-// A long-run ratio counts as correlation if it exceeds 1 by this many times its sampling error.
+// Sampling errors by which a long-run ratio must exceed 1: by chance it does once in 30,000.
 constexpr double kBelievedCorrelation = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Least share of the density by the readings' differences: a part of those is rounding, which does
-// not add up in an integral.
+// Chosen: least share of the density by the readings' differences, a part of which is rounding that
+// does not add up in an integral.
 constexpr double kSeenShare = 0.5;
 
 // Least noise as a share of the signal, for readings without noise, which still need weights.

@@ -23,7 +23,7 @@ namespace {
 constexpr int kStarts = 12;
 // Chosen: most rounds in which the weights are adapted to the σ that they led to.
 constexpr int kWeightRounds = 8;
-// Chosen: after so many rounds without a better program the weights have stopped to improve it.
+// Chosen: after so many rounds without a better program the weights no longer improve it.
 constexpr int kIdleRounds = 3;
 // Chosen: a quarter of all starts, to save time, tries whether one pose fewer suffices.
 constexpr int kSparingStarts = 3;

@@ -31,7 +31,7 @@ class Chamber {
 
   explicit Chamber(double start_degc) { stretches_.push_back({.start_degc = start_degc}); }
 
-  /// Each appends at the end; what follows holds the last value.
+  /// Each appends a segment at the end; the chamber holds its last value afterwards.
   void Hold(double duration_s) { end_s_ += duration_s; }
   void Ramp(const TemperatureRamp& ramp);
   void Sine(const TemperatureSine& sine);

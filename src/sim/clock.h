@@ -19,7 +19,7 @@
 namespace truetriad {
 
 /// The triads that share the rows of one file, and its rows one after the other: a row for each
-/// sample of the fastest triad, in which every n-th a slower one has its own.
+/// sample of the fastest triad, of which every n-th holds a sample of a slower one.
 class SampleClock {
  public:
   /// `timeline` must outlive this. `triads`: at least one, in the order of kTriads, all with the

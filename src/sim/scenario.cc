@@ -177,7 +177,7 @@ void CheckSeesWorld(Triad triad,
                         Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
-/// The ranges hold every planet's values; a wrong unit is off by powers of ten.
+/// The ranges are wide: they find wrong units, which are off by powers of ten.
 void CheckWorld(const SimulatedWorld& world, Problems* problems) {
   problems->About("world.gravity_mps2");
   problems->Require(

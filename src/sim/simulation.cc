@@ -167,7 +167,7 @@ class OneUnit : public Simulation {
   }
 
  private:
-  /// The clock whose rows are stated of rests and motions.
+  /// The clock whose row numbers describe rests and motions.
   const SampleClock& Leading() const {
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       for (const SampleClock& clock : clocks_) {

@@ -127,7 +127,7 @@ class Chooser {
       };
       // Steps of 1.5 % of the range.
       constexpr int kPlaces = 60;
-      constexpr double kInner = 0.92;  // of the range: a piece needs data
+      constexpr double kInner = 0.92;  // of half the range: outer pieces need data
       double best = 0.0, least = std::numeric_limits<double>::infinity();
       const double step = 2.0 * kInner / kPlaces;
       for (int place = 0; place <= kPlaces; ++place) {

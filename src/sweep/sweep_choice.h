@@ -20,7 +20,7 @@ struct SweepChoice {
   std::vector<std::string> left_out;  // "T'^2: …why and what to do"
   // The fit with significant powers beyond a stated order; unset without.
   std::optional<SweepFit> higher;
-  double moved_sigmas = 0.0;  // by how many σ they move a term at most; σ of `fit` allow for it
+  double moved_sigmas = 0.0;  // largest shift of a term by them in σ; σ of `fit` allow for it
 };
 
 // `wanted`: orders, rates and lags, some of them open (ThermalOptions). Terms that the recording

@@ -59,7 +59,7 @@ std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
 // to kMaxBiasOrder, rate terms, then two of each knot.
 class SweepProblem {
  public:
-  // `poses` must outlive the problem; windows without the triad are passed over. `folds`: blocks
+  // `poses` must outlive the problem; windows without the triad are skipped. `folds`: blocks
   // of time.
   SweepProblem(
       const PoseSet& poses, Triad triad, double reference_degc, bool even_temperatures, int folds);

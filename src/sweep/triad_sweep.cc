@@ -135,7 +135,7 @@ std::vector<NamedTerm> TermsOf(Triad triad,
 double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
   // Each is 2.5 % of the range.
   constexpr int kTemperatureBins = 40;
-  constexpr double kMoving = 0.1;  // of the fastest rate
+  constexpr double kMoving = 0.1;  // of the fastest rate; slower windows count as neither
   Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(kTemperatureBins, 2), count = sum;
   const ThermalScale& scale = problem.scale();
   for (int i = 0; i < problem.size(); ++i) {

@@ -17,7 +17,7 @@ namespace truetriad {
 struct EvaluatedTurns {
   Triad against = Triad::kAccelerometer;  ///< Whose direction is predicted.
   int count = 0;
-  std::vector<double> errors_rad;  ///< Of each of them.
+  std::vector<double> errors_rad;  ///< Of each turn.
   double rms_rad = 0.0;
   double median_rad = 0.0;
   /// With the nominal gains of the gyroscope's unit and its mean at rest as bias, the accelerometer

@@ -24,7 +24,7 @@ namespace truetriad {
 ///
 /// Residuals are whitened (unit variance); yours should be, too. It stands at the solution without
 /// your addition: outliers have lost their weight, the noise is settled, and both stay so.
-/// examples/known_angle.cc.
+/// See examples/known_angle.cc.
 class PoseProblem {
  public:
   /// Calibrates as Calibrate does. Error: as Calibrate; not enough where that is not usable, or for

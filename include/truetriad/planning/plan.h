@@ -31,7 +31,7 @@ struct PlanGrid {
   std::vector<Eigen::Quaterniond> attitudes;
   /// The grid only samples all rotations: poses are moved off it where that helps.
   bool continuous = false;
-  /// Chamber temperatures: each attitude is a candidate at each. Empty: as it is.
+  /// Chamber temperatures: each attitude is a candidate at each. Empty: one unstated temperature.
   std::vector<double> temperatures_degc{};
 };
 

@@ -50,7 +50,7 @@ struct SensorNoise {
   Eigen::Vector3d random_walk = Eigen::Vector3d::Zero();
 };
 
-/// When a triad is read and what its log says of it.
+/// The sampling of a triad, and the errors of the times in its log.
 struct SensorSampling {
   double rate_hz = 100.0;  ///< Range: > 0, <= 1e6.
   double jitter_s = 0.0;   ///< Sigma of the error of a reported time. Range: 0…0.2 / rate.
