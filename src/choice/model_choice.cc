@@ -126,7 +126,7 @@ class Candidates {
     return *fit->held_out;
   }
 
-  // p-value of the likelihood ratio of two nested models, between which `step` leads. An error that
+  // The p-value of the likelihood ratio of two nested models, one `step` apart. An error that the
   // poses of one temperature share is no evidence that the bias depends on temperature: such terms
   // are compared with the scatter between temperatures, by its own few degrees of freedom.
   double PValue(Fit* larger, const Fit& smaller, const Neighbour& step) const {

@@ -17,7 +17,7 @@ namespace {
 
 // Chosen: random programs are tried up to this many times as long as the planned one.
 constexpr int kRandomStretch = 3;
-// rad, 11 deg: a block stands on its faces, so that a six-face program has no pose further off one.
+// 0.2 rad, 11 deg: a block stands on its faces, so that a six-face program has no other poses.
 constexpr double kLargestFaceTilt = 0.2;
 
 // Log of the geometric mean; infinite where one quantity is not determined.
