@@ -44,9 +44,9 @@ constexpr double kNearChi2 = 20.0;
 constexpr double kMostClockError = 0.01;
 // A clock is reported as ahead from this many σ on: chance exceeds 4 σ once in 16,000.
 constexpr double kSaidClockError = 4.0;
-// While noise and clocks still change: within 0.3 σ of the optimum at χ² = 1e5 (outcome.h).
+// While noise and clocks change, a solution ends within 0.3 σ of the optimum at χ² = 1e5.
 constexpr double kRoughTolerance = 1e-6;
-// Final solution: within 0.001 σ of the optimum at χ² = 1e5.
+// The final solution ends within 0.001 σ of the optimum at χ² = 1e5.
 constexpr double kMotionTolerance = 1e-11;
 // Chosen: a motion without gyroscope data for a larger share of its duration is refused.
 constexpr double kMuchUntoldShare = 0.1;

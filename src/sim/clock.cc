@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-// Chosen: a block of 0.1 MB a column, 4096 rows of 8 bytes in each of 3 axes, stays in the cache.
+// Chosen: 4096 rows of three axes of 8 bytes are a block of 0.1 MB, which stays in the cache.
 constexpr int kRowsPerBlock = 4096;
 
 /// Lowest and highest, Hz.
