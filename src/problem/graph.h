@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-// What is known beforehand of one entry of the shared vector.
+// A prior of one entry of the shared vector.
 struct ScalarPrior {
   int index = 0;
   double mean = 0.0;
@@ -24,10 +24,10 @@ struct PoseGraph {
   Eigen::VectorXd shared;
   std::vector<PoseNode> nodes;
   std::vector<IncrementEdge> increments;  // in the order of their nodes
-  Eigen::VectorXd integrated_at;          // the shared parameters where the increments were
+  Eigen::VectorXd integrated_at;  // the shared parameters at which the increments were integrated
   std::vector<ScalarPrior> priors;
   Solver solver = Solver::kEliminated;
-  // Attitudes from outside were restated in a level frame by this.
+  // Given attitudes were transformed by this into a level frame.
   Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 
   // At the reference temperature.

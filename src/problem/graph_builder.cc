@@ -17,16 +17,16 @@
 namespace truetriad {
 namespace {
 
-// The seat of a six-face rest is never exact: a zero sigma is this.
+// A zero seat σ is replaced by this, since a zero variance has no inverse; 1e-7 rad is 0.1 µm/m.
 constexpr double kSmallestSeatRad = 1e-7;
 
-// A turn that the graph can use: the nodes `from` and the next are those of consecutive poses.
+// A turn that the graph can use: node `from` and the next one are of consecutive poses.
 struct Turn {
   std::size_t from = 0;
   const RecordedMove* move = nullptr;
 };
 
-// A gyroscope alone does not.
+// Whether the node has a reading that depends on its attitude; a gyroscope's at rest does not.
 bool SeesAttitude(const PoseNode& node) {
   return std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
     return seen.triad != Triad::kGyroscope;
@@ -49,7 +49,7 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   return turns;
 }
 
-// Poses at the ends of a turn have a whole rotation each; where nothing in a chain of turns tells
+// Makes poses at the ends of a turn whole rotations; where nothing in a chain of turns determines
 // its heading, that of its first pose is held.
 void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   std::vector<bool> linked(nodes->size(), false);  // to the next
@@ -66,7 +66,7 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   }
 }
 
-// The earth's rate shows in the gyroscope by the heading of each pose that it rests in.
+// The earth's rate in a gyroscope's readings depends on the heading of each pose: it must be known.
 Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   bool heading_is_held = false;  // of the chain that the node belongs to
   for (const PoseNode& node : nodes) {
@@ -86,8 +86,8 @@ Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   return {};
 }
 
-// Readings without noise still need weights that can be computed with, beside priors and other
-// sensors.
+// Raises the noise of readings that have none, so that their weights stay finite beside priors and
+// other sensors.
 void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Array3d high = -low;
@@ -141,7 +141,7 @@ Status TakeTemperature(const PoseSet& poses, const StaticPose& pose, PoseNode* n
   return {};
 }
 
-// The node of a pose; unset where nothing in it counts. `face`: -1 where none is known.
+// The node of a pose; unset if no sensor of it counts. `face`: -1 where none is known.
 Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
                                        const StaticPose& pose,
                                        int face,
@@ -173,7 +173,7 @@ Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
   if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
     TRUETRIAD_RETURN_IF_ERROR(TakeGivenAttitude(poses, pose, &node));
   }
-  // The face is known from what the accelerometer says; a pose without it carries no face.
+  // The accelerometer determines the face, so that a pose without it has none.
   if (face >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
     node.face = face;
     node.seat_sigma_rad = std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
@@ -218,7 +218,7 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
     edge.session = first.session;
-    // Forces are those of the present accelerometer, each time it is integrated.
+    // The current accelerometer computes the forces at each integration.
     edge.move = MoveOf(*turn.move, nullptr);
     if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;
     edge.sigma_raw = ReadingSigma(poses, start.models[Triad::kGyroscope]->sensitivity);

@@ -52,8 +52,8 @@ void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedB
   }
 }
 
-// σ of a heading that only has to be some heading: any would do, but the further it is from that of
-// the turns, the fewer digits the elimination keeps.
+// σ of a held heading. Nothing else determines it, so that any value gives the same result, but a
+// value far from the σ of turns costs digits in the elimination.
 constexpr double kHeldHeadingRad = 1e-3;
 
 }  // namespace

@@ -22,7 +22,7 @@ std::unique_ptr<Row> RowOf(const ScalarPrior& prior, const SharedLayout& layout)
 // W with W^T W the inverse of variance / weight: lower triangular.
 RowRoot RootOf(const Eigen::Matrix3d& variance, double weight);
 
-// What each of RowsOf(node) is weighted with.
+// The whitening root of each of RowsOf(node).
 std::vector<RowRoot> RootsOf(const PoseNode& node);
 
 // The blocks of a layout that are parameters of the graph, in the model's order.

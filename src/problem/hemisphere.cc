@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-// A dip beyond the vertical is the supplement with north turned half a turn about it.
+// Replaces a dip beyond the vertical by its supplement; north is then turned half a turn.
 bool FoldDip(PoseGraph* graph) {
   double& dip = graph->shared[graph->layout.reference + kDip];
   dip = std::remainder(dip, 2.0 * std::numbers::pi);
@@ -21,7 +21,7 @@ bool FoldDip(PoseGraph* graph) {
   return true;
 }
 
-// The magnetometer's negative, with the field on the other side of the horizontal.
+// Reverses the magnetometer, with the field on the other side of the horizontal.
 void Reverse(PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
   const int dip_at = layout.reference + kDip;
@@ -36,8 +36,8 @@ void Reverse(PoseGraph* graph) {
   }
 }
 
-// Every attitude, or where those are given the field, half a turn about the vertical. False in the
-// second case.
+// Turns every attitude, or where those are given the field, half a turn about the vertical. False
+// in the second case.
 bool TurnHalfway(const CalibrateOptions& options, PoseGraph* graph) {
   if (options.attitudes.kind == AttitudeKind::kGiven) {
     double& heading = graph->shared[graph->layout.reference + kHeading];
@@ -50,7 +50,7 @@ bool TurnHalfway(const CalibrateOptions& options, PoseGraph* graph) {
   return true;
 }
 
-// Whether the magnetometer may be its negative: nothing holds its matrix, nor the heading.
+// Whether the magnetometer's sign is free: neither its matrix nor the heading is held.
 bool IsSignFree(const CalibrateOptions& options, const SharedLayout& layout) {
   const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
   return magnetometer.enabled && layout.reference >= 0 && !magnetometer.prior &&
@@ -81,7 +81,7 @@ double SideOfStatedDip(const Knowledge& stated, double dip_rad) {
 }
 
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {
-  constexpr double kFar = 4.0;  // σ; less than one in a thousand with ten degrees of freedom
+  constexpr double kFar = 4.0;  // σ; t with 10 degrees of freedom exceeds it in 1 of 800 (one side)
   return std::abs(std::sin(dip_rad)) > std::max(kEquatorSine, kFar * dip_sigma_rad);
 }
 

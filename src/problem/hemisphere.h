@@ -6,40 +6,39 @@
 
 namespace truetriad {
 
-// Labels the same solution by the field that is there. (S_m, dip), (-S_m, -dip) and (S_m, pi - dip)
-// explain the same readings with every attitude, or where those are given the field, turned half a
-// turn about the vertical. A start that disturbed or missing poses have spoilt may have ended on
-// the wrong side of the equator, or with a dip beyond 90 degrees: then this changes the shared
-// parameters and the poses; true says that attitudes which the graph does not hold are to be turned
-// with them. The side of the equator stays where something else knows north from south; where the
-// dip does not tell it, the side is the one on which the magnetometer has the hand that is stated,
-// or the accelerometer's.
+// Chooses one of several descriptions of the same solution. (S_m, dip), (-S_m, -dip) and
+// (S_m, pi - dip) explain the same readings if every attitude (or, where those are given, the
+// field) is turned half a turn about the vertical. A start from disturbed or missing poses may have
+// ended on the wrong side of the equator, or with a dip beyond 90 degrees: then this changes the
+// shared parameters and the poses, and returns true if attitudes outside the graph are to be
+// turned, too. The side of the equator is not changed where a prior, a held matrix or a given
+// heading fixes it. Where the dip does not determine the side, it is the one on which the
+// magnetometer has the stated handedness, or else the accelerometer's.
 bool SettleHemisphereOfField(const CalibrateOptions& options,
                              double dip_sigma_rad,
                              PoseGraph* graph);
 
-// Whether that may reverse the magnetometer: nothing but the hemisphere knows the sign.
+// Whether it may reverse the magnetometer: only the stated hemisphere determines the sign.
 bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout);
 
-// By how much more χ² a stated dip and σ let the other side of a dip cost, where readings tell it
-// far better: (dip + stated)² - (dip - stated)² over σ².
+// How much more χ² the other side of a dip costs against a stated dip and σ, if readings determine
+// |dip| far better: ((dip + stated)² - (dip - stated)²) / σ² = 4 dip stated / σ².
 double SideOfStatedDip(const Knowledge& stated, double dip_rad);
 
-// Whether the field's other side is to be weighed against a dip that is known, fixed or with a σ.
+// Whether the other sign of the field is to be compared with a known dip, fixed or with a σ.
 bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout);
 
-// The magnetometer's negative, with the field on the other side of the horizontal: readings stay
-// where the dip is free; what is known of it, or holds it, does not follow.
+// Reverses the magnetometer, with the field on the other side of the horizontal: predicted readings
+// stay where the dip is free; its prior, or a fixed dip, does not follow.
 void ReverseField(const CalibrateOptions& options, PoseGraph* graph);
 
-// Whether the magnetometer is of the other hand than it is built: as is stated, else the
-// accelerometer's.
+// Whether the magnetometer has the other handedness than stated, or else than the accelerometer.
 bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph);
 
-// Whether a dip tells on which side of the equator it is.
+// Whether a dip determines on which side of the equator it is.
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad);
 
-// As those are turned.
+// The attitude turned half a turn about the vertical.
 Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude);
 
 }  // namespace truetriad

@@ -13,11 +13,11 @@
 
 namespace truetriad {
 
-// What the gyroscope says about the turn from one pose to the next, dR. How that is compared with
-// the attitudes: rows/turn_row.h.
+// The gyroscope's rotation from one pose to the next, dR, which rows/turn_row.h compares with the
+// attitudes.
 //
-// A turn that the operator states leads from one held attitude to another: no turn, and Exp(angle *
-// axis). Both are known but for whole turns, which nobody can tell from where the unit ends up.
+// A stated turn leads from one held attitude to another: Identity and Exp(angle * axis). Both are
+// known except for whole turns, which the end attitude does not show.
 //
 // dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
 // moves that point.
@@ -36,25 +36,25 @@ struct IncrementEdge {
   GyroModel at;  // where it was integrated
   GyroIncrement increment;
 
-  // Of a turn that the operator states: its place in PoseSet::turns, and how well its end is known.
+  // Of a stated turn: its place in PoseSet::turns, and the covariance of its end.
   int stated_turn = -1;
   Eigen::Matrix3d stated_covariance = Eigen::Matrix3d::Zero();
 
-  // What it is weighted with: the readings' noise, the excess, and what is stated.
+  // Covariance of the rows: the readings' noise, the excess, and the stated covariance.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.
   double weight = 1.0;
   bool rejected = false;
 
-  // Integrates again, at the present parameters; the forces are those of the present accelerometer,
-  // on whose own errors the turn hardly depends.
+  // Integrates again at the present parameters; the forces are those of the present accelerometer,
+  // whose errors hardly change the turn.
   void Integrate(const SharedLayout& layout, const double* shared);
 
-  // The turn at other parameters than those of `increment`.
+  // The rotation at other parameters than those of `increment`.
   Eigen::Quaterniond RotationAt(const SharedLayout& layout, const double* shared) const;
 
-  // What the earth's rate at `shared` has turned the world by meanwhile, rad; zero where it is not
-  // counted.
+  // The rotation of the world by the earth's rate at `shared` during the turn, rad; zero where it
+  // is neglected.
   Eigen::Vector3d EarthTurn(const SharedLayout& layout, const double* shared) const;
 
   // As PoseNode::Evaluate, with the tangent spaces of both nodes.
@@ -67,7 +67,7 @@ struct IncrementEdge {
                 Eigen::Matrix3d* first_jacobian,
                 Eigen::Matrix3d* second_jacobian) const;
 
-  // The rows alone.
+  // The residual alone.
   Eigen::Vector3d Residual(const SharedLayout& layout,
                            const double* shared,
                            const double* first_state,
@@ -79,7 +79,7 @@ struct IncrementEdge {
 
  private:
   GyroModel ModelOf(const SharedLayout& layout, const double* shared) const;
-  // Specific forces as the accelerometer at `shared` shows them; empty without g-sensitivity.
+  // Specific forces by the accelerometer at `shared`; empty without g-sensitivity.
   std::vector<Eigen::Vector3d> ForcesOf(const SharedLayout& layout, const double* shared) const;
 };
 

@@ -18,11 +18,12 @@
 namespace truetriad {
 namespace {
 
-// A gyroscope that counts less of a turn than this did not see it.
+// If the gyroscope counts less than this share of a turn, the message suggests cut readings.
 constexpr double kMissingShare = 0.25;
 
-// σ of what is not to count: a turn's angle by a radian, a mean rate by ten times its size.
+// σ of directions that are to have no weight: a radian is far beyond any error of a stated axis.
 constexpr double kNothingRad = 1.0;
+// The same for the size of a mean rate: 10 times the rate.
 constexpr double kNothingShare = 10.0;
 
 bool IsUsed(const KnownTurn& turn) { return !turn.stated.held_out && !turn.move.fault; }
@@ -35,8 +36,8 @@ Eigen::Matrix3d AcrossAxis(const Eigen::Vector3d& axis) {
   return Eigen::Matrix3d::Identity() - axis * axis.transpose();
 }
 
-// How well the unit's attitude at the end is known, in its body frame there. An axis that is off by
-// d tilts the end by 2 sin(angle / 2) d: of a broken turn nothing across the axis counts.
+// Covariance of the unit's attitude at the end, in its body frame there. An axis error d tilts the
+// end by 2 sin(angle / 2) d: σ = 1 rad removes the weight across the axis for a partial turn.
 Eigen::Matrix3d EndCovariance(const StatedTurn& turn) {
   const double lever = 2.0 * std::sin(0.5 * turn.angle_rad) * kNothingRad;
   return turn.sigma_rad * turn.sigma_rad * Eigen::Matrix3d::Identity() +
@@ -51,7 +52,7 @@ Eigen::Matrix3d MeanRateCovariance(const KnownTurn& turn) {
   return across * across * AcrossAxis(axis) + along * along * axis * axis.transpose();
 }
 
-// The pose that is nearest in time, for its temperature.
+// The pose nearest in time, whose temperature a turn gets.
 const StaticPose* NearestInTime(const PoseSet& poses, std::int64_t time_ns) {
   const StaticPose* nearest = nullptr;
   const auto distance = [&](const StaticPose& pose) {
@@ -65,14 +66,14 @@ const StaticPose* NearestInTime(const PoseSet& poses, std::int64_t time_ns) {
   return nearest;
 }
 
-// What the operator calls a turn.
+// The name of a turn in messages.
 std::string NameOf(const KnownTurn& turn, std::size_t place) {
   return "turn " + std::to_string(place + 1) +
          (turn.stated.id.empty() ? "" : " (" + turn.stated.id + ")");
 }
 
-// Angle about the axis as the corrected readings add up, whole turns included; its error is of
-// second order in how far the unit wobbled.
+// The angle about the axis by summing the corrected readings, whole turns included; its error is of
+// second order in the unit's wobble.
 double CountedAngle(const KnownTurn& turn, const TriadModel<double>& gyroscope) {
   const Eigen::Vector3d mean = MeanOverTime(turn.move.time_ns, turn.move.gyroscope_raw);
   return turn.stated.axis.dot(gyroscope.TruthFromRaw(mean)) * turn.move.duration_s();
@@ -232,11 +233,11 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
   Eigen::MatrixXd values(count, 3);
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto& [known, read] = rates[static_cast<std::size_t>(i)];
-    // Both columns of one size, so that rank means something.
+    // Scales the rate columns like the constant column, so that the rank tolerance is meaningful.
     design.row(i) << known.transpose() / std::max(largest, 1e-300), 1.0;
     values.row(i) = read.transpose();
   }
-  // Rates of which one direction has less than this share of the others do not tell it.
+  // Rates with less than this share along some direction do not determine it.
   constexpr double kThin = 1e-3;
   const LeastSquares fit(design, kThin);
   if (count < 4 || fit.rank() < 4) {

@@ -11,27 +11,26 @@
 
 namespace truetriad {
 
-// Appends what the operator knows beside the rests:
+// Appends the stated motions:
 //
 //   a rate    a node at the known rate w: S w + b + G f - y, y the mean reading; where the axis of
 //   w
 //             is not known, it is the node's direction
-//   a turn    two held nodes, Identity and Exp(angle * axis), which an increment will join: the
-//   turn
-//             is compared with where the unit ended up, which wraps by itself; and a node at the
-//             mean rate angle / T * axis, which tells nothing but the axis
+//   a turn    two held nodes, Identity and Exp(angle * axis), which an increment will join, so that
+//             the residual wraps at whole turns; and a node at the mean rate angle / T * axis,
+//             which determines the axis alone
 //
 // A whole turn ends where it began whatever its axis, so that only the mean rate shows the axis; of
-// a broken one the increment keeps the angle alone, so that the axis counts once. Turns that are
-// held out, or whose readings have a fault, get none.
+// a partial one the increment keeps the angle alone, so that the axis counts once. Turns that are
+// held out, or whose readings have a fault, get no node.
 // Error (bad input): no temperature where temperature terms are wanted.
 Status AddKnownMotions(const PoseSet& poses,
                        const CalibrateOptions& options,
                        const PerTriad<NoiseSource>& sources,
                        std::vector<PoseNode>* nodes);
 
-// The increments of the known turns, and what their nodes and those of known rates could not say
-// before the start values were there: specific force, noise of a reading.
+// Adds the increments of the known turns, and to their nodes and those of known rates what depends
+// on the start values: specific force and noise of a reading.
 void JoinKnownTurns(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
 // A known turn as an increment of its own, integrated at `graph`'s parameters.
@@ -40,15 +39,14 @@ IncrementEdge EdgeOfTurn(const KnownTurn& turn,
                          const TriadModel<double>* accelerometer,
                          const PoseGraph& graph);
 
-// Sensitivity and bias of a gyroscope whose known motions and rests determine both: linear least
-// squares on mean readings. Error (not enough): they do not.
+// Sensitivity and bias of a gyroscope by linear least squares on the mean readings of known motions
+// and rests. Error (not enough): these do not determine both.
 Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses);
 
-// Error (bad input): the gyroscope at its start values counts another number of turns than is
-// stated.
+// Error (bad input): the gyroscope at its start values counts another number of turns than stated.
 Status CheckTurnCounts(const PoseSet& poses, const StartValues& start);
 
-// What the solution makes of each known turn.
+// Compares each known turn with the solution.
 std::vector<TurnCheck> CheckTurns(const PoseSet& poses,
                                   const PoseGraph& graph,
                                   const Eigen::MatrixXd& free_covariance,

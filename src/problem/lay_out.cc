@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// Which entries of a triad's sensitivity are free, as basis matrices.
+// Basis matrices of the free entries of a triad's sensitivity.
 std::vector<Eigen::Matrix3d> FreeMatrices(const CalibrateOptions& options,
                                           Triad triad,
                                           MatrixModel model,
@@ -24,7 +24,7 @@ std::vector<Eigen::Matrix3d> FreeMatrices(const CalibrateOptions& options,
       model, is_triangular, is_triangular ? LeadingAxisMap(options) : NearestAxisMap(start));
 }
 
-// And of its temperature terms.
+// The same for its temperature terms.
 std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options,
                                                  Triad triad,
                                                  const Eigen::Matrix3d& start) {
@@ -36,14 +36,14 @@ std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options
     case ThermalMatrix::kScale:
       break;
   }
-  // In the proportions of the gains at the start: linear, and the gains' own errors are as small
-  // against them as the term is against the gains.
+  // In the proportions of the start's gains, which keeps it linear: an error of these changes the
+  // term by the same share only.
   const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * NearestAxisMap(start);
   return {gains / gains.norm()};
 }
 
-// Over the poses that will be solved and the reference, where bias and sensitivity are to hold: far
-// outside of [-1, 1] a polynomial is all rounding.
+// Scales over the solved poses and the reference temperature, where bias and sensitivity are
+// stated: far outside of [-1, 1] rounding errors dominate a polynomial.
 ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
   ThermalScale scale;
   scale.reference_degc = reference_degc;
@@ -56,13 +56,13 @@ ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) 
     fastest = std::max(fastest, std::abs(node.temperature_rate_degcps));
   }
   scale.centre_degc = 0.5 * (low + high);
-  // One temperature, or none that changes, determines nothing on any scale.
+  // One temperature, or a constant one, determines no term on any scale.
   if (high > low) scale.half_range_degc = 0.5 * (high - low);
   if (fastest > 0.0) scale.rate_degcps = fastest;
   return scale;
 }
 
-// Restates attitudes in the fixture as those in the frame that is level as far as the start knows.
+// Transforms attitudes in the fixture into the frame that is level by the start values.
 void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
   for (PoseNode& node : *nodes) {
     if (node.role != PoseRole::kRest || node.kind == PoseKind::kDirection) continue;
@@ -72,7 +72,7 @@ void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<Po
   }
 }
 
-// The sessions' biases of a triad from `at` on; none where they share one.
+// The blocks of a triad's session biases, from `at` on; none where its sessions share one bias.
 SessionBlock SessionsOf(const CalibrateOptions& options,
                         const std::vector<PoseNode>& nodes,
                         Triad triad,
@@ -93,7 +93,7 @@ SessionBlock SessionsOf(const CalibrateOptions& options,
   return sessions;
 }
 
-// Where each parameter stands.
+// Assigns each parameter its place in the shared vector.
 SharedLayout PlacesOf(const CalibrateOptions& options, const std::vector<PoseNode>& nodes) {
   SharedLayout layout;
   int size = 0;
@@ -128,7 +128,7 @@ SharedLayout PlacesOf(const CalibrateOptions& options, const std::vector<PoseNod
   return layout;
 }
 
-// The directions that the parameters may move in.
+// The directions in which the parameters may change.
 class FreeColumns {
  public:
   explicit FreeColumns(int size) : size_(size) {}
@@ -136,7 +136,7 @@ class FreeColumns {
   void Entries(int at, int count) {
     for (int i = 0; i < count; ++i) columns_.push_back(Eigen::VectorXd::Unit(size_, at + i));
   }
-  // Of the matrix that stands at `at`, one direction each.
+  // Frees one direction for each of these of the matrix at `at`.
   void Matrices(int at, const std::vector<Eigen::Matrix3d>& directions) {
     for (const Eigen::Matrix3d& direction : directions) {
       Eigen::VectorXd& column = columns_.emplace_back(Eigen::VectorXd::Zero(size_));
@@ -156,7 +156,7 @@ class FreeColumns {
   std::vector<Eigen::VectorXd> columns_;
 };
 
-// The part of `matrix` that orthonormal `basis` spans.
+// The projection of `matrix` on the span of the orthonormal `basis`.
 Eigen::Matrix3d PartIn(const std::vector<Eigen::Matrix3d>& basis, const Eigen::Matrix3d& matrix) {
   Eigen::Matrix3d part = Eigen::Matrix3d::Zero();
   for (const Eigen::Matrix3d& direction : basis) {
@@ -165,8 +165,8 @@ Eigen::Matrix3d PartIn(const std::vector<Eigen::Matrix3d>& basis, const Eigen::M
   return part;
 }
 
-// Also puts the sensitivity at the start among `shared`: what the model has no parameter for would
-// stay there for ever.
+// Also writes the start's sensitivity to `shared`, projected on the free matrices: any other part
+// would never change.
 void FreeTriad(const CalibrateOptions& options,
                const SharedLayout& layout,
                Triad triad,
@@ -206,12 +206,12 @@ void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, 
     const bool field_free =
         reference.field_ut.known() ? reference.field_ut.sigma > 0.0 : matrix_held;
     if (field_free) free->Entries(at + kField, 1);
-    // A magnetometer alone sees neither dip nor heading.
+    // A magnetometer alone determines neither dip nor heading.
     const bool sees_dip = has(Triad::kAccelerometer) || is_attitude_given;
     const bool dip_known = reference.dip_rad.known() && reference.dip_rad.sigma == 0.0;
     if (sees_dip && !dip_known) free->Entries(at + kDip, 1);
   }
-  // Without a magnetometer the gyroscope finds north, if it is quiet enough.
+  // Without a magnetometer the gyroscope determines north, if its noise is low enough.
   const bool finds_north = reference.earth_rate && has(Triad::kGyroscope);
   if (is_attitude_given && (has(Triad::kMagnetometer) || finds_north)) {
     free->Entries(at + kHeading, 1);
@@ -219,7 +219,7 @@ void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, 
   if (options.attitudes.unknown_fixture_rotation) free->Entries(at + kFixtureTilt, 2);
 }
 
-// At rest a gyroscope reads its bias: each session begins with the median of its own.
+// At rest a gyroscope reads its bias: each session starts at the median of its own readings.
 void StartGyroscopeSessions(PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
   const SessionBlock& sessions = layout.sessions[Triad::kGyroscope];

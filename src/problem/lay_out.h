@@ -15,19 +15,19 @@ Triad LeadingTriad(const CalibrateOptions& options);
 double LeadingAxisSign(const CalibrateOptions& options);
 
 // Where the leading triad's sensing axes lie in a body frame that it defines itself: as stated, or
-// along its axes. Identity where something outside defines the frame.
+// along its axes. Identity where the frame is defined from outside.
 Eigen::Matrix3d LeadingAxisMap(const CalibrateOptions& options);
 
-// GaugeRotation of the leading triad by its sensing axes, wherever they lie in the body.
+// GaugeRotation of the leading triad in terms of its sensing axes, wherever they lie in the body.
 Eigen::Matrix3d LeadingGaugeRotation(const CalibrateOptions& options,
                                      Gauge gauge,
                                      const Eigen::Matrix3d& sensitivity);
 
-// From the nodes and the start values: where each shared block stands, which of its entries are
-// free, their start values, and the attitudes that nobody gave.
+// From the nodes and the start values: the place of each shared block, its free entries, their
+// start values, and the attitudes that are not given.
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
 
-// What is known beforehand of the free entries.
+// Adds the priors of the free entries.
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
 
 }  // namespace truetriad

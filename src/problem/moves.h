@@ -11,17 +11,16 @@
 
 namespace truetriad {
 
-// A recorded move as it is integrated, with the specific force that the accelerometer shows, if
-// there is a model of it.
+// A recorded move as it is integrated; with a model of the accelerometer, its specific force.
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
 
-// What a vector sensor saw during a move, true unit; empty where it was not recorded.
+// What a vector sensor measured during a move, true unit; empty where it was not recorded.
 std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
                                           Triad triad,
                                           const TriadModel<double>& model);
 
-// σ of one reading of a gyroscope as it adds up over a turn, raw unit: that inside the rests with
-// its correlation in time.
+// σ of one reading of a gyroscope for its sum over a turn, raw unit: the noise inside the rests,
+// inflated by its correlation in time.
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope);
 
 }  // namespace truetriad

@@ -9,10 +9,10 @@
 namespace truetriad {
 namespace {
 
-// Noise of one reading of the gyroscope, rad/s, where the recording shows none.
+// Assumed noise of a gyroscope reading, rad/s, where the recording shows less: below any real one.
 constexpr double kLeastRateSigma = 1e-9;
 
-// Time that the samples of a mean stand for, one sample spacing each; 0 where it is not known.
+// The averaging time of a mean: one sample spacing per sample; 0 where it is unknown.
 double AveragedTime(const StaticPose& pose, Triad triad) {
   const auto samples = static_cast<double>(pose.triads[triad]->samples);
   return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;
@@ -48,7 +48,7 @@ Result<Observation> Observe(const PoseSet& poses,
   } else if (source != NoiseSource::kResidual) {
     observation.rest_covariance = pose.triads[triad]->mean_covariance_raw;
   } else if (const StreamSummary* stream = poses.Find(triad)) {
-    // All that is known of single readings: they were rounded.
+    // The only known error of single readings is rounding: a step q has the variance q² / 12.
     observation.rest_covariance = (stream->resolution_raw.cwiseAbs2() / 12.0).asDiagonal();
   }
   return observation;

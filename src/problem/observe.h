@@ -8,19 +8,19 @@
 
 namespace truetriad {
 
-// The mean of a triad that saw `pose`, with its covariance where `source` says that it is known.
-// Error (bad input): an Allan deviation is to tell it, but not how long was averaged.
+// The mean of a triad in `pose`, with its covariance where `source` says that it is known. Error
+// (bad input): the noise is that of an Allan deviation, but the averaging time is unknown.
 Result<Observation> Observe(const PoseSet& poses,
                             const StaticPose& pose,
                             Triad triad,
                             const TriadOptions& sensor,
                             NoiseSource source);
 
-// Of the middle of the readings of a pose; without times its number.
+// The middle of a pose's readings, s; without times the pose's number.
 double TimeOf(const PoseSet& poses, const StaticPose& pose);
 
-// σ of one reading of the gyroscope, raw, as the rests show it. Readings without noise still need
-// weights.
+// σ of one gyroscope reading, raw, from the rests; at least kLeastRateSigma, since zero has no
+// weight.
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity);
 
 }  // namespace truetriad

@@ -12,11 +12,11 @@
 namespace truetriad {
 namespace {
 
-// No sensor has less noise in any unit; the square of its inverse would leave the range of a
+// No sensor has less noise in any unit; its weight, 1e60, can be multiplied with others in a
 // double.
 constexpr double kLeastSigma = 1e-30;
 
-// Collects what is wrong with options, part by part.
+// Collects the invalid options, part by part.
 class OptionsCheck {
  public:
   explicit OptionsCheck(const CalibrateOptions& options) : options_(options) {}
@@ -49,7 +49,7 @@ class OptionsCheck {
 
   const CalibrateOptions& options_;
   std::string problems_;
-  std::string key_;  // of the experiment, that the first problem is about
+  std::string key_;  // the experiment's key of the first problem
 };
 
 std::string SensorKey(Triad triad) { return "sensors." + std::string(TriadName(triad)); }
@@ -127,7 +127,7 @@ void OptionsCheck::Bends(Triad triad) {
           name +
               ": start values have no σ that the non-linearity could widen; remove it, or "
               "`initialise: { only: true }`");
-  // Whatever else bends the others has no parameter.
+  // With both terms estimated the stated nonlinearity has no term left to widen.
   Require(key,
           sensor.axis_terms[AxisTerm::kQuadratic] != Wanted::kYes ||
               sensor.axis_terms[AxisTerm::kCubic] != Wanted::kYes,
@@ -190,7 +190,7 @@ bool OptionsCheck::HoldsAll(Triad triad) const {
          sensor.g_sensitivity == Wanted::kNo && !sensor.thermal.any();
 }
 
-// Of a sensor: gravity and the field are not the unit's.
+// Requires a free parameter of a sensor: gravity and the field are not parameters of the unit.
 void OptionsCheck::HasSomethingToEstimate() {
   bool is_any = false, is_any_free = false;
   for (const Triad triad : kTriads) {
@@ -259,7 +259,7 @@ void OptionsCheck::Motion() {
           "motion: only `initialise: { method: auto }` starts without rests");
 }
 
-// Why a calibration will have no such value, and what to do; empty where it may have.
+// Why a calibration cannot have such a value, and the remedy; empty where it may have it.
 std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
   const std::string_view quantity = limit.quantity.name;
   const bool needs_field = quantity == "reference.field_ut" || limit.GoesWithField();

@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-// One entry of a sensor's model, by the name that it has in a covariance:
+// One entry of a sensor's model, named as in the covariance:
 //
 //   accelerometer.bias.x                        magnetometer.sensitivity.xy
 //   accelerometer.thermal.bias.2.x              magnetometer.thermal.sensitivity.1.xy
@@ -18,13 +18,13 @@ namespace truetriad {
 struct ParameterName {
   Triad triad = Triad::kAccelerometer;
   ParameterKind kind = ParameterKind::kBias;
-  int power = 0;  // of tau; 0: at the reference
+  int power = 0;  // of tau; 0: at the reference temperature
   int row = 0;
-  int col = 0;  // of a matrix
+  int col = 0;  // of a matrix only
 
   bool is_thermal() const { return power > 0 || InfoOf(kind).rate; }
   std::string str() const;
-  // Unset: no entry of a sensor's model ("reference.dip_rad").
+  // Unset: the name is not an entry of a sensor's model ("reference.dip_rad").
   static std::optional<ParameterName> Parse(const std::string& text);
 };
 

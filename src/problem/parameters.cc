@@ -13,7 +13,7 @@
 namespace truetriad {
 namespace {
 
-// A unit that is turned by hand.
+// rad/s; about 60 degrees per second, as a unit turned by hand.
 constexpr double kTypicalRateRadps = 1.0;
 
 }  // namespace
@@ -70,7 +70,7 @@ std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
       if (model == MatrixModel::kDiagonal) {
         if (row == col) add(entry * axis_map);
       } else if (leading_triangular) {
-        // A symmetric leading triad is the full one in another gauge.
+        // A symmetric leading triad is a full one in another frame convention.
         if (row >= col) add(entry * axis_map);
       } else if (model == MatrixModel::kSymmetric) {
         if (row == col) add(entry * axis_map);
@@ -109,7 +109,7 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     }
   }
   if (layout.g_sensitivity >= 0) {
-    // As large a rate from the pull of gravity as the typical one.
+    // G that gives, under gravity, a rate of the typical size.
     sizes.segment<9>(layout.g_sensitivity) =
         sizes.segment<3>(layout.bias[Triad::kGyroscope]).replicate<3, 1>() / reference[kGravity];
   }
@@ -183,7 +183,7 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
 
 namespace {
 
-// In the level frame, whose x is the fixture's.
+// The vector in the level frame, whose x is the fixture's.
 Eigen::Vector3d LevelVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
   if (triad == Triad::kAccelerometer) return ForceInWorld(reference[kGravity]);
   if (triad == Triad::kGyroscope) return Eigen::Vector3d::Zero();
@@ -194,7 +194,7 @@ Eigen::Vector3d FixtureTilt(const Eigen::Ref<const ReferenceVector>& reference) 
   return {reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0};
 }
 
-// d Exp(-t) v, v of the level frame with the derivative `by_reference` for all but the tilt t.
+// Derivative of Exp(-t) v; `by_reference` is that of v in the level frame, without the tilt t.
 Eigen::Matrix<double, 3, kReferenceSize> TiltedJacobian(
     const Eigen::Vector3d& level,
     Eigen::Matrix<double, 3, kReferenceSize> by_reference,

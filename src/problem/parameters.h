@@ -19,7 +19,7 @@ namespace truetriad {
 // The six faces of a block in the order +x, -x, +y, -y, +z, -z.
 inline constexpr int kFaceCount = 6;
 
-// Places in the reference block.
+// Indices of the reference block.
 enum ReferenceIndex {
   kGravity = 0,
   kField = 1,
@@ -52,7 +52,7 @@ struct SharedLayout {
   PerTriad<ThermalBlock> thermal;
   ThermalScale thermal_scale;
   PerTriad<SessionBlock> sessions;
-  // Those that are wanted, in the order of kAxisTerms.
+  // The wanted ones, in the order of kAxisTerms.
   struct AxisTermBlock {
     AxisTerm term = AxisTerm::kQuadratic;
     int at = -1;
@@ -63,7 +63,7 @@ struct SharedLayout {
   std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
   int size = 0;
 
-  // Of the earth, held: along magnetic north, west and up. Zero: the earth stands still.
+  // The earth's rate along magnetic north, west and up; held. Zero: it is neglected.
   Eigen::Vector3d earth_rate_radps = Eigen::Vector3d::Zero();
 
   Eigen::MatrixXd basis;  // size x free coordinates, columns orthonormal
@@ -73,7 +73,7 @@ struct SharedLayout {
   bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
-  // What the terms of `triad` are multiplied with; zero for temperature where it has none.
+  // The factors of the terms of `triad`; those of temperature are zero where it has no such terms.
   ThermalFactors FactorsOf(Triad triad,
                            double temperature_degc,
                            double temperature_rate_degcps,
@@ -83,23 +83,23 @@ struct SharedLayout {
                              const double* shared,
                              const ThermalFactors& factors) const;
 
-  // The free coordinates that move entries of one block.
+  // The free coordinates that change entries of one block.
   std::vector<Eigen::Index> ColumnsOf(int offset, int block_size) const;
-  // The basis restricted to one block: its own rows, only the columns that touch it.
+  // The basis restricted to one block: its rows, and the columns that are not zero in it.
   Eigen::MatrixXd BlockBasis(int offset, int block_size) const;
 };
 
-// Which entries of a triad's sensitivity are free, as basis matrices.
+// Basis matrices of the free entries of a triad's sensitivity.
 //
-//   `axis_map`  nearest signed permutation of the start value, of a leading triad that defines the
-//               body frame the stated one: models without rotation keep the axis order that the
-//               sensor was mounted with, and a triangular one is so by its sensing axes.
+//   `axis_map`  nearest signed permutation of the start value, for a leading triad that defines the
+//               body frame the stated one: models without rotation keep the axis order in which the
+//               sensor was mounted, and a triangular matrix is so in order of its sensing axes.
 std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
                                               bool leading_triangular,
                                               const Eigen::Matrix3d& axis_map);
 
-// Typical size of every entry of the shared vector, by which a direction's σ is judged "large":
-// biases and gains are measured against the triad's own gain and the field it saw.
+// Typical size of every entry of the shared vector, to which a direction's σ is compared: biases
+// and gains are in terms of the triad's own gain and the field that it measures.
 //
 //   bias         gain_i * reference     raw unit       (a bias as large as the signal)
 //   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
@@ -109,13 +109,13 @@ std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
 //   dip, heading, tilts  1              rad
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);
 
-// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one an entry; the
-// temperature terms by the names of those in tau that they stand for. parameter_name.h.
+// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one per entry;
+// temperature terms are named after the terms in tau that they replace. parameter_name.h.
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
-// World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, see
-// EarthRate. docs/conventions.md, "Frames". In the frame of the attitudes, which a fixture's tilt t
-// turns against the level one: Exp(-t) v.
+// World vectors (true unit): specific force at rest, the magnetic field; zero for the gyroscope,
+// see EarthRate. docs/conventions.md, "Frames". They are in the frame of the attitudes, which a
+// fixture's tilt t rotates from the level one: Exp(-t) v.
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
 // d WorldVector / d (g, B, dip, heading, tilt).

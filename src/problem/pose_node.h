@@ -16,8 +16,8 @@
 namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
-// Three triads with all temperature and higher terms and sessions, g-sensitivity, reference, six
-// tilts.
+// Three triads with all temperature terms, two axis terms (6) and all sessions; g-sensitivity,
+// reference, six tilts of two angles.
 inline constexpr int kMaxSharedSize =
     3 * (12 + kMaxThermalSize + 6 + 3 * (kMaxSessions - 1)) + 9 + kReferenceSize + 12;
 
@@ -28,56 +28,55 @@ using PoseRowMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
 using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
 
-// What a node of the graph stands for.
+// What a node of the graph represents.
 enum class PoseRole {
   kRest,      // a rest of the unit
   kMoment,    // a moment of its motion, with the readings about it
-  kRate,      // a stretch of known rate; the attitude means nothing (PoseNode::is_axis_known)
-  kTurnAxis,  // the mean rate of a known turn, which tells its axis
-  kTurnEnd,   // begin or end of a known turn, held where the operator says; no rows
+  kRate,      // an interval of known rate; its attitude is unused (PoseNode::is_axis_known)
+  kTurnAxis,  // the mean rate of a known turn, which determines its axis
+  kTurnEnd,   // begin or end of a known turn, held at the stated attitude; no rows
 };
 
-// What one triad says about one pose.
+// The reading of one triad in one pose.
 struct Observation {
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
   // Covariance of the mean inside the rest, raw unit squared.
   Eigen::Matrix3d rest_covariance = Eigen::Matrix3d::Zero();
-  // What the mean changes by if the triad's times are a second earlier, as the ends of the rest
-  // have it.
+  // Change of the mean if the triad's times were one second earlier, from the readings at both ends
+  // of the rest.
   Eigen::Vector3d by_clock_raw_per_s = Eigen::Vector3d::Zero();
   // Covariance of the known rate, (rad/s)^2.
   Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
-  // Of readings about a moment: the mean of R_reading^T R_node over them, which turns a vector in
-  // the body at the node to what they saw, and what that was made with; null where it stays.
+  // For readings about a moment: the mean of R_reading^T R_node over them, which rotates a vector
+  // from the body at the node to the readings, and how it was computed; null if it stays.
   Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();
   std::shared_ptr<const Turning> turning;
-  // What it is weighted with: rest noise and excess noise.
+  // Covariance that it is weighted with: rest noise and excess noise.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.
   double weight = 1.0;
   bool rejected = false;
 };
 
-// One pose of the graph: what was seen, what is known of its attitude, its attitude. What that
-// means say its rows (graph_rows.h), in this order: those of its observations, three each; of the
-// given attitude, three; of the held heading, one; of the face, two.
+// One pose of the graph: its readings, what is known of its attitude, its attitude. Its rows
+// (graph_rows.h) are in this order: those of its observations, three each; of the given attitude,
+// three; of the held heading, one; of the face, two.
 struct PoseNode {
-  int number = 0;  // StaticPose::number; known rates go on counting
+  int number = 0;  // StaticPose::number; known rates and turns have the next numbers
   PoseRole role = PoseRole::kRest;
   PoseKind kind = PoseKind::kRotation;
-  double time_s = 0.0;  // of the middle of its readings; without times its place among the poses
+  double time_s = 0.0;  // the middle of its readings; without times its place among the poses
   PoseValues state{0.0, 0.0, 0.0, 1.0};
-  double temperature_degc = 25.0;  // only read where there are temperature terms
+  double temperature_degc = 25.0;  // used only where there are temperature terms
   double temperature_rate_degcps = 0.0;
   int session = 0;
   std::vector<Observation> observations;
 
-  // Of a rate about an axis that is not known only the size counts: the axis is the pose's
-  // direction.
+  // For a rate about an unknown axis only its size is known: the axis is the pose's direction.
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
   bool is_axis_known = true;
-  // Mean specific force while the rate was held, as the accelerometer saw it.
+  // Mean specific force while the rate was held, by the accelerometer.
   Eigen::Vector3d known_force_mps2 = Eigen::Vector3d::Zero();
 
   bool has_attitude_prior = false;
@@ -103,18 +102,18 @@ struct PoseNode {
                                   const double* shared,
                                   Triad triad) const;
 
-  // Whether anything that it sees or was told says how it stands about the vertical.
+  // Whether a reading or a given attitude determines its heading about the vertical.
   bool TellsHeading() const;
-  // The field has a level part; else it is the vertical (CalibrateOptions::TurnsAgainstField).
+  // The field has a horizontal part; else it is the vertical (CalibrateOptions::TurnsAgainstField).
   bool is_field_inclined = true;
 
-  // At rest, where the layout counts the earth's rate: in a known rate, which is stated against the
-  // table, it is not counted.
+  // At rest, where the layout has the earth's rate: a known rate is stated relative to the table,
+  // so that the earth's is not added.
   bool SeesEarthRate(const SharedLayout& layout) const {
     return role == PoseRole::kRest && layout.CountsEarthRate();
   }
 
-  // Field of `triad` in the body frame, true unit, at the given parameters; of the gyroscope the
+  // Vector of `triad` in the body frame, true unit, at the given parameters; for the gyroscope the
   // known rate, or the earth's.
   Eigen::Vector3d FieldInBody(const SharedLayout& layout,
                               Triad triad,
@@ -137,7 +136,7 @@ struct PoseNode {
   // W^T W, with one block for every three rows on its diagonal.
   PoseRowMatrix Information() const;
 
-  // Moves the state along its tangent space.
+  // Moves the state by a step in its tangent space.
   void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) {
     state = After(kind, state, tangent);
   }

@@ -26,7 +26,7 @@ PlusJacobian PlusJacobianOf(PoseKind kind, const PoseValues& values) {
   if (kind == PoseKind::kDirection) {
     jacobian = TangentBasis(Eigen::Map<const Eigen::Vector3d>(values.data()));
   } else if (kind == PoseKind::kRotation) {
-    // q (d / 2, 1): the inverse of TangentFromQuaternion.
+    // The columns of q (d / 2, 1): the inverse of TangentFromQuaternion.
     const Eigen::Map<const Eigen::Quaterniond> q(values.data());
     jacobian << 0.5 * (q.w() * Eigen::Matrix3d::Identity() + Skew(q.vec())),
         -0.5 * q.vec().transpose();

@@ -10,16 +10,16 @@ namespace truetriad {
 
 // What is unknown about the attitude of one pose.
 enum class PoseKind {
-  kHeld,       // known exactly: nothing
-  kDirection,  // seen by one vector sensor: the direction of its field in the body, 2 dof
+  kHeld,       // known exactly, no unknown
+  kDirection,  // by one vector sensor: the direction of its field in the body, 2 dof
   kRotation,   // world <- body, 3 dof
 };
 
-// What the mean rotation of readings gathered about one moment was made with (rows/field_row.h).
+// What the mean rotation of readings about one moment was computed from (rows/field_row.h).
 struct Turning {
-  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the times of the readings from there
-  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // steady, that comes closest
-  Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // what the gyroscope reads at it
+  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the readings' times relative to it
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // constant rate with the nearest rotations
+  Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // the gyroscope's reading at it
 };
 
 // A quaternion x, y, z, w (Eigen's order), or a direction x, y, z, 0.
@@ -32,8 +32,8 @@ constexpr int TangentSize(PoseKind kind) {
 
 inline PoseValues ValuesOf(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
-// Moved along the tangent space: R <- R Exp(d), or a direction u <- u + T d with T from
-// TangentBasis.
+// The state after a step in its tangent space: R <- R Exp(d), or a direction u <- u + T d with T
+// from TangentBasis.
 PoseValues After(PoseKind kind,
                  const PoseValues& values,
                  const Eigen::Ref<const Eigen::VectorXd>& tangent);

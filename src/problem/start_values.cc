@@ -15,9 +15,9 @@
 namespace truetriad {
 
 double WildFrom(std::vector<double> errors) {
-  constexpr std::size_t kFewest = 12;
-  constexpr double kTimesMedian = 10.0;
-  constexpr double kLeast = 0.02;
+  constexpr std::size_t kFewest = 12;    // chosen: a median of fewer errors is no robust scale
+  constexpr double kTimesMedian = 10.0;  // chosen: 15 σ of normal errors, whose median is 0.67 σ
+  constexpr double kLeast = 0.02;        // of the field: a rough start may have such errors itself
   if (errors.size() < kFewest) return std::numeric_limits<double>::infinity();
   return std::max(kLeast, kTimesMedian * Median(std::move(errors)));
 }
@@ -53,8 +53,8 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 
 namespace {
 
-// A label that is not that of other rests with the same axis up. Labels that are exchanged
-// throughout are a matter of mounting.
+// Refuses a label that differs from that of most rests with the same axis up. Labels that are
+// exchanged in all of these rests are a mounting.
 Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
   std::vector<Eigen::Vector3d> readings;
   std::vector<std::size_t> labelled;
@@ -64,8 +64,8 @@ Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
     labelled.push_back(k);
   }
   const auto seen = AssignFaces(readings);
-  if (!seen) return {};  // Six faces that nobody can tell from the readings: labels say which.
-  std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // of labels, by face that is seen
+  if (!seen) return {};  // The readings do not separate six faces: labels decide.
+  std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // of labels, by face of the reading
   const auto place_of = [&](std::size_t i) { return static_cast<std::size_t>((*seen)[i]); };
   for (std::size_t i = 0; i < labelled.size(); ++i) {
     ++count[place_of(i)][static_cast<std::size_t>(faces[labelled[i]])];
@@ -162,7 +162,7 @@ void SetStartHeadings(PoseGraph* graph) {
     if (node.TellsHeading() || node.kind != PoseKind::kRotation || node.has_attitude_prior)
       continue;
     const Eigen::Quaterniond predicted = before.rotation() * edge.increment.rotation;
-    // North as predicted, up as seen.
+    // North as predicted, up as measured.
     const Eigen::Vector3d up = node.rotation().conjugate() * Eigen::Vector3d::UnitZ();
     const Eigen::Quaterniond q = TriadAttitude(Eigen::Vector3d::UnitZ(),
                                                Eigen::Vector3d::UnitX(),

@@ -40,7 +40,7 @@ Eigen::MatrixXd ThermalScale::PowersOfTau(int order) const {
     chebyshev.col(i).tail(order) += twice / half_range_degc * chebyshev.col(i - 1).head(order);
     if (i > 1) chebyshev.col(i) -= chebyshev.col(i - 2);
   }
-  // The constant is what T_i(v_ref) takes away.
+  // The constant row is dropped: T_i(v) - T_i(v_ref) is zero at the reference.
   return chebyshev.bottomRightCorner(order, order);
 }
 

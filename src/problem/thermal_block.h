@@ -12,30 +12,31 @@
 
 namespace truetriad {
 
-// Bias terms of a triad that temperature and its rate may have: powers of tau and three rates.
+// Largest number of bias terms of a triad: powers of tau and three rates.
 inline constexpr int kMaxThermalVectors =
     ThermalOptions::kMaxBiasOrder + static_cast<int>(kRateTermCount);
+// Unknowns of these: 3 for each vector, 9 for each power in the sensitivity.
 inline constexpr int kMaxThermalSize = 3 * kMaxThermalVectors + 9 * ThermalOptions::kMaxMatrixOrder;
 
-// No session in particular: biases are then the mean of the sessions.
+// No session: the bias is then the mean of the sessions.
 inline constexpr int kNoSession = -1;
 
-// What the terms of a triad are multiplied with at one pose: those of temperature, and through the
-// session that the pose belongs to (session_block.h) those of the bias.
+// Factors of the terms of a triad at one pose: those of temperature, and via the pose's session
+// (session_block.h) those of the bias.
 struct ThermalFactors {
-  std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // the terms that stand for tau^i
+  std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // factor of the term for tau^i
   PerRateTerm<double> rate;
   int session = kNoSession;
 };
 
-// The variables that temperature terms are solved in: of size 1 over the poses, and zero at the
-// reference, so that bias and sensitivity are the values there.
+// The variables of temperature terms: of size 1 over the poses, and zero at the reference, where
+// bias and sensitivity are stated.
 //
 //   power i   T_i(v) - T_i(v_ref)      T_i: Chebyshev polynomial,  v = (T - centre) / half_range
 //   rates     of tau / half_range and q, terms.h                   q = T' / rate
 //
-// Powers of tau themselves are so alike over a range that the normal equations of order 7 would
-// keep no digit.
+// Powers of tau themselves are nearly collinear over a range: the normal equations of order 7 would
+// have no significant digit.
 struct ThermalScale {
   double reference_degc = 25.0;
   double centre_degc = 25.0;
@@ -44,11 +45,11 @@ struct ThermalScale {
 
   ThermalFactors FactorsAt(double temperature_degc, double temperature_rate_degcps) const;
 
-  // Column i - 1: what power i holds of tau^1 … tau^order. Upper triangular.
+  // Column i - 1: coefficients of tau^1 … tau^order in power i. Upper triangular.
   Eigen::MatrixXd PowersOfTau(int order) const;
 };
 
-// Where the temperature terms of one triad stand in the shared vector, one after another:
+// Places of the temperature terms of one triad in the shared vector, one after another:
 //
 //   bias         3 for each power      raw unit, scaled variables
 //   rates        3 for each wanted     in the order of kRateTerms
@@ -73,12 +74,12 @@ struct ThermalBlock {
                 const double* shared,
                 TriadModel<double>* model) const;
 
-  // Rows i: what listed term i (bias tau^1, tau^2, …, rates) holds of each vector, and the same for
+  // Row i: coefficients of listed term i (bias tau^1, tau^2, …, rates) in the vectors; the same for
   // the matrices. Listed terms are those of ThermalTerms.
   Eigen::MatrixXd ListedFromVectors(const ThermalScale& scale) const;
   Eigen::MatrixXd ListedFromMatrices(const ThermalScale& scale) const;
 
-  // The terms in tau; their range is not known here.
+  // The terms in tau, without their range of validity.
   ThermalTerms TermsInTau(const ThermalScale& scale, const double* shared) const;
 };
 

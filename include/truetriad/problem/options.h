@@ -52,7 +52,7 @@ struct Knowledge {
   bool known() const { return value.has_value(); }
 };
 
-/// A data-sheet or batch value of one triad with its σ. Entries with an infinite σ carry nothing.
+/// A data-sheet or batch value of one triad with its σ. An entry with an infinite σ is not a prior.
 struct TriadPrior {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // raw
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -64,14 +64,14 @@ struct TriadPrior {
 /// A data sheet's non-linearity: how far a sensor is from its best-fit straight line (least
 /// squares, IEEE Std 528) over its range, one σ.
 struct Nonlinearity {
-  /// What is further off is no linear sensor.
+  /// Larger residuals are not those of a linear sensor: the option is refused.
   static constexpr double kMostPercent = 10.0;
 
   double percent_of_full_scale = 0.0;  ///< Of one end of the range. Range: > 0, at most 10.
   double full_scale = 0.0;             ///< The range is ± this, true unit. Range: > 0.
 
-  /// σ of each axis' coefficient of a term that may be all of it, raw^-power: a f(u) over ± U =
-  /// `raw_per_true` * full_scale leaves a U^(1 + power) beyond_line, which is this share of U.
+  /// σ of each axis' coefficient a of a term a f(u), raw^-power, as if it were the only one: over
+  /// ± U = `raw_per_true` * full_scale its largest residual is a U^(1 + power) beyond_line.
   double SigmaOf(const AxisTermInfo& term, double raw_per_true) const;
   bool IsValid() const;
 };
@@ -81,8 +81,8 @@ struct AllanNoise {
   Eigen::Vector3d white_density_raw = Eigen::Vector3d::Zero();  ///< N, raw unit / sqrt(Hz).
   Eigen::Vector3d instability_raw = Eigen::Vector3d::Zero();    ///< B, raw unit.
 
-  /// σ of a mean over `duration_s` seconds, raw unit: sqrt(N^2 / T + (2 ln 2 / pi) B^2). The white
-  /// part averages out, the floor of the Allan deviation does not. Range: duration_s > 0.
+  /// σ of a mean over `duration_s` seconds, raw unit: sqrt(N^2 / T + (2 ln 2 / pi) B^2). The mean
+  /// reduces white noise, but not the bias instability. Range: duration_s > 0.
   Eigen::Vector3d MeanSigma(double duration_s) const;
 
   /// All finite, densities > 0, instabilities >= 0.
@@ -92,59 +92,59 @@ struct AllanNoise {
 /// Which entries of a sensitivity's temperature terms are free.
 enum class ThermalMatrix {
   kFull,      ///< All that the gauge leaves free.
-  kDiagonal,  ///< A gain an axis.
+  kDiagonal,  ///< One gain for each axis.
   kScale,     ///< One number: all gains change by the same share.
 };
 std::string_view ThermalMatrixName(ThermalMatrix shape);
 
-/// What a full second-order regression of a sweep has its terms in.
+/// The variables of the full second-order regression of a sweep.
 enum class RegressionFactor { kReading, kTemperature, kRate, kAmbient, kAmbientRate };
-inline constexpr std::size_t kRegressionFactors = 5;
+inline constexpr std::size_t kRegressionFactors = 5;  ///< The values of RegressionFactor.
 std::string_view RegressionFactorName(RegressionFactor factor);
 
 /// Temperature terms of one triad (model/thermal.h). Terms that are not wanted are zero.
 struct ThermalOptions {
-  static constexpr int kMaxBiasOrder = 7;
-  static constexpr int kMaxMatrixOrder = 3;
+  static constexpr int kMaxBiasOrder = 7;    ///< With the constant, 8 unknowns per axis.
+  static constexpr int kMaxMatrixOrder = 3;  ///< A full matrix has 9 unknowns per order.
 
   /// Powers of tau in the bias. Range: 0 to kMaxBiasOrder.
   int bias_order = 0;
   /// Powers of tau in the sensitivity. Range: 0 to kMaxMatrixOrder.
   int matrix_order = 0;
   ThermalMatrix matrix = ThermalMatrix::kFull;
-  /// Bias by the rate of temperature.
+  /// The bias depends on the rate of the temperature.
   PerRateTerm<bool> rate = {};
 
-  // Chosen by what significance and held-out error speak for, up to what is stated above.
+  // The orders are chosen by significance and held-out error, up to those stated above.
   bool bias_order_auto = false;
-  bool rate_auto = false;  ///< Entered and removed one by one.
-  // Of poses alone: a sweep tells nothing about the sensitivity.
+  bool rate_auto = false;  ///< Terms are entered and removed one by one.
+  // For poses alone: a sweep does not determine the sensitivity.
   bool matrix_order_auto = false;
-  bool matrix_auto = false;  ///< From one share for all gains over a gain an axis to `matrix`.
+  bool matrix_auto = false;  ///< From one share for all gains, over one gain per axis, to `matrix`.
 
-  // Of a sweep (CalibrateOptions::sweep) alone.
+  // For a sweep (CalibrateOptions::sweep) alone.
   /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
-  /// As many as held-out error speaks for.
+  /// Held-out error decides the number of lags.
   bool lags_auto = false;
-  /// Temperatures at which the bias changes its course (ThermalKnot), degC.
+  /// Temperatures at which the polynomial of the bias changes (ThermalKnot), degC.
   std::vector<double> knots_degc = {};
-  /// In place of knots_degc: how many are to be found, each axis its own. Range: 0 to 3.
+  /// In place of knots_degc: the number of knots to find, for each axis its own. Range: 0 to 3.
   int find_knots = 0;
-  /// Knots change the curvature alone, not the slope: no kink.
+  /// Knots change the curvature and not the slope, so that the bias has no kink.
   bool smooth_knots = false;
   /// Factors of a regression that is reported beside the terms (SweepRegression), by
   /// RegressionFactor; all false: none.
   std::array<bool, kRegressionFactors> regression{};
 
   bool any() const;
-  /// What only a sweep tells.
+  /// Whether an option is set that only a sweep determines.
   bool needs_sweep() const;
   bool has_regression() const;
   bool has_factor(RegressionFactor factor) const {
     return regression[static_cast<std::size_t>(factor)];
   }
-  /// Orders, rates or the shape of the matrix are left to be chosen.
+  /// Whether orders, rates or the shape of the matrix are to be chosen.
   bool is_open() const;
 };
 
@@ -152,8 +152,8 @@ struct TriadOptions {
   /// Calibrate this triad at all.
   bool enabled = false;
   MatrixModel model = MatrixModel::kFull;
-  /// Body axes along which the sensing axes point (model/mounting.h); unset: any. Of the triad that
-  /// defines the body frame it says where that frame is, of the others what a fit must find.
+  /// Body axes along which the sensing axes point (model/mounting.h); unset: any. For the triad
+  /// that defines the body frame it defines that frame, for others it is what a fit must find.
   std::optional<Eigen::Matrix3d> mounting;
   /// `mounting` is not stated, but was found before the fit.
   bool is_mounting_found = false;
@@ -173,21 +173,21 @@ struct TriadOptions {
   std::optional<TriadPrior> prior;
   /// Hold the sensitivity at this value (raw per true unit).
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
-  /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: there is no such one.
+  /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: no such candidate.
   std::optional<Eigen::Matrix3d> nominal_sensitivity;
-  /// Over several sessions: a bias for each, of which the stated one is the mean. Unset: where
-  /// switching on changes it, in the accelerometer and the gyroscope.
+  /// With several sessions, each has its own bias, and the stated bias is their mean. Unset: true
+  /// for the accelerometer and the gyroscope, whose bias changes at switching on.
   std::optional<bool> bias_per_session;
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
   /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
   ThermalOptions thermal;
-  /// Gyroscope only: how its readings follow the specific force.
+  /// Gyroscope only: whether its readings depend on the specific force.
   Wanted g_sensitivity = Wanted::kNo;
-  /// Each of the one kind of sensor that may have it, terms.h. Poses with axes halfway up tell a
-  /// quadratic term from bias and gain, turns both ways about each axis an asymmetry from the gain.
+  /// Each term is of one kind of sensor, terms.h. Poses with axes halfway up separate a quadratic
+  /// term from bias and gain, turns both ways about each axis separate an asymmetry from the gain.
   PerAxisTerm<Wanted> axis_terms = {};
-  /// What the bends may be that the model leaves out: σ grow by what the readings leave of it.
+  /// Nonlinearity that the model has no terms for: σ grow by the part that the readings leave open.
   std::optional<Nonlinearity> nonlinearity;
 
   bool HasAxisTerm(Wanted wanted) const {
@@ -195,7 +195,7 @@ struct TriadOptions {
   }
 };
 
-/// Where the earth's rotation is counted in what a gyroscope reads. model/world.h.
+/// Where the earth's rotation is added to the gyroscope's model. model/world.h.
 struct EarthRateOptions {
   double latitude_rad = 0.0;     ///< Positive in the north.
   double declination_rad = 0.0;  ///< Of magnetic north, east positive.
@@ -206,21 +206,21 @@ struct ReferenceOptions {
   /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
   Knowledge field_ut;
   Knowledge dip_rad;
-  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. docs/method.md,
+  /// Decides the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. docs/method.md,
   /// "Signs".
   bool northern_hemisphere = true;
-  /// Else that is a guess: a magnetometer that comes out all reversed is refused.
+  /// If false, the hemisphere is a guess, and a magnetometer with all axes reversed is refused.
   bool is_hemisphere_stated = false;
   /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
   double temperature_degc = 25.0;
-  /// Unset: the earth stands still. Needs the heading of every pose that the gyroscope rests in:
-  /// from a magnetometer, or with attitudes from outside, whose own heading is one unknown.
+  /// Unset: the earth's rate is neglected. Needs the heading of every pose in which the gyroscope
+  /// rests: from a magnetometer, or from given attitudes, whose common heading is one unknown.
   std::optional<EarthRateOptions> earth_rate;
 };
 
 enum class AttitudeKind {
   kNone,     ///< Attitudes are unknowns.
-  kSixFace,  ///< Each rest has one body axis up, within a tilt.
+  kSixFace,  ///< Each rest has one body axis up, except for a tilt.
   kGiven,    ///< Each pose carries an AttitudeReference.
 };
 
@@ -228,17 +228,17 @@ struct AttitudeOptions {
   AttitudeKind kind = AttitudeKind::kNone;
   /// Six-face: σ of each face's own tilt, shared by all its rests, degrees. Range: > 0.
   double tilt_sigma_deg = 0.5;
-  /// Where the poses showed larger tilts than were stated, and `tilt_sigma_deg` is theirs.
+  /// Set where the poses showed larger tilts than stated: `tilt_sigma_deg` is the found one.
   std::optional<double> stated_tilt_sigma_deg;
-  /// Six-face: scatter of one rest about its face, degrees. Range: >= 0.
+  /// Six-face: σ of one rest's tilt about that of its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
-  /// Given: the attitudes are those of the body in a fixture that stands in the world in an unknown
-  /// way. Gravity shows its tilt; its heading and that of the field are one unknown.
+  /// Given: the attitudes are those of the body in a fixture of unknown attitude in the world.
+  /// Gravity shows its tilt; its heading and that of the field are one unknown.
   bool unknown_fixture_rotation = false;
 };
 
 struct RobustOptions {
-  /// Off: every pose counts fully and none is rejected.
+  /// Off: every pose has full weight and none is rejected.
   bool enabled = true;
   /// Normalised residual at which a pose starts to lose weight. Range: > 0.
   double scale = 3.0;
@@ -256,8 +256,8 @@ enum class InitialiseMethod {
 /// and the gyroscope (held or not) and PoseSet::tracks.
 struct MotionOptions {
   /// Time between two attitudes of the chain, s; rounded to whole readings of the gyroscope, 0 for
-  /// every one. The readings in between lose nothing: they are turned to their node by the
-  /// gyroscope. Range: >= 0.
+  /// every one. No reading is lost: the gyroscope rotates those in between to their node. Range:
+  /// >= 0.
   double spacing_s = 0.1;
 };
 
@@ -270,30 +270,29 @@ struct InitialiseOptions {
   std::vector<Eigen::Vector3d> known_forces;
 };
 
-/// "accelerometer.bias" -> what each axis may be; names: model/limits.h.
+/// "accelerometer.bias" -> the limit of each axis; names: model/limits.h.
 struct LimitOptions {
   std::map<std::string, Limit> limits;
-  /// 0: a value passes when it is inside. k: when it is inside by k σ.
+  /// A value passes when it is inside by guard_band_k of its σ. Range: >= 0.
   double guard_band_k = 0.0;
 };
 
-/// One or a few attitudes held while the temperature goes up and down: the poses of the set are
-/// windows of time (PoseSelectionKind::kSweep), and only what changes with temperature is
-/// estimated.
+/// The temperature rises and falls while one or a few attitudes are held: the poses are windows of
+/// time (PoseSelectionKind::kSweep), and only what changes with temperature is estimated.
 struct SweepOptions {
-  /// Bias and sensitivity of the unit at its reference temperature, which then is that of the
-  /// result. Without one the accelerometer and the magnetometer have the bias of
-  /// TriadOptions::fixed_bias (else zero) and fixed_sensitivity, both held.
+  /// Bias and sensitivity at the unit's reference temperature, which is then the result's. Without
+  /// it accelerometer and magnetometer are held at TriadOptions::fixed_bias (else zero) and
+  /// fixed_sensitivity.
   std::optional<Calibration> static_calibration;
   std::string static_file;  ///< For messages.
-  /// Windows weigh by the time spent at their temperature. Off: each by its noise alone.
+  /// Windows are weighted by the time spent at their temperature. Off: each by its noise alone.
   bool even_temperatures = true;
 };
 
-/// Two ways to the same optimum.
+/// Two ways to find the same optimum.
 enum class Solver {
-  kEliminated,  ///< The attitudes eliminated block by block: linear in the number of poses.
-  kCeres,       ///< The whole problem by Ceres as it is: slower, the reference of the other.
+  kEliminated,  ///< The attitudes are eliminated block by block: time is linear in poses.
+  kCeres,       ///< Ceres solves the whole problem: slower, the reference of the other.
 };
 
 struct CalibrateOptions {
@@ -307,41 +306,41 @@ struct CalibrateOptions {
   LimitOptions limits;
   Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
-  /// Axes of known turns or rates are stated, so that a gyroscope alone has them as its body frame.
-  /// Off: only the sizes of its rates are known (StatedRate::is_axis_known).
+  /// The axes of known turns or rates are stated, so that they are the body frame of a gyroscope
+  /// alone. Off: only the sizes of its rates are known (StatedRate::is_axis_known).
   bool has_stated_axes = true;
-  /// Refuse readings, times and temperatures that cannot be in their unit. Off: what is stated is
-  /// taken at its word (a field in coils, a normalised strength).
+  /// Refuse readings, times and temperatures that are impossible in their unit. Off: stated units
+  /// are not questioned (a field in coils, a normalised strength).
   bool check_units = true;
-  /// Clocks of the sensors that the recording shows to differ are corrected. Off: they are what
-  /// `time_offset_s` says, and σ allow for what it leaves.
+  /// The clock offsets of the sensors that the recording shows are corrected. Off: they are as
+  /// `time_offset_s` states, and σ include what that leaves.
   bool corrects_clocks = true;
-  /// A fault that was corrected refuses the unit where it moves some parameter by more of its σ
-  /// than this. Unset: what is corrected is no reason to refuse, the limits decide. Range: >= 0.
+  /// A corrected fault refuses the unit where it moves some parameter by more of its σ than this.
+  /// Unset: a corrected fault does not refuse it, the limits decide. Range: >= 0.
   std::optional<double> strict_shift_sigmas;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;
   /// Largest σ along any direction of parameter space, as a share of the signal, at which the
-  /// parameters still count as determined. Range: (0, 1).
+  /// parameters count as determined. Range: (0, 1).
   double observable_sigma = 0.1;
 
-  /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
+  /// The gyroscope is calibrated without any sensor of gravity or field.
   bool HasGyroscopeAlone() const;
-  /// Turns are measured against the magnetic field, not gravity: magnetometer and gyroscope without
-  /// accelerometer in unknown attitudes. The vertical of such a world is the field.
+  /// Turns are compared with the magnetic field, not with gravity: magnetometer and gyroscope,
+  /// without accelerometer, in unknown attitudes. The vertical of such a world is the field.
   bool TurnsAgainstField() const;
-  /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes
-  /// of its known turns and rates. The leading triad's matrix is then full.
+  /// The body frame is defined from outside: by known attitudes, or for a gyroscope alone by the
+  /// axes of its known turns and rates. The leading triad's matrix is then full.
   bool IsBodyKnown() const;
   /// What the poses are: rests, a motion or a temperature sweep.
   Mode mode() const;
-  /// Temperature terms are wanted of some triad.
+  /// Whether temperature terms of some triad are wanted.
   bool HasThermal() const;
   /// Each session has a bias of its own.
   bool HasSessionBias(Triad triad) const;
-  /// Some model or term is to be chosen by comparing nested models over poses.
+  /// Whether some model or term is to be chosen by comparing nested models over poses.
   bool HasChoice() const;
-  /// Every problem with its value, or ok.
+  /// Lists every invalid value, or is ok.
   Status Validate() const;
 };
 

@@ -41,7 +41,7 @@ RowVector3<T> LogOf(const Eigen::Quaternion<T>& rotation) {
   }
 }
 
-// d of R <- R Exp(d) by the quaternion q = (u, w): d = 2 vec(q0^-1 q), 2 [w I - [u]_x, -u].
+// Derivative of d in R <- R Exp(d) by q = (u, w): d = 2 vec(q0^-1 q), 2 [w I - [u]_x, -u].
 inline RowMajor34 TangentFromQuaternion(const double* state) {
   const Eigen::Map<const Eigen::Quaterniond> q(state);
   RowMajor34 tangent;

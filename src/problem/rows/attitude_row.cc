@@ -21,8 +21,8 @@ bool HeldHeadingRow::Evaluate(double const* const* parameters,
   const Eigen::Vector3d log = RotationLog(attitude * held_.conjugate());
   residuals[0] = log.z();
   if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-  // R Exp(d) R_held^T = Exp(R d) R R_held^T; the inverse left Jacobian is the right one's
-  // transpose.
+  // R Exp(d) R_held^T = Exp(R d) R R_held^T, and the inverse left Jacobian is the transpose of the
+  // right one.
   const Eigen::RowVector3d by_tangent =
       InverseRightJacobian(log).col(2).transpose() * attitude.toRotationMatrix();
   Eigen::Map<Eigen::RowVector4d>{jacobians[0]} = by_tangent * TangentFromQuaternion(parameters[0]);

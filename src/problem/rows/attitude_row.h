@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-// An attitude that somebody else measured (turntable, robot, fixture):
+// An attitude measured from outside (turntable, robot, fixture):
 //
 //   rows   Log(R_given^T R)        rad, about the body axes
 //
@@ -37,8 +37,8 @@ class AttitudeRow final : public Row {
   Eigen::Quaterniond given_;
 };
 
-// A heading that only has to be some heading, for the first pose of a chain in which it is not
-// observable: with nothing against it, it takes no part in χ².
+// An arbitrary heading, for the first pose of a chain in which heading is not observable: no other
+// row depends on it, so that its residual is zero at the optimum and adds nothing to χ².
 //
 //   row   Log(R R_held^T) about the vertical        rad
 //

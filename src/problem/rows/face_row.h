@@ -9,12 +9,12 @@
 
 namespace truetriad {
 
-// A rest on a face of the six-face block: one body axis points up but for the face's own tilt t,
-// which all its rests share, and for how each is seated.
+// A rest on a face of the six-face block: one body axis points up, except for the face's own tilt
+// t, which all its rests share, and the scatter of each rest.
 //
 //   rows   [tangent axes]^T u - t        u: the up direction in the body
 //
-// Parameters: the face's tilt (2, rad), the state. A direction is then that of gravity.
+// Parameters: the face's tilt (2, rad), the state. A direction is that of gravity.
 class FaceRow final : public Row {
  public:
   FaceRow(int face, const SharedBlock& tilt, PoseKind state);

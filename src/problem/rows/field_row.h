@@ -19,26 +19,26 @@ namespace truetriad {
 //
 //   rows   h(S x) + b - y,   x = M R^T v        h: higher terms, triad_model.h
 //
-// y is a mean of readings over which the body turned by a little: M is the mean of R_i^T R over
-// them, Identity at rest. S, b and h at the temperature of the pose. Of a pose of which only the
-// direction d is known, x = |v| d.
+// y is a mean of readings over which the body turned slightly: M is the mean of R_i^T R over them,
+// Identity at rest. S, b and h are those at the temperature of the pose. In a pose of which only
+// the direction d is known, x = |v| d.
 //
-// The turns R^T R_i = Exp(t_i w) are the gyroscope's, and follow its parameters: with the rate that
-// is another by e,
+// The turns R^T R_i = Exp(t_i w) are measured by the gyroscope and depend on its parameters: a
+// change e of the rate changes
 //
 //   dM = -<t> [e] + <t^2> ([e] [w] + [w x e] / 2)        [.]: skew; third order of t w left out
 //
-// A turn that stays while the gyroscope's axes are looked for would hold them where they are.
+// A constant M would pull the gyroscope's axes to those at which M was computed.
 //
-// Parameters: the triad's (TriadBlocks), the reference block (6), where turns are followed the
-// gyroscope's bias (3) and sensitivity (9, column by column), the state.
+// Parameters: the triad's (TriadBlocks), the reference block (6), if M is updated the gyroscope's
+// bias (3) and sensitivity (9, column by column), the state.
 class FieldRow : public Row {
  public:
   struct Reading {
     Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
     Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();  // M
     ThermalFactors thermal;
-    std::shared_ptr<const Turning> turning = nullptr;  // what M was made with; null: M stays
+    std::shared_ptr<const Turning> turning = nullptr;  // what M was computed from; null: M stays
   };
 
   bool Evaluate(double const* const* parameters,
@@ -66,8 +66,8 @@ class FieldRow : public Row {
     return parameters[shared_blocks().size()];
   }
 
-  // By how much the rate is another than that with which M was made. `gyroscope`: its bias and its
-  // sensitivity.
+  // The rate with the present gyroscope minus that with which M was computed. `gyroscope`: its bias
+  // and its sensitivity.
   template <typename T>
   Eigen::Matrix<T, 3, 1> RateChange(T const* const* gyroscope) const {
     if (reading_.turning == nullptr) return Eigen::Matrix<T, 3, 1>::Zero();
@@ -77,7 +77,7 @@ class FieldRow : public Row {
            reading_.turning->rate_radps.cast<T>();
   }
 
-  // dM u, linear in u and in the change of the rate.
+  // dM u, which is linear in u and in the change of the rate.
   template <typename T>
   Eigen::Matrix<T, 3, 1> Followed(const Eigen::Matrix<T, 3, 1>& u,
                                   const Eigen::Matrix<T, 3, 1>& rate_change) const {
@@ -102,7 +102,7 @@ class FieldRow : public Row {
     return field + Followed(in_body, rate_change);
   }
 
-  // M with the gyroscope as it is.
+  // M with the present gyroscope.
   Eigen::Matrix3d TurnAt(const Eigen::Vector3d& rate_change) const;
   // Derivatives by the gyroscope; `in_body`: the world's vector in the body.
   void SetGyroscopeJacobians(const Eigen::Matrix3d& by_field,

@@ -7,7 +7,7 @@
 
 namespace truetriad {
 
-// The gyroscope while a known rate was held, or the mean rate of a known turn, which shows its
+// The gyroscope while a known rate was held, or the mean rate of a known turn, which determines its
 // axis: rate_row.h.
 class KnownRateRow final : public RateRow {
  public:

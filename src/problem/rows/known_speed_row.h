@@ -7,10 +7,10 @@
 
 namespace truetriad {
 
-// The gyroscope while a rate of known size w was held about an axis d that nobody knows, as on a
-// turntable that the unit is fixed to in any attitude: rate_row.h at the rate w d.
+// The gyroscope while a rate of known size w was held about an unknown axis d, as on a turntable to
+// which the unit is fixed in any attitude: rate_row.h at the rate w d.
 //
-// With d at its best this is |C (y - b - G f)| = w, each weighed with its own noise. Parameters:
+// With d at its optimum this is |C (y - b - G f)| = w, weighted by the readings' noise. Parameters:
 // those of RateRow; the axis, a direction in the body.
 class KnownSpeedRow final : public RateRow {
  public:

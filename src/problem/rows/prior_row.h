@@ -7,7 +7,7 @@
 
 namespace truetriad {
 
-// What a data sheet or a batch says of one entry of a parameter block:
+// A prior of one entry of a parameter block, from a data sheet or a batch:
 //
 //   row   p_i - mean        the parameter's unit
 //

@@ -11,14 +11,14 @@
 
 namespace truetriad {
 
-// The gyroscope while it turns at a rate w, that known_rate_row.h and known_speed_row.h know in
-// their own ways:
+// The gyroscope while it turns at a rate w, which known_rate_row.h and known_speed_row.h define
+// differently:
 //
 //   rows   h(S w) + b + G f - y        raw unit of the gyroscope
 //
-// f: mean specific force meanwhile, as the accelerometer saw it. Parameters: the triad's
-// (TriadBlocks); g-sensitivity (9, column by column), where there is one. Rates are stated against
-// the table: the earth's is not counted in them.
+// f: mean specific force meanwhile, by the accelerometer. Parameters: the triad's (TriadBlocks);
+// g-sensitivity (9, column by column), where there is one. Rates are stated relative to the table:
+// the earth's rate is not added.
 class RateRow : public Row {
  protected:
   RateRow(const SharedLayout& layout,
@@ -51,7 +51,7 @@ class RateRow : public Row {
     Eigen::Map<Vector3>{residuals} = raw - mean_raw_.cast<T>();
   }
 
-  // By the shared blocks.
+  // Jacobians with respect to the shared blocks.
   void SetSharedJacobians(const TriadModel<double>& model,
                           const Eigen::Vector3d& rate,
                           double** jacobians) const {

@@ -8,19 +8,18 @@
 
 namespace truetriad {
 
-// A parameter block that many rows share: where it stands in the shared vector (SharedLayout).
+// A parameter block that many rows share, by its place in the shared vector (SharedLayout).
 struct SharedBlock {
   int offset = 0;
   int size = 0;
 };
 
-// One physical statement, as Ceres takes it: what the model says minus what was read or stated, in
-// the unit of that. It is not weighted: WhitenedRow weighs any of them.
+// One physical statement as a Ceres cost function: model minus reading or stated value, in the
+// latter's unit. It is not weighted: WhitenedRow does this for every row.
 //
-// Parameter blocks: the shared ones of shared_blocks(), then the state of each pose that it sees
-// (one, or two neighbours): its attitude, world <- body, as a quaternion x y z w; or, of a pose of
-// which only a direction is known, that direction in the body, x y z. What the model does not have
-// is not in the list.
+// Parameter blocks: the shared ones of shared_blocks(), then the state of each of its poses (one,
+// or two neighbours): its attitude, world <- body, as a quaternion x y z w; or, if only a direction
+// is known, that direction in the body, x y z. Blocks of terms that the model lacks are left out.
 //
 // Derivatives by a state are those along its manifold, times the manifold's own Minus: exact for
 // every ceres::Manifold of the unit quaternions or of the sphere.
@@ -34,8 +33,8 @@ class Row : public ceres::CostFunction {
 
   // All shared blocks come before the first state.
   void AddShared(const SharedBlock& block);
-  // The first of them, with room for as many `more` and for states and no more than that: a chain
-  // has a row or three for each of many thousand poses.
+  // Adds the first of them and reserves exactly `more` further ones and two states, since a chain
+  // has up to three rows for each of many thousand poses.
   void AddFirstShared(const std::vector<SharedBlock>& blocks, std::size_t more);
   void AddState(int size) { mutable_parameter_block_sizes()->push_back(size); }
 
@@ -43,8 +42,9 @@ class Row : public ceres::CostFunction {
   std::vector<SharedBlock> shared_blocks_;
 };
 
-// A quaternion, and a unit vector.
+// Entries of a quaternion, and
 inline constexpr int kAttitudeSize = 4;
+// of a unit vector.
 inline constexpr int kDirectionSize = 3;
 
 }  // namespace truetriad

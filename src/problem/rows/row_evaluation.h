@@ -11,21 +11,21 @@
 
 namespace truetriad {
 
-// The values of one row and its derivatives, in a buffer that is used again for the next.
+// The values of one row and its derivatives, in a buffer that is reused for the next row.
 class RowEvaluation {
  public:
   using Jacobian = Eigen::Map<
       const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 3, 9>>;
 
-  // `shared`: the vector of all shared parameters; `states`: those that the row sees. False where
-  // there is no value.
+  // `shared`: the vector of all shared parameters; `states`: those of the row. False if the row
+  // cannot be evaluated.
   bool Evaluate(const Row& row,
                 const double* shared,
                 const std::array<const double*, 2>& states,
                 bool with_jacobians);
 
   Eigen::Map<const Eigen::VectorXd> residual() const { return {residual_.data(), rows_}; }
-  // By the i-th of row.shared_blocks(); by the first or the second state (ambient).
+  // Derivatives by the i-th of row.shared_blocks(); by the first or second state (ambient).
   Jacobian BySharedBlock(std::size_t i) const { return {jacobians_[i], rows_, sizes_[i]}; }
   Jacobian ByState(std::size_t i) const { return BySharedBlock(shared_count_ + i); }
   // All of them, block after block, each row-major.

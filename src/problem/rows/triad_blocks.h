@@ -12,10 +12,9 @@
 
 namespace truetriad {
 
-// How the model of one triad at one pose is made of parameter blocks: each block, times the factor
-// that temperature, its rate and the session give it at that pose, adds to the bias, to the
-// sensitivity or to a higher term. A block of a term that the model does not have is not in the
-// list.
+// The model of one triad at one pose as a sum over parameter blocks: each block, times its factor
+// of temperature, temperature rate or session at that pose, adds to the bias, the sensitivity or a
+// higher term. Blocks of terms that the model lacks are left out.
 //
 //   bias (3), sensitivity (9, column by column), thermal bias and rate terms (3 each), thermal
 //   sensitivity (9 each), sessions' biases (3 each), axis terms (3 each)
@@ -26,7 +25,7 @@ class TriadBlocks {
   std::vector<SharedBlock> blocks() const;
   std::size_t count() const { return terms_.size(); }
 
-  // The model where the blocks have these values, in their order.
+  // The model at these values of the blocks, in their order.
   template <typename T>
   TriadModel<T> ModelAt(T const* const* values) const {
     using Vector3 = Eigen::Matrix<T, 3, 1>;
@@ -48,7 +47,7 @@ class TriadBlocks {
     return model;
   }
 
-  // Derivatives by the blocks of model.RawFromTruth(field). jacobians[i] may be null: nobody asks.
+  // Derivatives of model.RawFromTruth(field) by the blocks; a null jacobians[i] is not wanted.
   void SetFieldJacobians(const TriadModel<double>& model,
                          const Eigen::Vector3d& field,
                          double** jacobians) const;
@@ -57,7 +56,7 @@ class TriadBlocks {
   struct ByParts {
     Eigen::Matrix3d bias;
     Eigen::Matrix<double, 3, 9> sensitivity;
-    PerAxisTerm<Eigen::Matrix3d> axis_terms;  // of those in the blocks
+    PerAxisTerm<Eigen::Matrix3d> axis_terms;  // of the terms in the blocks
   };
   void SetJacobians(const ByParts& by, double** jacobians) const;
 
@@ -73,7 +72,7 @@ class TriadBlocks {
   std::vector<Term> terms_;
 };
 
-// d (M v) / d M, column by column, row-major.
+// d (M v) / d M, with M column by column; the Jacobian is row-major.
 void SetMatrixTimesVector(const Eigen::Vector3d& vector, double* jacobian);
 
 }  // namespace truetriad

@@ -13,18 +13,18 @@
 
 namespace truetriad {
 
-// The gyroscope's turn from one pose to the next, or a turn that the operator states, between two
-// attitudes that are held:
+// The rotation by the gyroscope from one pose to the next, or a stated turn between two held
+// attitudes:
 //
 //   rows   Log(dR(b, S, G, a)^T R_k^T Exp(e dt) R_k+1)      rad, in the body frame of the second
 //
-// dR: the readings integrated about one point of the gyroscope's parameters, and linear in them
-// about it: dR = dR_0 Exp(J d), Forster et al. 2017. e: the earth's rate, where it is counted; by
-// e dt the world of the second pose has turned against the stars since the first. A stated turn is
-// stated against the table: the earth's rate is not counted in it.
+// dR: the readings integrated at one point of the gyroscope's parameters, and linear in them about
+// it: dR = dR_0 Exp(J d), Forster et al. 2017. e: the earth's rate, if modelled; the world of the
+// second pose has turned by e dt in inertial space since the first. A stated turn is relative to
+// the table, so that the earth's rate is not added.
 //
 // Parameters: the gyroscope's (TriadBlocks); g-sensitivity (9), where there is one; the reference
-// block (6), where the earth's rate is counted; both attitudes.
+// block (6), if the earth's rate is modelled; both attitudes.
 class TurnRow final : public Row {
  public:
   // `increment`, integrated at the parameters `at`, must outlive the row.
@@ -72,7 +72,7 @@ class TurnRow final : public Row {
     parts.second = parameters[at + 1];
     return parts;
   }
-  // J d of the gyroscope's parameters.
+  // J d, d being the change of the gyroscope's parameters.
   template <typename T>
   Eigen::Matrix<T, 3, 1> ChangeOf(T const* const* parameters) const {
     using Matrix3 = Eigen::Matrix<T, 3, 3>;

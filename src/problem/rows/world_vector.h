@@ -11,9 +11,9 @@
 
 namespace truetriad {
 
-// What a triad at rest senses in the frame of the attitudes, from the reference block
+// The vector that a triad at rest senses in the frame of the attitudes, from the reference block
 // (ReferenceIndex): specific force (0, 0, g), or the field B (cos dip cos heading, cos dip sin
-// heading, -sin dip); a fixture's tilt t turns that frame against the level one: Exp(-t) v.
+// heading, -sin dip); a fixture's tilt t rotates that frame from the level one: Exp(-t) v.
 template <typename T>
 Eigen::Matrix<T, 3, 1> WorldVectorOf(Triad triad, const T* reference) {
   using std::cos;
@@ -30,8 +30,8 @@ Eigen::Matrix<T, 3, 1> WorldVectorOf(Triad triad, const T* reference) {
   return world;
 }
 
-// The earth's rate in the frame of the attitudes: turned about the vertical by the heading of
-// magnetic north, then by the fixture's tilt, as the field is.
+// The earth's rate in the frame of the attitudes: rotated about the vertical by the heading of
+// magnetic north, then by the fixture's tilt, like the field.
 template <typename T>
 Eigen::Matrix<T, 3, 1> EarthRateOf(const Eigen::Vector3d& earth_rate_radps, const T* reference) {
   using std::cos;
@@ -45,8 +45,8 @@ Eigen::Matrix<T, 3, 1> EarthRateOf(const Eigen::Vector3d& earth_rate_radps, cons
   return world;
 }
 
-// The vector of a triad with its derivative by the reference block. The last one of each triad is
-// kept, thread by thread: all rows of a graph ask for the same.
+// The vector of a triad with its derivative by the reference block. Each thread caches the last one
+// of each triad, since all rows of a graph use the same.
 struct WorldVectorWithJacobian {
   Eigen::Vector3d vector;
   Eigen::Matrix<double, 3, kReferenceSize> by_reference;
