@@ -13,10 +13,10 @@
 namespace truetriad {
 
 // The whole problem as an ordinary ceres::Problem: a residual block for every row, whitened; the
-// shared parameters in their blocks, each on the subspace that is free; every attitude on its own
-// manifold. What is solved otherwise is held against this, and extensions add to it.
+// shared parameters in their blocks, each on its free subspace; every attitude on its own manifold.
+// Tests compare the elimination with it, and extensions add to it.
 //
-// `shared` and the states of `problem`, both outliving it, are its parameters.
+// `shared` and the states of `problem` are its parameters and must outlive it.
 std::unique_ptr<ceres::Problem> CeresProblemOf(ChainProblem* problem, Eigen::VectorXd* shared);
 
 // Minimises it by Ceres' Levenberg-Marquardt with sparse normal equations.

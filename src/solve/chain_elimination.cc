@@ -12,9 +12,9 @@
 namespace truetriad {
 namespace {
 
-// A panel of this many states stays in the cache while it is squared.
+// A panel of 64 states, 192 rows, fits the cache while it is squared (80 kB at 50 columns).
 constexpr std::size_t kPanelStates = 64;
-// A residual of this share of the signal and more bends the cost as much as the signal does.
+// A larger residual, as a share of the signal, has over 30 % of Gauss-Newton's curvature.
 constexpr double kBends = 0.3;
 
 bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& b) {
@@ -24,7 +24,7 @@ bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& 
       });
 }
 
-// Of less than three rows filled up with zeros.
+// The root of a row; one of fewer than three values is padded with zeros.
 Eigen::Matrix3d Root(const ChainRow& row) {
   Eigen::Matrix3d root = Eigen::Matrix3d::Zero();
   root.topLeftCorner(row.root.rows(), row.root.cols()) = row.root;
@@ -33,7 +33,7 @@ Eigen::Matrix3d Root(const ChainRow& row) {
 
 }  // namespace
 
-// Rows of one pattern, collected until there are enough to square them at once.
+// Collects rows of one pattern until there are enough to square them at once.
 class ChainElimination::SquaredRows {
  public:
   explicit SquaredRows(Eigen::Index columns)
@@ -76,7 +76,7 @@ struct ChainElimination::LinearRow {
   Eigen::Matrix3d by_first, by_second;
 };
 
-// The state that is to be eliminated next, and what the row into the one after it adds to that.
+// The next state to eliminate, and what rows that couple it with the one after add to that one.
 struct ChainElimination::Arrow {
   explicit Arrow(Eigen::Index free)
       : columns(3, free + 1),
@@ -105,10 +105,9 @@ struct ChainElimination::Arrow {
   Eigen::MatrixXd eliminated;
 };
 
-// What a Gauss-Newton step lacks where a residual is not small: second derivatives by a rotation
-// are as long as the first ones, so this much more of a curvature never steps beyond the least
-// cost. A reading twice as long as its field, left alone with an attitude, is stepped over for ever
-// without.
+// The curvature that a Gauss-Newton step lacks where a residual is large: second derivatives by a
+// rotation are as long as the first ones, so that with this bound no step passes the least cost. A
+// reading twice as long as its field, the only one of an attitude, is else overshot for ever.
 double ChainElimination::BendOf(const LinearRow& row) {
   const double residual = row.residual.norm();
   const double signal = row.by_first.norm() / std::numbers::sqrt2;
@@ -227,7 +226,7 @@ void ChainElimination::LineariseAndEliminate(const Eigen::VectorXd& shared) {
       const std::size_t seen = problem_.rows[index].row->state_count();
       if (seen == 0) continue;
       arrow.pivot.noalias() += linear.by_first.transpose() * linear.by_first;
-      // Where no states will be asked for there is no step either.
+      // LineariseOnce is followed by no step, so that it needs no additional curvature.
       if (keeps_panels_ && seen == 1) arrow.pivot.diagonal().array() += BendOf(linear);
       Arrow::AddColumns(linear.by_first, linear, pattern.free, &arrow.columns);
       if (seen == 1) continue;
@@ -242,7 +241,7 @@ void ChainElimination::LineariseAndEliminate(const Eigen::VectorXd& shared) {
 
 void ChainElimination::EliminateState(std::size_t k, Arrow* arrow) {
   const std::size_t count = problem_.states.size();
-  // Dimensions that a state does not have stand alone.
+  // Unused dimensions of a state have 1 on the diagonal.
   for (int i = TangentSize(problem_.states[k].kind); i < 3; ++i) arrow->pivot(i, i) = 1.0;
   factor_.Append(arrow->pivot, arrow->coupling);
   if (k % kPanelStates == 0) {
@@ -265,7 +264,7 @@ void ChainElimination::EliminateState(std::size_t k, Arrow* arrow) {
   arrow->next_columns.setZero();
 }
 
-// What the rows say less what the states took of it.
+// The sum of squares of the rows minus the part of the eliminated states.
 void ChainElimination::Finish(std::vector<SquaredRows>* squares,
                               const Eigen::MatrixXd& eliminated) {
   const int n = problem_.layout->free_size();

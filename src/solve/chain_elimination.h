@@ -15,33 +15,33 @@
 
 namespace truetriad {
 
-// A problem linearised, with the states (p_k, their tangent spaces) eliminated from the first to
-// the last, the free shared coordinates t coming last: an arrow. With whitened rows r + J t + A p
-// and N = A^T A (chain_factor.h), what is left is M = J^T J - J^T A N^-1 A^T J with its gradient.
-// Only what the back substitution needs is kept of each state: time and memory are linear in their
+// A linearised problem whose states (tangent spaces p_k) are eliminated from the first to the last,
+// before the free shared coordinates t: an arrow matrix. With whitened rows r + J t + A p and N =
+// A^T A (chain_factor.h), the reduced system is M = J^T J - J^T A N^-1 A^T J with its gradient.
+// Each state stores only what its back substitution needs: time and memory are linear in their
 // number.
 class ChainElimination final : public EliminatedProblem {
  public:
   explicit ChainElimination(ChainProblem problem);
 
-  // Linearises at `shared` and the states that go with it: those that the last linearisation gives
-  // there, the first time those of the problem.
+  // Linearises at `shared` and its states: those that the last linearisation gives there, the first
+  // time those of the problem.
   void Linearise(const Eigen::VectorXd& shared) override;
-  // The same for the last time, in less memory: no states will be asked for elsewhere.
+  // The same in less memory: no states can be computed at other parameters afterwards.
   void LineariseOnce(const Eigen::VectorXd& shared);
   double CostAt(const Eigen::VectorXd& shared) const override;
   double cost() const override { return cost_; }
   const Eigen::VectorXd& gradient() const override { return gradient_; }
   const Eigen::MatrixXd& information() const override { return information_; }
 
-  // Where it was linearised last.
+  // The parameters of the last linearisation.
   const Eigen::VectorXd& shared() const { return at_; }
   ChainProblem TakeProblem() && { return std::move(problem_); }
   const std::vector<ChainState>& states() const { return problem_.states; }
   const std::vector<ChainRow>& rows() const { return problem_.rows; }
 
-  // Of each row where it was linearised: its whitened values, and how much of their covariance the
-  // states leave, 1 - leverage; rows of less than three values are filled up with zeros.
+  // For each row, at the last linearisation: its whitened values, and the share of their covariance
+  // that the states leave, 1 - leverage; rows of fewer than three values have zeros.
   struct Residual {
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
     Eigen::Matrix3d left = Eigen::Matrix3d::Zero();
@@ -49,8 +49,8 @@ class ChainElimination final : public EliminatedProblem {
   std::vector<Residual> Residuals() const;
 
  private:
-  // Rows with the same shared blocks, and how the columns of those make columns of the free
-  // coordinates that they touch.
+  // Rows with the same shared blocks, and the map from the columns of these blocks to those of the
+  // free coordinates in them.
   struct Pattern {
     std::vector<SharedBlock> blocks;
     struct Term {
@@ -87,12 +87,12 @@ class ChainElimination final : public EliminatedProblem {
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd information_;
   ChainFactor factor_;
-  // H_k of the columns A_k^T [J, r] that are left when k is eliminated, some states a panel; the
-  // last panel alone where nothing else is kept.
+  // H_k times the columns A_k^T [J, r] that are left when k is eliminated, kPanelStates states per
+  // panel; only the last panel if states are not needed.
   std::vector<Eigen::MatrixXd> panels_;
 };
 
-// A graph, which must outlive it, linearised where it stands.
+// A graph linearised at its present values; it must outlive the result.
 ChainElimination Linearised(const PoseGraph& graph);
 
 }  // namespace truetriad

@@ -42,9 +42,9 @@ void ChainFactor::SolveInPlace(StackedRows* b) const {
   }
 }
 
-// c_k = b_k - G_{k-1}^T c_{k-1} as long as anything is left of it; then each c_k becomes H_k c_k.
+// c_k = b_k - G_{k-1}^T c_{k-1} until c_k is negligible; then each c_k becomes H_k c_k.
 void ChainFactor::HalfSolveInPlace(Panel* panel) const {
-  constexpr double kNothingLeft = 1e-10;  // of the largest: 1e-20 of a square
+  constexpr double kNothingLeft = 1e-10;  // of the largest: squares are below rounding, 1e-20
   StackedRows& rows = panel->rows;
   Eigen::Index count = rows.rows() / 3;
   double largest = 0.0;
@@ -86,10 +86,10 @@ ChainFactor::Blocks ChainFactor::Inverse() const {
   return inverse;
 }
 
-// Each line of Append and of Inverse, differentiated.
+// Differentiates each line of Append and of Inverse.
 ChainFactor::Blocks ChainFactor::InverseDerivative(const Blocks& inverse,
                                                    const Blocks& change) const {
-  // Of L_k^-1 and of G_k.
+  // Derivatives of L_k^-1 and of G_k.
   std::vector<Eigen::Matrix3d> left_inverse(states()), gain(gain_.size());
   for (std::size_t k = 0; k < states(); ++k) {
     Eigen::Matrix3d left = change.own[k];

@@ -10,20 +10,20 @@
 
 namespace truetriad {
 
-// The part of a normal matrix that belongs to the states of a chain, in which only neighbours are
-// coupled: block tridiagonal, symmetric, positive definite, three rows a state. Everything is
-// linear in the number of states.
+// Block of a normal matrix for the states of a chain, in which only neighbours are coupled: block
+// tridiagonal, symmetric, positive definite, three rows per state. Every operation is linear in the
+// number of states.
 //
 //   N = [ N_0   U_0              ]      eliminated from the first state to the last:
 //       [ U_0^T N_1   U_1        ]        L_0 = N_0,  L_k = N_k - U_{k-1}^T L_{k-1}^-1 U_{k-1}
 //       [       U_1^T N_2   …    ]        G_k = L_k^-1 U_k,  H_k^T H_k = L_k^-1
 //
-// A dimension that a state does not have has 1 on the diagonal and nothing else. Where nothing
-// couples two states, a new chain starts.
+// Unused dimensions of a state have 1 on the diagonal and zeros beside it. Between states that are
+// not coupled a new chain starts.
 class ChainFactor {
  public:
   void Reserve(std::size_t states);
-  // The next state: its block of N, and the block between it and the state after it; zero where
+  // Appends a state: its block of N, and the block between it and the state after it; zero where
   // they are not coupled.
   void Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling);
 
@@ -31,15 +31,15 @@ class ChainFactor {
   // Rows of all states; those of state k begin at 3 k.
   Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(states()); }
   const Eigen::Matrix3d& half(std::size_t state) const { return half_[state]; }  // H_k
-  // G_k; of a state that is coupled with the next.
+  // G_k; only of a state that is coupled with the next.
   const Eigen::Matrix3d& gain(std::size_t state) const { return gain_[state]; }
   bool IsCoupled(std::size_t state) const { return state < gain_.size() && is_coupled_[state]; }
 
-  // From b to N^-1 b, for any number of columns.
+  // Replaces b by N^-1 b, for any number of columns.
   void SolveInPlace(StackedRows* b) const;
 
-  // L^-1 b with N = L L^T for columns that begin with a state: in `rows` b, as far as it goes;
-  // then what follows from it, as far as anything is left of it.
+  // L^-1 b with N = L L^T for columns that are zero before state `first`: `rows` is b from there to
+  // its last nonzero row, afterwards the result until it is negligible.
   struct Panel {
     std::size_t first = 0;
     StackedRows rows;
@@ -58,12 +58,12 @@ class ChainFactor {
     }
   };
   Blocks Inverse() const;
-  // How those blocks change when N changes by blocks; `inverse` is what Inverse gives.
+  // The derivative of those blocks when N changes by blocks; `inverse` is the result of Inverse.
   Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
 
  private:
   std::vector<Eigen::Matrix3d> half_;
-  // As far as the last state that is coupled with the next: poses without turns have none.
+  // Up to the last state that is coupled with the next: empty for poses without turns.
   std::vector<Eigen::Matrix3d> coupling_, gain_;
   std::vector<bool> is_coupled_;
 };

@@ -8,7 +8,7 @@
 namespace truetriad {
 namespace {
 
-// `done` is told of each node whose rows are made.
+// `done` is called with each node after its rows are made.
 template <typename Done>
 ChainProblem MakeChain(const PoseGraph& graph, const Done& done) {
   ChainProblem problem;

@@ -18,11 +18,12 @@
 namespace truetriad {
 namespace {
 
+// Smaller eigenvalues, as a share of the largest, are rounding errors: 5 epsilon of a double.
 constexpr double kRootTolerance = 1e-15;
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// residual = [root^-T gradient, what is left of the cost], jacobian = [root, 0].
+// residual = [root^-T gradient, root of the remaining cost], jacobian = [root, 0].
 class EliminatedCost final : public ceres::CostFunction {
  public:
   EliminatedCost(const SharedLayout& layout,
@@ -47,7 +48,7 @@ class EliminatedCost final : public ceres::CostFunction {
     const int n = layout_.free_size();
     Eigen::Map<Eigen::VectorXd> residual(residuals, n + 1);
     if (jacobians == nullptr) {
-      // Only the length counts.
+      // Without Jacobians Ceres uses only the length of the residuals.
       residual.setZero();
       residual[n] = std::sqrt(
           2.0 * (is_linearised_ && shared == at_ ? problem_.cost() : problem_.CostAt(shared)));
@@ -101,19 +102,19 @@ class EliminatedCost final : public ceres::CostFunction {
   std::vector<SharedBlock> blocks_;
   EliminatedProblem& problem_;
   Eigen::VectorXd scale_;
-  // Ceres evaluates through a const pointer; what stands below belongs to the last linearisation.
+  // Ceres evaluates through a const pointer; the members below are of the last linearisation.
   mutable bool is_linearised_ = false;
   mutable Eigen::VectorXd at_;
   mutable Eigen::MatrixXd root_;
   mutable Eigen::VectorXd residual_;
 };
 
-// At the optimum rounding decides whether a step lowers the cost. Ceres would try shorter and
+// At the optimum rounding decides whether a step lowers the cost; without this Ceres would try ever
 // shorter ones.
 class StopAtRounding : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    // Rounding of a sum of 1e4 squares.
+    // Rounding error of a sum of 1e4 squares: 1e4 times 2e-16.
     constexpr double kRounding = 1e-12;
     const bool has_not_moved = summary.iteration > 0 && !summary.step_is_successful &&
                                summary.step_is_valid &&

@@ -13,7 +13,7 @@
 namespace truetriad {
 
 double FarInChi2(double noise_dof) {
-  // 2 log 1000.
+  // 2 log 1000 = 13.8.
   constexpr double kFar = 13.8;
   return std::isfinite(noise_dof) ? noise_dof * std::expm1(kFar / noise_dof) : kFar;
 }
@@ -22,10 +22,10 @@ bool OtherSide::IsTold(double noise_dof) const { return !(std::abs(worse) < FarI
 
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
                                           const PoseGraph& solved) {
-  // The other side is 30 deg away, and readings that scatter by more than 6 deg are refused: four
-  // poses, the fewest, tell by a χ² of 100 that it is not where the dip is held to. A σ of it lets
-  // the other side be what is stated.
+  // At sin dip = 0.25 the other side is 29 deg away, and readings that scatter by more than 6 deg
+  // are refused: four poses, the fewest, exclude it by χ² = 4 (29 / 6)^2, about 100.
   constexpr double kFarSine = 0.25;
+  // A stated dip with a σ must exclude the other side by as much.
   constexpr double kFarChi2 = 100.0;
   if (!MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
   const Knowledge& stated = options.reference.dip_rad;

@@ -8,25 +8,25 @@
 
 namespace truetriad {
 
-// From which χ² on, above that of another, one of two solutions is a thousand times less likely:
-// 2 log 1000 where the noise is known, more where so many degrees of freedom tell it (Student's t).
+// How much more χ² makes one of two solutions a thousand times less likely: 2 log 1000 if the noise
+// is known, more if it has so many degrees of freedom (Student's t).
 double FarInChi2(double noise_dof);
 
-// A solution with the magnetometer's negative and the field on the other side of the horizontal.
+// A solution with the magnetometer reversed, the field on the other side of the horizontal.
 struct OtherSide {
   PoseGraph graph;
   double worse = 0.0;  // χ² above that of the first
 
-  // Whether it tells which of the two it is.
+  // Whether χ² decides which of the two is true.
   bool IsTold(double noise_dof) const;
 };
 
-// Where a dip is known, fixed or with a σ, near enough to the horizontal that the other side might
-// be the one: solved from there. Without a known dip both sides are one solution (hemisphere.h).
+// The other side's solution, if the dip is known, fixed or with a σ, and near enough to the
+// horizontal that this is possible. Without a known dip both are one solution (hemisphere.h).
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options, const PoseGraph& solved);
 
-// The field on the side where it is; false where it was there. Without a known dip that is the same
-// solution, else another one, and the likelier.
+// Moves the field to its true side; false if it was there. Without a known dip both sides are one
+// solution, else the likelier one is taken.
 bool SettleField(const CalibrateOptions& options, double noise_dof, PoseGraph* graph);
 
 }  // namespace truetriad

@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-// Parameters that move in a linear subspace: x + basis * delta. Held entries are rows of zeros,
+// Parameters restricted to a linear subspace: x + basis * delta. Held entries are rows of zeros,
 // tied entries share a column.
 class LinearManifold final : public ceres::Manifold {
  public:

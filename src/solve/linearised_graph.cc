@@ -6,7 +6,7 @@
 namespace truetriad {
 namespace {
 
-// What is not zero of the basis of the free coordinates: hardly more than one entry a column.
+// Nonzero entries of the basis of the free coordinates: hardly more than one per column.
 struct BasisEntry {
   Eigen::Index row = 0;
   Eigen::Index column = 0;
@@ -167,7 +167,7 @@ void LinearisedGraph::ProjectInPlace(StackedRows* y) const {
   }
 }
 
-// V^-1 and V^-1 A with the variances and weights that the graph has now.
+// V^-1 and V^-1 A with the graph's present variances and weights.
 void LinearisedGraph::Weight(const PoseGraph& graph) {
   const auto take = [&](const Factor& factor, const auto& information) {
     for (Eigen::Index row = 0; row < factor.rows; row += 3) {

@@ -40,7 +40,7 @@ void ReducedSystem::Complete(const PoseGraph& graph) {
   shared_ = SharedInformation(graph.layout, graph.shared, matrix(), gradient());
   projected_ = projected_columns().col(size());
   if (size() > 0) projected_ += B() * step();
-  BM_ = {};  // before there is another
+  BM_ = {};  // frees the memory before the next product
   BM_ = ProductOfRows(projected_columns(), covariance());
 }
 
@@ -52,7 +52,7 @@ Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index r
 }
 
 // With W = V^-1, N = A^T W A, E = W A: dW = -W dV W, dN = A^T dW A, and of D = W - E N^-1 E^T the
-// block of the rows c, where dV_c is what those change by themselves (W couples no others),
+// block of the rows c is as follows, dV_c being their own change (W couples no others),
 //
 //   dW_c - H - H^T - E_c d(N^-1) E_c^T,    dW_c = -W_c dV_c W_c,  H = -W_c dV_c E_c N^-1 E_c^T.
 std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(

@@ -11,15 +11,14 @@
 
 namespace truetriad {
 
-// The linearised graph with what its solution is known to: what ceres::Covariance would give where
-// it can, plus what it cannot: projections of residuals, variance components, rank-deficient
-// systems. With the whole system's projector P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all
-// columns)
+// The linearised graph with its covariance: what ceres::Covariance computes, and also projections
+// of residuals, variance components and rank-deficient systems. With the whole system's projector P
+// = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all columns)
 //
 //   P = D - D J M^-1 J^T D        P r = D (r + J step).
 class ReducedSystem : public LinearisedGraph {
  public:
-  // Three rows of a factor that have one variance, and what that changes by.
+  // Three rows of a factor with a common variance, and the change of that.
   struct VarianceChange {
     std::size_t factor = 0;
     Eigen::Index row = 0;  // of the factor's
@@ -28,7 +27,7 @@ class ReducedSystem : public LinearisedGraph {
 
   explicit ReducedSystem(const PoseGraph& graph);
 
-  // As LinearisedGraph, with all that follows.
+  // As LinearisedGraph, with the members of this class.
   void Linearise(const PoseGraph& graph);
   void Eliminate(const PoseGraph& graph);
 
@@ -36,7 +35,7 @@ class ReducedSystem : public LinearisedGraph {
   const StackedRows& BM() const { return BM_; }
   const Eigen::VectorXd& projected() const { return projected_; }
 
-  // M and what follows from it.
+  // M and results from it.
   const SharedInformation& shared() const { return shared_; }
   const Eigen::MatrixXd& information() const { return shared_.matrix(); }
   const Eigen::MatrixXd& covariance() const { return shared_.covariance(); }
@@ -44,15 +43,15 @@ class ReducedSystem : public LinearisedGraph {
   int rank() const { return shared_.rank(); }
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
-  // The blocks of D and of P that belong to a factor: of D all rows, of P three.
+  // A factor's diagonal block of D, with all its rows, and of P, with three.
   auto D(std::size_t factor) const {
     const Eigen::Index rows = factors()[factor].rows;
     return D_.block(factors()[factor].row, 0, rows, rows);
   }
   Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
 
-  // The blocks of dD = -D dV D at the places of `wanted`, one for each; what those change is not
-  // looked at. `dV` has no rows twice.
+  // The diagonal blocks of dD = -D dV D for each of `wanted`, whose own `change` is not used. `dV`
+  // has no rows twice.
   std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
                                                    const std::vector<VarianceChange>& wanted) const;
 
@@ -60,7 +59,7 @@ class ReducedSystem : public LinearisedGraph {
   void Complete(const PoseGraph& graph);
 
   ChainFactor::Blocks pose_covariance_;
-  StackedRows D_;  // as wide as the most rows that a factor has
+  StackedRows D_;  // as many columns as the largest number of rows of a factor
   StackedRows BM_;
   Eigen::VectorXd projected_;
   SharedInformation shared_;

@@ -12,7 +12,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-// The common tile.
+// A tile of three by three, the common size.
 TRUETRIAD_WIDE_REGISTERS void AddThreeByThree(const RowTile& tile) {
   const double* const f = tile.factors;
   const Index s = tile.factors_stride;
@@ -44,13 +44,13 @@ struct RowProduct {
   double* out = nullptr;  // element (i, j) at i * out_row + j
   Index out_row = 0;
   Index rows = 0, inner = 0, columns = 0;
-  bool upper_only = false;  // blocks wholly below the diagonal are not worked out
+  bool upper_only = false;  // blocks wholly below the diagonal are not computed
 };
 
-constexpr Index kBlockRows = 4;
+constexpr Index kBlockRows = 4;  // 4 x 8 sums fill eight of AVX's 16 registers
 constexpr Index kBlockColumns = 8;
 
-// At least as large as a block; the last blocks overlap those before.
+// For results at least as large as a block; the last blocks overlap those before.
 TRUETRIAD_WIDE_REGISTERS void MultiplyInBlocks(const RowProduct& p) {
   using Four [[gnu::vector_size(32)]] = double;
   for (Index i = 0;; i = std::min(i + kBlockRows, p.rows - kBlockRows)) {

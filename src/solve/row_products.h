@@ -7,7 +7,7 @@
 
 namespace truetriad {
 
-// Rows of several factors or poses, one after another.
+// Rows of several factors or poses, one below the other.
 using StackedRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // out += factors * in for long rows `in` and `out`, which do not overlap. `factors`, column by
@@ -26,10 +26,10 @@ struct RowTile {
 void AddTile(const RowTile& tile);
 
 // out += sign * a * b for a small `a` and long rows of `b` and `out`, which do not overlap: in
-// tiles, where a general product would spend most of its time on packing.
+// tiles, since a general product would spend most of its time on packing.
 template <typename Small, typename In, typename Out>
 void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
-  // Rows and columns of a tile: 9 sums stay in registers.
+  // Rows and columns of a tile: its nine factors stay in registers.
   constexpr Eigen::Index kTile = 3;
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12> factors = sign * a;
   RowTile tile;
@@ -49,10 +49,10 @@ void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
   }
 }
 
-// a^T * b for as many rows of each.
+// a^T * b for matrices of equally many rows.
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
 
-// The same where it is known to be symmetric: only one triangle is worked out.
+// The same for a symmetric result: only one triangle is computed.
 Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b);
 
 // The first columns of `a`, as many as `b` has rows, times `b`.

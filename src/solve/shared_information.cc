@@ -10,12 +10,12 @@
 namespace truetriad {
 namespace {
 
-// Eigenvalues of the scaled information below this share of the largest are rounding: the
-// elimination squares the condition number, so half the digits of a double remain.
+// Eigenvalues of the scaled information below this share of the largest are rounding errors: it is
+// a square, so that 1e-14 here is 1e-7 in σ, half the digits of a double.
 constexpr double kRankTolerance = 1e-14;
 
-// A matrix with unit diagonal whose Cholesky pivots all stay above this is far from singular by the
-// measure above.
+// A matrix with unit diagonal whose Cholesky diagonal stays above this has pivots above 1e-10, far
+// from the rank tolerance.
 constexpr double kSafePivot = 1e-5;
 
 }  // namespace

@@ -16,10 +16,10 @@ struct ScaledFactor {
   Eigen::VectorXd per_own;  // one over the square roots of the diagonal
   Cholesky factor;
 };
-// Unset where the matrix is so near to singular that its eigenvalues must be looked at.
+// Unset if the matrix is so nearly singular that its eigenvalues are needed.
 std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
 
-// The information of all factors about the free shared coordinates, the attitudes eliminated.
+// The information of all factors on the free shared coordinates, the attitudes eliminated.
 class SharedInformation {
  public:
   SharedInformation() = default;
@@ -31,15 +31,15 @@ class SharedInformation {
 
   int size() const { return static_cast<int>(matrix_.rows()); }
   const Eigen::MatrixXd& matrix() const { return matrix_; }
-  // M^-1; a direction that is not determined (see `rank`) has zero variance here.
+  // M^-1; an undetermined direction (see `rank`) has zero variance here.
   const Eigen::MatrixXd& covariance() const { return covariance_; }
-  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors: worked out by
-  // this call.
+  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors; each call
+  // computes them.
   SymmetricEigen FindSpectrum() const;
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }
-  // No direction is near to rounding, however much better known one parameter is than another.
+  // No direction is near rounding, however different the σ of parameters are.
   bool is_regular() const { return is_regular_; }
   // The Gauss-Newton step; near zero at the optimum.
   const Eigen::VectorXd& step() const { return step_; }
@@ -54,9 +54,9 @@ class SharedInformation {
 // Variances of all shared entries, by the covariance of the free coordinates.
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
 
-// By how many of its σ some shared entry moves at most, where the free coordinates move by all
-// columns of `moves` at once: the root of the sum of its squares. Entries without a variance do not
-// count.
+// The largest change of a shared entry, in its σ, where the free coordinates change by all columns
+// of `moves` independently: the root of the sum of their squares. Entries without a variance are
+// skipped.
 double LargestInSigmas(const SharedLayout& layout,
                        const Eigen::MatrixXd& covariance,
                        const Eigen::MatrixXd& moves);

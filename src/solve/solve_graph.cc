@@ -12,10 +12,11 @@
 namespace truetriad {
 namespace {
 
-// Of all integrations together: what needs more is not determined, or far from its start.
+// For all integrations together: problems that need more are undetermined or start far away.
 constexpr int kMaxIterations = 300;
+// Each leaves an error of second order in its change, so that two or three suffice.
 constexpr int kMaxIntegrations = 10;
-// Of the tolerance: an increment that is linear to this needs no integration.
+// Share of the tolerance: an increment linear to this is not integrated again.
 constexpr double kStillLinear = 1e-2;
 
 SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance, int max_iterations) {
@@ -53,8 +54,8 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
     }
     graph->integrated_at = graph->shared;
   };
-  // An increment is linear in the gyroscope's parameters only near the point where it was
-  // integrated: integrated again, until the optimum stays.
+  // An increment is linear in the gyroscope's parameters only near the point of integration, so
+  // that it is integrated again until the optimum does not change.
   SolveOutcome whole;
   for (int round = 0; round < kMaxIntegrations && whole.iterations < kMaxIterations; ++round) {
     if (graph->integrated_at.size() == 0) graph->integrated_at = graph->shared;
@@ -70,7 +71,7 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
                              .abs()
                              .maxCoeff();
     if (!std::isfinite(moved)) break;
-    // The error is of second order in what moved. At the end the turns themselves are looked at.
+    // The error is of second order in `moved`; a final solution always integrates once more.
     const bool is_final = tolerance <= kFinalTolerance;
     if (!is_final && moved * moved < kStillLinear * tolerance) break;
     integrate();

@@ -9,16 +9,16 @@
 
 namespace truetriad {
 
-// Minimises the whitened sum of squares over `shared` and the states of `problem`, which on return
-// stand where it was linearised last.
+// Minimises the whitened sum of squares over `shared` and the states of `problem`, which are
+// returned as of the last linearisation.
 SolveOutcome SolveChain(Solver solver,
                         double tolerance,
                         int max_iterations,
                         ChainProblem* problem,
                         Eigen::VectorXd* shared);
 
-// Minimises the whitened sum of squares, with the solver that the graph states. Turns are
-// integrated again until the optimum stays.
+// Minimises the whitened sum of squares with the graph's solver. Turns are integrated again until
+// the optimum does not change.
 SolveOutcome SolveGraph(PoseGraph* graph, double tolerance = kFinalTolerance);
 
 }  // namespace truetriad

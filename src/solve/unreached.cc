@@ -3,12 +3,12 @@
 #include <glog/logging.h>
 #include <libunwind.h>
 
-// Functions that libraries of ours refer to and that are not reached here: without them the program
-// need not find, load and relocate their libraries at each start.
+// Functions that linked libraries refer to but this program never calls: defining them here saves
+// finding, loading and relocating their libraries at each start.
 
-// What Ceres would call of CHOLMOD, SuiteSparseQR, CXSparse and LAPACK if it were asked for one of
-// its sparse solvers or for LAPACK's dense ones. It is asked for DENSE_QR by Eigen alone
-// (eliminated.cc).
+// Ceres refers to CHOLMOD, SuiteSparseQR, CXSparse and LAPACK for its sparse solvers and dense
+// LAPACK ones. This program only asks for Eigen's DENSE_QR (eliminated.cc) and EIGEN_SPARSE
+// (ceres_problem.cc).
 #define TRUETRIAD_UNREACHED(name)                              \
   extern "C" [[noreturn]] void name() {                        \
     LOG(FATAL) << #name                                        \
@@ -64,7 +64,7 @@ TRUETRIAD_UNREACHED(dpotrf_)
 TRUETRIAD_UNREACHED(dpotrs_)
 TRUETRIAD_UNREACHED(dtrtrs_)
 
-// Of the stack traces that glog prints when a program stops at a broken promise: it prints none.
+// glog's stack traces use these when a CHECK fails: it prints none.
 #ifdef __x86_64__
 extern "C" {
 int unw_tdep_getcontext(unw_tdep_context_t* /*context*/) { return -1; }
