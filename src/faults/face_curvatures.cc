@@ -12,12 +12,12 @@
 namespace truetriad {
 namespace {
 
-// A combination of curvatures that does not vary has this share of the largest variance, since its
-// σ is divided by.
+// Least variance of a combination of curvatures, as a share of the largest: the information of the
+// combination is its inverse, which must be finite.
 constexpr double kLeastCurvature = 1e-6;
 
-// Second derivatives of a face's three readings by coordinates of covariance 1, a matrix each; of
-// face f from first[f] on. S u by S and the tilts t, where u = a (1 - |t|^2 / 2) + E t.
+// Second derivatives of a face's three readings by coordinates of unit covariance, a matrix each;
+// of face f from first[f] on. They are of S u by S and tilts t, where u = a (1 - |t|^2 / 2) + E t.
 std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
                                                const Eigen::MatrixXd& covariance,
                                                std::array<Eigen::Index, kFaceCount>* first) {

@@ -9,12 +9,12 @@
 
 namespace truetriad {
 
-// One fault that stands for what the linear model leaves out of readings on stated faces. With
+// One fault for the nonlinear part that linearisation neglects in readings on stated faces. With
 // tilts t of a face and S both unknown, reading r of S u(t) has second derivatives H_r by the free
-// coordinates, whose covariance is P, and is off by d^T H_r d / 2: by tr(H_r P) / 2 on average,
-// with covariances tr(H_r P H_s P) / 2 (of products of normal errors). The fault's unknowns are the
-// axes in which these are independent. A seat is ten times better known than a face, so that it
-// counts as linear. Unset where faces are not stated.
+// coordinates, whose covariance is P, and an error d^T H_r d / 2: its mean is tr(H_r P) / 2, its
+// covariances are tr(H_r P H_s P) / 2 (products of normal errors). The fault's unknowns are the
+// axes in which these are independent. A seat has a tenth of a face's σ, so that it is taken as
+// linear. Unset where faces are not stated.
 std::optional<StatedFault> FaceCurvatures(const PoseGraph& graph,
                                           const Eigen::MatrixXd& covariance);
 

@@ -15,21 +15,21 @@
 namespace truetriad {
 namespace {
 
-// Unknowns of a form in one stretch: a matrix has nine.
+// Most unknowns of a form in one group of poses: those of a 3 x 3 matrix.
 constexpr int kMostOfForm = 9;
-// More turns than these miss together with their neighbours: how groups of them scatter tells.
+// Errors of more turns are correlated with their neighbours' by the scatter of 64 groups of them.
 constexpr std::size_t kMostTurnGroups = 64;
-// The attitudes take over all of a direction that has less than this share of a turn's information.
+// A direction with a smaller share of a turn's information is absorbed by the attitudes.
 constexpr double kSeenOfTurn = 1e-3;
 
-// R of R R^T, for squares that may be singular: turns about one axis.
+// R of R R^T, which may be singular: for turns about one axis.
 Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
   const SymmetricEigen3 eigen = EigenOfSymmetric3(square);
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// How many times larger the variance of a sum of values in a row is than if they had nothing to do
-// with each other, by how groups of them scatter; at least 1.
+// The variance of a sum of values in a row over that of independent ones, by the scatter of groups
+// of them; at least 1.
 double TogetherOf(const std::vector<double>& values) {
   if (values.size() <= kMostTurnGroups) return 1.0;
   const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
@@ -146,7 +146,7 @@ void FaultSystem::PlaceParts(const PoseGraph& graph) {
   }
 }
 
-// h = -(L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)) beyond the h_0 that the readings are corrected by.
+// h = h_0 - (L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)), readings being corrected by h_0 already.
 void FaultSystem::SolveFor(const AddedColumns& columns) {
   const Eigen::Index count = columns.size();
   U_.resize(residual().size(), count);
@@ -167,7 +167,7 @@ void FaultSystem::SolveFor(const AddedColumns& columns) {
   Eigen::MatrixXd H = TransposeTimesRows(columns.Z, G);
   H = (0.5 * (H + H.transpose())).eval();
   H.diagonal() += information;
-  // Balanced: unknowns of a turn (rad) and of a magnetometer differ by many powers of ten.
+  // Scaled, since unknowns of a turn (rad) and of a magnetometer differ by many powers of ten.
   const Eigen::VectorXd balance = H.diagonal().cwiseSqrt().cwiseInverse();
   const Cholesky factor(ScaledBothSides(balance, H));
   const Eigen::MatrixXd upper =
@@ -253,8 +253,8 @@ Eigen::MatrixXd FaultSystem::InformationOf(const std::vector<FaultColumn>& colum
   return InformationByFactors(columns) - TimesTranspose(BMZ, BZ) - TimesTranspose(UZ, UZ);
 }
 
-// Z_g^T D Z_h = Z_g^T W Z_h - Y_g^T Y_h with Y = L^-1 A^T W Z, N = L L^T: columns of a stretch
-// begin there, and poses soon forget what was before them.
+// Z_g^T D Z_h = Z_g^T W Z_h - Y_g^T Y_h with Y = L^-1 A^T W Z, N = L L^T: Y is zero before the
+// column's first pose, and soon negligible after its last.
 Eigen::MatrixXd FaultSystem::InformationByFactors(const std::vector<FaultColumn>& columns) const {
   const Eigen::Index wide = columns.front().unknowns;
   const Eigen::Index count = wide * std::ssize(columns);
@@ -310,7 +310,7 @@ Eigen::MatrixXd FaultSystem::InformationByFactors(const std::vector<FaultColumn>
   return all;
 }
 
-// D Z. Where no factor sees two poses, D has a block for each.
+// D Z. If no factor has two poses, D is block diagonal.
 StackedRows FaultSystem::ProjectedByFactors(const FaultColumn& column) const {
   StackedRows Y = StackedRows::Zero(residual().size(), column.unknowns);
   if (sees_pairs()) {
@@ -388,7 +388,7 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     const double trace = Q.trace(), apart = Q.squaredNorm() - trace * trace / k;
     if (!(apart > 0.0) || !(square > 0.0)) continue;
     const double more = along.dot(turned * along) - square * trace / k;
-    // Where all directions are as likely its variance is 1.
+    // If all directions are equally likely, its variance is 1.
     directions.push_back(more / square * std::sqrt(0.5 * k * (k + 2.0) / apart));
     sum += std::sqrt(apart) * directions.back();
     squares += apart;
@@ -396,7 +396,7 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     beyond += more;
   }
   if (!(squares > 0.0) || sum <= 0.0) return {};
-  // Few of them may have most of the variance.
+  // Satterthwaite's degrees of freedom: few turns may have most of the variance.
   const double dof = squares * squares / fourths;
   const double ratio = sum * sum / (squares * TogetherOf(directions));
   return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond / squares, 0.0)};
@@ -465,7 +465,7 @@ void FaultSystem::StateRemlDense() {
   }
 }
 
-// The same where P is not formed: of the graph, less what the columns take.
+// The same if P is not formed: that of the graph, minus the part of the columns.
 void FaultSystem::StateRemlByRows(const PoseGraph& graph) {
   VarianceTraces plain = TracesOf(components_, graph, *this);
   traces_ = std::move(plain.traces);
@@ -509,7 +509,7 @@ std::vector<Eigen::MatrixXd> FaultSystem::ComponentSquares(const StackedRows& Y)
   return E;
 }
 
-// tr X_cd, X_cd = Y^T D_c P D_d Y. Where P is not formed rows are so many that it is nearly V^-1.
+// tr X_cd, X_cd = Y^T D_c P D_d Y. If P is not formed, it has so many rows that it is nearly V^-1.
 Eigen::MatrixXd FaultSystem::CrossTraces(const StackedRows& Y) const {
   const Eigen::Index count = components(), wide = Y.cols();
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(count, count);

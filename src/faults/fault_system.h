@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-// What unknowns h of a fault add to the predictions, Z h, by the rows that they touch: three rows a
-// block, in the units of the readings (turns: rad).
+// The change Z h of the predictions by unknowns h of a fault, in the rows that it changes: three
+// rows per block, in the units of the readings (turns: rad).
 struct FaultColumn {
   struct Block {
     Eigen::Index row = 0;
@@ -19,56 +19,56 @@ struct FaultColumn {
   };
   std::vector<Block> blocks;
   Eigen::Index unknowns = 0;
-  bool is_noisy = false;  // made of readings that the rows hold as well
+  bool is_noisy = false;  // computed from readings that the rows contain as well
 
-  // A block without anything is left out.
+  // Leaves out a block of zeros.
   void Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>& value);
   // Z^T y for all rows y.
   Eigen::MatrixXd Transposed(const StackedRows& y) const;
   Eigen::VectorXd TransposedVector(const Eigen::VectorXd& y) const;
 };
 
-// Columns that are in the model beside the graph's own, each with a σ of its unknown.
+// Columns in the model beside the graph's own, with a σ for each unknown.
 struct AddedColumns {
   StackedRows Z;          // all rows
-  Eigen::VectorXd sigma;  // known beforehand: h is its mean but for this
-  Eigen::VectorXd mean;   // zero unless stated
-  Eigen::VectorXd at;     // h that the graph's readings are corrected by already
+  Eigen::VectorXd sigma;  // prior σ of h about its mean
+  Eigen::VectorXd mean;   // prior mean, zero unless stated
+  Eigen::VectorXd at;     // h by which the graph's readings are corrected already
 
   Eigen::Index size() const { return Z.cols(); }
   void Append(const FaultColumn& column, const Eigen::VectorXd& sigma_of, Eigen::Index rows);
 };
 
-// A variance component of turns beside their excess: of each turn, in the order of the increments.
+// A variance component of turns beside their excess: a matrix per turn, in the increments' order.
 using TurnVariances = std::vector<Eigen::Matrix3d>;
 
-// The linearised graph with faults in it. With P_0 of the graph (reduced_system.h) and columns Z
-// whose unknowns have σ (Λ = diag(1 / σ^2)), the projector of all is
+// The linearised graph with faults included. With P_0 of the graph (reduced_system.h) and columns Z
+// whose unknowns have σ (Λ = diag(1 / σ^2)), the projector of the whole is
 //
 //   P = P_0 - U U^T      U = P_0 Z L^-T,  L L^T = Z^T P_0 Z + Λ
 //
-// so that a fault costs two products, and everything that follows reads as without it. Up to
-// kMostDenseRows P is formed as a matrix: columns of faults touch few rows each.
+// so that a fault costs two products, and all further equations are as without faults. Up to
+// kMostDenseRows P is formed as a matrix, since columns of faults have few rows each.
 class FaultSystem : public ReducedSystem {
  public:
-  // A row block whose variance has a component, V = rest + v_c R R^T.
+  // A block of rows with a variance component, V = rest + v_c R R^T.
   struct Part {
     Eigen::Index row = 0;
     Eigen::Index component = 0;
     Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  // R
   };
 
-  // 64 poses of fifteen rows: P is then 8 MB, and what is linear in the rows takes over.
+  // 64 poses of fifteen rows are 960: P has then 8 MB, and beyond that work is done row by row.
   static constexpr Eigen::Index kMostDenseRows = 1024;
 
-  // Components that are not listed have no excess to be estimated.
+  // Components that are not listed have no estimated excess.
   FaultSystem(const PoseGraph& graph,
               std::vector<NoiseComponent> components,
               Eigen::Index most_dense_rows = kMostDenseRows);
 
-  // With this one more component, the last, or without (empty), where P is formed. TakeIn follows.
+  // Adds this component, the last, or removes it (empty), where P is formed. TakeIn must follow.
   void SetTurnVariances(TurnVariances unit) { turn_unit_ = std::move(unit); }
-  // Anew, with these faults and no others.
+  // Repeats it with these faults and no others.
   void Linearise(const PoseGraph& graph, const AddedColumns& columns);
   void Eliminate(const PoseGraph& graph, const AddedColumns& columns);
   void TakeIn(const PoseGraph& graph, const AddedColumns& columns);
@@ -78,45 +78,45 @@ class FaultSystem : public ReducedSystem {
   StackedRows Projected(const StackedRows& y) const;
   // Whether P is formed.
   bool is_dense() const { return P_.size() > 0; }
-  // Z_g^T P Z_h of columns that have as many unknowns each, side by side.
+  // Z_g^T P Z_h of columns with equally many unknowns, side by side.
   Eigen::MatrixXd InformationOf(const std::vector<FaultColumn>& columns) const;
-  // P r: the residuals where the gradient vanishes, weighted.
+  // P r: the weighted residuals at the optimum.
   const Eigen::VectorXd& q() const { return q_; }
-  // h of the columns taken in, and its covariance.
+  // h of the included columns, and its covariance.
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Whether the turns miss along what such variances point to. The directions of their misses alone
-  // tell it:
+  // Whether turn errors point along the directions of such variances. It uses their directions
+  // alone:
   //
-  //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)     s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 -
-  //   tr^2 Q' / k
+  //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)
+  //   s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 - tr^2 Q' / k
   //
   // has variance 1, with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
-  // block Π of P, and Σ a d is held against its own σ. More than 64 turns miss together with their
-  // neighbours, which that σ follows. `component` makes as much of q^T Q q as there is.
+  // block Π of P, and Σ a d is divided by its σ. Errors of more than 64 turns are correlated
+  // between
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;
   };
   Alignment AlignmentOf(const TurnVariances& unit) const;
 
-  // Of the free shared coordinates: their covariance, how much of it is due to the columns taken
-  // in, and what they move by for h = 1 of columns that are not in the model.
+  // For the free shared coordinates: their covariance, its part due to the included columns, and
+  // their change for h = 1 of a column that is not included.
   Eigen::MatrixXd SharedCovariance() const { return covariance() + BeyondGraph(); }
   Eigen::MatrixXd BeyondGraph() const;
-  // With other variances and without faults. Nothing else is said of the system after that, until
-  // it is made anew.
+  // Uses other variances and no faults. Afterwards the system is invalid until it is linearised
+  // again.
   double ChiSquareOf(const PoseGraph& graph);
   Eigen::MatrixXd SharedShift(const FaultColumn& column) const;
 
   // r^T V^-1 r of three rows.
   double WhitenedSquare(Eigen::Index row) const;
-  // Z^T V^-1 Z's diagonal.
+  // The diagonal of Z^T V^-1 Z.
   Eigen::VectorXd Squares(const FaultColumn& column) const;
 
-  // REML: t_c = tr(P D_c), score and Fisher information of the components, log likelihood but for
-  // what all variances share.
+  // REML: t_c = tr(P D_c), score and Fisher information of the components, log likelihood without
+  // terms that all variances share.
   Eigen::Index components() const {
     return static_cast<Eigen::Index>(components_.size() + (turn_unit_.empty() ? 0 : 1));
   }
@@ -126,8 +126,8 @@ class FaultSystem : public ReducedSystem {
   const Eigen::MatrixXd& fisher() const { return fisher_; }
   double LogLikelihood() const;
 
-  // With P less Y Y^T, Y = P Z T where T^T Z^T P Z T = I: E_c = Y^T D_c Y, and what the information
-  // becomes, F_cd - 1/2 (tr X_cd + tr X_dc - tr E_c E_d) with X_cd = Y^T D_c P D_d Y.
+  // For P - Y Y^T, Y = P Z T where T^T Z^T P Z T = I: E_c = Y^T D_c Y, and the information F_cd -
+  // 1/2 (tr X_cd + tr X_dc - tr E_c E_d) with X_cd = Y^T D_c P D_d Y.
   std::vector<Eigen::MatrixXd> ComponentSquares(const StackedRows& Y) const;
   Eigen::MatrixXd FisherWithout(const StackedRows& Y, const std::vector<Eigen::MatrixXd>& E) const;
 
@@ -152,8 +152,8 @@ class FaultSystem : public ReducedSystem {
   TurnVariances turn_unit_;
   std::vector<Part> parts_;
   StackedRows U_;      // rows x faults' unknowns
-  Eigen::MatrixXd V_;  // M^-1 J^T D Z L^-T: what they move the shared coordinates by
-  StackedRows P_;      // where rows are few
+  Eigen::MatrixXd V_;  // M^-1 J^T D Z L^-T: change of the shared coordinates by them
+  StackedRows P_;      // only if there are few rows
   Eigen::VectorXd q_, h_, along_;
   Eigen::MatrixXd h_covariance_;
   double log_determinant_ = 0.0;  // of L L^T Λ^-1

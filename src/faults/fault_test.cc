@@ -13,15 +13,15 @@
 namespace truetriad {
 namespace {
 
-// Columns are made of what a noisy solution predicts, to some thousandths of it: what less than a
-// hundredth of a column remains, 1e-4 of its square, is the column's own error. (At 1e-6 gains that
-// six faces show by their tilts alone were found to be off by 100 % in 7 % of clean tables.)
+// Columns are computed from a solution with errors of some thousandths: a remainder below a
+// hundredth of a column, 1e-4 of its square, is the column's own error. (At 1e-6, gains that six
+// faces determine only by their tilts were found to be wrong by 100 % in 7 % of clean tables.)
 constexpr double kSeenShare = 1e-4;
-// A variance is known by more than two degrees of freedom, or F has no mean.
+// A variance must have more than two degrees of freedom, or else F has no mean.
 constexpr double kFewestDof = 3.0;
-// One of fifty tests of nothing is worked out in full.
+// Tests with a larger p are not computed in full: one of fifty without a fault is.
 constexpr double kWorthALook = 0.02;
-// A component that carries less of a test than this does not decide it.
+// A component with a smaller part of a test than this does not decide it.
 constexpr double kCarries = 0.1;
 
 Eigen::VectorXd PerOwn(const Eigen::VectorXd& squares) {
@@ -43,9 +43,9 @@ Eigen::MatrixXd SeenDirections(const ColumnSums& sums) {
   return T;
 }
 
-// By elimination; where a pivot is small the eigenvalues are asked.
+// By elimination; if a pivot is small, by eigenvalues.
 QuickTest QuickTestOf(const ColumnSums& sums) {
-  constexpr double kSafePivot = 1e-3;  // ten times kSeenShare: all three are seen
+  constexpr double kSafePivot = 1e-3;  // ten times kSeenShare: all three are determined
   if (sums.squares.size() == 3) {
     const Eigen::Vector3d per_own = PerOwn(sums.squares);
     Eigen::Matrix3d A =

@@ -37,7 +37,7 @@ constexpr std::string_view kTurns =
 constexpr std::string_view kForce = "calibrate with `g_sensitivity`";
 constexpr std::string_view kFull = "state the whole matrix";
 
-// What `model:` can have, or `g_sensitivity`.
+// A term that `model:` or `g_sensitivity` can add.
 constexpr FaultKind AsParameter(ParameterKind parameter,
                                 std::string_view name,
                                 std::initializer_list<Triad> sensors,
@@ -52,7 +52,6 @@ constexpr FaultKind AsParameter(ParameterKind parameter,
   return kind;
 }
 
-// The declared list, one row each.
 constexpr std::array kKinds = {
     AsParameter(ParameterKind::kQuadratic, "quadratic term", kVector, kSquare),
     AsParameter(ParameterKind::kCubic, "cubic term", kVector, kCube),

@@ -12,7 +12,7 @@
 
 namespace truetriad {
 
-// When a fault is there: what its columns are multiplied with over the run.
+// The time course of a fault: the factors of its columns over the run.
 enum class FaultShape {
   kThroughout,   // 1
   kDrift,        // τ from -1 to 1
@@ -24,33 +24,33 @@ enum class FaultShape {
   kOnce,         // 1 at one position
 };
 
-// Whose value was not one and the same over the run if the fault is there; what is printed is then
-// its mean, and as uncertain as it varied.
+// The value that is not constant over the run if the fault is true; the printed one is then its
+// mean, with a σ that includes its variation.
 enum class Varies { kNothing, kBias, kGain, kMatrix, kMounting, kField };
 
-// One thing that a recording may do and the model does not have. A new one is a row of the table.
+// An effect in recordings that the model lacks. A new one is a row of the table.
 struct FaultKind {
-  std::string_view name;  // after that of the sensor: "bias drift"
+  std::string_view name;  // follows the sensor's name: "bias drift"
   std::initializer_list<Triad> sensors;
   FaultForm form;
   std::string_view remedy;
   std::string_view unit = {};  // of h; empty: that of the readings
   FaultShape shape = FaultShape::kThroughout;
   Varies varies = Varies::kNothing;
-  // The first term of a series: where it is large its form decides the correction.
+  // It is the first term of a series: where it is large, its form limits the correction.
   bool is_truncated = false;
-  // Where the model has it as a parameter, which.
+  // The parameter by which a model may include it.
   std::optional<ParameterKind> parameter = {};
 };
 
 std::span<const FaultKind> FaultKinds();
 
-// Whether it is looked for at many positions.
+// Whether it is tested at many positions.
 constexpr bool IsScan(FaultShape shape) {
   return shape == FaultShape::kStep || shape == FaultShape::kWindow || shape == FaultShape::kOnce;
 }
 
-// A bend of an axis, throughout: the poses tell it from the model only where they lie well.
+// A nonlinearity of an axis, throughout: only well distributed poses separate it from the model.
 constexpr bool IsBend(const FaultKind& kind) {
   return kind.form == FaultForm::kSquare || kind.form == FaultForm::kCube ||
          kind.form == FaultForm::kSize;

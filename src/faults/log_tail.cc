@@ -6,12 +6,13 @@
 namespace truetriad {
 namespace {
 
+// Fractions need about sqrt(max(a, b)) terms (Press et al. 2007, 6.4), 224 at 5e4.
 constexpr int kMostTerms = 2000;
-// Rounding of a double, and a decade.
+// Relative accuracy, 45 epsilon of a double.
 constexpr double kEnough = 1e-14;
-// Stands for zero in a fraction (Lentz 1976).
+// Replaces zero in a continued fraction (Lentz 1976).
 constexpr double kTiny = 1e-300;
-// log p differs by about value^2 / (4 dof2): by 1 % at a χ² of 60.
+// Beyond these degrees of freedom log p changes by under value^2 / (4 dof2), 0.01 at a χ² of 60.
 constexpr double kAsGoodAsKnown = 1e5;
 
 double NotZero(double value) { return std::abs(value) < kTiny ? kTiny : value; }

@@ -3,13 +3,13 @@
 
 namespace truetriad {
 
-// Logarithms of upper tails, by continued fractions: they keep their digits where the tail itself
-// is below the smallest double, so that findings of e^-5000 can still be compared.
+// Logarithms of upper tails, by continued fractions: they stay accurate where the tail itself is
+// below the smallest double, so that p of e^-5000 can be compared.
 
 /// log P(χ² with `dof` degrees of freedom > value).
 double LogChiSquareUpper(double value, double dof);
 
-/// log P(F(dof1, dof2) > value); χ² / dof1 where dof2 is so large that nothing differs.
+/// log P(F(dof1, dof2) > value); that of χ² / dof1 if dof2 is so large that they agree.
 double LogFisherUpper(double value, double dof1, double dof2);
 
 }  // namespace truetriad

@@ -8,12 +8,13 @@
 namespace truetriad {
 namespace {
 
-// Four cosines need four times as many poses to be told from noise.
+// Four cosines resolve a quarter of the run, or two periods over it at most.
 constexpr int kCosines = 4;
+// Four poses for each cosine, or else they fit noise.
 constexpr std::size_t kFewestToWander = 4 * kCosines;
-// A warm-up has e^-6 of itself left at the run's end.
+// A warm-up falls by e^-6 over the run, as τ goes from -1 to 1.
 constexpr double kWarmUpPerTau = 3.0;
-// One pose by itself is a single pose, not a change.
+// A change needs two poses on each side: one alone is a single pose, another kind.
 constexpr int kFewestPosesAside = 2;
 
 Eigen::VectorXd Centred(Eigen::VectorXd values, const FaultScene& scene) {
@@ -52,7 +53,7 @@ std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
       positions.emplace_back(0, count);
   }
   if (!IsScan(shape)) return positions;
-  // Stretches before each that have readings.
+  // The number of earlier groups with readings, for each group.
   std::vector<int> seen = {0};
   for (const FaultColumn& column : columns) {
     seen.push_back(seen.back() + (column.blocks.empty() ? 0 : 1));
@@ -138,7 +139,7 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
   const StretchWeights whole = StretchWeights::Ones(is_whole_ ? 1 : 0, 1);
   const StretchWeights& weights = is_whole_ ? whole : asked;
   const Eigen::Index wide = unknowns(), functions = weights.cols(), count = weights.rows();
-  // Where the weights change, and by how much.
+  // The places where weights change, and the changes.
   struct Change {
     Eigen::Index at = 0, function = 0;
     double by = 0.0;
@@ -160,7 +161,7 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
       sums.gradient.segment(f * wide, wide) += by * suffix_gradient_.col(g);
     }
   }
-  // Columns one by one: blocks of a size that is not known cost more than what is in them.
+  // Loops over columns are faster than Eigen blocks of dynamic size this small.
   for (const Change& a : changes) {
     for (const Change& b : changes) {
       const double factor = a.by * b.by;

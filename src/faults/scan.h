@@ -13,29 +13,29 @@
 
 namespace truetriad {
 
-// What a fault's columns are multiplied with: stretches x functions. The mean over the poses is
-// taken off, so that what varies does not pass for its mean.
+// Factors of a fault's columns: groups of poses x functions. The mean over the poses is subtracted,
+// so that the parameters keep the mean of what varies.
 using StretchWeights = Eigen::MatrixXd;
 
-// Positions that a shape is looked for at, as stretches from `first` to before `second`. A step
-// leaves two poses on each side; a window is at most half the run.
-// `columns`: of the form; where they are empty nothing is seen, and there are none.
+// Positions at which a shape is tested, as groups from `first` to before `second`. A step leaves
+// two poses on each side; a window is at most half the run.
+// `columns`: of the form; without any, the sensor cannot have it, and there are no positions.
 std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
                                              const FaultScene& scene,
                                              const std::vector<FaultColumn>& columns);
 
-// Empty where the scene has nothing of the kind: no temperature, too few poses to wander.
+// Empty if the scene has no data for the shape: no temperature, or too few poses for kWander.
 StretchWeights WeightsOf(FaultShape shape, std::pair<int, int> position, const FaultScene& scene);
 
-// The columns of a form in every stretch, with all that tests need of them. With Z_g of stretch g
-// and suffix sums, everything about Σ w_g Z_g is a sum over the places where w changes: a step has
-// two of them, a window three.
+// The columns of a form in every group of poses, with the sums that tests need. With Z_g of group g
+// and suffix sums, each sum over Σ w_g Z_g is one over the places where w changes: a step has two
+// of them, a window three.
 class ScannedForm {
  public:
-  // `is_whole`: no weights but ones will be asked for.
+  // `is_whole`: all weights will be ones.
   ScannedForm(std::vector<FaultColumn> stretches, bool is_whole);
 
-  // Beside what is in a system now.
+  // Computes the sums with the present columns of a system.
   void Project(const FaultSystem& system);
 
   ColumnSums SumsOf(const StretchWeights& weights) const;

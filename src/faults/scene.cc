@@ -9,15 +9,15 @@
 namespace truetriad {
 namespace {
 
-// Of the largest rate of a turn, or reading of a run: what is less is a hand that comes to rest, or
-// one that did not move.
+// As a share of the largest rate of a turn, or reading of a run: a slower rate is that of the hand
+// coming to rest, a smaller change is no motion.
 constexpr double kMoving = 0.1;
 
-// Rates are apart by this for their change: in less of it a gyroscope's noise would make the
-// column, and a hand's motion bends over more.
+// Rates this far apart give their derivative: nearer ones would make the column noise, further ones
+// are too far apart for a hand's motion.
 constexpr double kApartS = 0.1;
-// A column to whose mean square the gyroscope's noise adds more than this share finds that noise
-// again: in 20 clean recordings of slow turns each had a low-pass of 30 σ.
+// Largest share of the gyroscope's noise in a column's mean square: with more, the column finds
+// this noise again (in 20 clean recordings of slow turns each had a low-pass of 30 σ).
 constexpr double kMostNoise = 0.1;
 
 Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
@@ -25,7 +25,7 @@ Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
   return length > 0.0 ? Eigen::Vector3d(v / length) : v;
 }
 
-// K ⊗ v^T, added.
+// Adds K ⊗ v^T.
 void AddSpread(const Eigen::Matrix3d& K,
                const Eigen::Vector3d& v,
                Eigen::Matrix<double, 3, 9>* sum) {
@@ -48,7 +48,7 @@ constexpr std::array kDiagonalForms = {FaultForm::kBias,
                                        FaultForm::kCube,
                                        FaultForm::kGainByRate};
 
-// The columns of these forms are made of the gyroscope's readings along a turn.
+// Forms whose columns are computed from the gyroscope's readings along a turn.
 constexpr std::array kOfRates = {FaultForm::kGain,
                                  FaultForm::kMatrix,
                                  FaultForm::kSize,
@@ -56,15 +56,15 @@ constexpr std::array kOfRates = {FaultForm::kGain,
                                  FaultForm::kCube,
                                  FaultForm::kGainByRate};
 
-// Half of the steps beside a reading; of readings that are means since the one before, that step.
+// Half of the steps before and after a reading; for mean rates, the step before it.
 double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sampling) {
   const double before = i > 0 ? time_s[i] - time_s[i - 1] : 0.0;
   const double after = i + 1 < time_s.size() ? time_s[i + 1] - time_s[i] : 0.0;
   return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
 }
 
-// The angle that a turn's readings add up to, along the body's axes. They are as they were read: a
-// column that followed its own correction would amplify noise with it.
+// The angle of a turn by its readings, along the body's axes. They are the uncorrected readings: a
+// column of corrected ones would amplify noise by its own correction.
 Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
   const TriadModel<double>& model = edge.at.triad;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -113,7 +113,7 @@ void FaultScene::PlaceNodes() {
   }
 }
 
-// The angle turned by along the body's axes and the time, summed up to each moment of a chain.
+// Sums the angle along the body's axes, and the time, up to each moment of a chain.
 void FaultScene::PlaceSwings() {
   const std::vector<IncrementEdge>& turns = graph_->increments;
   if (turns.empty()) return;
@@ -194,9 +194,9 @@ void FaultScene::SumTurns() const {
   for (TurnColumns& turn : turns_) turn.of[Index(FaultForm::kLowPass)].resize(0, 0);
 }
 
-// The variance of the mean rate over a span of apart_ turns, summed over the axes. A smooth motion
-// leaves nothing of the third difference of four spans in a row, in which noise has 20 times its
-// variance.
+// Variance of the mean rate over a span of apart_ turns, summed over the axes. The third difference
+// of four consecutive spans is zero for a smooth motion, and has 20 times the variance of its noise
+// (1 + 9 + 9 + 1).
 double FaultScene::RateVariance() const {
   double sum = 0.0, count = 0.0;
   const auto rate_of = [&](std::ptrdiff_t k) { return RateOver(k, k + apart_); };
@@ -210,9 +210,9 @@ double FaultScene::RateVariance() const {
   return count > 0.0 ? sum / count : 0.0;
 }
 
-// Of a turn in motion: 1/2 of how the rate's second derivative adds up over it, from mean rates
-// over two spans after its next moment and two before that: the noise at its own ends makes it
-// miss, and would be found again. With the spans' middles at ± a and ± b from its own,
+// For a turn in motion: half the integral of the rate's second derivative over it, from mean rates
+// over two spans after its next moment and two before that: the noise at its own ends is also in
+// its residual, which would find it again. With the spans' middles at ± a and ± b from its own,
 //
 //   f'' = (f(b) + f(-b) - f(a) - f(-a)) / (b^2 - a^2)
 std::optional<FaultScene::RateBend> FaultScene::RateBendAt(std::size_t turn) const {
@@ -249,11 +249,11 @@ void FaultScene::PlaceStretches() {
       degc[at] += poses[k].temperature_degc / PosesIn(g);
     }
   }
-  // A thermometer that reads the same throughout tells nothing.
+  // A constant temperature determines nothing.
   if (degc.maxCoeff() > degc.minCoeff()) temperature_ = degc;
 }
 
-// One pass over the readings, in the frame of the begin.
+// Sums over the readings, in the frame of the begin.
 TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   TurnColumns sums;
   std::array<Eigen::Matrix3d, kDiagonalForms.size()> diagonal;
@@ -279,7 +279,7 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
     const double span_s = SpanOf(edge.move.time_s, i, edge.sampling), speed = rate.norm();
     const Eigen::Matrix3d R = turned.toRotationMatrix();
     const Eigen::Matrix3d K = (span_s * R) * C;
-    // As kDiagonalForms.
+    // In the order of kDiagonalForms.
     diagonal[0] += K;
     diagonal[1] += K * u.asDiagonal();
     diagonal[2] += K * u.cwiseAbs().asDiagonal();
@@ -306,7 +306,7 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   return sums;
 }
 
-// In the frame of the end, where the rows are the logarithm e of what is left: J_l^-1(e) from the
+// Transforms the sums into the frame of the end, where rows are a logarithm e: J_l^-1(e) from the
 // left.
 void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const {
   const Eigen::Matrix3d to_end = edge.increment.rotation.conjugate().toRotationMatrix();
@@ -325,7 +325,7 @@ void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const
   if (edge.stated_turn >= 0) sums->squared_steps.setZero();
 }
 
-// One over the largest |u|, as often as the form has u beside the unit of the readings.
+// One over the largest |u|, to the power with which u exceeds the unit of the readings.
 double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   const double one = largest_[triad] > 0.0 ? 1.0 / largest_[triad] : 0.0;
   switch (form) {
@@ -342,8 +342,8 @@ double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   }
 }
 
-// Signs of how u was changing when the unit came to rest: x turns by x × ω; without gyroscope, of
-// what differs from the pose before. Zero where nothing moved: noise has a sign as well.
+// Signs of the change of u as the unit came to rest: dx/dt = x × ω; without gyroscope, of the
+// difference to the pose before. Zero where nothing moved, since noise has a sign, too.
 Eigen::Vector3d FaultScene::MotionInto(Triad triad, std::size_t node) const {
   const Seen& seen = nodes_[node].seen[triad];
   if (turn_into_[node] >= 0) {

@@ -21,34 +21,38 @@
 namespace truetriad {
 namespace {
 
-// The only significance level: a clean run has a finding in one of a hundred.
+// The only significance level: a clean run has a finding with a probability of 1 %.
 constexpr double kLevelOfRun = 0.01;
+// Chosen: more are not accepted, but reported as has_more_faults.
 constexpr std::size_t kMostFaults = 8;
-// Of one fault by itself.
+// The level of one fault alone, for notes.
 constexpr double kNoteLevel = kLevelOfRun;
-// So many of its σ for each of the fault's own. What noise makes of a column of noisy readings is
-// found again where little of it remains: in 20 clean recordings of motion each had a gyroscope
-// whose gains were by 130 % others from some moment on, at κ 14.
+// Largest κ of a column of noisy readings. If little of such a column remains, its own noise is
+// found in it: in 20 clean recordings of motion each had a gyroscope whose gains changed by 130 %
+// at some moment, at κ 14.
 constexpr double kHardlyTold = 12.0;
-// Directions that do not show are as large as those that do: axes are of one make.
+// Undetermined directions of h get the σ of determined ones: a sensor's axes are of one kind.
 constexpr double kUnseenOverSeen = 1.0;
-// log 1000.
+// log 1000: a thousand to one.
 const double kRivalLogOdds = 3.0 * std::numbers::ln10;
-// A fault that is tested alone: its σ of seen directions, in units of their own.
+// Prior σ of a fault that is tested alone, in units of its determined directions' own σ.
 constexpr double kFree = 1e4;
-// Of a kind, those that the quick test finds clearest: its order is nearly that of the full one.
+// Positions per kind tested in full: the best by the quick test, which orders them nearly alike.
 constexpr std::size_t kMostPositions = 3;
+// Chosen: REML steps of a variance, which then counts as not settled.
 constexpr int kSettlingSteps = 40;
-// Of a parameter's σ, and rounds to get there: Gauss and Newton's square each time.
+// Share of a parameter's σ, and most rounds to reach it: Gauss-Newton squares the error in each.
 constexpr double kSettledSigmas = 1e-3;
 constexpr int kMostRounds = 8;
-// Whom chance could make first by a level to this power is tested in full: the quick test has the
-// variances of the model without the fault.
+// A level to this power is the limit of the quick test, which has the variances of the model
+// without the fault: below it the full test follows.
 constexpr double kLookAgain = 0.6;
-// Turns that scatter less than this share of what their readings do show no lost rows, nor do few.
+// Turns whose excess is a smaller share of their readings' noise show no lost rows.
 constexpr double kScatteredTurns = 0.5;
+// Chosen: fewer turns are not tested for lost rows.
 constexpr std::size_t kFewestTurns = 8;
 constexpr double kMisfitLogP = -13.8;  // log 1e-6
+// σ of an excess over that at rest from which on it is a misfit: a variance ratio of 9.
 constexpr double kMuchExcess = 3.0;
 
 struct Candidate {
@@ -64,24 +68,24 @@ struct Candidate {
   double Score() const { return test.log_p - log_level; }
 };
 
-// A form of a sensor, whose columns candidates share.
+// A form of a sensor, whose columns are shared by candidates.
 struct SensorForm {
   Triad triad = Triad::kAccelerometer;
   FaultForm form = FaultForm::kBias;
-  bool is_whole = true;                     // no shape of it varies over the run
-  std::optional<ScannedForm> scanned = {};  // once it was asked for
+  bool is_whole = true;                     // none of its shapes varies over the run
+  std::optional<ScannedForm> scanned = {};  // after the first use
 };
 
-// What was taken in: which candidate, its σ of h, and what moved.
+// An accepted fault: its candidate, prior σ of h, and its effects.
 struct Taken {
   std::size_t candidate = 0;
   Eigen::VectorXd sigma;
   Eigen::MatrixXd per_unknown;  // of the free coordinates
-  Eigen::VectorXd by_rival;     // what they differ by if it is the rival that moves them the most
+  Eigen::VectorXd by_rival;     // their difference if the rival with the largest effect is true
   TakenFault fault;
 };
 
-// s of a component s (1 - s), the smaller of both; unset above 1/4, which no lost rows make.
+// s of a component s (1 - s), the smaller solution; unset above 1/4, which no s has.
 std::optional<double> ShareOf(double component) {
   if (component > 0.25) return std::nullopt;
   return 0.5 * (1.0 - std::sqrt(1.0 - 4.0 * component));
@@ -93,10 +97,10 @@ class FaultSearch {
       : stated_(stated), graph_(graph), noise_(noise), model_(graph, noise) {}
 
   FaultFindings Run();
-  // To where another step changes nothing that anybody would see; false where steps lead nowhere.
+  // Solves until a further step is negligible; false if steps do not converge.
   bool Settle();
-  // After Run: log of how likely all readings are, those that were left out each with a variance of
-  // its own, less log of how many faults, or readings, could have been the one.
+  // After Run: log likelihood of all readings, the rejected ones with a variance each of their own,
+  // minus the log of the number of alternative faults or readings.
   double log_evidence() const { return log_evidence_; }
 
  private:
@@ -152,14 +156,14 @@ class FaultSearch {
   std::vector<SensorForm> forms_;
   std::vector<Candidate> candidates_;
   std::vector<Taken> taken_;
-  std::vector<Taken> left_in_;  // shown, but not to be corrected
+  std::vector<Taken> left_in_;  // significant, but not to be corrected
   double lost_rows_level_ = 0.0;
   double log_evidence_ = 0.0;
   FaultFindings findings_;
 };
 
-// Where the model has temperature terms a sensor's bias and gain are what they are at each setting
-// of the chamber, and what is left of that is counted as drift between them.
+// With temperature terms in the model a sensor's bias and gain vary with the chamber's settings,
+// and their residual variation is reported as drift between these.
 bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
   const bool varies = kind.varies == Varies::kBias || kind.varies == Varies::kGain;
   return varies && kind.shape != FaultShape::kTemperature &&
@@ -193,7 +197,7 @@ void FaultSearch::ListCandidates() {
       }
     }
   }
-  // Those of one form follow each other.
+  // Sorts candidates so that those of one form are adjacent.
   std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
     return a.form < b.form;
   });
@@ -216,7 +220,7 @@ const ScannedForm& FaultSearch::FormOf(const Candidate& candidate) {
   return *form.scanned;
 }
 
-// Of what is stated and was taken in, at the solution as it is.
+// Sets the columns of stated and accepted faults, at the present solution.
 void FaultSearch::StateColumns() {
   AddedColumns added;
   const Eigen::Index rows = model_.system().residual().size();
@@ -232,7 +236,7 @@ void FaultSearch::StateColumns() {
   model_.SetColumns(std::move(added));
 }
 
-// The candidates of one fault, of all its positions, follow each other.
+// The end of a fault's candidates: those of all its positions are adjacent.
 std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
   std::size_t end = begin;
   while (end < candidates_.size() && candidates_[end].form == candidates_[begin].form &&
@@ -242,8 +246,8 @@ std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
   return end;
 }
 
-// One budget: a fault's share by how many there are that these poses show at all, in the middle of
-// its positions, and a position's by how many it has.
+// Divides the level equally among the faults that these poses determine, as tested at the middle of
+// their positions, and each fault's part among its positions.
 void FaultSearch::ShareBudget() {
   double faults = 1.0;  // lost rows
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
@@ -306,8 +310,8 @@ double FaultSearch::KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T)
                          Times(model_.system().SharedShift(column), T));
 }
 
-// The test with the variances at their optimum with the fault in: its seen directions free, the
-// model's v and F¹ there, X without it at those variances.
+// The test at the optimal variances with the fault included: its determined directions are free for
+// the model's v and F¹, and X is computed without it at those variances.
 double FaultSearch::Confirmed(const Candidate& candidate) {
   const FaultColumn column = ColumnOf(candidate);
   FaultColumn seen;
@@ -337,7 +341,7 @@ double FaultSearch::Confirmed(const Candidate& candidate) {
   return rank > 0.0 ? LogFisherUpper(X / rank, rank, dof) : 0.0;
 }
 
-// The clearest of all once it is confirmed; null where chance makes it.
+// The most significant candidate after confirmation; null if none is significant.
 Candidate* FaultSearch::Clearest() {
   std::set<Candidate*> confirmed;
   while (true) {
@@ -380,7 +384,7 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   const Eigen::VectorXd moved = Times(taken.per_unknown, h);
   const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
   fault.shift_sigmas = LargestInSigmas(graph_->layout, covariance, moved);
-  // Of each kind the clearest: a step beside the step is no rival.
+  // The most significant of each kind: a step at the next position is no rival.
   std::set<std::pair<const FaultKind*, Triad>> named = {{candidate->kind, candidate->triad}};
   std::vector<const Candidate*> others;
   for (const Candidate& other : candidates_) {
@@ -405,8 +409,8 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   taken_.push_back(std::move(taken));
 }
 
-// With the fault whose test is the clearest, whether chance makes that or not. Beside what is in
-// the model, from the excess `v` on.
+// The likelihood with the fault of smallest p, significant or not, in addition to the model's, from
+// the excess `v` on.
 double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   const auto best = std::min_element(
       candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
@@ -428,10 +432,10 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   return likelihood;
 }
 
-// By likelihood ratio, at the edge of what a variance may be: half of χ² with one degree; and by
-// how turns miss along their axes, which few wild ones do not feign. True where it is there and
-// clearer than any column. Where the turns' noise is not estimated here it has what rows lost made
-// of it already, and where rows are many P is not formed: then only how turns miss tells.
+// By likelihood ratio with a variance at its lower limit: half of χ² with one degree; and by the
+// directions of turn errors, since a few outliers do not lie along the turns. True if it is
+// significant, and more so than any column. If the turns' noise is not estimated, it contains lost
+// rows already, and for many rows P is not formed: then only the directions are tested.
 bool FaultSearch::TakeLostRows(double clearest_score) {
   const auto& names = noise_->estimated;
   const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
@@ -471,7 +475,7 @@ bool FaultSearch::TakeLostRows(double clearest_score) {
   return false;
 }
 
-// What one of h changes in the free coordinates while it lasts.
+// Change of the free coordinates by h = 1 while the fault lasts.
 Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const {
   const SharedLayout& layout = graph_->layout;
   const Eigen::Index unknowns = kind.varies == Varies::kMatrix ? 9 : 3;
@@ -497,12 +501,12 @@ Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const 
       case Varies::kMatrix:
         matrix(triad, i)(i / 3, i % 3) = S.row(i / 3).norm();
         break;
-      case Varies::kField:  // the part along the field is a gain, that up or down a dip
+      case Varies::kField:  // the part along the field changes the gain, the vertical part the dip
         matrix(triad, i) = field[i] / field.squaredNorm() * S;
         changes(layout.reference + kDip, i) = by_dip[i] / field.squaredNorm();
         break;
       case Varies::kMounting:
-        // The leading triad is the body frame: seen from it the others turn.
+        // The leading triad defines the body frame: relative to it the others turn.
         for (const Triad other : kTriads) {
           if (!layout.Has(other)) continue;
           const bool is_leading = triad == Triad::kAccelerometer;
@@ -538,8 +542,8 @@ Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const
   }
   Eigen::MatrixXd spread = Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
   if (candidate.kind->varies == Varies::kField) {
-    // The mean m of fields m_k is shorter than they are, |m|^2 = E |m_k|^2 - E |m_k - m|^2, and
-    // nobody knows whose strength was stated.
+    // The mean m of fields m_k is shorter than they are, |m|^2 = E |m_k|^2 - E |m_k - m|^2, and the
+    // stated strength may be that of either.
     const double field = graph_->reference()[kField];
     const Eigen::Matrix3d gains =
         0.5 * mean.trace() / (field * field) * graph_->sensitivity(candidate.triad);
@@ -594,7 +598,7 @@ void FaultSearch::StateCovariance() {
   findings_.beyond = model_.system().BeyondGraph() + spread;
 }
 
-// Bends are told with p and κ even where a quick look has passed them over.
+// Nonlinearities are reported with p and κ even if the quick test excluded them.
 void FaultSearch::StateNotes() {
   for (const Candidate& candidate : candidates_) {
     if (!candidate.is_active || IsScan(candidate.kind->shape)) continue;
@@ -614,8 +618,8 @@ void FaultSearch::StateNotes() {
   }
 }
 
-// Of one that was stated, beside the others: C + G A^-1 G^T of its shifts G, with A of what
-// readings and its σ say of it.
+// For a stated fault beside the others: C + G A^-1 G^T of its shifts G, with A the information of
+// readings and its prior on it.
 void FaultSearch::StateWidening() {
   const Eigen::Index rows = model_.system().residual().size();
   for (const StatedFault& stated : stated_) {
@@ -634,7 +638,7 @@ void FaultSearch::StateWidening() {
   }
 }
 
-// The readings are corrected by now, so that the graph alone shows what is left of them.
+// The readings are corrected now, so that the graph alone has the remaining residuals.
 void FaultSearch::StateMisfit() {
   OverallMisfit& misfit = findings_.misfit;
   const Eigen::MatrixXd covariance = model_.system().covariance();
@@ -655,9 +659,9 @@ void FaultSearch::StateMisfit() {
   if (misfit.is_unexplained && !misfit.has_more_faults) CountAsSystematic(covariance);
 }
 
-// Of each component that is much larger than its noise at rest and whose sensor shows something
-// that chance makes in one of a hundred runs: what it makes of the covariance, as if by one pose.
-// In long runs neighbours share what is off in them: there a stretch counts as one.
+// For each component that far exceeds its noise at rest and whose sensor has a fault with p < 1 %:
+// adds its covariance as if it were an error common to all poses. In long runs it is common to the
+// poses of a group.
 void FaultSearch::CountAsSystematic(const Eigen::MatrixXd& covariance) {
   for (std::size_t c = 0; c < noise_->estimated.size(); ++c) {
     const auto at = static_cast<Eigen::Index>(c);
@@ -697,10 +701,10 @@ bool FaultSearch::Settle() {
   return false;
 }
 
-// A correction that makes the recording less likely is taken back, where it is far from straight:
-// σ are widened by it instead. So is one whose form decides what it does to the parameters, unless
-// it is by 1000 to 1 likelier than none: chance makes one in a hundred clean recordings, and that
-// would move a parameter by ten of its σ.
+// Reverts a correction that makes the recording less likely, as strong nonlinearity does, and
+// widens σ by it instead; so it does if the fault's form determines the parameters' change (κ),
+// unless it is 1000 times more likely than none: one in a hundred clean recordings has such a
+// fault, which would move a parameter by ten of its σ.
 void FaultSearch::TryWith(Candidate* candidate) {
   const PoseGraph graph = *graph_;
   const NoiseState noise = *noise_;
@@ -736,11 +740,10 @@ void FaultSearch::TryWith(Candidate* candidate) {
   LookAtScene();
 }
 
-// Each fault was one of its positions and one of all faults, each reading that was left out one of
-// all readings, and what was fitted of both, a σ, costs one (Akaike 1974). What was left out keeps
-// a weight w of next to nothing, which the likelihood takes for a variance: 1/2 rank log w, where
-// `rank` directions of it are told by anything else. The likeliest variance of its own,
-// |r|^2 / rank in its noise, takes its place.
+// Each fault was one of its positions and one of all faults, each rejected reading one of all
+// readings, and a fitted σ of either costs one (Akaike 1974). A rejected reading has a small weight
+// w, which the likelihood takes for a variance: 1/2 rank log w, for the `rank` directions that
+// others determine. It is replaced by the most likely variance, |r|^2 / rank in units of its noise.
 double FaultSearch::LogPrior() const {
   double sum = 0.0;
   for (const Taken& taken : taken_) sum += LogPriorOf(taken);
@@ -788,7 +791,7 @@ FaultFindings FaultSearch::Run() {
   return std::move(findings_);
 }
 
-// Numbers of the poses with readings, or before turns, that were left out.
+// Numbers of poses with rejected readings, or before rejected turns.
 std::vector<int> LeftOut(const PoseGraph& graph) {
   std::set<int> poses;
   for (const PoseNode& node : graph.nodes) {
@@ -802,7 +805,7 @@ std::vector<int> LeftOut(const PoseGraph& graph) {
   return {poses.begin(), poses.end()};
 }
 
-// What was left out counts again, and all counts whole.
+// Readmits all rejected observations and turns, at full weight.
 void Readmit(PoseGraph* graph) {
   const auto readmit = [](auto* one) {
     one->rejected = false;
@@ -829,7 +832,7 @@ FaultFindings FindFaults(const std::vector<StatedFault>& stated,
   FaultSearch of_all(stated, &all, &noise_of_all);
   if (!of_all.Settle()) return found;
   FaultFindings found_in_all = of_all.Run();
-  // Single poses that are off are what was left out already.
+  // Single poses as faults are the same as rejected ones.
   const auto is_more = [](const TakenFault& fault) {
     return fault.place.kind->shape != FaultShape::kOnce;
   };

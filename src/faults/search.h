@@ -13,15 +13,15 @@
 
 namespace truetriad {
 
-// A fault that is known beforehand to be zero, or a mean, but for a σ: it is in the model from the
-// start and never a finding: bends that a data sheet allows, and face curvatures.
+// A fault with a prior of mean zero, or another, and a σ: it is in the model from the start and
+// never a finding: nonlinearities stated by a data sheet, and face curvatures.
 struct StatedFault {
   FaultColumn column;
   Eigen::VectorXd sigma;
   Eigen::VectorXd mean = {};  // empty: zero
 };
 
-// A kind at its place: poses by their numbers, of a window the last one too; 0: the whole run.
+// A kind and its position: poses by number, for a window the last one, too; 0: the whole run.
 struct FaultPlace {
   const FaultKind* kind = nullptr;
   Triad triad = Triad::kAccelerometer;
@@ -29,73 +29,71 @@ struct FaultPlace {
   int last_pose = 0;
 };
 
-// One that chance does not make, and that is in the model now if a correction leads anywhere.
+// A significant fault, which is in the model if its correction converges.
 struct TakenFault {
-  // Above it a parameter moves by more of its σ than h by its own: the form, and not the readings,
-  // then decides the correction.
+  // Above this κ a parameter moves by more of its σ than h by its own: the fault's form, and not
+  // the readings, determines the correction.
   static constexpr double kTrusted = 1.0;
   bool is_trusted() const { return is_corrected && kappa <= kTrusted && !place.kind->is_truncated; }
 
   FaultPlace place;
-  bool is_corrected = true;  // else σ alone allow for it
+  bool is_corrected = true;  // else only σ include it
   double log_p = 0.0;
-  Eigen::VectorXd h;  // all unknowns; FaultForm says of what
+  Eigen::VectorXd h;  // all unknowns, of which FaultForm states the meaning
   Eigen::VectorXd sigma;
-  double shift_sigmas = 0.0;  // of the parameter that it moved the furthest
-  double kappa = 0.0;         // the same for h of one of its own σ
-  // Others that explain the same nearly as well: 1000 to 1 is no proof.
+  double shift_sigmas = 0.0;  // of the parameter that it moved the most
+  double kappa = 0.0;         // the same for h of one σ
+  // Faults that explain the readings nearly as well: less than 1000 times less likely.
   std::vector<FaultPlace> rivals;
-  // Poses that are off explain it nearly as well: they stay left out, and it is not corrected.
+  // Rejecting poses explains the readings nearly as well: they stay rejected, h is not corrected.
   std::vector<int> left_out_instead;
 };
 
-// One that is there throughout or not at all, and was not taken in: said, no more.
+// A fault over the whole run that was not accepted: it is only reported.
 struct FaultNote {
   FaultPlace place;
   double log_p = 0.0;
   double kappa = 0.0;
-  // Neither shown nor to be ruled out, and moving much: p below 1 % and κ above 1.
+  // Neither significant nor excluded, and with a large effect: p below 1 % and κ above 1.
   bool is_doubtful = false;
 };
 
-// Rows that the log lost while the unit was turned scatter the turns along what they turn by: a
-// share s of all makes a variance component s (1 - s) Σ (ω dt)(ω dt)^T.
+// Rows that the log lost during turns scatter these along their angle: a share s of all rows is a
+// variance component s (1 - s) Σ (ω dt)(ω dt)^T.
 struct LostRowsFound {
   double share = 0.0;
   double log_p = 0.0;
 };
 
-// χ² against the noise at rest alone says this when all is done.
+// The final test of χ² with the noise at rest alone.
 struct OverallMisfit {
   double excess_ratio = 0.0;  // largest σ of an excess over that at rest
   // p < 1e-6, an excess above three times the noise at rest, and no fault that explains it.
   bool is_unexplained = false;
-  bool has_more_faults = false;  // than the eight that were taken in
-  // And it is not white: something that is none of the faults shows in it. What poses share does
-  // not average out, so that the σ that it makes count it whole.
+  bool has_more_faults = false;  // than the eight accepted ones
+  // The residuals are also not white: they contain some other effect. What poses share does not
+  // average out, so that σ include it in full.
   bool is_systematic = false;
 };
 
 struct FaultFindings {
   std::vector<TakenFault> faults;
-  std::vector<FaultNote> notes;  // doubtful ones, and all bends of an axis
+  std::vector<FaultNote> notes;  // doubtful ones, and all nonlinearities of an axis
   std::optional<LostRowsFound> lost_rows;
   OverallMisfit misfit;
-  // What the graph's free coordinates are less certain by than the graph alone says: by the faults'
-  // own σ, the spread of what was not constant, and d d^T of corrections that are not to be
-  // trusted.
+  // Covariance of the graph's free coordinates beyond the graph's own: by the faults' σ, the spread
+  // of varying values, and d d^T of corrections that are not to be trusted.
   Eigen::MatrixXd beyond;
-  // Of each that was stated: how many times larger it makes the σ that it makes the largest.
+  // For each stated fault: the largest factor by which it widens the σ of a parameter.
   std::vector<double> widening;
-  int looked_for = 0;  // faults that the poses show at all, lost rows among them
+  int looked_for = 0;  // faults that the poses determine, and lost rows
 };
 
-// Looks for all declared faults in a solved graph, takes in those that are there, and leaves the
-// graph at its solution with them: its readings are less what the faults added to them, and
-// `noise` is what it is then. One budget of 1 % a run is shared by all faults, and a
-// fault's share by its positions. Without faults the graph stays as it is. Where readings were left
-// out as outliers, they count again if faults are by 1000 to 1 the likelier explanation of all;
-// from 1 to 1000 on σ allow for these.
+// Tests all declared faults in a solved graph, adds the significant ones to the model, and leaves
+// the graph at its solution with them: readings are corrected by them, and `noise` is that of the
+// result. One level of 1 % per run is shared by all faults, and a fault's part by its positions.
+// Without faults the graph does not change. Rejected outliers return if faults explain all readings
+// 1000 times more likely; from 1 to 1000 times less or more, σ include the faults.
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
                          NoiseState* noise);

@@ -11,10 +11,10 @@
 namespace truetriad {
 namespace {
 
-// Of a variance: where it changes by less than 0.3 %, σ do by 0.15 %.
+// As a share of a variance: a change of 0.3 % changes σ by 0.15 %.
 constexpr double kSettled = 3e-3;
-// Noise that all comes from the residuals stays above this share of where it starts, so that no
-// fault explains everything.
+// Noise that is wholly estimated from residuals stays above this share of its first value, so that
+// faults cannot explain all of it.
 constexpr double kLeastShare = 1e-3;
 
 }  // namespace
@@ -97,7 +97,7 @@ void TakenModel::SettleExcess(int steps) {
   }
 }
 
-// A row is model minus reading: a reading less Z h has the row plus Z h; so has a turn dR Exp(-Z
+// A row is model minus reading: a reading minus Z h has the row plus Z h, as has a turn dR Exp(-Z
 // h).
 void TakenModel::CorrectReadings() {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());

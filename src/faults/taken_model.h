@@ -12,8 +12,8 @@
 
 namespace truetriad {
 
-// The graph with what was taken in: readings that can be corrected and restored, variances that
-// follow their likelihood, and the linear system of it all.
+// The graph with accepted faults: readings that can be corrected and restored, variances at their
+// optimum, and the linear system of both.
 class TakenModel {
  public:
   TakenModel(PoseGraph* graph, NoiseState* noise);
@@ -23,22 +23,22 @@ class TakenModel {
   const AddedColumns& added() const { return added_; }
   bool is_settled() const { return is_settled_; }
 
-  // The columns in the model from here on.
+  // Sets the columns in the model.
   void SetColumns(AddedColumns added);
-  // Variances by REML, at most so many steps, with what is in the model.
+  // Estimates variances by REML with the present model, by at most so many steps.
   void SettleExcess(int steps);
   void SetExcess(const Eigen::VectorXd& v);
-  // With one more variance component of the turns, from nothing; without it (empty).
+  // Adds one variance component of the turns, starting at zero; removes it (empty).
   void SetTurnVariances(TurnVariances unit);
 
-  // Corrects the readings by h and solves again there: one Gauss-Newton step, turns integrated
-  // anew. The columns are those of the solution before; SetColumns states those of the new one.
+  // Corrects the readings by h and solves again: one Gauss-Newton step, with turns integrated
+  // again. Columns remain those of the former solution; SetColumns sets those of the new one.
   void Relinearise();
 
-  // What the graph alone, with its readings as they are corrected, says of the noise.
+  // Computes the noise's estimate for the graph alone, with its readings as corrected.
   void StateEstimate();
-  // χ² of the corrected readings against the noise at rest alone. Last of all: the system is not
-  // asked after it.
+  // χ² of the corrected readings with the noise at rest alone. It must be the last call, since it
+  // invalidates the system.
   double ChiSquareAtRest();
 
  private:
@@ -52,7 +52,7 @@ class TakenModel {
   AddedColumns added_;
   TurnVariances turn_unit_;
   bool is_settled_ = true;
-  // As the graph had them, of the poses' observations and of the turns as integrated last.
+  // Uncorrected values: of the poses' observations, and of the turns as last integrated.
   std::vector<Eigen::Vector3d> readings_;
   std::vector<Eigen::Quaterniond> rotations_;
   std::vector<Eigen::Matrix3d> stated_covariance_;

@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-// Three components or one stand in a line; of more, the length.
+// Up to three components are listed; of more, the length.
 constexpr Eigen::Index kMostInALine = 3;
 
 std::string ListOf(const Eigen::VectorXd& values) {

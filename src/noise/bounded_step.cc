@@ -11,8 +11,9 @@
 namespace truetriad {
 namespace {
 
-// A component leaves its limit where its score there is more of its σ than this; so often at most.
+// A component leaves its limit if its score there is more of its σ than this; less is rounding.
 constexpr double kNoPull = 1e-9;
+// Passes per component at most: 3 n, as of Lawson and Hanson's own program.
 constexpr Eigen::Index kMostFreed = 3;
 
 Eigen::VectorXd BalanceOf(const Eigen::MatrixXd& information) {
@@ -24,7 +25,7 @@ Eigen::VectorXd BalanceOf(const Eigen::MatrixXd& information) {
   return balance;
 }
 
-// The solution for some components alone; the others zero.
+// The solution for the components `free`, with zeros for the others.
 Eigen::VectorXd SolveFor(const std::vector<Eigen::Index>& free,
                          const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& right) {
@@ -35,8 +36,8 @@ Eigen::VectorXd SolveFor(const std::vector<Eigen::Index>& free,
   return solved;
 }
 
-// Goes from x, all of whose `free` are above zero or about to be, towards the solution for those;
-// what stands in the way is free no more.
+// Moves x, whose `free` components are above zero or about to be, towards their solution; a
+// component that reaches zero on the way leaves `free`.
 void GoTo(const Eigen::MatrixXd& information,
           const Eigen::VectorXd& right,
           std::vector<Eigen::Index>* free,

@@ -5,9 +5,8 @@
 
 namespace truetriad {
 
-// The inverse of an information matrix. Variances of turns (rad^2) and of magnetometers (uT^2)
-// differ by so much that elimination would take the smaller pivots for zeros: its diagonal is
-// brought to one first.
+// The inverse of an information matrix, scaled to unit diagonal first: variances of turns (rad^2)
+// and of magnetometers (uT^2) differ by so much that elimination would take small pivots for zeros.
 Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information);
 
 // The step to the maximum of a likelihood with this score and (positive definite) information that

@@ -13,17 +13,17 @@
 
 namespace truetriad {
 
-// Noise that comes on top of what the samples of a pose or of a turn show by themselves: of each
-// triad's pose means, of the gyroscope's means at known rates, and of the turns between poses.
+// Noise beyond what the samples of a pose or a turn show themselves: of each triad's pose means, of
+// the gyroscope's means at known rates, and of the turns between poses.
 enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kRate, kTurn };
-inline constexpr std::size_t kNoiseComponents = 5;
+inline constexpr std::size_t kNoiseComponents = 5;  // the values of NoiseComponent
 constexpr NoiseComponent PoseNoise(Triad triad) {
   return triad == Triad::kAccelerometer ? NoiseComponent::kAccelerometer
          : triad == Triad::kGyroscope   ? NoiseComponent::kGyroscope
                                         : NoiseComponent::kMagnetometer;
 }
 
-// The triad whose pose means it belongs to; unset for rates and turns.
+// The triad of whose pose means it is the noise; unset for rates and turns.
 constexpr std::optional<Triad> TriadOf(NoiseComponent component) {
   for (const Triad triad : kTriads) {
     if (PoseNoise(triad) == component) return triad;
@@ -46,17 +46,17 @@ struct ExcessVariance {
   double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
 };
 
-// The component of an observation; unset where the operator alone says how well it is known.
+// The component of an observation; unset if its noise is stated.
 std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
 
 // Sets every observation's variance to rest + S (excess + that of a known rate) S^T at the graph's
-// sensitivities, and every turn's to that of its readings + excess + what is stated.
+// sensitivities, and every turn's to that of its readings + excess + the stated one.
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 
-// Mean over what is accepted of a component's variance without excess, true unit squared.
+// Mean variance without excess of a component's accepted observations, true unit squared.
 double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component);
 
-// Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
+// Rows of a factor with a common variance: V = known + excess * unit, divided by a robust weight.
 struct VariancePart {
   std::size_t factor = 0;
   Eigen::Index row = 0;
@@ -68,7 +68,7 @@ struct VariancePart {
   bool rejected = false;
 };
 
-// All of them, in the order of the factors. `unit` is at the graph's sensitivities.
+// All parts, in the order of the factors. `unit` is at the graph's sensitivities.
 std::vector<VariancePart> PartsOf(const PoseGraph& graph);
 
 }  // namespace truetriad

@@ -9,10 +9,10 @@
 
 namespace truetriad {
 
-// With the score q = (P r) of one observation and its block A of P, deleting it changes χ² by
-// q^T A^+ q. Its residual against the prediction from everything else is A^-1 q with covariance
-// A^-1 (at the weight it has); taking its own variance back to weight 1 gives the test at face
-// value, whatever the robust step did.
+// With the score q = (P r) of one observation and its block A of P, deleting it changes χ² by q^T
+// A^+ q. Its residual against the prediction from all others is A^-1 q with covariance A^-1 (at its
+// present weight); restoring its own variance to weight 1 makes the test independent of the robust
+// step.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
   std::vector<DeletionTest> tests;
   for (const VariancePart& part : PartsOf(graph)) {
@@ -27,15 +27,15 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {
       const double eigenvalue = solver.values[axis];
-      // Below this the observation is needed to determine something: it tests nothing.
+      // Below this the observation is needed to determine something, and cannot be tested.
       if (eigenvalue < 1e-6) continue;
       const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
-      // No eigenvalue is above 1 but by rounding.
+      // An eigenvalue exceeds 1 only by rounding.
       const double variance = std::max(1.0 / eigenvalue - (1.0 - part.weight), part.weight);
       test.chi2 += residual * residual / variance;
       ++test.rank;
     }
-    // Beyond what a double holds nothing is tested; the verdict looks at the parameters.
+    // A χ² beyond the range of a double is no test; checks of the parameters find such a result.
     if (!std::isfinite(test.chi2)) {
       test.chi2 = 0.0;
       test.rank = 0;

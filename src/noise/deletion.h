@@ -9,20 +9,20 @@
 
 namespace truetriad {
 
-// A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
-// fit by 1e-5 σ), but its pose stays determined.
+// A rejected observation keeps this weight: it has no influence (an error of 1000 σ moves the fit
+// by 1000 * 1e-8 = 1e-5 σ), but its pose stays determined.
 inline constexpr double kRejectedWeight = 1e-8;
 
-// How badly one triad at one pose, or one turn, fits the prediction from everything else: χ² of the
-// deletion residual, with `rank` degrees of freedom (what remains after its pose took its share).
+// Test of one triad at one pose, or of one turn, against the prediction from all others: χ² of the
+// deletion residual, with `rank` degrees of freedom (those that its pose leaves).
 struct DeletionTest {
   NoiseComponent component = NoiseComponent::kAccelerometer;
-  std::size_t node = 0;         // of a turn the first
-  std::size_t observation = 0;  // of a turn: which increment
+  std::size_t node = 0;         // of a turn: the first
+  std::size_t observation = 0;  // of a turn: the index of its increment
   double chi2 = 0.0;
   int rank = 0;
 };
-// Those of the poses in order, observation by observation, then those of the turns.
+// The tests of the poses in order, observation by observation, then those of the turns.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system);
 
 }  // namespace truetriad

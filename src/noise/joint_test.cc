@@ -25,7 +25,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
       a2 += weight * Times(changes[s], changes[t]).trace();
     }
   }
-  // Nothing was estimated, or nothing that matters: χ².
+  // No variance was estimated, or only ones without influence: χ².
   if (!(a2 > 1e-12 * q)) return test;
   const double b = (a1 + 6.0 * a2) / (2.0 * q);
   const double g = ((q + 1.0) * a1 - (q + 4.0) * a2) / ((q + 2.0) * a2);
@@ -33,14 +33,14 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
   const double c1 = g / d;
   const double c2 = (q - g) / d;
   const double c3 = (q + 2.0 - g) / d;
-  // The moments are expansions for many degrees of freedom; where they break down there are few.
+  // The moments are expansions for many degrees of freedom, which fail only where there are few.
   const double mean_inverse = 1.0 - a2 / q;
   const double spread = (1.0 - c2 * b) * (1.0 - c2 * b) * (1.0 - c3 * b);
   if (mean_inverse > 0.05 && 1.0 - c2 * b > 0.0 && 1.0 - c3 * b > 0.0) {
     const double mean = 1.0 / mean_inverse;
     const double variance = 2.0 / q * (1.0 + c1 * b) / spread;
     const double rho = variance / (2.0 * mean * mean);
-    // An F distribution with a variance has more than four; anything else is the expansion's fault.
+    // An F distribution with a finite variance has dof > 4; otherwise the expansion failed.
     if (q * rho > 1.0) {
       test.dof = 4.0 + (q + 2.0) / (q * rho - 1.0);
       test.scale = std::min(1.0, test.dof / (mean * (test.dof - 2.0)));

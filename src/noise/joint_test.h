@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-// Covariance of the free parameters that allows for the variances having been estimated from the
+// Covariance of the free parameters that includes the uncertainty of variances estimated from the
 // same data, which M^-1 alone does not: Kenward and Roger 1997,
 //
 //   M^-1 + 2 sum_st Cov(s, t) M^-1 (J^T D Z_s P Z_t D J) M^-1
@@ -26,12 +26,11 @@ struct JointTest {
 };
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
 
-// Degrees of freedom that tell the noise of a graph with this estimate: infinite where nothing was
-// estimated.
+// Degrees of freedom of a graph's noise with this estimate: infinite if no variance was estimated.
 double NoiseDof(const ExcessEstimate& estimate, const PoseGraph& graph);
 
-// The same for some of them: `tested` spans, by its columns, the directions of the free coordinates
-// that are tested; the variances may come from a larger model than `graph`, with whose present
+// The same for a part of them: the columns of `tested` span the tested directions of the free
+// coordinates; the variances may come from a larger model than `graph`, with whose present
 // variances `system` was made. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).
 JointTest KenwardRogerTest(const ExcessEstimate& estimate,
                            const ReducedSystem& system,

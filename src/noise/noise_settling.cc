@@ -22,30 +22,32 @@
 namespace truetriad {
 namespace {
 
+// Chosen: rounds that have not settled by then, end with a last solution.
 constexpr int kMaxNoiseRounds = 15;
-// Each begins where turns have been integrated anew; a second is rare, a third rarer.
+// Each follows a new integration of the turns; a second is rare, a third rarer.
 constexpr int kMostNoisePasses = 3;
-// σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
+// From this σ on, 11 degrees, a turn determines nothing of a sensor worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
-// From then on what is left out stays out, so that rounds end.
+// From this round on rejected observations stay rejected, so that rounds end.
 constexpr int kReadmittingRounds = 5;
-// Of Gauss-Newton steps between rounds: χ² that one changes the parameters by, when nothing is left
-// of it afterwards; the share of the promised decrease that each must bring.
+// Parameters that a step changes by less than this χ², 0.1 σ, need no further step.
 constexpr double kSmallStepChi2 = 0.01;
+// Each step must bring this share of its predicted decrease: half allows for curvature.
 constexpr double kKeptPromise = 0.5;
-// Rounding of a sum of 1e6 squares.
+// Rounding error of a sum of 1e6 squares: 1e6 times 1e-16.
 constexpr double kCostRounding = 1e-10;
+// Chosen: quadratic convergence needs two or three steps; after four SolveGraph takes over.
 constexpr int kMostSteps = 4;
-// Change of an excess variance below which it has settled, as a share of the whole variance.
+// An excess variance has settled if it changes by less than this share of the whole variance.
 constexpr double kSettledExcess = 1e-3;
-// Fewer residual degrees of freedom than this cannot tell a bad pose from a good one.
+// With fewer residual degrees of freedom a bad pose cannot be distinguished from a good one.
 constexpr int kMinRobustDof = 6;
-// An estimated excess with fewer degrees of freedom than this is not an estimate.
+// With fewer degrees of freedom the σ of an estimated excess is over twice its value.
 constexpr double kLeastExcessDof = 0.5;
-// Share of the field strength that an unknown noise starts from.
+// σ with which an unknown noise starts, as a share of the field strength.
 constexpr double kFirstNoiseShare = 1e-3;
 
-// Variance of a share of what a component's readings are like.
+// Variance of a noise that is a share of a component's typical signal.
 double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& graph) {
   const std::optional<Triad> triad = TriadOf(component);
   const bool is_field = triad && *triad != Triad::kGyroscope;
@@ -53,7 +55,7 @@ double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& gr
   return sigma * sigma;
 }
 
-// Without rest noise the excess is all the noise there is, and exact data would drive it to zero.
+// Without rest noise the excess is the whole noise, and exact data would reduce it to zero.
 ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
   for (const NoiseComponent component : noise.estimated) {
@@ -63,19 +65,19 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   return floor;
 }
 
-// `system`: the graph at its present state; in the end with the variances found.
+// `system`: the graph at its present state; on return with the estimated variances.
 void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   noise->estimate = EstimateExcess(
       noise->estimated, noise->estimate, noise->excess, ExcessFloor(*noise, *graph), graph, system);
   noise->excess = noise->estimate.variance;
 }
 
-// Whether the residuals hold information on a component's excess.
+// Whether the residuals contain information on a component's excess.
 bool IsSeen(const NoiseState& noise, const PoseGraph& graph, NoiseComponent component) {
   return ExcessDegreesOfFreedom(noise.estimate, graph, component) >= kLeastExcessDof;
 }
 
-// The component that the residuals tell least about, of those about which they tell too little.
+// The undetermined component with the fewest degrees of freedom.
 std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph& graph) {
   std::optional<NoiseComponent> least;
   double least_dof = std::numeric_limits<double>::infinity();
@@ -89,9 +91,9 @@ std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph
   return least;
 }
 
-// Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
-// information on the excess: its estimate would be noise, and so would every σ made from it. One
-// after the other: two that cannot be told apart are one that can be without the other.
+// Residuals that other unknowns explain as well (the tilt of a six-face block, say) contain no
+// information on the excess, so that its estimate and all σ from it would be arbitrary. They are
+// dropped one by one: of two with a determined sum, one is determined without the other.
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
@@ -122,8 +124,8 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
   }
 }
 
-// First guess of each excess: what makes the median deletion test match its χ². Half of the poses
-// may be disturbed without moving it much.
+// First guess of each excess: the one with which the median deletion test equals the median of its
+// χ². Up to half of the poses may be disturbed with little influence on it.
 void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   const std::vector<DeletionTest> tests = DeletionTests(*graph, *system);
   const ExcessVariance floor = ExcessFloor(*noise, *graph);
@@ -156,8 +158,8 @@ bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
   });
 }
 
-// An excess that is not seen once some of its observations are rejected was not known when they
-// were. They return, and that component is judged no more. Returns whether there was any.
+// If an excess is undetermined without its rejected observations, they were rejected by an unknown
+// noise. They return, and this component is tested no more. Returns whether there was any.
 bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
                                const PoseGraph& graph,
                                UnknownNoise* unknown) {
@@ -171,9 +173,9 @@ bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
   return readmits;
 }
 
-// Takes Gauss-Newton steps from a system that was made at the graph's state until nothing is left
-// to go, as long as each does what it promises; false, and nothing changed, where one does not. In
-// the end `system` is the graph's. The last solution is the optimiser's in any case.
+// Takes Gauss-Newton steps from a system that was made at the graph's state until they are small,
+// as long as each lowers the cost as predicted; otherwise it restores the graph and returns false.
+// On success `system` is of the graph. The optimiser computes the last solution in any case.
 bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
   const Eigen::VectorXd shared_before = graph->shared;
   std::vector<PoseValues> states_before;
@@ -195,8 +197,8 @@ bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
 }
 
 // Rounds of the robust step (unless `robust` is null), the solution and the excess, until nothing
-// changes; false where the solution does not converge: along a direction that nothing determines
-// more rounds would only creep.
+// changes; false if the solution does not converge: more rounds would only creep along an
+// undetermined direction.
 bool TakeRounds(const RobustOptions* robust,
                 NoiseState* noise,
                 UnknownNoise* unknown,
@@ -207,7 +209,7 @@ bool TakeRounds(const RobustOptions* robust,
                 int* rounds) {
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++*rounds;
-    // Late in the day borderline observations could come and go for ever.
+    // In late rounds borderline observations could be rejected and return for ever.
     WeightChange weights;
     if (robust != nullptr) {
       const bool may_readmit = round < kReadmittingRounds;
@@ -341,17 +343,17 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
     dof += node.row_count() - node.tangent_size();
     for (const Observation& observation : node.observations) {
       if (!observation.rejected) continue;
-      // A rejected triad takes its rows along; a rotation that loses it keeps only a direction.
+      // A rejected triad loses its rows; a rotation without it keeps only a direction.
       dof -= node.kind == PoseKind::kRotation && !node.has_attitude_prior ? 2 : 3;
       if (node.kind == PoseKind::kDirection) dof += 2;
     }
   }
   for (const PoseNode& node : graph.nodes) {
-    if (node.role == PoseRole::kTurnAxis) dof -= 1.0;  // the row along the axis says nothing
+    if (node.role == PoseRole::kTurnAxis) dof -= 1.0;  // the row along the axis has no weight
   }
   for (const IncrementEdge& edge : graph.increments) {
     if (edge.rejected) continue;
-    // Nor do those across the axis of a broken turn.
+    // The rows across the axis of a partial turn have no weight either.
     const bool is_broken = edge.stated_covariance.trace() > kSaysNothingRad * kSaysNothingRad;
     dof += is_broken ? 1.0 : 3.0;
   }
@@ -408,8 +410,8 @@ int SettleNoise(const RobustOptions& robust,
     if (came_to_an_end) log->Solve(kFinalTolerance, graph);
     system.Linearise(*graph);
     StateCurvatures(*graph, system, &noise->estimate);
-    // The rounds step on with turns as they were integrated once; where they moved far, the last
-    // solution, which integrates anew, leaves residuals of another size.
+    // The rounds use turns integrated once; if parameters moved far, the last solution, which
+    // integrates again, has different residuals.
     if (!came_to_an_end || FurthestOff(*noise, *graph, system).IsSettled()) break;
     if (pass + 1 < kMostNoisePasses && !Acts(Mechanism::kNoisePasses)) break;
   }

@@ -13,15 +13,15 @@
 
 namespace truetriad {
 
-// What is known of the noise that weights the observations, and how.
+// The noise that weights the observations, and its sources.
 struct NoiseState {
   PerTriad<NoiseSource> source{};
   std::vector<NoiseComponent> estimated;  // whose excess is estimated
   ExcessVariance excess{};
   ExcessEstimate estimate;
-  bool unknown = false;  // residuals were to show it, and there are none
+  bool unknown = false;  // there are no residuals, by which it was to be estimated
 
-  // All the noise of this component there is comes from the residuals.
+  // Whether all of this component's noise is estimated from the residuals.
   bool IsFromResiduals(NoiseComponent component) const {
     if (component == NoiseComponent::kRate) component = NoiseComponent::kGyroscope;
     const std::optional<Triad> triad = TriadOf(component);
@@ -29,18 +29,18 @@ struct NoiseState {
   }
 };
 
-// Where each triad's rest noise comes from, and whether its excess is estimated.
+// The source of each triad's rest noise, and whether its excess is estimated.
 NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Findings* findings);
 
-// Before anything is known of the excess: what keeps triads without rest noise balanced against
-// each other. Sets the graph's variances.
+// The noise before any excess is estimated, which balances triads without rest noise with each
+// other. Sets the graph's variances.
 void StartNoise(NoiseState* noise, PoseGraph* graph);
 
-// Gives little weight to readings whose length is far from that of the field at the start: a few
-// would pull the first solution far away. UpdateWeights judges them anew.
+// Reduces the weight of readings whose length is far from that of the field at the start, since a
+// few of these would displace the first solution. UpdateWeights tests them again.
 void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
-// The optimisations of a run, added up.
+// The sum of a run's optimisations.
 struct SolveLog {
   bool converged = false;  // the last one
   int iterations = 0;
@@ -50,19 +50,19 @@ struct SolveLog {
   void Solve(double tolerance, PoseGraph* graph);
 };
 
-// The σ of one normal number from which on the robust step leaves out one of so many.
+// The |z| of one normal variable above which the robust step rejects one of so many tests.
 double RejectedFrom(std::size_t tests);
 
-// Rows and priors less unknowns; rejected observations do not count.
+// Rows and priors minus unknowns, without rejected observations.
 double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
 
-// How far the variances are from their optimum at the graph's state; `system`: of the graph.
+// The variance furthest from its optimum at the graph's state; `system`: of the graph.
 OffOptimum FurthestOff(const NoiseState& noise,
                        const PoseGraph& graph,
                        const ReducedSystem& system);
 
-// The robust step, the excess noise and the solution, in turn until nothing changes. Returns the
-// number of rounds.
+// Alternates the robust step, the estimate of the excess and the solution until nothing changes.
+// Returns the number of rounds.
 int SettleNoise(const RobustOptions& robust,
                 NoiseState* noise,
                 PoseGraph* graph,

@@ -14,19 +14,21 @@
 namespace truetriad {
 namespace {
 
+// Chosen: steps that have not converged by then, end the pass, and Fisher's alone begin another.
 constexpr int kMaxScoringSteps = 60;
-// The steps end; where that is not at the optimum, they begin again from there.
+// A pass may end away from the optimum; the next begins there.
 constexpr int kMostPasses = 3;
-// Of a variance's own σ.
+// A step below this share of a variance's own σ is the last.
 constexpr double kSettledScoring = 1e-4;
-// Of a variance: a step as short as this is taken by Newton's method, and the expected information
-// is worked out anew when a variance has changed by more.
+// As a share of a variance: shorter steps are Newton's, and the expected information is computed
+// again when a variance has changed by more.
 constexpr double kNearOptimum = 0.3;
+// Largest factor of a step: without it steps overshot twentyfold, up and down without end.
 constexpr double kLongestStep = 20.0;
-// Of three values each: they stay in the cache.
+// 192 rows of B, which stay in the cache.
 constexpr Eigen::Index kRowsAtOnce = 192;
 
-// Rows of Z_s D J that have one variance, component by component.
+// Rows of Z_s D J with a common variance, component by component.
 class ComponentRows {
  public:
   using Change = ReducedSystem::VarianceChange;
@@ -44,10 +46,10 @@ class ComponentRows {
     }
   }
 
-  // Takes the rows from a system that was eliminated anew.
+  // Takes the rows from a system with new variances.
   void Take(const ReducedSystem& system) {
     const auto B = system.B();
-    StackedRows some, changed;  // of some hundred rows, for one product
+    StackedRows some, changed;  // a block of rows, for one product
     for (std::size_t s = 0; s < changes_.size(); ++s) {
       const Eigen::Index count = 3 * static_cast<Eigen::Index>(changes_[s].size());
       ZB_[s].resize(count, B.cols());
@@ -81,7 +83,7 @@ class ComponentRows {
     return system.Project(std::move(all));
   }
 
-  // The component's rows of such a matrix.
+  // The component's rows of a matrix of all rows.
   StackedRows RowsOf(std::size_t s, const StackedRows& all, const ReducedSystem& system) const {
     StackedRows own(ZB_[s].rows(), all.cols());
     Eigen::Index at = 0;
@@ -108,8 +110,8 @@ class ComponentRows {
   std::vector<Eigen::MatrixXd> sensitivity_;
 };
 
-// Score of the components and their average information, the mean of the observed and the expected
-// one but for a term that vanishes: 1/2 r^T P Z_s P Z_t P r. Gilmour, Thompson and Cullis 1995.
+// Score of the components and their average information 1/2 r^T P Z_s P Z_t P r, the mean of the
+// observed and the expected one except for a term of zero mean. Gilmour, Thompson and Cullis 1995.
 void ScoreOf(const ComponentRows& rows,
              const ReducedSystem& system,
              Eigen::VectorXd* score,
@@ -152,7 +154,7 @@ Eigen::MatrixXd FisherOf(const ComponentRows& rows,
   Eigen::MatrixXd fisher(count, count);
   for (Eigen::Index t = 0; t < count; ++t) {
     const auto second = static_cast<std::size_t>(t);
-    // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
+    // tr(D Z_s D Z_t) is minus the change of tr(D Z_s) when V changes by Z_t.
     const std::vector<Eigen::Matrix3d> derivative =
         system.ProjectorDerivative(rows.changes(second), rows.all_changes());
     const StackedRows& projected = all_projected[second];
@@ -176,13 +178,13 @@ Eigen::MatrixXd FisherOf(const ComponentRows& rows,
   return fisher;
 }
 
-// Whether information about variances that were like `from` says something where they are `to`.
+// Whether information at the variances `from` is a good approximation at `to`.
 bool IsNear(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
   const Eigen::ArrayXd ratio = (from.array() / to.array()).log();
   return ratio.abs().maxCoeff() < kNearOptimum;
 }
 
-// The information of a variance goes with its inverse square, to first order.
+// The information of a variance is proportional to its inverse square, to first order.
 Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& from,
                          const Eigen::VectorXd& to) {
@@ -190,14 +192,14 @@ Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
   return ScaledBothSides(ratio, information);
 }
 
-// How far the steps of the scoring go: far from the optimum they overshoot, and back, for ever.
+// Limits the scoring steps: far from the optimum they overshoot back and forth without end.
 class ScoringReach {
  public:
   explicit ScoringReach(Eigen::Index count)
       : factor_(Eigen::VectorXd::Constant(count, kLongestStep)),
         last_step_(Eigen::VectorXd::Zero(count)) {}
 
-  // The lowest step, at variances that have these totals.
+  // The lower limit of a step, at variances with these totals.
   Eigen::VectorXd Limit(const std::vector<NoiseComponent>& components,
                         const ExcessVariance& floor,
                         const ExcessVariance& variance,
@@ -210,7 +212,7 @@ class ScoringReach {
     return limit;
   }
 
-  // Half as far, as a factor, where a long step goes back.
+  // Takes the square root of the limit where a long step reverses the last one.
   void Shorten(const Eigen::VectorXd& total, Eigen::VectorXd* step) {
     for (Eigen::Index s = 0; s < total.size(); ++s) {
       double& along = (*step)[s];
@@ -222,12 +224,12 @@ class ScoringReach {
   }
 
  private:
-  Eigen::VectorXd factor_;  // Most that a step may change a total by.
+  Eigen::VectorXd factor_;  // Largest factor by which a step may change a total.
   Eigen::VectorXd last_step_;
 };
 
-// The component whose score is the most of its own σ, of those that do not stand at their floor
-// because they would go below.
+// The component with the largest score in its own σ, except those at their floor with a negative
+// score.
 OffOptimum FurthestOff(const std::vector<NoiseComponent>& components,
                        const ExcessVariance& variance,
                        const ExcessVariance& floor,
@@ -246,7 +248,7 @@ OffOptimum FurthestOff(const std::vector<NoiseComponent>& components,
   return furthest;
 }
 
-// The way to the optimum, step by step.
+// The iteration to the optimum.
 class Scoring {
  public:
   Scoring(const std::vector<NoiseComponent>& components,
@@ -274,7 +276,7 @@ class Scoring {
     ScoreOf(rows_, *system_, &score_, &average_);
   }
 
-  // Steps until they no longer change anything. In the end the score is that of where it stands.
+  // Takes steps until these are negligible. On return the score is at the present variances.
   void Run() {
     ScoringReach reach(count_);
     double last_change = 0.0;
@@ -283,14 +285,14 @@ class Scoring {
       ApplyExcess(variance_, graph_);
       system_->Eliminate(*graph_);
       ScoreOf(rows_, *system_, &score_, &average_);
-      // What is still to come, if the steps go on shrinking as they did.
+      // The change still to come, if steps go on shrinking at the same rate.
       const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
       if (!(largest_change * contraction > kSettledScoring)) break;
       last_change = largest_change;
     }
   }
 
-  // Nothing is known of the information any more.
+  // Discards the information, so that the next step is Fisher's.
   void Forget() { fisher_.resize(0, 0); }
 
   OffOptimum off() const {
@@ -324,8 +326,8 @@ class Scoring {
 
   Eigen::MatrixXd FisherHere() const { return Rescaled(fisher_, fisher_at_, Totals(variance_)); }
 
-  // Newton's step near the optimum, where the expected information is known already: the observed
-  // one is twice the average less the expected. Fisher's step from further away.
+  // Newton's step near the optimum, where the expected information is known: the observed one is
+  // twice the average minus the expected. Otherwise Fisher's step.
   Eigen::VectorXd NextStep(ScoringReach* reach) {
     const Eigen::VectorXd total = Totals(variance_);
     const Eigen::VectorXd limit = reach->Limit(components_, floor_, variance_, total);
@@ -343,7 +345,7 @@ class Scoring {
     return step;
   }
 
-  // The largest change, in σ of the variance.
+  // Returns the largest change, in σ of the variance.
   double TakeStep(const Eigen::VectorXd& step) {
     const Eigen::MatrixXd expected = FisherHere();
     double largest_change = 0.0;
@@ -386,7 +388,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   for (int pass = 0; pass < kMostPasses; ++pass) {
     scoring.Run();
     if (scoring.off().IsSettled()) break;
-    // Where steps of some kind led nowhere, those of Fisher alone from here on.
+    // If the steps did not reach the optimum, the next pass begins with Fisher's.
     scoring.Forget();
   }
   return scoring.Finish();

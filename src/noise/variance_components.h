@@ -18,11 +18,11 @@ namespace truetriad {
 //   F_st     =  1/2 tr(P Z_s P Z_t)
 //
 // all traces through the reduced system, so that the cost is linear in the number of poses.
-// Rejected observations and turns do not count.
+// Rejected observations and turns are left out.
 struct ExcessEstimate {
   ExcessVariance variance{};
   // Fisher information of the components and its inverse, rows and columns in the order of
-  // `components`; good to first order in the last steps until StateCurvatures was called.
+  // `components`; accurate to first order in the last steps until StateCurvatures is called.
   std::vector<NoiseComponent> components;
   Eigen::MatrixXd fisher, covariance;
   // StateCurvatures sets these. C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s
@@ -32,10 +32,10 @@ struct ExcessEstimate {
   std::vector<Eigen::MatrixXd> curvatures;
 };
 
-// How far the component is from its optimum that is furthest from it: the score in units of its own
-// σ, the root of its information. One that stands at its floor is there if it would go below.
+// The component furthest from its optimum: its score in units of its own σ, the root of its
+// information. A component at its floor is at its optimum if its score is negative.
 struct OffOptimum {
-  // A variance is then off by a tenth of its σ, and what was made with it by far less of theirs.
+  // A variance is then off by up to a tenth of its σ, and results from it by far less of theirs.
   static constexpr double kMostSigmas = 0.1;
 
   std::optional<NoiseComponent> component;  // Unset: there is none.
@@ -44,9 +44,9 @@ struct OffOptimum {
   bool IsSettled() const { return !component || score_sigmas <= kMostSigmas; }
 };
 
-// `system`: of the graph as it is, with the variances `start`; in the end with those found.
-// `before`: an estimate of a system like this one, or empty. `floor`: no component goes below it
-// (zero where rest noise keeps the weights finite).
+// `system`: of the graph with the variances `start`; on return with the estimated ones. `before`:
+// an estimate for a similar system, or empty. `floor`: least value of each component (zero if rest
+// noise keeps the weights finite).
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessEstimate& before,
                               const ExcessVariance& start,
@@ -54,13 +54,13 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               PoseGraph* graph,
                               ReducedSystem* system);
 
-// Of an estimate on `system`, which is of the graph as it is with the estimate's variances.
+// For an estimate on `system`, which is of the graph with the estimate's variances.
 OffOptimum FurthestOff(const ExcessEstimate& estimate,
                        const ExcessVariance& floor,
                        const PoseGraph& graph,
                        const ReducedSystem& system);
 
-// tr(P Z_s), and the Fisher information, at the graph's variances; `system`: of it.
+// tr(P Z_s) and the Fisher information at the graph's variances; `system`: of the graph.
 struct VarianceTraces {
   Eigen::VectorXd traces;
   Eigen::MatrixXd fisher;
@@ -69,7 +69,7 @@ VarianceTraces TracesOf(const std::vector<NoiseComponent>& components,
                         const PoseGraph& graph,
                         const ReducedSystem& system);
 
-// Completes an estimate at its variances; `system`: the graph as EstimateExcess left it.
+// Completes an estimate at its variances; `system`: of the graph after EstimateExcess.
 void StateCurvatures(const PoseGraph& graph, const ReducedSystem& system, ExcessEstimate* estimate);
 
 // Degrees of freedom of an estimated variance: 2 v^2 / Var(v). Satterthwaite 1946.

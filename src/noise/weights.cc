@@ -12,14 +12,14 @@
 namespace truetriad {
 namespace {
 
-// Mean change of the weights below which they have settled.
+// Weights have settled if their mean change is below this: 0.1 % of a full weight.
 constexpr double kSettledWeight = 1e-3;
 
 bool IsSamePose(const DeletionTest& a, const DeletionTest& b) {
   return a.component != NoiseComponent::kTurn && a.node == b.node;
 }
 
-// The weight of what was tested.
+// The weight of the tested observation or turn.
 struct RobustWeight {
   double& weight;
   bool& rejected;
@@ -34,14 +34,14 @@ RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
   return {observation.weight, observation.rejected};
 }
 
-// What the robust step makes of one test.
+// The result of the robust step for one test.
 struct Judgement {
   double weight = 1.0;
   bool rejected = false;
 };
 
-// Poses and turns that disagree for the most part are not disturbed: what is off is the excess that
-// they were judged with, which was guessed too small. All of them count until they have shown it.
+// If most poses or turns are rejected, these are not disturbed, but their excess was guessed too
+// small. All of them are admitted until it is estimated.
 void AdmitMajorities(const UnknownNoise& unknown,
                      const std::vector<DeletionTest>& tests,
                      const PoseGraph& graph,
@@ -60,11 +60,11 @@ void AdmitMajorities(const UnknownNoise& unknown,
   }
 }
 
-// |z| at which the weight of an observation begins to fall, by its rank: at the same probability
-// for any rank.
+// |z| above which the weight of an observation falls, by its rank: at the same probability for any
+// rank.
 std::array<double, 4> HuberLimits(double scale) {
   std::array<double, 4> limits{};
-  // A scale whose tail a double cannot hold is as good as no loss at all.
+  // The tail of a larger scale is below double precision, as if there were no loss function.
   const double inside = std::min(ChiSquareCdf(scale * scale, 1.0), 1.0 - 1e-12);
   for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
     limits[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
@@ -72,7 +72,7 @@ std::array<double, 4> HuberLimits(double scale) {
   return limits;
 }
 
-// Degrees of freedom that tell each component of the noise; infinite where it is known.
+// Degrees of freedom of each noise component; infinite if it is known.
 std::array<double, kNoiseComponents> DofOf(const NoiseState& noise, const PoseGraph& graph) {
   std::array<double, kNoiseComponents> dof{};
   dof.fill(std::numeric_limits<double>::infinity());
@@ -84,13 +84,13 @@ std::array<double, kNoiseComponents> DofOf(const NoiseState& noise, const PoseGr
   return dof;
 }
 
-// The tests of one pose, or one turn, and which of them is the worst.
+// The tests of one pose, or one turn, and the index of the worst of them.
 struct TestsOfOne {
   std::size_t end = 0, worst = 0;
   bool has_rejected = false;
 };
 
-// The tests that are of one pose with that at `first`. A turn stands by itself.
+// The tests of the same pose as that at `first`; a turn is alone.
 TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, PoseGraph* graph) {
   const bool is_turn = tests[first].component == NoiseComponent::kTurn;
   TestsOfOne found{first, first, false};
@@ -107,7 +107,7 @@ TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, 
   return found;
 }
 
-// The chance of so large a test; `dof` of the noise.
+// The probability of so large a test; `dof` of the noise.
 double ChanceOf(const DeletionTest& test, double dof) {
   return std::isfinite(dof) ? 1.0 - FisherCdf(test.chi2 / test.rank, test.rank, dof)
                             : 1.0 - ChiSquareCdf(test.chi2, test.rank);
@@ -128,8 +128,8 @@ WeightChange UpdateWeights(const RobustOptions& robust,
   const std::array<double, kNoiseComponents> dof = DofOf(noise, *graph);
   std::vector<Judgement> judgements(tests.size());
   for (std::size_t first = 0; first < tests.size();) {
-    // At one pose the triads share the blame for their disagreement: only the worst goes, and the
-    // others are judged again without it.
+    // A disagreement at one pose raises the tests of all its triads: only the worst is rejected,
+    // and the others are tested again without it.
     const TestsOfOne of_one = TestsFrom(first, tests, graph);
     for (std::size_t i = first; i < of_one.end; ++i) {
       const RobustWeight now = WeightOf(tests[i], graph);

@@ -9,17 +9,17 @@
 
 namespace truetriad {
 
-// Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
+// Probability, over all poses and sensors of a run, that some undisturbed observation is rejected.
 constexpr double kRejectionLevel = 0.01;
 
-// A turn of a known angle: what was stated of it, not the excess, is most of its noise.
+// A turn of a known angle: its noise is mostly that of the statement, not the excess.
 inline bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
   return test.component == NoiseComponent::kTurn &&
          graph.increments[test.observation].stated_turn >= 0;
 }
 
-// Which components of the noise were to be estimated, and those of them where that leaves nothing
-// to tell a disturbed observation by.
+// Components of the noise that were to be estimated, and those of them for which this leaves no
+// test of disturbed observations.
 struct UnknownNoise {
   std::vector<NoiseComponent> components;
   std::vector<NoiseComponent> unjudged;
@@ -34,8 +34,8 @@ struct WeightChange {
   bool notable = false;  // of the rejected set or of the weights
 };
 
-// Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
-// `may_readmit`: a rejected observation whose test has become good again returns.
+// Sets Huber weights by the deletion tests; observations whose test is too unlikely are rejected.
+// `may_readmit`: a rejected observation whose test is good again returns.
 WeightChange UpdateWeights(const RobustOptions& robust,
                            const NoiseState& noise,
                            const UnknownNoise& unknown,
