@@ -104,7 +104,7 @@ class FaultScene {
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
-  // The second difference of the rate over a turn; noise in units of a span's mean rate's variance.
+  // A turn's rate curvature, whose noise has `of_variance` times a span's mean rate's variance.
   struct RateBend {
     Eigen::Vector3d value;
     double of_variance = 0.0;

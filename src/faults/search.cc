@@ -41,9 +41,9 @@ constexpr double kFree = 1e4;
 constexpr std::size_t kMostPositions = 3;
 // Chosen: REML steps of a variance, which then counts as not settled.
 constexpr int kSettlingSteps = 40;
-// Share of a parameter's σ, and most rounds to reach it: Gauss-Newton squares the error in each.
+// A correction has converged when its last step is below this share of every parameter's σ.
 constexpr double kSettledSigmas = 1e-3;
-constexpr int kMostRounds = 8;
+constexpr int kMostRounds = 8;  // each round squares the error (Gauss-Newton)
 // A level to this power is the limit of the quick test, which has the variances of the model
 // without the fault: below it the full test follows.
 constexpr double kLookAgain = 0.6;

@@ -15,16 +15,16 @@
 namespace truetriad {
 namespace {
 
-// Tilts beyond the stated ones are said below the first level, and taken from the second on.
+// Tilts beyond the stated ones are a warning below this level, and a note above it.
 constexpr double kShownLevel = 1e-4;
-// As fixtures are trusted: one in twenty good ones is given a larger tilt.
+// As fixtures are trusted: below this, so for one good one in twenty, a larger tilt is used.
 constexpr double kTakenLevel = 0.05;
-// Of the prior's variance, that readings take away at least where they tell of a tilt.
+// Least share of the prior's variance by which readings must reduce it to test a tilt.
 constexpr double kToldShare = 0.01;
-// The larger tilt is too small once in ten runs.
+// Probability that the larger tilt is still too small.
 constexpr double kTooSmallByChance = 0.1;
 
-// Covariance of a face's tilts, by the free shared coordinates.
+// Covariance of a face's tilts, whose rows of the basis are given.
 template <typename Rows>
 Eigen::MatrixXd CovarianceOf(const Rows& rows, const ReducedSystem& system) {
   return rows * system.covariance() * rows.transpose();

@@ -21,14 +21,14 @@
 namespace truetriad {
 namespace {
 
-// Temperatures at which terms are judged, both ends among them.
+// Temperatures at which terms are judged, every 5 % of the range with both ends.
 constexpr int kTemperatures = 21;
 
 // Bias x y z, then the rows of the sensitivity.
 using Entries = Eigen::Matrix<double, 12, 1>;
 using EntriesCovariance = Eigen::Matrix<double, 12, 12>;
 
-// A number that is held against a limit.
+// A number that is compared with a limit.
 struct JudgedValue {
   std::string component;
   double value = 0.0;
@@ -41,7 +41,7 @@ Eigen::Matrix3d SensitivityOf(const Entries& entries) {
   return Eigen::Matrix3d(entries.tail<9>().reshaped(3, 3).transpose());
 }
 
-// A sensor's entries at a temperature tau above its reference, and how well they are known.
+// A sensor's entries at a temperature tau above its reference, and their covariance.
 class SensorAt {
  public:
   SensorAt(const Calibration& calibration, Triad triad)
@@ -83,11 +83,11 @@ class SensorAt {
     return entries;
   }
 
-  // `order` 1: of the derivative by tau.
+  // `order` 1: the covariance of the derivative by tau.
   EntriesCovariance CovarianceAt(double tau, int order = 0) const {
     EntriesCovariance at = EntriesCovariance::Zero();
     if (places_.empty() && order == 0) {
-      // A calibration with σ alone.
+      // The calibration has σ, but no covariance.
       at.diagonal().head<3>() = sensor_.bias_sigma.cwiseAbs2();
       at.diagonal().tail<9>() =
           Eigen::Matrix3d(sensor_.sensitivity_sigma.transpose()).reshaped().cwiseAbs2();
@@ -117,7 +117,7 @@ class SensorAt {
   std::vector<Place> places_;
 };
 
-// A number made of the entries, with its σ by differences.
+// A function of the entries; its σ is computed by finite differences.
 using OfEntries = std::function<double(const Entries&)>;
 
 JudgedValue Judged(std::string component,
@@ -129,7 +129,7 @@ JudgedValue Judged(std::string component,
   for (int i = 0; i < entries.size(); ++i) {
     if (!(covariance(i, i) > 0.0)) continue;
     Entries up = entries, down = entries;
-    // As wide as the entry is uncertain: a step that rounding does not reach.
+    // A step of the entry's σ, far above rounding.
     const double step = std::max(std::sqrt(covariance(i, i)), 1e-9 * std::abs(entries[i]));
     up[i] += step, down[i] -= step;
     gradient[i] = (number(up) - number(down)) / (2.0 * step);
@@ -140,14 +140,14 @@ JudgedValue Judged(std::string component,
 
 std::string AxisName(int axis) { return {AxisLetter(axis)}; }
 
-// Angle between two sensing axes over 90 degrees.
+// Angle between two sensing axes minus 90 degrees.
 double OverRightAngle(const Eigen::Matrix3d& sensitivity, int i, int j) {
   const double cosine = sensitivity.row(i).normalized().dot(sensitivity.row(j).normalized());
   return -std::asin(std::clamp(cosine, -1.0, 1.0));
 }
 
-// The numbers of a quantity of the sensor's matrix and bias, by its entries; gains and
-// misalignments by sensing axis, whatever body axis it was mounted along.
+// The functions of a sensor's entries for a quantity of its matrix and bias; gains and
+// misalignments are by sensing axis, whatever body axis it is mounted along.
 std::vector<std::pair<std::string, OfEntries>> NumbersOf(const std::string_view quantity,
                                                          const Eigen::Matrix3d& axis_map,
                                                          double truth_per_raw) {
@@ -184,7 +184,7 @@ std::vector<std::pair<std::string, OfEntries>> NumbersOf(const std::string_view 
   return numbers;
 }
 
-// What limits are held against, at each temperature.
+// The values that are compared with limits, at each temperature.
 std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
                                         const LimitName& limit,
                                         const Eigen::Matrix3d& axis_map,
@@ -197,7 +197,7 @@ std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
     const Entries entries = sensor.At(tau);
     for (const auto& [component, number] : numbers) {
       if (limit.IsSlope()) {
-        // A cubic over 100 degC adds (0.01 / 100)^2 = 1e-8 of the slope.
+        // For a cubic over 100 degC the error is (0.01 / 100)^2 = 1e-8 of the slope.
         constexpr double kStepDegc = 0.01;
         const double slope =
             (number(sensor.At(tau + kStepDegc)) - number(sensor.At(tau - kStepDegc))) /
@@ -285,12 +285,12 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
                         truth_per_raw);
 }
 
-// Room to the nearer limit, less k σ; negative beyond.
+// Distance to the nearer limit minus k σ; negative beyond it.
 double Room(const JudgedValue& judged, const Limit& limit, double k) {
   return std::min(limit.upper - judged.value, judged.value - limit.lower) - k * judged.sigma;
 }
 
-// That a value lies above its estimate by more than `distance`.
+// Probability that the true value exceeds its estimate by more than `distance`.
 double ChanceBeyond(double distance, double sigma, double dof) {
   if (!(sigma > 0.0)) return distance < 0.0 ? 1.0 : 0.0;
   if (std::isinf(distance)) return 0.0;
@@ -337,7 +337,7 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     check.limit = limit;
     check.worst = worst->value;
     check.sigma = worst->sigma;
-    // The small ones would be lost in 1 - (1 - p).
+    // 1 - (1 - p) would round small probabilities.
     double inside = 1.0, sum = 0.0;
     for (const auto& [name_of, own] : components) {
       const double chance = std::min(own.outside, 1.0);

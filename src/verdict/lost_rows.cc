@@ -10,30 +10,30 @@
 namespace truetriad {
 namespace {
 
-// Steps count that are larger than so many σ of two readings: smaller ones tell nothing.
+// Steps below this many σ of two readings are skipped, since noise dominates them.
 constexpr double kLeastSigmas = 0.2;
-// Variance of k^3 of a step without noise: not all of a step is turned at one rate.
+// Variance of k^3 of a noiseless step, since the rate varies within it.
 constexpr double kLeastVariance = 0.01;
-// Noise makes one of 3.5 million steps so large.
+// σ that normal noise exceeds in one of 3.5 million runs.
 constexpr double kSureSigmas = 5.0;
-// Steps on each side that tell what is usual; what they add to the variance of one.
+// Steps on each side whose mean is subtracted from a step.
 constexpr std::size_t kBeside = 4;
-// 1 + 1 / 4: the mean of so many steps beside it.
+// Variance factor 1 + 1 / 4: of a step and of the mean of four beside it.
 constexpr double kWithBeside = 1.25;
-// Two rows that are lost on end.
+// A step over two consecutive lost rows.
 constexpr double kMostBeyond = 2.0;
-// What a step shows beyond its neighbours that is neither that nor noise of so many σ.
+// Noise beyond a step of lost rows is limited to this many σ, so that outliers do not dominate.
 constexpr double kFarNoise = 4.0;
-// Fewer do not tell a share.
+// Fewer steps do not determine a share: one lost row would be 2 %.
 constexpr std::size_t kFewestSteps = 50;
-// Every so many steps at most one that stands out: rarer ones are hidden in the noise of most logs.
+// Longest period that is tested: rarer lost rows are hidden in the noise of most logs.
 constexpr std::size_t kLongestPeriod = 24;
-// σ that no phase of no period has by chance in 10^6 runs, 300 being looked at.
+// σ of a phase of a period: 300 are tested, and normal noise exceeds it in 1e-8 of runs.
 constexpr double kSurePhaseSigmas = 6.5;
-// Of a step that those of a period stand out by: a whole one, at most less what the gain took over
-// of it. Moves that begin at even times, and hum, have others.
+// Range of the mean of k at a period's lost rows: a whole step, at least minus the part that the
+// fitted gain contains. Moves that begin at regular times, and hum, have other values.
 constexpr double kLeastContrast = 0.7, kMostContrast = 1.3;
-// Of the steps of a body that turns: more readings that are the same are repeated ones.
+// As a share of the steps of a turning body: more equal readings are repetitions.
 constexpr double kRepeatedShare = 0.05;
 
 }  // namespace
@@ -97,10 +97,10 @@ double LostRowCounter::Share() const {
 
 ShareOfRows LostRowCounter::AtRandom() const {
   if (!CanTell()) return {};
-  // Sums of weights, of weight times k^3, and of the squares of both.
+  // Sums of weights, of weight times k^3, and of their products.
   double weights = 0.0, cubes = 0.0, weight_squares = 0.0, cross = 0.0, cube_squares = 0.0;
   for (const Told& step : told_) {
-    // The cube of noise of variance v has the variance 15 v^3.
+    // The cube of normal noise of variance v has the variance 15 v^3.
     const double weight = 1.0 / (15.0 * std::pow(step.variance, 3) + kLeastVariance);
     const double cube = weight * std::pow(std::clamp(step.beyond, -kMostBeyond, kMostBeyond), 3);
     weights += weight;
@@ -125,7 +125,7 @@ double LostRowCounter::PeriodicShare() const {
     square += weight_of(step) * step.beyond * step.beyond;
   }
   const double mean = sum / weight;
-  // Of a step of unit weight.
+  // The variance of a step of unit weight.
   const double variance = (square - weight * mean * mean) / static_cast<double>(told_.size() - 1);
   double best = kSurePhaseSigmas;
   std::size_t period = 0;

@@ -23,15 +23,15 @@
 namespace truetriad {
 namespace {
 
-// A message names four parameters, and six directions.
+// Most parameters that a message names: chosen to keep it readable.
 constexpr int kMostNamed = 4;
-constexpr std::size_t kMostDirections = 6;
-// Eigenvalues of the scaled information below this share of the largest are rounding.
+constexpr std::size_t kMostDirections = 6;  // the same for directions of a report
+// Smaller eigenvalues of the scaled information, as a share of the largest, are rounding errors.
 constexpr double kUndetermined = 1e-14;
-// Temperatures this near, as a share of half their range, are one setting of a chamber.
+// Temperatures within this share of half their range are one setting of a chamber.
 constexpr double kSameTemperature = 0.05;
 
-// "accelerometer.thermal.sensitivity.1.xx" -> "accelerometer scale x, tau^1", as people say it.
+// "accelerometer.thermal.sensitivity.1.xx" -> "accelerometer scale x, tau^1".
 std::string SpokenName(const std::string& text) {
   if (const auto name = ParameterName::Parse(text)) {
     const std::string row(1, AxisLetter(name->row));
@@ -98,8 +98,8 @@ std::string SpokenDirection(const Eigen::Vector3d& direction) {
   return (parts.size() == 2 ? "halfway between " : "between ") + Listed(parts);
 }
 
-// A pose that could be added: what is up (or along the field, for a magnetometer alone), and rows
-// like those of an average pose.
+// A pose that could be added: its upward axis (for a magnetometer alone, that along the field), and
+// rows like those of an average pose.
 struct CandidatePose {
   Eigen::Vector3d up;
   PoseNode node;
@@ -111,7 +111,7 @@ bool HasThermal(const SharedLayout& layout) {
   });
 }
 
-// Temperatures that poses were taken at, ascending; those of one chamber setting are one.
+// Temperatures of the poses, ascending; those of one chamber setting are one.
 std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
   std::vector<double> all;
   for (const PoseNode& node : graph.nodes) all.push_back(node.temperature_degc);
@@ -126,7 +126,7 @@ std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
 
 std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   std::vector<CandidatePose> candidates;
-  // Typical pose: the triads of the fullest one, with mean variances.
+  // A typical pose has the triads of the pose with most of them, and mean variances.
   const PoseNode* fullest = &graph.nodes.front();
   for (const PoseNode& node : graph.nodes) {
     if (node.observations.size() > fullest->observations.size()) fullest = &node;
@@ -155,7 +155,7 @@ std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   return candidates;
 }
 
-// What helps where poses at the same temperatures would not.
+// Advice for a direction that poses at the present temperatures would not determine.
 std::string TemperatureAdvice(const PoseGraph& graph, const ParameterName& name) {
   if (name.kind != ParameterKind::kBias && name.kind != ParameterKind::kSensitivity) {
     return "take poses while the temperature rises and falls at several rates, or drop the rate "
@@ -166,8 +166,8 @@ std::string TemperatureAdvice(const PoseGraph& graph, const ParameterName& name)
          (count == 1 ? " was" : " were") + " seen), or lower the order";
 }
 
-// σ of the wanted parameters in typical units, with the tilts of a block, which nobody asked for,
-// taken out: eigenvalues of their covariance, ascending, infinite where nothing determines them.
+// σ of the wanted parameters, that is without the tilts of a block, in typical units: roots of the
+// eigenvalues of their covariance, ascending, infinite if undetermined.
 struct Marginal {
   Eigen::VectorXd sigmas;
   Eigen::MatrixXd directions;  // in scaled free coordinates, unit columns
@@ -187,12 +187,12 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   Marginal marginal;
   if (count == 0) return marginal;
   Eigen::MatrixXd covariance(count, count);
-  double most = std::numeric_limits<double>::infinity();  // Variances above it are rounding.
+  double most = std::numeric_limits<double>::infinity();  // variances above it are rounding errors
   if (system.is_regular()) {
     covariance =
         ScaledBothSides(system.scale()(wanted).cwiseInverse(), system.covariance()(wanted, wanted));
   } else {
-    // What is undetermined gets the largest variance that rounding lets us tell.
+    // An undetermined direction gets the largest variance that exceeds rounding.
     const auto [values, vectors] = system.FindSpectrum();
     const double least = kUndetermined * std::max(values.maxCoeff(), 1e-300);
     const Eigen::VectorXd variances = values.cwiseMax(least).cwiseInverse();
@@ -215,8 +215,8 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   return marginal;
 }
 
-// The axis whose asymmetry a direction is about: the gain of turns that all went one way moves with
-// it. -1: none.
+// The axis whose asymmetry dominates a direction, which turns in one direction only do not separate
+// from the gain. -1: none.
 int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
   constexpr double kShare = 0.5;  // of the largest
   int axis = -1;
@@ -231,7 +231,7 @@ int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd&
   return axis;
 }
 
-// How much each candidate would add about a direction of the free coordinates, in σ^-2.
+// The information, σ^-2, that each candidate adds to a direction of the free coordinates.
 std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& free) {
   std::vector<double> gains;
   for (std::size_t c = 0; c < added.factors().size(); ++c) {
@@ -242,7 +242,7 @@ std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& f
   return gains;
 }
 
-// What to record so that the σ of a direction becomes `wanted` or less.
+// What to record so that a direction's σ becomes `wanted` or less.
 std::string AdviceFor(const PoseGraph& graph,
                       const std::vector<std::string>& names,
                       const Eigen::VectorXd& loading,
@@ -260,14 +260,14 @@ std::string AdviceFor(const PoseGraph& graph,
   loading.cwiseAbs().maxCoeff(&leading);
   const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
   const bool has_thermal = HasThermal(graph.layout);
-  // More poses like those that are there would not make it good.
+  // More poses at the present temperatures would not suffice.
   if (has_thermal && name && *most * wanted * wanted < 1.0) return TemperatureAdvice(graph, *name);
   if (!(*most > 0.0)) return {};
   const bool field_only = !best.node.is_field_inclined ||
                           (best.node.kind == PoseKind::kDirection &&
                            best.node.observations.front().triad == Triad::kMagnetometer);
   const std::string how = field_only ? " along the field" : " up";
-  // The opposite pose is named too where it helps about as much.
+  // The opposite pose is added if it helps about as much.
   double opposite = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if ((candidates[c].up + best.up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
@@ -299,7 +299,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
   const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
   const bool alone =
       !graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer);
-  // Information of every candidate pose, once.
+  // Information of all candidate poses.
   PoseGraph extended = graph;
   const std::vector<CandidatePose> candidates = CandidatePoses(graph);
   extended.nodes.clear();

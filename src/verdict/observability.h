@@ -12,27 +12,27 @@
 
 namespace truetriad {
 
-// What the poses leave open, in words.
+// The directions of parameter space that the poses do not determine, in words.
 struct Observability {
   bool determined = true;                      // every direction below the limit
-  std::vector<WeakDirection> weak_directions;  // worst first; may hold warnings though determined
+  std::vector<WeakDirection> weak_directions;  // worst first; some may be weak though determined
 };
 
-// Looks at every eigen-direction of the reduced information in typical units (a bias as large as
-// the signal, a gain of 100 %). A direction whose σ exceeds `limit` is not determined; one that
-// stands out (a quarter of the limit, or 10 times the median and 1 % of the signal) is named as
-// weak. The advice names the pose, of a grid of attitudes, whose single addition shrinks the
-// direction's variance most.
+// Examines every eigen-direction of the reduced information in typical units (a bias as large as
+// the signal, a gain of 100 %). A direction whose σ exceeds `limit` is undetermined; one with an
+// outstanding σ (a quarter of the limit, or 10 times the median and 1 % of the signal) is reported
+// as weak. The advice is the pose, of a grid of attitudes, whose addition reduces the direction's
+// variance most.
 //
-// `how_to_add`: how more readings in an attitude come about; advice begins with it.
+// `how_to_add`: how to record more attitudes; advice begins with it.
 Observability AnalyseObservability(const PoseGraph& graph,
                                    const SharedInformation& system,
                                    double limit,
                                    const char* how_to_add = "add poses");
 
-// The parameter, but no tilt of a block, whose σ is the largest share of its typical size.
+// The parameter, other than a block's tilt, whose σ is the largest share of its typical size.
 struct LeastKnown {
-  std::string name;  // as people say it
+  std::string name;  // in spoken form
   double share = 0.0;
 };
 LeastKnown LeastKnownOf(const PoseGraph& graph, const Eigen::MatrixXd& covariance);

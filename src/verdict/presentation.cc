@@ -12,13 +12,13 @@
 namespace truetriad {
 namespace {
 
-// Rounding of a product of rotations.
+// Rounding error of a product of rotations.
 constexpr double kRounding = 1e-12;
 
-// Place of entry `entry`, counted by rows, of a matrix that is stored by columns.
+// Index of entry `entry`, counted by rows, in a matrix stored by columns.
 int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
 
-// A 3x3 of the solution and the place of its entry (row, col) in the list: first + 3 row + col.
+// A 3x3 of the solution and the index of its entry (row, col) in the list: first + 3 row + col.
 struct ListedMatrix {
   Eigen::Matrix3d* matrix;
   int first;
@@ -42,7 +42,7 @@ std::vector<ListedMatrix> MatricesOf(Triad triad, PresentedSolution* solution) {
   return matrices;
 }
 
-// Names the axes of the body frame anew: S' = S map.
+// Renames the axes of the body frame: S' = S map.
 void ExchangeAxes(const Eigen::Matrix3d& map, PresentedSolution* solution) {
   if (map.isIdentity(0.0)) return;
   const Eigen::Index size = solution->covariance.matrix.rows();
@@ -169,7 +169,7 @@ PresentedSolution SolutionOf(const Calibration& calibration) {
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution) {
   const Eigen::Matrix3d lead = solution->models[leading]->sensitivity;
   const Eigen::Matrix3d Q = GaugeRotation(gauge, lead, axis_sign);
-  // In the list's order of entries: vec of dS_lead is by columns in GaugeRotationJacobian.
+  // In the list's order of entries; GaugeRotationJacobian has vec(dS_lead) by columns.
   const Eigen::Matrix<double, 3, 9> turn = GaugeRotationJacobian(gauge, lead, Q);
   solution->rotation = solution->rotation * Q;
 
@@ -177,8 +177,8 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
   const Eigen::Index size = covariance.matrix.rows();
   Eigen::MatrixXd map = Eigen::MatrixXd::Identity(size, size);
   const int lead_at = PlaceOf(covariance, {leading, ParameterKind::kSensitivity, 0, 0, 0});
-  // A leading matrix that is triangular up to rounding: its temperature terms are exactly so, and
-  // stay it.
+  // The leading matrix is triangular up to rounding: its temperature terms are exactly so, and must
+  // not be rotated by rounding errors.
   const bool in_gauge =
       gauge == Gauge::kAccelX && (Q - Eigen::Matrix3d::Identity()).norm() < kRounding;
   for (const Triad triad : kTriads) {

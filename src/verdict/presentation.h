@@ -10,12 +10,12 @@
 namespace truetriad {
 
 // A solution in one body frame: models, and the covariance of all their entries by name (a sensor's
-// twelve entries stand together: bias x y z, then the rows of the sensitivity; then its temperature
-// terms in tau, likewise; its higher terms; its g-sensitivity by rows).
+// twelve entries are adjacent: bias x y z, then the rows of the sensitivity; then its temperature
+// terms in tau, in the same order; its higher terms; its g-sensitivity by rows).
 struct PresentedSolution {
   PerTriad<std::optional<TriadModel<double>>> models;  // at the reference temperature
   PerTriad<std::optional<ThermalTerms>> thermal;
-  // What each session adds to the bias; empty where they share one.
+  // Each session's difference to the bias; empty if sessions share one bias.
   PerTriad<std::vector<Eigen::Vector3d>> session_bias;
   std::optional<Eigen::Matrix3d> g_sensitivity;  // of the gyroscope
   NamedCovariance covariance;                    // singular where entries are fixed or tied
@@ -26,24 +26,23 @@ struct PresentedSolution {
   TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const;
 };
 
-// The graph's solution in the frame it was solved in, with the reference entries that are
-// estimated.
+// The graph's solution in the frame of the solver, with the estimated reference entries.
 PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& free_covariance);
 
 // A stored calibration as a solution.
 PresentedSolution SolutionOf(const Calibration& calibration);
 
-// Place of an entry in the covariance's list, or -1.
+// Index of an entry in the covariance's list, or -1.
 int PlaceOf(const NamedCovariance& covariance, const ParameterName& name);
 
-// Restates in `gauge`: S_s' = S_s Q(S_lead), G' = G Q, biases, higher terms and reference
-// unchanged. Q is that of the reference temperature for the temperature terms too. The covariance
-// goes through the full derivative of this map, dQ/dS_lead included, for all triads and their cross
-// terms. Entries that the gauge fixes or ties are exactly so. docs/method.md, "Gauge".
+// Transforms into `gauge`: S_s' = S_s Q(S_lead), G' = G Q, biases, higher terms and reference
+// unchanged. Temperature terms use Q of the reference temperature, too. The covariance is
+// transformed by the full derivative of this map, dQ/dS_lead included, for all triads and their
+// cross terms. Entries that the gauge fixes or ties are exact. docs/method.md, "Gauge".
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
 
-// The same in the gauge that the options ask for, whose form is that of the leading sensitivity by
-// its sensing axes: S_lead transpose(M), M being how the leading triad is mounted.
+// The same for the gauge of the options, in which the leading sensitivity has its form by its
+// sensing axes: S_lead transpose(M), M being the leading triad's mounting.
 void StateInGauge(const CalibrateOptions& options, PresentedSolution* solution);
 
 }  // namespace truetriad

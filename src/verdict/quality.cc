@@ -19,7 +19,7 @@ namespace truetriad {
 
 namespace {
 
-// Of one observation, in its true unit, along the axes of the solution.
+// Residual of one observation, true unit, along the axes of the solution.
 PoseResidual ResidualOf(const PoseGraph& graph,
                         const PresentedSolution& solution,
                         const PoseSet& poses,
@@ -55,7 +55,7 @@ PoseResidual ResidualOf(const PoseGraph& graph,
   return residual;
 }
 
-// How far the lengths of all readings are off, and where they lie.
+// Length errors of all readings, and their directions.
 struct LengthErrors {
   PerTriad<RootMeanSquare> after, before;
   PerTriad<std::vector<Eigen::Vector3d>> directions;
@@ -106,13 +106,13 @@ void FillPoseQuality(const PoseGraph& graph,
 
 namespace {
 
-// What the rest of the graph says where every n-th pose is left out, from each of the first n on:
-// of poses by themselves what all of them say, less what those do.
+// The information without every n-th pose, beginning with each of the first n: for independent
+// poses the total minus that of these.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
                                             const ReducedSystem& system,
                                             int folds) {
   const auto count = static_cast<std::size_t>(folds);
-  // Information and gradient that each fold adds.
+  // Information and gradient of each fold.
   const auto n = static_cast<Eigen::Index>(system.size());
   std::vector<Eigen::MatrixXd> information(count, Eigen::MatrixXd::Zero(n, n));
   std::vector<Eigen::VectorXd> gradient(count, Eigen::VectorXd::Zero(n));
@@ -125,7 +125,7 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   }
   std::vector<SharedInformation> left;
   for (std::size_t fold = 0; fold < count; ++fold) {
-    // Its gradient is that behind the last step.
+    // The gradient at the solution after the last step.
     left.emplace_back(graph.layout,
                       graph.shared,
                       system.information() - information[fold],
@@ -134,8 +134,8 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   return left;
 }
 
-// Turns hang together: a pose that is left out stays, with readings that count for nothing, and no
-// turn is integrated again.
+// The same where turns couple the poses: a pose that is left out stays, with readings of negligible
+// weight, and no turn is integrated again.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph, int folds) {
   std::vector<SharedInformation> left;
   for (int fold = 0; fold < folds; ++fold) {

@@ -40,26 +40,26 @@ void FillPoseQuality(const PoseGraph& graph,
                      const PoseSet& poses,
                      Quality* quality);
 
-// Prediction error of poses that the fit did not see: folds of every n-th pose, each left out by a
-// step of Gauss and Newton from the solution, with weights and excess held; and of turns, one by
-// one. `system`: the graph at its solution. Unset when a fold would not be determined.
+// Prediction error of poses that were not fitted: folds of every n-th pose, each left out by a
+// Gauss-Newton step from the solution, with weights and excess held; and of turns, one by one.
+// `system`: the graph at its solution. Unset if a fold would be undetermined.
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph,
                                      const ReducedSystem& system,
                                      const TurnErrors& turns,
                                      int folds);
 
-// What is left out together.
+// Poses and turns that are left out together.
 struct HeldOutGroup {
   std::vector<std::size_t> nodes, increments;
 };
 
-// Every n-th pose, then every n-th turn, of n folds. Empty when there are too few.
+// Every n-th pose, then every n-th turn, for n folds. Empty if there are too few.
 std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds);
 
-// RMS of held-out residuals in units of their noise: each group left out in turn and compared with
-// where the rest of the graph puts it; weights and noise held. A pose that no turn ties to others
-// is put where it fits best, so that the parameters alone are tested. Unset without groups, or when
-// a rest would not be determined.
+// RMS of held-out residuals in units of their noise: each group is left out in turn and compared
+// with the prediction by the rest of the graph, with weights and noise held. A pose without turns
+// to others gets its optimal attitude, so that only the parameters are tested. Unset without
+// groups, or if a rest would be undetermined.
 std::optional<double> HeldOutError(const PoseGraph& graph, const std::vector<HeldOutGroup>& groups);
 
 }  // namespace truetriad

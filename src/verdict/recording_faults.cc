@@ -22,18 +22,19 @@
 namespace truetriad {
 namespace {
 
-// Chance that makes so much: of steps a tenth, a hand's accelerations being no white noise to them.
+// Significance level of settling turns.
 constexpr double kLevel = 1e-4;
+// A tenth of it for lost rows, since a hand's accelerations are no white noise in steps.
 constexpr double kLevelOfSteps = 1e-5;
-// Of a parameter, less than which rounding is not worth a word.
+// Least shift by rounding that is reported, as a share of a parameter's σ: 12 % of its variance.
 constexpr double kRoundingSigmas = 0.5;
 
-// Turns that tell of it, and more than which are rows of a table or of a motion.
+// Fewer turns do not determine their mean's scatter.
 constexpr double kFewestTurns = 8.0;
-// More are rows of a table or of a motion.
+// More turns are rows of a table or of a motion.
 constexpr std::size_t kMostTurns = 1000;
 
-// Stretches in which neither sensor lacks a reading that the other one has.
+// Adds the intervals in which both sensors have readings at the same times.
 void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowCounter* counter) {
   std::size_t r = 0, f = 0;
   while (r < rates.time_ns.size() && f < fields.time_ns.size()) {
@@ -54,7 +55,7 @@ void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowC
   }
 }
 
-// What one vector sensor shows of lost rows.
+// Lost rows by the readings of one vector sensor.
 std::optional<LostRowCounter> LostRows(const PoseSet& poses,
                                        const PoseGraph& graph,
                                        const Eigen::Vector3d& sigma_raw,
@@ -90,14 +91,14 @@ class RecordingSearch {
   RecordingFaults faults() && { return std::move(faults_); }
 
  private:
-  // The free coordinates where the shared entries from `at` on are off by `shift`.
+  // The change of the free coordinates if the shared entries from `at` on change by `shift`.
   Eigen::VectorXd MovedBy(int at, const Eigen::VectorXd& shift) const {
     return graph_.layout.basis.middleRows(at, shift.size()).transpose() * shift;
   }
   double InSigmas(const Eigen::VectorXd& moved) const {
     return LargestInSigmas(graph_.layout, system_.covariance(), moved);
   }
-  // By a fault for which the free coordinates are off by `moved`.
+  // Widens the covariance by a fault that changes the free coordinates by `moved`.
   void Widen(const Eigen::VectorXd& moved,
              Triad triad,
              const std::string& words,
@@ -108,7 +109,7 @@ class RecordingSearch {
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   RecordingFaults faults_;
-  bool is_coarse_ = false;  // the gyroscope rests on one step
+  bool is_coarse_ = false;  // the gyroscope's readings at rest are one converter step
 };
 
 void RecordingSearch::Widen(const Eigen::VectorXd& moved,
@@ -129,8 +130,8 @@ void RecordingSearch::Widen(const Eigen::VectorXd& moved,
   faults_.findings.push_back(std::move(finding));
 }
 
-// A gyroscope at rest whose noise is less than a step reads the same in every rest: the mean of all
-// rests is off by as much as one.
+// A gyroscope at rest with noise below a converter step has equal readings in every rest, so that
+// the mean of all rests has an error of up to a step.
 void RecordingSearch::FindRounding() {
   const StreamSummary* stream = poses_.Find(Triad::kGyroscope);
   const bool has_rests = graph_.layout.Has(Triad::kGyroscope) && !poses_.poses.empty();
@@ -154,7 +155,7 @@ void RecordingSearch::FindRounding() {
 void RecordingSearch::FindOneSided() {
   for (const StreamSummary& stream : poses_.streams) {
     if (!graph_.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
-    // Between two steps readings lean to one side, which rounding has counted.
+    // Between two steps readings are one-sided by rounding, which is accounted for already.
     if (is_coarse_ && stream.triad == Triad::kGyroscope) continue;
     if (!Acts(Mechanism::kOneSided)) continue;
     Widen(MovedBy(graph_.layout.bias[stream.triad], stream.one_sided_raw),
@@ -164,7 +165,7 @@ void RecordingSearch::FindOneSided() {
   }
 }
 
-// Rows are lost where steps from one row to the next show it.
+// Finds lost rows by the turn from one row to the next.
 void RecordingSearch::FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw) {
   double share = 0.0, looked = 0.0;
   ShareOfRows steps;
@@ -178,7 +179,7 @@ void RecordingSearch::FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw) {
   }
   if (share == 0.0 && looked * steps.chance < kLevelOfSteps) share = steps.share;
   if (!(share > 0.0) || !Acts(Mechanism::kLostRows)) return;
-  // The gyroscope turns further than it reads.
+  // The gyroscope turns by more than the sum of its readings.
   const Eigen::Matrix3d shift = share / (1.0 - share) * graph_.sensitivity(Triad::kGyroscope);
   Widen(MovedBy(graph_.layout.sensitivity[Triad::kGyroscope], shift.reshaped()),
         Triad::kGyroscope,

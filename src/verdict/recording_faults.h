@@ -14,23 +14,23 @@
 
 namespace truetriad {
 
-// What single readings show to be off, which no residual of their means does.
+// Faults of single readings, which residuals of their means do not show.
 struct RecordingFaults {
   Findings findings;
   std::vector<LeftOutTest> tests;
-  Eigen::MatrixXd covariance;  // what the free shared coordinates are less certain by
+  Eigen::MatrixXd covariance;  // that these add to that of the free shared coordinates
 };
 
-// Looks for
+// Tests for
 //
-//   readings that are off to one side (StreamSummary);
-//   a gyroscope that rests on one step, so that its bias is known to a step only;
-//   rows that were lost (lost_rows.h): every n-th one, too, of which turns show no scatter;
-//   turns that go on into the rests: what the gyroscope reads in the first quarter of a rest,
-//     beyond its middle half, about the axis of the turn before, and in the last quarter about that
-//     of the next. By the mean angle of it all turns are too short, however large they are.
+//   readings with errors of one sign (StreamSummary);
+//   a gyroscope that rests on one converter step, so that its bias is known to a step only;
+//   lost rows (lost_rows.h); also every n-th one, after which turns show no scatter;
+//   turns that extend into the rests: the gyroscope's mean in the first quarter of a rest, minus
+//     that of its middle half, about the axis of the turn before, and in the last quarter about
+//     that of the next. All turns are too short by the mean angle of these, however large they are.
 //
-// Each moves the solution by some m and widens its covariance by m m^T. `sigma_raw`: of one
+// Each changes the solution by some m and adds m m^T to its covariance. `sigma_raw`: of one
 // reading.
 RecordingFaults FindRecordingFaults(const PoseSet& poses,
                                     const PerTriad<Eigen::Vector3d>& sigma_raw,

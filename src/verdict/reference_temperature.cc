@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// Coefficients of the powers, that of the 0th first, about a place that is further by `shift`.
+// Coefficients of the powers, from the 0th on, about a temperature that is higher by `shift`.
 std::vector<double> ShiftWeights(std::size_t power, std::size_t size, double shift) {
   // Weight of c_i in the new c_power.
   std::vector<double> weights(size, 0.0);
@@ -38,7 +38,7 @@ void ShiftPowers(double shift, T* constant, std::vector<T>* powers) {
   }
 }
 
-// Adds to `jacobian`, the identity, what the names of one sensor's terms turn into.
+// Adds to `jacobian`, the identity, the derivatives of one sensor's new terms by the old ones.
 void AddShift(const Calibration& calibration,
               Triad triad,
               double shift,
@@ -92,7 +92,7 @@ bool StateAbout(double reference_degc, Calibration* calibration) {
     ThermalTerms& thermal = *sensor->thermal;
     const double shift = reference_degc - thermal.reference_degc;
     AddShift(*calibration, triad, shift, &jacobian);
-    // With the pieces, which stay what they are but for their constant.
+    // With knots: their pieces change by a constant only.
     const Eigen::Vector3d bias =
         ModelAtTemperature(sensor->model, thermal, reference_degc, 0.0).bias;
     ShiftPowers(shift, &sensor->model.bias, &thermal.bias);

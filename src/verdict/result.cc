@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-// A sensor's parameters with their σ; its noise is not filled in.
+// A sensor's parameters with their σ, without its noise.
 TriadCalibration SensorOf(Triad triad, const PoseSet& poses, const PresentedSolution& solution) {
   TriadCalibration sensor = InUnits(triad, poses);
   sensor.model = *solution.models[triad];
@@ -51,7 +51,6 @@ Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
   return options.triads[triad].mounting.value_or(NearestAxisMap(sign * sensitivity));
 }
 
-// A sensor with nothing but its units.
 TriadCalibration InUnits(Triad triad, const PoseSet& poses) {
   TriadCalibration sensor;
   const StreamSummary* stream = poses.Find(triad);
@@ -81,7 +80,7 @@ void StateReference(const CalibrateOptions& options,
   stated->field_ut = reference[kField];
   stated->field_nominal = !wanted.field_ut.known() && !field_free;
   stated->field_estimated = field_free || dip_free;
-  // Where turns are measured against the field, the graph has a dip by convention.
+  // If turns are compared with the field, the graph's dip is a convention.
   if (dip_free) {
     stated->dip_rad = reference[kDip];
   } else if (wanted.dip_rad.known()) {

@@ -10,9 +10,9 @@
 
 namespace truetriad {
 
-// What every calibration ends with, however its solution was found: from rests, motion or a sweep.
+// The last steps of every calibration, whether from rests, a motion or a sweep.
 
-// A sensor with nothing but its units.
+// A sensor with its units only.
 TriadCalibration InUnits(Triad triad, const PoseSet& poses);
 
 // Gravity and field as used or estimated.
@@ -20,20 +20,20 @@ void StateReference(const CalibrateOptions& options,
                     const PoseGraph& graph,
                     ReferenceValues* stated);
 
-// Body axes along which the sensing axes point: as stated, else as found.
+// Body axes along which the sensing axes point: as stated, else nearest to the sensitivity.
 Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
                            Triad triad,
                            const Eigen::Matrix3d& sensitivity);
 
-// The sensors that were asked for with their σ, and the covariance.
+// States the wanted sensors with their σ, and the covariance.
 void StateSolution(const CalibrateOptions& options,
                    const PoseSet& poses,
                    const PresentedSolution& solution,
                    const PerTriad<TriadNoise>& noise,
                    Calibration* calibration);
 
-// The outcome follows from the findings. A refused solution keeps no numbers that somebody might
-// use; a usable one is judged by the limits. Error (usage): a limit that cannot be judged.
+// Derives the outcome from the findings. A refused solution loses its numbers, so that nobody uses
+// them; a usable one is judged by the limits. Error (usage): a limit that cannot be judged.
 Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibration* calibration);
 
 }  // namespace truetriad

@@ -13,8 +13,8 @@
 namespace truetriad {
 namespace {
 
-// The biases of the sessions that saw a triad, one axis after the other: session k of axis i stands
-// in row k of value.col(i), and its derivative by the free coordinates in row k of by_free[i].
+// The biases of the sessions with readings of a triad, axis by axis: that of session k and axis i
+// is in row k of value.col(i), its derivative by the free coordinates in row k of by_free[i].
 struct SessionBiases {
   std::vector<int> sessions;
   Eigen::MatrixX3d value;
@@ -45,8 +45,8 @@ SessionBiases BiasesOf(const PoseGraph& graph, Triad triad) {
   return biases;
 }
 
-// Sum of squares about the mean has the expectation (n - 1) v + tr(P C): v is the variance from
-// session to session, C the covariance of what is known of each, P what takes the mean off.
+// The sum of squares about the mean has the expectation (n - 1) v + tr(P C): v is the variance from
+// session to session, C the covariance of the estimated biases, P subtracts the mean.
 void AddScatter(const Eigen::VectorXd& values,
                 const Eigen::MatrixXd& covariance,
                 int axis,
@@ -57,7 +57,7 @@ void AddScatter(const Eigen::VectorXd& values,
   const double known = (covariance.trace() - covariance.sum() / count) / dof;
   const double variance = std::max(seen - known, 0.0);
   scatter->value_raw[axis] = std::sqrt(variance);
-  // Of the root of a mean of `dof` squares.
+  // σ of the root of a mean of `dof` squares.
   scatter->sigma_raw[axis] = std::sqrt(std::max(seen, known) / (2.0 * dof));
   const double of_mean = covariance.sum() / (count * count);
   scatter->next_session_raw[axis] = std::sqrt(variance * (1.0 + 1.0 / count) + of_mean);

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-// The bias of each session where sessions have their own, and how they scatter. `free_covariance`:
-// of the graph's free coordinates.
+// States each session's bias, if sessions have their own, and their scatter. `free_covariance`: of
+// the graph's free coordinates.
 void StateSessions(const PoseSet& poses,
                    const PoseGraph& graph,
                    const Eigen::MatrixXd& free_covariance,

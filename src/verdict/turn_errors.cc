@@ -15,7 +15,7 @@ namespace {
 
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
-// What turns are measured against, at a pose as its sensor shows it; unset when it does not count.
+// The measured vector for turns at a pose, in body axes; unset if it is rejected.
 std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
                                               const Eigen::VectorXd& shared,
                                               const PoseNode& node) {
@@ -27,8 +27,8 @@ std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
   return std::nullopt;
 }
 
-// Unset where the sensor does not count. The edge is integrated at `shared`. What the earth
-// has turned meanwhile is taken out at the attitude of the graph.
+// Unset if a reading is rejected. The edge is integrated at `shared`. The earth's rotation during
+// the turn is subtracted at the attitude of the graph.
 std::optional<double> ErrorOf(const PoseGraph& graph,
                               const Eigen::VectorXd& shared,
                               const IncrementEdge& edge,
@@ -42,13 +42,13 @@ std::optional<double> ErrorOf(const PoseGraph& graph,
   return TurnError(RotationExp(body_from_world * -earth_turn) * turn, *before, *after);
 }
 
-// The shared parameters as they are without one factor; unset where it is needed to determine them.
+// The shared parameters without one factor; unset if they are undetermined without it.
 std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
                                              const Eigen::Matrix3d& variance,
                                              const PoseGraph& graph,
                                              const ReducedSystem& system) {
-  // Shares of the observation's own information, below which nothing is left of it, and above
-  // which what is missing went to the parameters and not to the attitudes.
+  // Shares of the observation's own information: below it nothing is left of it by the whole
+  // system, and above twice it the rest was absorbed by the parameters, not the attitudes.
   constexpr double kNothing = 1e-6;
   const Eigen::Index row = system.factors()[at].row;
   const Eigen::Matrix3d root = CholeskyRoot(variance);

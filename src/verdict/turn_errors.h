@@ -14,28 +14,28 @@
 
 namespace truetriad {
 
-// The vector sensor that turns are measured against: the accelerometer, without one the
+// The vector sensor whose readings turns are compared with: the accelerometer, without one the
 // magnetometer.
 Triad TurnedAgainst(const SharedLayout& layout);
 
-// Angle between `after` and where the turn puts `before`, two directions that stand still in the
-// world as the body sees them; rad.
+// Angle between `after` and the prediction from `before` by the turn; both are the same constant
+// world direction, in body axes before and after; rad.
 double TurnError(const Eigen::Quaterniond& turn,
                  const Eigen::Vector3d& before,
                  const Eigen::Vector3d& after);
 
-// A gyroscope as its unit says, with the median of its readings at rest as its bias; unset for
-// counts.
+// A gyroscope with nominal gains of its unit and the median of its readings at rest as bias; unset
+// for counts.
 std::optional<TriadModel<double>> NominalGyroscope(const PoseSet& poses);
 
-// How far gravity (without accelerometer: the field) at the next rest, as its sensor shows it, is
-// from where a turn puts it, in several ways; rad. Turns that do not count, or begin or end in a
-// pose whose sensor does not, are left out, so that all lists are of the same turns.
+// Angles between gravity (without accelerometer: the field) measured at the next rest and predicted
+// by the turn, with several parameters; rad. Turns that are rejected, or begin or end in a pose
+// with a rejected reading, are left out, so that all lists are of the same turns.
 struct TurnErrors {
   std::vector<double> in_sample;
-  // With parameters that have not seen the turn. Empty where they would not be determined.
+  // With parameters estimated without the turn. Empty if these would be undetermined.
   std::vector<double> held_out;
-  // With a nominal gyroscope; that sensor is the calibrated one. Empty for counts.
+  // With a nominal gyroscope; the vector sensor is the calibrated one. Empty for counts.
   std::vector<double> nominal;
 };
 
@@ -44,8 +44,8 @@ struct TurnErrors {
 //
 //   t_without = t + M^-1 (D J)_f^T (P_ff)^-1 (P r)_f
 //
-// exact for a linear graph; the turn is then integrated again. What is missed is of second order
-// in a shift of the size of σ. Weights and excess noise stay as they are.
+// exact for a linear graph; the turn is then integrated again. The error is of second order in a
+// shift of the size of σ. Weights and excess noise are held.
 TurnErrors FindTurnErrors(const PoseGraph& graph,
                           const ReducedSystem& system,
                           const PoseSet& poses);

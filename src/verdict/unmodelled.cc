@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-// Clocks that are off by more than moves can tell.
+// Clock lags beyond the range that moves determine.
 std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
   std::vector<ClockOffset> lags;
   for (const Triad triad : kTriads) {
@@ -27,7 +27,7 @@ std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
   return lags;
 }
 
-// Bends that the sensor's data sheet lets it have.
+// Nonlinearities that the sensor's data sheet allows.
 StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGraph& graph) {
   StatedFault bends;
   const FaultScene scene(graph);

@@ -11,28 +11,28 @@
 
 namespace truetriad {
 
-// What a recording shows that the model does not have: all of it makes the solution less certain.
+// Effects in a recording that the model lacks; each adds to the solution's covariance.
 struct Unmodelled {
   FaultFindings faults;
-  std::vector<Triad> stated_bends;  // whose widening the faults begin with
+  std::vector<Triad> stated_bends;  // their widening comes first in `faults`
   DriftCovariance drift;
-  RecordingFaults of_recording;      // what no residual shows
-  std::vector<ClockOffset> clocks;   // beyond what was taken off
-  std::vector<double> clock_sigmas;  // by which each of them moves some parameter
+  RecordingFaults of_recording;      // which no residual shows
+  std::vector<ClockOffset> clocks;   // beyond the corrected ones
+  std::vector<double> clock_sigmas;  // the largest shift by each, in σ of a parameter
   Eigen::MatrixXd by_clocks;
 
-  // Of the free shared coordinates.
+  // Covariance of the free shared coordinates.
   Eigen::MatrixXd Covariance() const;
 };
 
-// Takes faults in: graph and noise are what they are with them. `covariance`: of the graph.
+// Includes faults in graph and noise, which then have them. `covariance`: of the graph.
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
                            const Eigen::MatrixXd& covariance,
                            std::vector<Triad>* stated_bends,
                            PoseGraph* graph,
                            NoiseState* noise);
 
-// The rest, of a graph without faults. `sigma_raw`: of one reading; `settings`: of the graph.
+// All but faults, in a graph without them. `sigma_raw`: of one reading; `settings`: of the graph.
 void FindBeyondFaults(const PoseSet& poses,
                       const PerTriad<Eigen::Vector3d>& sigma_raw,
                       const PoseGraph& graph,

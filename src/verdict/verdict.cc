@@ -25,9 +25,8 @@
 namespace truetriad {
 namespace {
 
-// In this order: what a change in the middle of the run does to the fit may look like anything
-// else; turns that miss by far determine nothing; along a direction that is not determined the
-// optimiser only creeps.
+// In this order: a change in the middle of the run may look like any other fault; turns with large
+// errors determine nothing; along an undetermined direction the optimiser does not converge.
 constexpr std::array<Check, 13> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
@@ -59,7 +58,7 @@ constexpr std::array<Check, 15> kRemarks = {&CheckDegreesOfFreedom,
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
 
-// Temperatures of the poses that count for a triad.
+// Temperature range of a triad's accepted poses.
 Eigen::Vector2d TemperatureRange(const PoseGraph& graph, Triad triad) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Eigen::Vector2d range(kInfinity, -kInfinity);
@@ -73,7 +72,7 @@ Eigen::Vector2d TemperatureRange(const PoseGraph& graph, Triad triad) {
   return range;
 }
 
-// The noise that a triad was weighted with.
+// The noise by which a triad was weighted.
 TriadNoise NoiseOf(const SettledRun& run, Triad triad) {
   if (run.of_motion != nullptr) return run.of_motion->stated[triad];
   const NoiseState& noise = run.noise;
@@ -113,7 +112,7 @@ int CountPoses(const PoseGraph& graph) {
       }));
 }
 
-// Of one reading.
+// σ of one reading.
 PerTriad<Eigen::Vector3d> ReadingSigma(const SettledRun& run) {
   if (run.of_motion != nullptr) return run.of_motion->reading_sigma_raw;
   PerTriad<Eigen::Vector3d> sigma_raw{};
@@ -154,7 +153,7 @@ double ReducedChi2(const ReducedSystem& system, double dof) {
   return (system.residual() + system.J() * system.step()).dot(system.projected()) / dof;
 }
 
-// χ² against all noise, and against the noise inside rests alone where that is known.
+// χ² with the whole noise, and with the noise inside rests alone if that is known.
 void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Quality* quality) {
   quality->reduced_chi2 = std::numeric_limits<double>::quiet_NaN();
   quality->reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
@@ -169,8 +168,8 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
 }
 
-// Faults are looked for where there is a solution, and noise to hold them against. Of a motion with
-// its thousands of moments not where it is refused in any case.
+// Whether to test for faults: a solution and its noise must be known. A motion with its thousands
+// of moments is not tested if it is refused in any case.
 bool CanBeTested(const SettledRun& run, const ReducedSystem& system) {
   if (run.of_motion != nullptr &&
       !AnalyseObservability(run.graph, system.shared(), run.options.observable_sigma).determined) {
@@ -181,7 +180,7 @@ bool CanBeTested(const SettledRun& run, const ReducedSystem& system) {
          system.covariance().allFinite() && Acts(Mechanism::kFaults);
 }
 
-// The first refusal ends it.
+// Runs the checks until one refuses.
 bool IsUsable(const SettledRun& run, const SolvedRun& solved, Findings* findings) {
   for (const Check check : kUsability) {
     Findings found = check(run, solved);
@@ -192,7 +191,7 @@ bool IsUsable(const SettledRun& run, const SolvedRun& solved, Findings* findings
   return true;
 }
 
-// The sensors, and what their reader should know of them.
+// States the sensors, and remarks for the reader.
 void StateUsable(const SettledRun& run,
                  const SolvedRun& solved,
                  const Eigen::MatrixXd& covariance,
@@ -222,12 +221,12 @@ void StateUsable(const SettledRun& run,
   add(CheckStillDetermined(run.graph, covariance, options.observable_sigma));
 }
 
-// What explains a refusal, and nothing that is no number.
+// Keeps what explains a refusal, without values that are not finite.
 void KeepWhatExplains(const SettledRun& run,
                       const PresentedSolution& solution,
                       const Findings& findings,
                       Quality* quality) {
-  // More poses like those that were left out would not help.
+  // More poses like the rejected ones would not help.
   if (Find(findings, FindingCode::kTooManyOutliers) != nullptr) quality->weak_directions.clear();
   const Eigen::MatrixXd& matrix = solution.covariance.matrix;
   const bool is_finite = std::isfinite(run.graph.shared.squaredNorm()) && matrix.allFinite();
@@ -268,7 +267,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   const std::vector<LeftOutTest>& more = unmodelled.of_recording.tests;
   quality.left_out_tests.insert(quality.left_out_tests.begin(), more.begin(), more.end());
   quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
-  // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
+  // The covariance includes the joint test's scale, so that F(dim, ν) holds for it as printed.
   const Eigen::MatrixXd covariance =
       AdjustedCovariance(run.noise.estimate, system) / joint.scale + unmodelled.Covariance();
   StateReference(options, graph, &calibration->reference);
@@ -283,7 +282,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
 
   PresentedSolution solution = SolvedFrame(graph, covariance);
   StateInGauge(options, &solution);
-  // Of a moment and the next the others tell, which nothing checks.
+  // In a motion each moment is predicted by its neighbours, so that turns have no check.
   const TurnErrors turns = is_of_motion ? TurnErrors() : FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);

@@ -12,9 +12,9 @@
 
 namespace truetriad {
 
-// Everything that is reported, from the settled graph, with the faults that it shows taken in:
-// quality, the verdict, and where it can be used the sensors with their covariance. Error (usage):
-// a limit that cannot be judged.
+// Completes the report of the settled graph, with significant faults included: quality, the
+// verdict, and if it can be used the sensors with their covariance. Error (usage): a limit that
+// cannot be judged.
 Status StateVerdict(const SettledRun& settled, Calibration* calibration);
 
 // The start values as a calibration without uncertainty; `graph` is laid out at them.

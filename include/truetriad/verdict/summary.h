@@ -13,7 +13,7 @@ struct CalibrationSummary {
   int rounds = 0;           ///< Rounds of weights and excess noise.
   double initial_cost = -1.0;
   double final_cost = -1.0;
-  CalibrateOptions options;  ///< Those of the call, with what was `auto` chosen.
+  CalibrateOptions options;  ///< Those of the call, with every `auto` replaced by its choice.
 };
 
 }  // namespace truetriad

@@ -42,9 +42,9 @@ class Row : public ceres::CostFunction {
   std::vector<SharedBlock> shared_blocks_;
 };
 
-// Entries of a quaternion, and
+// Entries of a quaternion.
 inline constexpr int kAttitudeSize = 4;
-// of a unit vector.
+// Entries of a unit vector.
 inline constexpr int kDirectionSize = 3;
 
 }  // namespace truetriad

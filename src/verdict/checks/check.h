@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-// The noise of a unit in motion, which its chain was settled with.
+// The noise of a unit in motion, with which its chain was settled.
 struct MotionNoiseFound {
   PerTriad<TriadNoise> stated;                  // as a result states it
   PerTriad<Eigen::Vector3d> reading_sigma_raw;  // of one reading
@@ -28,27 +28,27 @@ struct SettledRun {
   const PoseGraph& graph;
   const NoiseState& noise;
   bool converged = false;
-  Findings remarks = {};                        // on the way there
-  const MotionNoiseFound* of_motion = nullptr;  // where nodes are moments
+  Findings remarks = {};                        // from the steps so far
+  const MotionNoiseFound* of_motion = nullptr;  // set if nodes are moments
 };
 
-// What was made of it so far.
+// The results so far, for checks.
 struct SolvedRun {
   const ReducedSystem& system;
   const PresentedSolution& solution;
   const Unmodelled& unmodelled;
-  const NoiseState& noise_before;  // faults were looked for
-  const OffOptimum& off;           // of that
-  bool determined = true;     // every parameter that was asked for, to the σ that counts as such
-  const Calibration& stated;  // reference and quality; for remarks also the sensors
+  const NoiseState& noise_before;  // before faults were included
+  const OffOptimum& off;           // of that noise
+  bool determined = true;          // each wanted parameter has a σ below the limit
+  const Calibration& stated;       // reference and quality; for remarks also the sensors
 };
 
-// A change of temperature that moves biases by more than a good calibration leaves: consumer
-// sensors drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC.
+// A change of temperature with bias changes above a good calibration's σ: consumer sensors drift by
+// about 1 mg, 0.02 deg/s and 0.1 uT per degC, so by 10 mg over it.
 inline constexpr double kMuchTemperatureDegc = 10.0;
 
-// A check looks at a run and says what it found. One that refuses ends the run: no later one is
-// asked.
+// A check examines a run and returns findings. One that refuses ends the run: no later check is
+// called.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
 // Whether the solution can be used, in the order of kUsability (verdict.cc). fit.cc
@@ -66,7 +66,7 @@ Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);      // 
 Findings CheckTurnsTold(const SettledRun& run, const SolvedRun& solved);     // turn_units.cc
 Findings CheckGains(const SettledRun& run, const SolvedRun& solved);         // units.cc
 
-// What the reader of a usable result should know besides its numbers; none of these refuses.
+// Remarks for the reader of a usable result; none of these refuses.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRejectedPoses(const SettledRun& run, const SolvedRun& solved);  // outliers.cc
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
@@ -83,20 +83,20 @@ Findings CheckFaults(const SettledRun& run, const SolvedRun& solved);  // faults
 Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 Findings CheckSessions(const SettledRun& run, const SolvedRun& solved);  // verdict/sessions.cc
 
-// Parts that hold however the solution was found.
+// Parts that hold for rests, motions and sweeps alike.
 //
-// Degrees of freedom that are too few to know σ by.
+// A note if degrees of freedom are too few to know σ.
 Findings CheckDegreesOfFreedom(double dof, const char* remedy);
-// A solution (`is_finite`: of its parameters), a covariance or a variance that is no number.
+// A refusal if a solution (`is_finite`: of its parameters), covariance or variance is not finite.
 Findings CheckFinite(const TriadOptions& gyroscope,
                      bool is_finite,
                      const NamedCovariance& covariance);
-// A solution that is known badly, or too badly to be used, once σ allow for all that was found:
-// some σ is more than `limit` of its parameter's typical size.
+// A finding if, once σ include all effects, some σ is more than `limit` of its parameter's typical
+// size.
 Findings CheckStillDetermined(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               double limit);
-// What the report lists of the faults that were looked for.
+// The list of tested faults, for the report.
 std::vector<LeftOutTest> TestsOf(const FaultFindings& faults);
 
 }  // namespace truetriad

@@ -15,37 +15,38 @@
 namespace truetriad {
 namespace {
 
-// The offset, and where the sensor sits.
+// One clock offset, and three coordinates of the sensor's place.
 constexpr int kMostUnknowns = 4;
 using Normal = Eigen::Matrix<double, kMostUnknowns, kMostUnknowns>;
 using Unknowns = Eigen::Matrix<double, kMostUnknowns, 1>;
 
-// Moves more than unknowns, so that their scatter means something.
+// Moves beyond the number of unknowns, so that σ by leaving one out is meaningful.
 constexpr int kSpareMoves = 4;
-// A move whose end the gyroscope misses by more is not followed.
+// A move whose predicted end has a larger error, 11 degrees, is skipped.
 constexpr double kLostRad = 0.2;
-// Time over which the rate is differenced: shorter than a hand's start and stop, longer than what
-// noise spoils.
+// Time over which the rate is differenced: shorter than a hand's start and stop, long enough to
+// reduce the rate's noise.
 constexpr double kDifferenceS = 0.04;
+// Chosen: the iteration ends there; rounds reweight moves and usually settle earlier.
 constexpr int kMostRounds = 12;
-// Moves tell clocks to 0.1 ms.
+// Last step of the iteration: moves determine clocks to 0.1 ms.
 constexpr double kSettledS = 1e-5;
-// An offset longer than this is no clock's: moves last about a second.
+// A longer offset is not a clock's, since moves last about a second.
 constexpr double kLongestS = 0.5;
-// One that chance makes more often is not said.
+// An offset with a larger p is not reported.
 constexpr double kSaidChance = 1e-5;
-// Nor one that is not by so many σ longer than the time between two readings: what a reading stands
-// for within that time is another question than clocks.
+// Nor is one that exceeds the time between two readings by fewer σ: when within that time a reading
+// was taken is not a question of clocks.
 constexpr double kSurelyLonger = 3.0;
 
-// One move as the gyroscope saw it.
+// One move, as the gyroscope measured it.
 struct FollowedMove {
   std::vector<double> time_s;
   std::vector<Eigen::Vector3d> rate_radps, acceleration_radps2;
   std::vector<Eigen::Quaterniond> world_from_body;
 };
 
-// What one move says: Z^T Z and Z^T r of its rows, and what they come to.
+// Sums over one move: Z^T Z and Z^T r of its rows, their squares and their number.
 struct MoveSums {
   Normal normal = Normal::Zero();
   Unknowns right = Unknowns::Zero();
@@ -67,8 +68,8 @@ std::vector<Eigen::Vector3d> Differences(const FollowedMove& move) {
   return differences;
 }
 
-// Follows the turn of `edge`; what its end is missed by is spread over the angle turned so far.
-// Unset where it is lost.
+// Follows the turn of `edge`; the error at its end is distributed in proportion to the angle. Unset
+// if that error exceeds kLostRad.
 std::optional<FollowedMove> Follow(const PoseGraph& graph, const IncrementEdge& edge) {
   FollowedMove move;
   move.time_s = edge.move.time_s;
@@ -114,11 +115,11 @@ const Observation* SeenAt(const PoseNode& node, Triad triad) {
   return nullptr;
 }
 
-// A move between two rests that a sensor saw.
+// A move between two rests with readings of a sensor.
 struct SeenMove {
   const FollowedMove* move = nullptr;
-  std::vector<Eigen::Vector3d> reading;  // true unit, less what the rests beside it are off by
-  std::vector<Eigen::Vector3d> field;    // as the body turns in it, true unit
+  std::vector<Eigen::Vector3d> reading;  // true unit, minus the errors at the rests beside it
+  std::vector<Eigen::Vector3d> field;    // predicted by the attitude, true unit
 };
 
 SeenMove SeenBy(Triad triad,
@@ -150,14 +151,14 @@ SeenMove SeenBy(Triad triad,
   return seen;
 }
 
-// The rows of one move with `later_s` allowed for.
+// The rows of one move with readings shifted by `later_s`.
 MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
   MoveSums sums;
   const FollowedMove& move = *seen.move;
   const std::size_t count = move.time_s.size();
   std::size_t right = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // At its ends the unit rests.
+    // Beyond its ends the unit rests.
     const double time_s = std::clamp(move.time_s[i] + later_s, 0.0, move.time_s.back());
     while (right + 1 < count && move.time_s[right] < time_s) ++right;
     while (right > 0 && move.time_s[right - 1] >= time_s) --right;
@@ -232,7 +233,7 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
   return offset;
 }
 
-// Values of a move as they are `later_s` on; at its ends the unit rests.
+// Values of a move shifted by `later_s`; beyond its ends the unit rests.
 std::vector<Eigen::Vector3d> ShiftedBy(double later_s,
                                        const std::vector<double>& time_s,
                                        const std::vector<Eigen::Vector3d>& values) {
@@ -248,7 +249,7 @@ Eigen::Vector3d ResidualOf(const IncrementEdge& edge, const PoseGraph& graph) {
                        graph.nodes[edge.from + 1].state.data());
 }
 
-// What all rows change by when the clock is corrected by `later_s`.
+// The change of all rows if the clock is corrected by `later_s`.
 Eigen::VectorXd ChangeOfRows(Triad triad,
                              double later_s,
                              const PoseGraph& graph,
@@ -258,7 +259,7 @@ Eigen::VectorXd ChangeOfRows(Triad triad,
     const std::vector<Observation>& seen = graph.nodes[k].observations;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (seen[i].triad != triad) continue;
-      // A row is what the model says less what was read.
+      // A row is model minus reading.
       change.segment<3>(system.factors()[k].row + 3 * static_cast<Eigen::Index>(i)) =
           -later_s * seen[i].by_clock_raw_per_s;
     }
@@ -269,7 +270,7 @@ Eigen::VectorXd ChangeOfRows(Triad triad,
     if (edge.accelerometer_raw.empty()) continue;
     IncrementEdge corrected = edge;
     corrected.accelerometer_raw = ShiftedBy(later_s, edge.move.time_s, edge.accelerometer_raw);
-    // Where they are integrated is where the graph stands: no derivative counts.
+    // It is integrated at the graph's state, so that no derivative is involved.
     corrected.increment.rotation = corrected.RotationAt(graph.layout, graph.shared.data());
     change.segment<3>(system.factors()[graph.nodes.size() + i].row) =
         ResidualOf(corrected, graph) - ResidualOf(edge, graph);
@@ -328,7 +329,7 @@ Eigen::VectorXd MovedByClock(const ClockOffset& offset,
                              const PoseGraph& graph,
                              const ReducedSystem& system) {
   if (system.rank() < system.size()) return Eigen::VectorXd::Zero(system.size());
-  // As long as what it may be, of which the effect is nearly a straight line.
+  // The offset with its σ; the effect is nearly proportional to it.
   const double most_s = std::hypot(offset.later_s, offset.sigma_s);
   const Eigen::VectorXd rows = ChangeOfRows(offset.triad, most_s, graph, system);
   return system.covariance() * (system.B().transpose() * rows);
@@ -348,8 +349,8 @@ Finding ClockCorrected(Triad triad, double later_s, double sigma_s, Triad refere
   return finding.About(triad).With("offset", later_s, sigma_s, "s");
 }
 
-// The last finding has all offsets in one block to state. A triad whose readings are off by more
-// than moves can tell (PoseSet::clock_lag_s) is in the block as that has it.
+// The last finding states all offsets in one block. The block also has a triad with an offset
+// beyond the range of moves (PoseSet::clock_lag_s), with that value.
 Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
   const PoseSet& poses = run.poses;
   Findings findings;

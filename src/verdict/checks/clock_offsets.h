@@ -10,31 +10,30 @@
 
 namespace truetriad {
 
-// The clock of each vector sensor against the gyroscope's, from the moves between rests of a
-// settled graph. A reading that is reported by d later than it was taken shows the field where the
-// body was d ago,
+// The clock of each vector sensor relative to the gyroscope's, from the moves between rests of a
+// settled graph. A reading that is reported d after it was taken is of the field in the body's
+// attitude d before,
 //
 //   C (y - b) - R^T v = -d (R^T v x w) + (dw/dt x r + w x (w x r))
 //
-// R carried on by the gyroscope from rest to rest, w its rate; r, of the accelerometer alone, is
-// where it sits off the point about which hands turn the unit. Moves weigh by how well each fits;
-// σ comes from leaving each out in turn, so that whatever else goes on in a move is counted, if it
-// differs from move to move. A sensor without enough moves has none.
+// R is propagated by the gyroscope from rest to rest, w its rate; r, for the accelerometer alone,
+// is its place relative to the point about which hands turn the unit. Moves are weighted by their
+// fit; σ is by leaving each out in turn, so that it includes all other effects that differ from
+// move to move. A sensor without enough moves has no offset.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
-// What an offset does to a solution: a clock that is late by d changes the mean of a rest by d
-// times what the readings at its ends differ by over its duration, and the forces that a
-// g-sensitivity sees during a turn. With y those changes for one second, the free coordinates move
-// by m = M^-1 J^T D y sqrt(d^2 + σ^2), which is next to nothing where rests are still to their
-// ends.
+// The effect of an offset on a solution: a clock that is late by d changes the mean of a rest by d
+// times the difference of the readings at its ends over its duration, and the forces by which a
+// g-sensitivity acts during a turn. With y these changes for one second, the free coordinates
+// change by m = M^-1 J^T D y sqrt(d^2 + σ^2), which is negligible if rests are still to their ends.
 Eigen::VectorXd MovedByClock(const ClockOffset& offset,
                              const PoseGraph& graph,
                              const ReducedSystem& system);
 
-// Whether an offset is neither chance nor within a reading of the gyroscope.
+// Whether an offset is significant and more than a reading of the gyroscope.
 bool IsNotable(const ClockOffset& offset, const PoseSet& poses);
 
-// What is said of an offset against the clock of `reference` that is taken off.
+// The finding for a corrected offset relative to the clock of `reference`.
 Finding ClockCorrected(Triad triad, double later_s, double sigma_s, Triad reference);
 
 }  // namespace truetriad

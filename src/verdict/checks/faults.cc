@@ -21,13 +21,13 @@ PerTriad<std::string> UnitsOf(const PoseSet& poses) {
   return units;
 }
 
-// Entries that the model ties to others have no σ of their own to widen.
+// Whether the fault is a matrix whose entries the model ties, so that they have no σ of their own.
 bool IsTied(const TakenFault& fault, const SharedLayout& layout) {
   return fault.place.kind->parameter == ParameterKind::kSensitivity &&
          layout.ColumnsOf(layout.sensitivity[fault.place.triad], 9).size() > 3;
 }
 
-// The line that makes it a parameter, where the model can have it.
+// The line that makes the fault a parameter, if the model has one.
 std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
   const FaultKind& kind = *fault.place.kind;
   if (kind.parameter == ParameterKind::kSensitivity) {
@@ -53,7 +53,7 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const std::optional<double>& most = run.options.strict_shift_sigmas;
   const bool is_beyond = most && fault.shift_sigmas > *most;
   if (is_beyond) finding.remedy = "record anew; `strict` refuses what was corrected by as much";
-  // Not where left-out readings explain it as well.
+  // It is not refused where rejected readings explain it as well.
   const bool is_alone = fault.left_out_instead.empty();
   if (is_beyond || (is_alone && IsTied(fault, run.graph.layout))) {
     finding.As(Severity::kRefusal).treatment = Treatment::kNone;
@@ -74,8 +74,8 @@ std::string TermOf(const FaultKind& kind) {
   return std::string(kind.parameter ? InfoOf(*kind.parameter).name : kind.name);
 }
 
-// Gains and mountings of two sensors do not change at one moment, but those of a unit and another
-// do. Positions are told to a pose.
+// A pair of faults of a joined recording: gains or mountings of two sensors change together only if
+// the unit is exchanged. Positions are known to one pose.
 std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
   const auto is_of_unit = [](const TakenFault& fault) {
     const FaultKind& kind = *fault.place.kind;
@@ -100,20 +100,20 @@ std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
   return std::nullopt;
 }
 
-// A fault is told from the noise from about so many of its own σ on.
+// A fault is detected from about this many of its own σ on.
 constexpr double kToldSigmas = 3.0;
-// What a result may be off by and still be right.
+// Error, in σ, up to which a result counts as right.
 constexpr double kTrustedSigmas = 5.0;
 
-// What a data sheet lets a sensor bend, and what that does.
+// A sensor's nonlinearity stated by its data sheet, and its effect.
 struct StatedBend {
   Triad triad = Triad::kAccelerometer;
   Nonlinearity nonlinearity;
-  double widening = 1.0;  // how many times larger it makes the σ that it makes the largest
+  double widening = 1.0;  // largest factor by which it widens the σ of a parameter
 };
 
-// Of tests of bends, those that these poses tell from the model too badly to protect the
-// parameters, in one sentence; unset where there are none.
+// A sentence on nonlinearities that these poses separate too badly from the model to protect the
+// parameters; unset if there are none.
 std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
                                         const std::vector<StatedBend>& stated) {
   std::vector<std::string> bends;

@@ -11,23 +11,24 @@
 namespace truetriad {
 namespace {
 
-// A fit whose residual is this share of the field does not explain the data.
+// A fit with a larger RMS residual, as a share of the field, does not explain the data.
 constexpr double kExplainedShare = 0.1;
-// In motion a hand adds its own accelerations.
+// The same for motion, where a hand adds its own accelerations.
 constexpr double kExplainedInMotion = 0.5;
-// Nothing that follows from a noise a thirtieth of what is there can be trusted: σ least of all.
+// Noise is then stated 30 times too small (the square root), so that no σ from it can be trusted.
 constexpr double kMostReducedChi2 = 1e3;
-// χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
-// data without noise have made σ next to nothing.
+// Limits of the step that is left, in χ² and as a share of typical sizes: both must be exceeded,
+// since noiseless data have σ near zero.
 constexpr double kShortChi2 = 0.01;
+// The second: 1e-6 of a signal or a gain is below any sensor's noise.
 constexpr double kShortShare = 1e-6;
-// Once σ allow for all that was found, the limit of what counts as determined is only warned of; a
-// parameter that is known so many times worse is of no use to anybody.
+// Once σ include all effects, exceeding the limit of `determined` is a warning; with σ this many
+// times the limit a parameter is worthless, and the run is refused.
 constexpr double kWorthless = 10.0;
 
-// The parameters whose variance came out negative, the first few; empty when none did.
+// The first few parameters with a negative variance; empty if there are none.
 std::string WithoutVariance(const NamedCovariance& covariance) {
-  // A message names three.
+  // Chosen for a readable message.
   constexpr int kNamed = 3;
   std::string names;
   int count = 0;
@@ -39,8 +40,8 @@ std::string WithoutVariance(const NamedCovariance& covariance) {
   return names + (count > kNamed ? ", …" : "");
 }
 
-// In a flat and curved valley an optimiser may take steps so short that it thinks it is there. What
-// Newton's method would still go tells.
+// Whether Newton's step at the solution is not negligible: in a flat and curved valley an optimiser
+// may stop after very short steps.
 bool IsShort(const ReducedSystem& system) {
   const double chi2 = system.step().dot(system.information() * system.step());
   const double share = system.step().cwiseQuotient(system.scale()).cwiseAbs().maxCoeff();
@@ -81,12 +82,12 @@ Findings CheckFinite(const TriadOptions& gyroscope,
 }
 
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
-  // Squares that a double cannot hold are as bad.
+  // Values whose squares overflow a double are refused, too.
   const bool is_finite =
       std::isfinite(solved.system.cost()) && std::isfinite(run.graph.shared.squaredNorm());
   Findings findings =
       CheckFinite(run.options.triads[Triad::kGyroscope], is_finite, solved.solution.covariance);
-  // More often than not too little data is what makes them leave it.
+  // The usual reason is too little data.
   if (!findings.empty() && is_finite && !solved.stated.quality.weak_directions.empty()) {
     return {NotDetermined(run)};
   }
@@ -115,7 +116,7 @@ Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
                 .With("times", times)};
   }
   const bool is_of_motion = run.of_motion != nullptr;
-  // At rest a gyroscope sees no field.
+  // At rest a gyroscope measures no field.
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     if (!quality.residual_rms[triad]) continue;
     const double share =

@@ -14,12 +14,12 @@
 namespace truetriad {
 namespace {
 
-// Median over the turns. Start values of an accelerometer are right to a few hundredths; a gain
-// that is off by a tenth misses gravity by as much after a turn of a radian.
+// For the median over the turns. Start values of an accelerometer have errors of a few hundredths;
+// a gain error of a tenth has an error of 0.1 rad after a turn of a radian.
 constexpr double kMostMissedRad = 0.1;
-// So few turns say nothing.
+// Fewer turns are no basis for a median.
 constexpr std::size_t kFewTurns = 3;
-// Hands and settling make tenths of a degree.
+// Handling and settling cause tenths of a degree; this is 1.1 degrees.
 constexpr double kOddScatterRad = 0.02;
 
 bool IsHeld(const TriadOptions& gyroscope) {
@@ -73,7 +73,7 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
       .With("turns", static_cast<double>(count));
 }
 
-// One that is off by less, from the turns' noise beyond that of their readings.
+// A smaller error of a held gyroscope, by the turns' excess noise.
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
   const auto& gyroscope = solved.stated.sensors[Triad::kGyroscope];
   if (!gyroscope || !IsHeld(run.options.triads[Triad::kGyroscope])) return {};

@@ -13,9 +13,9 @@
 
 namespace truetriad {
 
-// A gyroscope whose matrix or bias is held and whose turns are far from what gravity at the rests
-// says of them; unset where they agree, or nothing is held. Solved with it, the poses
-// would be bent after the turns. `nodes` as BuildNodes gives them.
+// The finding if a gyroscope with a held matrix or bias predicts turns that are far from those of
+// gravity between the rests; unset if they agree, or nothing is held. A solution with it would
+// distort the poses to fit its turns. `nodes` as of BuildNodes.
 std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
                                                const StartValues& start,
                                                const std::vector<PoseNode>& nodes,

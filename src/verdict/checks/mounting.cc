@@ -18,21 +18,21 @@
 namespace truetriad {
 namespace {
 
-// One way to see how the sensors stand: the body frame as it was solved, or named anew.
+// One interpretation of the sensors' axes: the body frame as solved, or with renamed axes.
 struct MountingView {
   PerTriad<std::optional<Eigen::Matrix3d>> maps;
-  std::vector<Triad> against;   // what is stated of them
-  std::vector<Triad> mirrored;  // left-handed, and nothing is stated of them
+  std::vector<Triad> against;   // whose stated mounting it contradicts
+  std::vector<Triad> mirrored;  // left-handed, with no stated mounting
   bool blames_attitudes = false;
-  int axes = 0;   // that are not as stated
-  int other = 0;  // axes that are not those of the body, where nothing is stated
+  int axes = 0;   // that differ from stated ones
+  int other = 0;  // that differ from the body's, where no mounting is stated
 
   std::size_t faults() const { return against.size() + mirrored.size() + blames_attitudes; }
   bool Contradicts() const { return blames_attitudes || !against.empty(); }
 };
 
-// The fit with the axes of the body frame named anew by T: S' = S T. Rates are axial vectors, which
-// a mirror reverses: of a gyroscope det(T) S T explains what S did.
+// The fit with axes of the body frame renamed by T: S' = S T. Rates are axial vectors, which a
+// mirror reverses: a gyroscope's det(T) S T explains the readings of S.
 MountingView ViewOf(const CalibrateOptions& options,
                     const PoseGraph& graph,
                     const Eigen::Matrix3d& T) {
@@ -56,8 +56,8 @@ MountingView ViewOf(const CalibrateOptions& options,
   return view;
 }
 
-// Those that contradict the least, each blaming others, and of those that blame the same the one
-// that changes the fewest axes; the simplest first.
+// The interpretations with the fewest contradictions, each with other sensors; among those with the
+// same sensors the one that changes the fewest axes; the simplest first.
 std::vector<MountingView> LikeliestViews(const CalibrateOptions& options, const PoseGraph& graph) {
   std::vector<MountingView> views;
   for (const Eigen::Matrix3d& T : AllAxisMaps()) views.push_back(ViewOf(options, graph, T));
@@ -114,8 +114,8 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
   return finding;
 }
 
-// A magnetometer that is all reversed against an accelerometer: a wrong sign of that turns every
-// attitude's up to down, which leaves a gyroscope as it is, and a wrong hemisphere likewise.
+// Whether a magnetometer is reversed relative to an accelerometer: a wrong sign of that turns every
+// attitude upside down, which a gyroscope does not show, and so does a wrong hemisphere.
 bool IsReversedAgainst(const CalibrateOptions& options, Triad triad, const Eigen::Matrix3d& map) {
   return triad == Triad::kMagnetometer && options.triads[Triad::kAccelerometer].enabled &&
          !options.IsBodyKnown() && map == -Eigen::Matrix3d::Identity();
@@ -124,7 +124,7 @@ constexpr const char* kReversed =
     ": the accelerometer's `sign` or the `hemisphere` is stated wrongly, or one of the two logs "
     "reverses all axes";
 
-// Sensors whose mounting nobody stated.
+// Findings for sensors whose mounting is not stated.
 Findings FoundMountings(const CalibrateOptions& options, const MountingView& view) {
   Findings findings;
   for (const Triad triad : kTriads) {
@@ -147,10 +147,10 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
   return findings;
 }
 
-// One of the sensors is mirrored, and nothing says which.
+// The finding if one of the sensors is left-handed, and it is not known which.
 Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
   const Triad triad = view.mirrored.front();
-  // Nobody said on which side of the magnetic equator the unit was.
+  // The hemisphere is neither stated nor known by a dip.
   const bool is_side_guessed =
       !options.reference.is_hemisphere_stated && !options.reference.dip_rad.known();
   const std::string remedy =
@@ -176,7 +176,7 @@ Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
           AxisMapName(*view.maps[triad]) + ": one log swaps two axes or reverses one" +
           (is_relative ? ", or `sign` or `hemisphere` is wrong" : ""),
       is_relative && is_side_guessed ? "look for swapped or reversed axes; " + remedy : "");
-  // Which of the two it is, only a gyroscope would say.
+  // Only a gyroscope determines which of the two it is.
   if (!is_relative || options.triads[Triad::kGyroscope].enabled) finding.About(triad);
   return finding;
 }
@@ -191,7 +191,7 @@ Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
   if (good == views.end()) return {Contradiction(options, views)};
   Findings findings = FoundMountings(options, *good);
   if (!good->mirrored.empty() && OutcomeOf(findings) == Outcome::kConverged) {
-    // It says more than that the axes are not those of the body.
+    // This finding is more specific than one of axes that differ from the body's.
     findings = {LeftHanded(options, *good)};
   }
   return findings;

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-// A sensor most of whose poses were left out, or so many that the others determine too little: its
-// noise was stated, and is not what the poses show.
+// Refuses if most poses of a sensor were rejected, or so many that the others determine too little:
+// its noise was stated, and does not fit the poses.
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
   const bool determined = solved.determined && solved.system.rank() == solved.system.size();
   const double most = determined ? 0.5 : 0.25;
@@ -55,11 +55,11 @@ Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
   return {};
 }
 
-// Single outliers happen; more of them were made by something, which may be in other poses too.
+// Single outliers occur by chance; more have a cause, which may also affect other poses.
 Findings CheckRejectedPoses(const SettledRun&, const SolvedRun& solved) {
-  // One in twenty poses.
+  // One pose in twenty.
   constexpr double kMuchShare = 0.05;
-  // A message names eight.
+  // Chosen for a readable message.
   constexpr std::size_t kNamed = 8;
   const auto poses = static_cast<double>(solved.stated.quality.poses);
   Findings findings;

@@ -10,21 +10,20 @@
 namespace truetriad {
 namespace {
 
-// Of fewer rows nothing is told.
+// Fewer rows do not determine a correlation: its σ would exceed 1 / sqrt(30) = 0.18.
 constexpr std::size_t kFewestRows = 30;
-// Steps from row to row that are shorter than this share of those between any two: attitudes that
-// somebody sorted, or a unit that turns.
+// Median step between adjacent rows as a share of that between any two: shorter steps are those of
+// sorted attitudes, or of a unit that turns.
 constexpr double kSmoothShare = 0.35;
-// Rests one after the other are off by themselves. A correlation that is so high, and so many σ
-// from what chance makes of it (1 / sqrt(rows)), is that of hands, lever arms and turns.
+// Errors of consecutive rests are independent. A correlation above this, and above the σ of chance
+// (1 / sqrt(rows)) by the next factor, is due to accelerations by hand, lever arms and turns.
 constexpr double kCorrelated = 0.3;
-// Chance makes as much once in two million tables.
+// Normal noise exceeds it in one of 3.5 million tables.
 constexpr double kCorrelatedSigmas = 5.0;
-// What is further off than so many σ counts as so far.
+// Errors are clamped to this many σ, so that outliers do not dominate.
 constexpr double kMostSigmas = 3.0;
 
-// The accelerometer's readings as rows follow each other, corrected, m/s^2, and what their lengths
-// are off.
+// The accelerometer's corrected readings in the order of rows, m/s^2, and their length errors.
 struct Rows {
   std::vector<Eigen::Vector3d> force;
   std::vector<double> off;
@@ -49,13 +48,13 @@ bool AreSmooth(const std::vector<Eigen::Vector3d>& force) {
   const std::size_t half = force.size() / 2;
   for (std::size_t i = 1; i < force.size(); ++i) {
     next.push_back((force[i] - force[i - 1]).norm());
-    // Half of all rows apart, and a step that no pattern of the order is likely to have.
+    // About half of all rows apart, with a varying offset that matches no regular order.
     any.push_back((force[i] - force[(i + half + 37 * (i % 11)) % force.size()]).norm());
   }
   return Median(std::move(next)) < kSmoothShare * Median(std::move(any));
 }
 
-// Of what rows are off with what the next is, both within their usual scatter.
+// Correlation of the errors of adjacent rows, each clamped to kMostSigmas.
 double CorrelationOf(std::vector<double> off) {
   const double middle = Median(off);
   for (double& value : off) value -= middle;

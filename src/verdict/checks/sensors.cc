@@ -12,11 +12,11 @@
 namespace truetriad {
 namespace {
 
-// Below this the noise level itself is hardly known: its own σ is a quarter of it.
+// With fewer degrees of freedom the σ of the noise has a relative σ of over 1 / sqrt(20) = 22 %.
 constexpr double kFewDof = 10.0;
-// A cap this wide without a pose is half of the sphere.
+// A cap with this radius, without any pose, is half of the sphere.
 constexpr double kOneSidedGapDeg = 90.0;
-// One raw log in a billion has all biases so near to zero by chance.
+// Probability that all biases of a raw log are so near to zero.
 constexpr double kByChance = 1e-9;
 
 }  // namespace
@@ -37,8 +37,8 @@ Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
   return CheckDegreesOfFreedom(solved.stated.quality.effective_dof, "add poses");
 }
 
-// A log that was corrected by its own calibration has biases of zero: Σ bᵀ C⁻¹ b, which else is χ²
-// about what the biases are, is far below what even a perfect sensor would have.
+// A log that was corrected by its own calibration has biases of zero: Σ bᵀ C⁻¹ b, for raw logs χ²
+// of the true biases, is then far below that of a perfect sensor.
 Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
   const SharedLayout& layout = run.graph.layout;
   if (!run.options.check_units || solved.system.rank() < solved.system.size()) return {};
@@ -46,7 +46,7 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
   double square = 0.0, dof = 0.0;
   for (const Triad triad : kTriads) {
     const StreamSummary* const stream = run.poses.Find(triad);
-    // Poses that were worked out, as of a plan, have no readings.
+    // Computed poses, as of a plan, have no readings.
     if (!layout.Has(triad) || stream == nullptr || stream->minimum_raw == stream->maximum_raw) {
       continue;
     }
@@ -67,7 +67,7 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
 }
 
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
-  // The noise that is assumed at least stands for itself up to twice its size.
+  // Noise up to twice the assumed minimum (kLeastNoiseShare) is that minimum.
   constexpr double kHardlyMore = 2.0;
   Findings findings;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {

@@ -18,19 +18,19 @@
 namespace truetriad {
 namespace {
 
-// What poses of one temperature have in common is drift where noise makes so much of it in one of a
+// The common error of each temperature's poses is drift if noise causes it in fewer than one of a
 // hundred runs.
 constexpr double kDriftLevel = 0.01;
-// Of what noise leaves, as a share of its degrees of freedom: below it is rounding.
+// Least trace that noise leaves, as a share of its degrees of freedom: less is rounding.
 constexpr double kRoundingShare = 1e-6;
-// Width of a setting: a share of the range, and what a thermometer may scatter by.
+// Width of a setting as a share of the range.
 constexpr double kSameSetting = 0.05;
-// What a thermometer may scatter by.
+// Least width of a setting, degC: the scatter of a thermometer.
 constexpr double kSameDegc = 1.0;
 
 double WidthOf(double range_degc) { return std::max(kSameSetting * range_degc, kSameDegc); }
 
-// Places of the temperatures in groups, coldest first.
+// Indices of the temperatures in groups, coldest first.
 std::vector<std::vector<std::size_t>> GroupByTemperature(const std::vector<double>& degc) {
   std::vector<std::size_t> order(degc.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -56,12 +56,12 @@ bool IsSeen(const PoseNode& node, Triad triad) {
   });
 }
 
-// The solution with some of its poses, and nothing free but the bias of one triad.
+// The solution with a part of its poses, in which only the bias of one triad is free.
 PoseGraph WithBiasAlone(const PoseGraph& graph, std::vector<PoseNode> nodes, Triad triad) {
   PoseGraph part = graph;
   part.nodes = std::move(nodes);
   for (PoseNode& node : part.nodes) {
-    // What a turn told of it before.
+    // Its heading was determined by turns, which are removed.
     if (node.kind == PoseKind::kRotation && !node.TellsHeading()) node.holds_heading = true;
   }
   part.increments.clear();
@@ -161,8 +161,8 @@ std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph) 
 
 namespace {
 
-// What readings of a triad that are off by the same at one temperature do to the score: three
-// columns G for each temperature, so that the solution moves by M^-1 G o for offsets o.
+// The change of the score by readings of a triad with a common error at one temperature: three
+// columns G for each temperature, so that the solution changes by M^-1 G o for offsets o.
 Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& system, Triad triad) {
   const std::vector<std::vector<std::size_t>> groups = NodesByTemperature(graph);
   Eigen::MatrixXd G =
@@ -182,12 +182,11 @@ Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& syste
   return G;
 }
 
-// What is left of offsets beyond the terms is L o, since the terms, the bias and the rest of the
-// model follow them as far as they can. Of L L^T: its trace, and the degrees of freedom that it
-// leaves a sum of squares (Satterthwaite 1946). Unset where the bias is held or a temperature does
-// not determine one. Of noise whose covariance is S for each temperature by itself L S is left, all
-// that it does to the solution counted; scaled by the diagonal of S, as the settings' σ scale a sum
-// of squares.
+// Offsets o beyond the terms are L o, since the terms, the bias and the rest of the model adapt to
+// them. Of L L^T: its trace, and the degrees of freedom of a sum of squares (Satterthwaite 1946).
+// Unset if the bias is held, or a temperature does not determine one. Noise with covariance S at
+// each temperature leaves L S, with all its effects on the solution; it is scaled by the diagonal
+// of S, as the settings' σ scale a sum of squares.
 struct Leftover {
   double trace = 0.0;
   double dof = 0.0;
@@ -203,7 +202,7 @@ std::optional<Leftover> LeftoverOf(const PoseGraph& graph,
   Eigen::MatrixXd L = -TransposedCongruence(G, system.covariance());
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(G.cols(), G.cols());
   for (Eigen::Index at = 0; at < G.cols(); at += 3) {
-    // The information that the temperature has of an offset by itself.
+    // The information of this temperature alone on an offset.
     const PivotedLu solver(Times(of_bias, G.middleCols(at, 3)));
     if (!solver.is_invertible()) return std::nullopt;
     L.middleRows<3>(at) = solver.Solve(L.middleRows<3>(at));
@@ -243,7 +242,7 @@ SettingScatter ScatterOf(const PoseGraph& graph,
                                 .value_or(Leftover{left, left, left, left});
   scatter.dof = leftover.dof;
   scatter.ratio = chi2 / leftover.trace;
-  // The terms follow whatever the temperatures have in common.
+  // The terms adapt to all offsets.
   if (!(leftover.noise_trace > kRoundingShare * left)) return scatter;
   scatter.p_value =
       1.0 - ChiSquareCdf(chi2 / leftover.noise_trace * leftover.noise_dof, leftover.noise_dof);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What was stated beforehand, against what the readings say.
+// Checks stated values against the readings.
 #include <cmath>
 #include <limits>
 #include <string>
@@ -15,9 +15,9 @@
 namespace truetriad {
 
 Findings CheckStatedNoise(const SettledRun&, const SolvedRun& solved) {
-  // A noise that is stated rightly is doubted once in ten thousand runs.
+  // Probability that a correctly stated noise is doubted.
   constexpr double kByChance = 1e-4;
-  // Of its size; less hardly matters, however many readings tell it.
+  // Noise above the stated one by a smaller factor hardly matters, however significant it is.
   constexpr double kMuchMore = 1.2;
   const Quality& quality = solved.stated.quality;
   if (!(quality.dof >= 1.0) || !(quality.reduced_chi2 > kMuchMore * kMuchMore)) return {};
@@ -35,7 +35,7 @@ Findings CheckStatedNoise(const SettledRun&, const SolvedRun& solved) {
 }
 
 Findings CheckStatedValues(const SettledRun& run, const SolvedRun& solved) {
-  // Where all that is known is what was stated, nothing contradicts it.
+  // Least share of a prior's variance by which readings reduce it: less cannot contradict it.
   constexpr double kLeastTold = 1e-6;
   const PoseGraph& graph = run.graph;
   const double dof = solved.stated.quality.effective_dof;
@@ -54,7 +54,7 @@ Findings CheckStatedValues(const SettledRun& run, const SolvedRun& solved) {
     worst = &prior;
   }
   if (worst == nullptr) return {};
-  // What the readings alone say.
+  // The estimate by the readings alone.
   const double value = worst->mean + (graph.shared[worst->index] - worst->mean) / told_share;
   const double sigma = worst->sigma * std::sqrt((1.0 - told_share) / told_share);
   const std::string name = ParameterNames(graph.layout)[static_cast<std::size_t>(worst->index)];

@@ -12,8 +12,9 @@
 namespace truetriad {
 namespace {
 
-// Within one pose; and the share of the recorded range without a rest that is worth a word.
+// Change within one pose, degC, above which its mean spans several temperatures: chosen.
 constexpr double kMostChangeDegc = 3.0;
+// Chosen: a larger share of the recorded range that has no rest is reported.
 constexpr double kMostMissedShare = 0.1;
 
 struct PoseTemperatures {
@@ -40,7 +41,7 @@ PoseTemperatures TemperaturesOf(const PoseSet& poses) {
   return seen;
 }
 
-// What makes temperature terms less than they seem.
+// Findings that reduce the reliability of temperature terms.
 Findings CheckTerms(const SettledRun& run) {
   Findings findings;
   const PoseTemperatures seen = TemperaturesOf(run.poses);
@@ -106,7 +107,7 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun&) {
               .With("highest", (*recorded)[2], "degC")};
 }
 
-// A curve through all temperatures.
+// A curve with as many coefficients as temperatures passes through all of them.
 Findings CheckCurves(const SettledRun&, const SolvedRun& solved) {
   Findings findings;
   for (const Triad triad : kTriads) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The unit of a gyroscope, from how gravity turned in the body while it counted: without a fit,
-// which finds some way through turns that wrap around.
+// Checks the unit of a gyroscope by the turn of gravity in the body during its readings, without a
+// fit, which explains even turns that wrap around.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,32 +24,33 @@
 namespace truetriad {
 namespace {
 
-// As many turns tell; by chance half of so few fit one factor in 1 of 1e5 runs.
+// Most turns that are tested: more only cost time.
 constexpr std::size_t kMostTurns = 24;
+// Chosen: fewer turns fit some wrong factor by chance too often.
 constexpr std::size_t kFewestTurns = 4;
-// A turn that shows a factor.
+// Least turn, 20 degrees, that depends on a factor enough to test it.
 constexpr double kTurnedRad = 0.35;
-// Half of the turns are explained so well by a gyroscope before calibration: gains off by a tenth
-// in half a turn. A factor that explains them thrice as well as what is stated is the right one.
+// A gyroscope before calibration explains half of the turns by this error, rad: a gain error of a
+// tenth in half a turn is 0.31. A factor with a third of the stated unit's error is the right one.
 constexpr double kExplainedRad = 0.3;
-// Of the angle that a factor leaves.
+// The stated unit's error over that of the factor.
 constexpr double kBetterBy = 3.0;
-// Turns that scatter more tell nothing of a gyroscope: they wrap around.
+// A larger scatter of turns, rad, is that of turns that wrap around, and determines nothing.
 constexpr double kMostTurnScatterRad = 0.3;
-// Of a unit that never rests: means of the accelerometer over this time, so far apart.
+// For a unit that never rests: the accelerometer's mean is over ± this time, 0.05 s.
 constexpr double kMeanNs = 5e7;
 constexpr std::array<double, 4> kPiecesS = {0.25, 0.5, 1.0, 2.0};
 
-// What the gyroscope read while up turned from one direction in the body to another.
+// The gyroscope's readings while the up direction in the body changed.
 struct SeenTurn {
   Eigen::Vector3d before, after;
   GyroMove move;
 };
 
-// Up as the accelerometer shows it, before any calibration; without one the field.
+// The up direction by the uncalibrated accelerometer; without one the field's.
 Eigen::Vector3d RoughUp(const StreamSummary& stream, const Eigen::Vector3d& reading_raw) {
-  // In counts the middle of the range is nearer to zero force than zero, and beside iron to no
-  // field.
+  // For counts the middle of the range is nearer to zero force than 0 is; the same holds for zero
+  // field beside iron.
   const bool is_centred = !stream.unit.is_counts && stream.triad == Triad::kAccelerometer;
   const Eigen::Vector3d zero =
       is_centred ? Eigen::Vector3d(Eigen::Vector3d::Zero())
@@ -76,7 +77,7 @@ std::vector<SeenTurn> TurnsBetweenRests(const PoseSet& poses, const StreamSummar
   return turns;
 }
 
-// Mean of a track about a time; zero without readings there.
+// Mean of a track about a time; zero if it has no readings there.
 Eigen::Vector3d MeanAbout(const ReadingTrack& track, std::int64_t time_ns) {
   const auto reach = static_cast<std::int64_t>(kMeanNs);
   const auto begin = std::lower_bound(track.time_ns.begin(), track.time_ns.end(), time_ns - reach);
@@ -116,7 +117,7 @@ std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
   return turns;
 }
 
-// The length of piece that shows most turns.
+// The turns of the length with most of them.
 std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& stream) {
   std::vector<SeenTurn> most;
   for (const double piece_s : kPiecesS) {
@@ -127,7 +128,7 @@ std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& s
   return most;
 }
 
-// Half of the turns end nearer to where gravity did, if one raw unit of each axis is so many rad/s.
+// Median angle to gravity after the turns, if one raw unit of each axis is so many rad/s.
 double TurnErrorAt(const std::vector<SeenTurn>& turns,
                    const Eigen::Vector3d& bias_raw,
                    const Eigen::Vector3d& truth_per_raw) {
@@ -146,11 +147,11 @@ double TurnErrorAt(const std::vector<SeenTurn>& turns,
 
 struct Explanation {
   double factor = 1.0;
-  std::optional<int> axis;  // whose readings alone it is on
+  std::optional<int> axis;  // the axis it is on; unset: all
   double error = kExplainedRad;
 };
 
-// Known units for the stated one, that conversion done twice, and decimal points that slipped.
+// Known units for the stated one, that conversion done twice, and shifted decimal points.
 std::vector<double> FactorsOf(const Unit& stated) {
   std::vector<double> factors = {1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3};
   for (const double truth_per_raw : KnownUnitsOf(Triad::kGyroscope)) {

@@ -19,40 +19,40 @@
 namespace truetriad {
 namespace {
 
-// What a sensor's maker and mounting leave of its gain; soft iron seldom more.
+// Largest factor of a gain's error by manufacture and mounting; soft iron rarely exceeds it.
 constexpr double kMostGain = 1.3;
-// A magnetometer whose unit is taken at its word: from here on it is said.
+// The same for a magnetometer with `units: trust`, beyond which there is a note.
 constexpr double kOddGain = 5.0;
-// One axis against the other two: makers leave less, and soft iron seldom more than the second.
+// Gain of one axis over the other two: manufacture, and nearly all soft iron, stay below it.
 constexpr double kOddAxis = 1.6;
-// Soft iron does not triple one axis.
+// Soft iron does not cause a gain of three times the other axes'.
 constexpr double kWrongAxis = 3.0;
-// Bias and hand leave this much of gravity's length.
+// Largest factor of the length of readings over gravity by bias and the hand's accelerations.
 constexpr double kMostForce = 3.0;
-// A unit is recognised this near.
+// A unit is recognised within this factor.
 constexpr double kUnitFactor = 1.25;
 // The Earth's field at its surface is 22 to 67 uT; in a building it may be half or double that.
 constexpr double kWeakestFieldUt = 20.0, kStrongestFieldUt = 70.0;
+// A field within this factor of these is a warning only.
 constexpr double kIndoors = 2.0;
-// It names a unit, which a factor of two does not confuse.
+// Field assumed to recognise a unit, which an error of a factor of two does not change.
 constexpr double kTypicalFieldUt = 50.0;
-// No hand turns a unit so slowly that fewer readings a second follow it, no gyroscope is read
-// oftener.
+// Slower sampling cannot follow the turns of a hand; no gyroscope is sampled faster.
 constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
-// In less nobody turns a unit to several attitudes and lets it rest in each.
+// Nobody turns a unit to several attitudes with a rest in each in a shorter time.
 constexpr double kShortestRecordingS = 10.0;
-// Nobody holds a unit for ten minutes an attitude, but in a chamber.
+// Nobody holds a unit for ten minutes per attitude, except in a chamber.
 constexpr double kEndlessRestS = 600.0;
-// Fewer may be long by chance.
+// Fewer rests may be long by chance.
 constexpr std::size_t kManyRests = 6;
-// What electronics are used at.
+// The range of temperatures of electronics, with a margin.
 constexpr double kColdestDegc = -100.0, kHottestDegc = 200.0;
-// Lengths that noise, bias and gains scatter less than this are computed ones: a hundredth of what
-// the best sensors leave raw. Where readings are rounded, up to ten times as much.
+// Lengths that scatter less are computed ones: a hundredth of the scatter of the best raw sensors
+// by noise, bias and gains.
 constexpr double kConstantLength = 1e-4;
-// Ten times as much.
+// The limit for rounded readings, ten times as much.
 constexpr double kRoundedLength = 1e-3;
-// Readings of one length that turn have this share of it between the ends of each axis.
+// Least range of each axis, as a share of the length, for readings that turn.
 constexpr double kTurnedShare = 0.5;
 
 struct KnownUnit {
@@ -124,17 +124,17 @@ std::optional<Finding> WhyFieldIsNotAsStated(const CalibrateOptions& options) {
       .With("strength", *field.value, "uT");
 }
 
-// Rests that last so long while hardly anything is read are no rests of seconds.
+// Whether rests are too long to be rests of seconds in a hand.
 bool AreRestsEndless(const PoseSet& poses) {
   std::vector<double> durations_s;
   for (const StaticPose& pose : poses.poses) durations_s.push_back(pose.duration_s());
   return durations_s.size() >= kManyRests && Median(std::move(durations_s)) > kEndlessRestS;
 }
 
-// " (ms as s?)": the nearest unit that makes it a rate that sensors are read at, and a recording of
-// rests and turns; "" without one.
+// " (ms as s?)": the first unit with a plausible sampling rate and duration of rests and turns; ""
+// if there is none.
 std::string TimeGuess(double rate_hz, double duration_s) {
-  // Rates that inertial sensors are logged at.
+  // Range of rates at which inertial sensors are logged.
   constexpr double kLowHz = 5.0, kHighHz = 1e4;
   constexpr std::array<std::string_view, 3> kFinerThanS = {"ms", "us", "ns"};
   double factor = 1.0;
@@ -163,7 +163,7 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
     if (!options.triads[triad].enabled || stream == nullptr) continue;
     const double rate_hz = stream->rate_hz;
     const bool is_slow = rate_hz < kSlowestHz;
-    // Rests are seen by the accelerometer where there is no gyroscope.
+    // The accelerometer detects rests if there is no gyroscope.
     const bool lacks_rests = poses.poses.size() < kManyRests && !options.motion.has_value() &&
                              triad == Triad::kAccelerometer;
     const bool matters = is_slow
@@ -195,7 +195,7 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
 std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
   if (!poses.temperature_range_degc) return std::nullopt;
   const Eigen::Vector2d& range = *poses.temperature_range_degc;
-  // All of them: one may be a disturbance.
+  // All of them must be impossible: a single one may be a disturbance.
   if (range[0] <= kHottestDegc && range[1] >= kColdestDegc) return std::nullopt;
   const bool is_kelvin =
       range[0] + kAbsoluteZeroDegc > kColdestDegc && range[1] + kAbsoluteZeroDegc < kHottestDegc;
@@ -209,7 +209,7 @@ std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
       .With("highest", range[1], "degC");
 }
 
-// ", and its y axis spans 9.8 times what the others do", where one does.
+// ", and its y axis spans 9.8 times what the others do", if one does.
 std::string OddSpan(const StreamSummary& stream) {
   const Eigen::Vector3d span = stream.maximum_raw - stream.minimum_raw;
   for (int axis = 0; axis < 3; ++axis) {
@@ -221,7 +221,7 @@ std::string OddSpan(const StreamSummary& stream) {
   return "";
 }
 
-// Gravity at rest, or over a motion.
+// Compares the readings' length with gravity, at rest or over a motion.
 std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
                                              const CalibrateOptions& options) {
   const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
@@ -248,7 +248,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
       .With("gain", gain);
 }
 
-// Of a table those of its rows.
+// Lengths of the readings; those of rows for a table.
 LengthSpread::Half LengthsOf(const PoseSet& poses, const StreamSummary& stream) {
   if (stream.length_raw > 0.0) {
     return {stream.length_raw, stream.length_scatter, stream.length_extent};
@@ -258,11 +258,11 @@ LengthSpread::Half LengthsOf(const PoseSet& poses, const StreamSummary& stream) 
   return lengths.ShortestHalf();
 }
 
-// Readings that turn and always have the same length.
+// Refuses readings that turn and always have the same length.
 std::optional<Finding> WhyNotRaw(const PoseSet& poses, Triad triad) {
   if (poses.Find(triad) == nullptr) return std::nullopt;
   const StreamSummary& stream = *poses.Find(triad);
-  // Poses that were worked out, as of a plan, have no readings.
+  // Computed poses, as of a plan, have no readings.
   if (stream.minimum_raw == stream.maximum_raw) return std::nullopt;
   const LengthSpread::Half half = LengthsOf(poses, stream);
   if (!(half.length > 0.0) || half.extent.minCoeff() < kTurnedShare) return std::nullopt;
@@ -298,7 +298,7 @@ std::optional<Finding> WhyGainIsOdd(Triad triad,
   return finding.About(triad).With("gain", gain);
 }
 
-// A column of another unit, or of another sensor.
+// Finds a column with another unit, or of another sensor.
 std::optional<Finding> WhyAxisIsOdd(Triad triad, const Eigen::Matrix3d& sensitivity) {
   const Eigen::Vector3d gains = sensitivity.rowwise().norm();
   double odd = 1.0;
@@ -311,7 +311,7 @@ std::optional<Finding> WhyAxisIsOdd(Triad triad, const Eigen::Matrix3d& sensitiv
   }
   const double times = std::max(odd, 1.0 / odd);
   if (times < kOddAxis) return std::nullopt;
-  // Nothing bends the field that an accelerometer or a gyroscope sees.
+  // No iron distorts the field of an accelerometer or a gyroscope.
   const bool is_wrong = triad != Triad::kMagnetometer || times > kWrongAxis;
   Finding finding(FindingCode::kOddGain,
                   "the " + std::string(TriadName(triad)) + "'s " + "xyz"[axis] +

@@ -13,23 +13,22 @@
 
 namespace truetriad {
 
-// What readings are in by the size that they turn out to have: the unit or device whose one raw
-// unit is `truth_per_raw` true units, to a quarter: "deg/s". Unset where none is, or that of
-// `stated`.
+// The unit or device whose one raw unit is `truth_per_raw` true units, within a quarter: "deg/s".
+// Unset if there is none, or if it is that of `stated`.
 std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated);
 
-// True units to one raw unit, of all that are known of a sensor.
+// True units per raw unit, for all known units of a sensor.
 std::vector<double> KnownUnitsOf(Triad triad);
 
-// Why the recording cannot be calibrated as it is stated, before anything is fitted: a field, a
-// clock, a temperature or turns that no unit could have seen; readings that were normalised.
+// Why the recording cannot be calibrated as stated, before any fit: an impossible field, clock,
+// temperature or turn; normalised readings.
 std::optional<Finding> WhyNotAsStated(const PoseSet& poses, const CalibrateOptions& options);
 
-// That of the turns alone: the gyroscope against how gravity turned, whatever its axes are called.
+// The check of turns alone: the gyroscope against the turn of gravity, for any names of its axes.
 std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
                                               const CalibrateOptions& options);
 
-// Gains that the unit of the readings does not have, and a field that is none.
+// Findings for gains that do not fit the readings' unit, and for a field unlike the Earth's.
 Findings CheckGains(const PoseSet& poses,
                     const CalibrateOptions& options,
                     const PerTriad<Eigen::Matrix3d>& sensitivity,
