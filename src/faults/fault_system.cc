@@ -17,9 +17,9 @@ namespace {
 
 // Most unknowns of a form in one group of poses: those of a 3 x 3 matrix.
 constexpr int kMostOfForm = 9;
-// Errors of more turns are correlated with their neighbours' by the scatter of 64 groups of them.
+// With more turns the correlation of neighbours is estimated, by the scatter of 64 groups of them.
 constexpr std::size_t kMostTurnGroups = 64;
-// A direction with a smaller share of a turn's information is absorbed by the attitudes.
+// The attitudes absorb a direction with a smaller share of a turn's information, 32 times its σ.
 constexpr double kSeenOfTurn = 1e-3;
 
 // R of R R^T, which may be singular: for turns about one axis.

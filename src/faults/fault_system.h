@@ -86,15 +86,14 @@ class FaultSystem : public ReducedSystem {
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Whether turn errors point along the directions of such variances. It uses their directions
-  // alone:
+  // Whether turn errors point along the directions of such variances, by their directions alone:
   //
   //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)
   //   s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 - tr^2 Q' / k
   //
   // has variance 1, with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
-  // block Π of P, and Σ a d is divided by its σ. Errors of more than 64 turns are correlated
-  // between
+  // block Π of P, and Σ a d is divided by its σ, which includes the correlation of neighbours for
+  // more than 64 turns. `component` is the variance that makes q^T Q q as large as it is.
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;
@@ -105,8 +104,7 @@ class FaultSystem : public ReducedSystem {
   // their change for h = 1 of a column that is not included.
   Eigen::MatrixXd SharedCovariance() const { return covariance() + BeyondGraph(); }
   Eigen::MatrixXd BeyondGraph() const;
-  // Uses other variances and no faults. Afterwards the system is invalid until it is linearised
-  // again.
+  // χ² with other variances and no faults. Afterwards the system is invalid until linearised again.
   double ChiSquareOf(const PoseGraph& graph);
   Eigen::MatrixXd SharedShift(const FaultColumn& column) const;
 

@@ -54,7 +54,7 @@ struct TurnColumns {
 // The data for columns of faults: the graph at its present state, evaluated once.
 class FaultScene {
  public:
-  // Most positions of a scan: more poses are combined into groups of consecutive ones.
+  // Most positions of a scan, which have 1426 windows: more poses are combined into groups.
   static constexpr std::size_t kMostStretches = 64;
 
   explicit FaultScene(const PoseGraph& graph);

@@ -35,11 +35,11 @@ constexpr double kHardlyTold = 12.0;
 constexpr double kUnseenOverSeen = 1.0;
 // log 1000: a thousand to one.
 const double kRivalLogOdds = 3.0 * std::numbers::ln10;
-// Prior σ of a fault that is tested alone, in units of its determined directions' own σ.
+// Prior σ of a fault that is tested alone, in units of its own: 1e-8 of the information.
 constexpr double kFree = 1e4;
 // Positions per kind tested in full: the best by the quick test, which orders them nearly alike.
 constexpr std::size_t kMostPositions = 3;
-// Chosen: REML steps of a variance, which then counts as not settled.
+// Chosen: variances that need more REML steps count as not settled.
 constexpr int kSettlingSteps = 40;
 // A correction has converged when its last step is below this share of every parameter's σ.
 constexpr double kSettledSigmas = 1e-3;

@@ -92,8 +92,8 @@ struct FaultFindings {
 // Tests all declared faults in a solved graph, adds the significant ones to the model, and leaves
 // the graph at its solution with them: readings are corrected by them, and `noise` is that of the
 // result. One level of 1 % per run is shared by all faults, and a fault's part by its positions.
-// Without faults the graph does not change. Rejected outliers return if faults explain all readings
-// 1000 times more likely; from 1 to 1000 times less or more, σ include the faults.
+// Without faults the graph does not change. Rejected outliers return if faults make all readings
+// 1000 times more likely; from 1000 times less likely on, σ include the faults.
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
                          NoiseState* noise);

@@ -97,8 +97,7 @@ void TakenModel::SettleExcess(int steps) {
   }
 }
 
-// A row is model minus reading: a reading minus Z h has the row plus Z h, as has a turn dR Exp(-Z
-// h).
+// A row is model minus reading: a reading minus Z h, or a turn dR Exp(-Z h), has the row plus Z h.
 void TakenModel::CorrectReadings() {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());
   if (added_.size() > 0) off = added_.Z * added_.at;

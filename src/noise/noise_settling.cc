@@ -22,7 +22,7 @@
 namespace truetriad {
 namespace {
 
-// Chosen: rounds that have not settled by then, end with a last solution.
+// Chosen: rounds that have not settled by then end with a last solution.
 constexpr int kMaxNoiseRounds = 15;
 // Each follows a new integration of the turns; a second is rare, a third rarer.
 constexpr int kMostNoisePasses = 3;
@@ -32,13 +32,13 @@ constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
 // Parameters that a step changes by less than this χ², 0.1 σ, need no further step.
 constexpr double kSmallStepChi2 = 0.01;
-// Each step must bring this share of its predicted decrease: half allows for curvature.
+// A step with less than this share of its predicted decrease is too nonlinear and is undone.
 constexpr double kKeptPromise = 0.5;
 // Rounding error of a sum of 1e6 squares: 1e6 times 1e-16.
 constexpr double kCostRounding = 1e-10;
-// Chosen: quadratic convergence needs two or three steps; after four SolveGraph takes over.
+// Chosen: if the steps are not small by then, SolveGraph takes over.
 constexpr int kMostSteps = 4;
-// An excess variance has settled if it changes by less than this share of the whole variance.
+// An excess has settled if it changes by less than this share of the whole variance, 0.05 % of σ.
 constexpr double kSettledExcess = 1e-3;
 // With fewer residual degrees of freedom a bad pose cannot be distinguished from a good one.
 constexpr int kMinRobustDof = 6;

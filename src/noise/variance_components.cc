@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// Chosen: steps that have not converged by then, end the pass, and Fisher's alone begin another.
+// Chosen: steps that have not converged by then end the pass, and the next begins with Fisher's.
 constexpr int kMaxScoringSteps = 60;
 // A pass may end away from the optimum; the next begins there.
 constexpr int kMostPasses = 3;
@@ -110,8 +110,8 @@ class ComponentRows {
   std::vector<Eigen::MatrixXd> sensitivity_;
 };
 
-// Score of the components and their average information 1/2 r^T P Z_s P Z_t P r, the mean of the
-// observed and the expected one except for a term of zero mean. Gilmour, Thompson and Cullis 1995.
+// Score of the components and their average information 1/2 r^T P Z_s P Z_t P r: the mean of the
+// observed and the expected one, V being linear in them. Gilmour, Thompson and Cullis 1995.
 void ScoreOf(const ComponentRows& rows,
              const ReducedSystem& system,
              Eigen::VectorXd* score,

@@ -237,7 +237,7 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
     design.row(i) << known.transpose() / std::max(largest, 1e-300), 1.0;
     values.row(i) = read.transpose();
   }
-  // Rates with less than this share along some direction do not determine it.
+  // Rates with less than this share along some direction do not determine it: 1000 times its σ.
   constexpr double kThin = 1e-3;
   const LeastSquares fit(design, kThin);
   if (count < 4 || fit.rank() < 4) {

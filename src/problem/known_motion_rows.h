@@ -13,9 +13,8 @@ namespace truetriad {
 
 // Appends the stated motions:
 //
-//   a rate    a node at the known rate w: S w + b + G f - y, y the mean reading; where the axis of
-//   w
-//             is not known, it is the node's direction
+//   a rate    a node at the known rate w: S w + b + G f - y, y the mean reading; an unknown axis of
+//             w is the node's direction
 //   a turn    two held nodes, Identity and Exp(angle * axis), which an increment will join, so that
 //             the residual wraps at whole turns; and a node at the mean rate angle / T * axis,
 //             which determines the axis alone

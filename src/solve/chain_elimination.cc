@@ -14,7 +14,7 @@ namespace {
 
 // A panel of 64 states, 192 rows, fits the cache while it is squared (80 kB at 50 columns).
 constexpr std::size_t kPanelStates = 64;
-// A larger residual, as a share of the signal, has over 30 % of Gauss-Newton's curvature.
+// For smaller shares of the signal the neglected curvature is under 30 % of Gauss-Newton's.
 constexpr double kBends = 0.3;
 
 bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& b) {

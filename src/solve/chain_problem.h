@@ -36,8 +36,8 @@ struct ChainProblem {
 
 // The unknowns and rows of a graph. They refer to its layout and to its turns.
 ChainProblem ChainOf(const PoseGraph& graph);
-// The same, freeing the nodes of the graph, whose data the rows have copied: for 100 000 poses this
-// halves the memory.
+// The same, freeing each node of the graph when its rows are made, so that memory does not have to
+// hold both, for 100 000 poses, say.
 ChainProblem TakeChain(PoseGraph* graph);
 
 }  // namespace truetriad

@@ -114,7 +114,7 @@ class EliminatedCost final : public ceres::CostFunction {
 class StopAtRounding : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    // Rounding error of a sum of 1e4 squares: 1e4 times 2e-16.
+    // Rounding error of a sum of 1e4 squares: 1e4 times 1e-16.
     constexpr double kRounding = 1e-12;
     const bool has_not_moved = summary.iteration > 0 && !summary.step_is_successful &&
                                summary.step_is_valid &&

@@ -17,7 +17,6 @@ namespace truetriad {
 //
 // A factor has rows r + J t + A p (t: free shared coordinates, p: tangent spaces of its poses, one,
 // or two neighbours) with covariance V. Eliminating the poses projects the rows of all factors,
-// of all factors,
 //
 //   D = V^-1 - V^-1 A (A^T V^-1 A)^-1 A^T V^-1
 //

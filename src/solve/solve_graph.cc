@@ -14,7 +14,7 @@ namespace {
 
 // For all integrations together: problems that need more are undetermined or start far away.
 constexpr int kMaxIterations = 300;
-// Each leaves an error of second order in its change, so that two or three suffice.
+// Each leaves an error of second order in its change; chosen: after ten the last optimum is kept.
 constexpr int kMaxIntegrations = 10;
 // Share of the tolerance: an increment linear to this is not integrated again.
 constexpr double kStillLinear = 1e-2;

@@ -12,9 +12,9 @@
 
 namespace truetriad {
 
-// Test of the tilts of a block's faces, as the lengths of readings determine them, with the σ
-// stated for them: with prior covariance s^2 I and covariance P of the estimate t, t^T (s^2 I -
-// P)^+ t ~ chi^2.
+// Test of the tilts of a block's faces, as the lengths of readings determine them, against their
+// stated σ: with prior covariance s^2 I and covariance P of the estimate t,
+// t^T (s^2 I - P)^+ t ~ chi^2.
 struct TiltsSeen {
   double p_value = 1.0;
   // A safe upper value: with it χ² would be as small by chance in one case of ten. Few lengths

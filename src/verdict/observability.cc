@@ -218,7 +218,7 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
 // The axis whose asymmetry dominates a direction, which turns in one direction only do not separate
 // from the gain. -1: none.
 int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
-  constexpr double kShare = 0.5;  // of the largest
+  constexpr double kShare = 0.5;  // of the largest loading: it dominates the direction
   int axis = -1;
   double largest = kShare * loading.cwiseAbs().maxCoeff();
   for (std::size_t i = 0; i < names.size(); ++i) {

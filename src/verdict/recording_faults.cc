@@ -26,7 +26,7 @@ namespace {
 constexpr double kLevel = 1e-4;
 // A tenth of it for lost rows, since a hand's accelerations are no white noise in steps.
 constexpr double kLevelOfSteps = 1e-5;
-// Least shift by rounding that is reported, as a share of a parameter's σ: 12 % of its variance.
+// Least shift by rounding that is reported, as a share of a parameter's σ: it widens that by 12 %.
 constexpr double kRoundingSigmas = 0.5;
 
 // Fewer turns do not determine their mean's scatter.

@@ -25,7 +25,7 @@ struct RecordingFaults {
 //
 //   readings with errors of one sign (StreamSummary);
 //   a gyroscope that rests on one converter step, so that its bias is known to a step only;
-//   lost rows (lost_rows.h); also every n-th one, after which turns show no scatter;
+//   lost rows (lost_rows.h); also every n-th one, which does not make turns scatter;
 //   turns that extend into the rests: the gyroscope's mean in the first quarter of a rest, minus
 //     that of its middle half, about the axis of the turn before, and in the last quarter about
 //     that of the next. All turns are too short by the mean angle of these, however large they are.

@@ -11,8 +11,7 @@
 
 namespace truetriad {
 
-// The gyroscope while it turns at a rate w, which known_rate_row.h and known_speed_row.h define
-// differently:
+// The gyroscope while it turns at a rate w, by known_rate_row.h or known_speed_row.h:
 //
 //   rows   h(S w) + b + G f - y        raw unit of the gyroscope
 //

@@ -13,8 +13,7 @@
 
 namespace truetriad {
 
-// The rotation by the gyroscope from one pose to the next, or a stated turn between two held
-// attitudes:
+// The gyroscope's rotation from one pose to the next, or a stated turn between held attitudes:
 //
 //   rows   Log(dR(b, S, G, a)^T R_k^T Exp(e dt) R_k+1)      rad, in the body frame of the second
 //

@@ -47,8 +47,7 @@ struct SolvedRun {
 // about 1 mg, 0.02 deg/s and 0.1 uT per degC, so by 10 mg over it.
 inline constexpr double kMuchTemperatureDegc = 10.0;
 
-// A check examines a run and returns findings. One that refuses ends the run: no later check is
-// called.
+// A check examines a run and returns findings. No later check is called after one that refuses.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
 // Whether the solution can be used, in the order of kUsability (verdict.cc). fit.cc
@@ -85,14 +84,13 @@ Findings CheckSessions(const SettledRun& run, const SolvedRun& solved);  // verd
 
 // Parts that hold for rests, motions and sweeps alike.
 //
-// A note if degrees of freedom are too few to know σ.
+// A warning if degrees of freedom are too few to know σ.
 Findings CheckDegreesOfFreedom(double dof, const char* remedy);
 // A refusal if a solution (`is_finite`: of its parameters), covariance or variance is not finite.
 Findings CheckFinite(const TriadOptions& gyroscope,
                      bool is_finite,
                      const NamedCovariance& covariance);
-// A finding if, once σ include all effects, some σ is more than `limit` of its parameter's typical
-// size.
+// A finding if some σ, all effects included, is more than `limit` of its parameter's typical size.
 Findings CheckStillDetermined(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               double limit);

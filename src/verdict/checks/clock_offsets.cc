@@ -27,7 +27,7 @@ constexpr double kLostRad = 0.2;
 // Time over which the rate is differenced: shorter than a hand's start and stop, long enough to
 // reduce the rate's noise.
 constexpr double kDifferenceS = 0.04;
-// Chosen: the iteration ends there; rounds reweight moves and usually settle earlier.
+// Chosen: the iteration ends after this round even if its last step is above kSettledS.
 constexpr int kMostRounds = 12;
 // Last step of the iteration: moves determine clocks to 0.1 ms.
 constexpr double kSettledS = 1e-5;

@@ -20,7 +20,7 @@ constexpr double kMostReducedChi2 = 1e3;
 // Limits of the step that is left, in χ² and as a share of typical sizes: both must be exceeded,
 // since noiseless data have σ near zero.
 constexpr double kShortChi2 = 0.01;
-// The second: 1e-6 of a signal or a gain is below any sensor's noise.
+// The second: some parameter still changes by more than 1e-6 of its typical size.
 constexpr double kShortShare = 1e-6;
 // Once σ include all effects, exceeding the limit of `determined` is a warning; with σ this many
 // times the limit a parameter is worthless, and the run is refused.

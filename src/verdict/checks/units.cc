@@ -21,7 +21,7 @@ namespace {
 
 // Largest factor of a gain's error by manufacture and mounting; soft iron rarely exceeds it.
 constexpr double kMostGain = 1.3;
-// The same for a magnetometer with `units: trust`, beyond which there is a note.
+// The same for a magnetometer with `units: trust`; beyond it there is a warning.
 constexpr double kOddGain = 5.0;
 // Gain of one axis over the other two: manufacture, and nearly all soft iron, stay below it.
 constexpr double kOddAxis = 1.6;
