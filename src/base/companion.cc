@@ -13,13 +13,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folder of the running program; empty when the system does not tell.
+// The folder of the running program; empty when /proc does not show it.
 fs::path ProgramFolder() {
   std::error_code error;
   return fs::read_symlink("/proc/self/exe", error).parent_path();
 }
 
-// The folder of the program or shared object that this code is in; empty when it is not told.
+// The folder of the program or shared object that contains this code; empty when unknown.
 fs::path CodeFolder() {
   Dl_info info;
   if (::dladdr(reinterpret_cast<const void*>(&CodeFolder), &info) == 0) return {};
@@ -66,7 +66,7 @@ Result<std::string> FindSharedFile(std::string_view file_name) {
     if (!here.empty()) {
       places = {here / "share" / "truetriad", here.parent_path() / "share" / "truetriad"};
     }
-    // A module that another program has loaded brings its files along.
+    // A module that another program has loaded has its data files beside itself.
     if (const fs::path module = CodeFolder(); !module.empty() && module != here) {
       places.push_back(module / "share" / "truetriad");
     }

@@ -8,10 +8,10 @@
 
 namespace truetriad {
 
-// What a run has to say to people, in the order it came up.
+// The messages of a run for its user, in the order in which they arose.
 using Messages = std::vector<std::string>;
 
-// `value` in the one printf conversion of `format`.
+// `value` printed by the one conversion of the printf format `format`.
 inline std::string Format(const char* format, double value) {
   char text[256];
   std::snprintf(text, sizeof text, format, value);

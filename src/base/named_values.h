@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// The names of an enum's values in files: one table an enum, looked up both ways.
+/// The names of an enum's values in files: one table per enum, searched by value and by name.
 template <typename Value, std::size_t N>
 struct NamedValues {
   std::pair<Value, std::string_view> entries[N];

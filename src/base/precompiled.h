@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What nearly every file reads, precompiled once for all of them. No file counts on it: each
-// includes what it uses. Eigen's decompositions are left out on purpose, see math/dense.
+// Headers that nearly every file includes, precompiled once. No file depends on it: each includes
+// what it uses itself. Eigen's decompositions are left out on purpose, see math/dense.
 #pragma once
 
 #include <algorithm>

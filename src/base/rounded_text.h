@@ -6,14 +6,14 @@
 
 namespace truetriad {
 
-// `digits` significant digits, for people.
+// `value` with `digits` significant digits, for a reader.
 inline std::string RoundedText(double value, int digits) {
   char text[64];
   return {text,
           std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr};
 }
 
-// One decimal, further ones cut off.
+// `value` with one decimal; further decimals are cut off, not rounded.
 inline std::string Fixed1(double value) {
   const std::string text = std::to_string(value);
   return text.substr(0, text.find('.') + 2);

@@ -26,7 +26,7 @@ std::size_t EditDistance(std::string_view from, std::string_view to) {
 }  // namespace
 
 std::string DidYouMean(std::string_view word, const std::vector<std::string_view>& known) {
-  constexpr std::size_t kShortest = 3;  // "--o" begins too much.
+  constexpr std::size_t kShortest = 3;  // A shorter prefix, such as "--o", fits too many names.
   for (const std::string_view candidate : known) {
     if (word.find_first_not_of('-') + kShortest <= word.size() && candidate.starts_with(word)) {
       return " (did you mean `" + std::string(candidate) + "`?)";

@@ -7,8 +7,8 @@
 
 namespace truetriad {
 
-/// " (did you mean `X`?)" for the nearest of `known`, or nothing when none is near: more than a
-/// third of the letters (at least two) would have to change.
+/// " (did you mean `X`?)" for the name that begins with `word`, else for the one at the least edit
+/// distance; empty when that exceeds a third of the letters of `word` (and two).
 std::string DidYouMean(std::string_view word, const std::vector<std::string_view>& known);
 
 }  // namespace truetriad

@@ -30,7 +30,7 @@ constexpr std::array<NamedScale, 6> kMagUnits = {{
     {"mG", 0.1},
 }};
 
-// As people and other programs write them.
+// Other spellings of units, as users and other programs write them.
 struct Spelling {
   std::string_view other, usual;
 };

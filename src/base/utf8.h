@@ -13,22 +13,23 @@ struct Utf8Character {
   std::uint32_t code = 0;
   std::size_t size = 0;  ///< Bytes.
 };
-/// The first of `text`, which is not empty; unset: its bytes are none.
+/// The first character of `text`, which must not be empty; nullopt where it is not UTF-8.
 std::optional<Utf8Character> FirstCharacter(std::string_view text);
-/// `code`: no surrogate, U+10FFFF at most.
+/// Appends `code`, which must be at most U+10FFFF and no surrogate.
 void AppendUtf8(std::uint32_t code, std::string* to);
 
-/// Well-formed: no overlong form, no surrogate, nothing beyond U+10FFFF.
+/// Whether all of `text` is well-formed: no overlong form, no surrogate, nothing above U+10FFFF.
 bool IsUtf8(std::string_view text);
 
-/// `text` with bytes that are no UTF-8 as \xFF: for formats that must be UTF-8. Two names may
-/// become one.
+/// `text` with each byte that is not UTF-8 as \xFF, for formats that must be UTF-8. Two different
+/// names may become equal.
 std::string AsUtf8(std::string_view text);
 
-/// As a terminal may show it: control characters but line breaks and tabs, and those that turn the
-/// direction of text, as \u001B; bytes that are no UTF-8 as \xFF. A file can be called anything.
+/// `text` as it is safe on a terminal, since a file name may contain anything: control characters
+/// (except line breaks and tabs) and those that change the direction of text become \u001B, bytes
+/// that are not UTF-8 become \xFF.
 std::string Printable(std::string_view text);
-/// The same in one line.
+/// The same in one line: line breaks and tabs are escaped, too.
 std::string PrintableLine(std::string_view text);
 
 }  // namespace truetriad

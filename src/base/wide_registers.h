@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Before a function: it is compiled for processors with wide registers, too, and which one runs is
-// found out at the start. For loops that are a good part of a run; last digits may differ. The
-// resolver runs too early for the address and the thread sanitizer.
+// Written before a function, it compiles the function for processors with wide registers, too; the
+// loader selects one of both at program start. For loops that take a considerable part of a run.
+// The last digits of both may differ. The selection runs too early for the address and thread
+// sanitizers.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define TRUETRIAD_WIDE_REGISTERS __attribute__((target_clones("arch=x86-64-v3", "default")))

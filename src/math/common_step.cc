@@ -7,13 +7,13 @@
 namespace truetriad {
 namespace {
 
-// Of the largest distance: what binary numbers leave of decimal ones; the finest step that is told.
+// Share of the largest distance below which a remainder is taken for the rounding of doubles.
 constexpr double kRounding = 1e-9;
-// 20 bits, the finest converters of these sensors.
+// Share of the largest distance: the finest converters of these sensors have 20 bits, 2^-20 = 1e-6.
 constexpr double kFinest = 1e-6;
-// Numbers drawn at random share a factor of two with a chance of 2^-kFewest.
+// Distances drawn at random share a factor of two with probability 2^-kFewest = 1.6 %.
 constexpr int kFewest = 6;
-// Of the range of a sensor: readings of a few exact values are no readings.
+// Share of the largest distance: under 50 steps of it are exact values, not those of a converter.
 constexpr double kCoarsest = 0.02;
 
 double CommonDivisor(double a, double b, double rounding) {

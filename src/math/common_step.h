@@ -5,9 +5,9 @@
 
 namespace truetriad {
 
-/// The step that values are whole multiples of, by the distances between them: their greatest
-/// common divisor (Euclid). 0 where they have none above a millionth of the largest, or too few of
-/// them or too coarse a step to tell it from chance.
+/// The greatest common divisor (Euclid) of the distances between values: the step of which they are
+/// whole multiples. 0 where it is below a millionth or above a fiftieth of the largest distance, or
+/// where fewer than six distances leave it to chance.
 double CommonStep(const std::vector<double>& distances);
 
 }  // namespace truetriad

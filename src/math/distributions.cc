@@ -15,7 +15,7 @@
 namespace truetriad {
 namespace {
 
-// Boost would work with long doubles, at ten times the cost, for digits that nothing here asks for.
+// By default Boost computes in long double, at ten times the cost, for digits not needed here.
 using Plain = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 using Normal = boost::math::normal_distribution<double, Plain>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Plain>;

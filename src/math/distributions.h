@@ -5,10 +5,10 @@
 
 namespace truetriad {
 
-// Thin, header-light doors to Boost.Math. All arguments in their mathematical range, else CHECK:
-// probabilities strictly between 0 and 1, values >= 0 for chi-square and F, degrees of freedom > 0.
-// dof2 of F and dof of Student may be infinite: the noise is known, not estimated. NormalCdf takes
-// any value, and keeps its digits in the lower tail.
+// Wrappers of Boost.Math that keep its headers out of other files. Arguments outside their range
+// fail a CHECK: probabilities lie strictly between 0 and 1, values of chi-square and F are >= 0,
+// degrees of freedom > 0. dof2 of FisherCdf and FisherQuantile and dof of Student may be infinite:
+// the noise is known, not estimated. NormalCdf keeps its digits in the lower tail.
 
 double NormalCdf(double value);
 double NormalQuantile(double probability);
@@ -16,20 +16,20 @@ double ChiSquareCdf(double value, double dof);
 double ChiSquareQuantile(double probability, double dof);
 double FisherCdf(double value, double dof1, double dof2);
 double FisherQuantile(double probability, double dof1, double dof2);
-/// 1 - FisherCdf, with all its digits where that is small.
+/// 1 - FisherCdf, which keeps its digits where it is small; dof2 is finite.
 double FisherUpper(double value, double dof1, double dof2);
-/// The value that is exceeded with `probability`.
+/// The value that is exceeded with `probability`; dof2 is finite.
 double FisherUpperQuantile(double probability, double dof1, double dof2);
 double StudentQuantile(double probability, double dof);
 
-/// The median of |e| times this is the σ of normal e.
+/// The σ of normal e is this times the median of |e|: 1 / Φ^-1(3/4).
 inline constexpr double kMadToSigma = 1.4826;
 
-/// σ of normal values about zero, by the median of their sizes; 0 of none.
+/// σ of normal values of mean zero, from the median of their absolute values; 0 without values.
 double MadSigma(std::vector<double> values);
 
-/// The value that `share` (0 to 1) of the others reach at most: one of them, the lower where it
-/// lies between two. At least one value, none NaN.
+/// The quantile at `share` (0 to 1): one of the values, the lower of two where it lies between
+/// them. There is at least one value and none is NaN.
 double LowerQuantile(std::vector<double> values, double share);
 
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.

@@ -6,9 +6,9 @@
 namespace truetriad {
 namespace {
 
-// Where the tail begins, and the area of a layer, for 256 layers. Marsaglia and Tsang 2000.
+// r where the tail begins, and the area of each of 256 layers. Marsaglia and Tsang 2000.
 constexpr double kTailStart = 3.6541528853610088;
-constexpr double kLayerArea = 0.00492867323399;
+constexpr double kLayerArea = 0.00492867323399;  // r exp(-r^2/2) + the area of the tail.
 
 /// exp(x) for x in [-40, 0]: Taylor's series at x / 64, squared six times. Error below 1e-14.
 constexpr double Exp(double x) {
@@ -46,7 +46,8 @@ constexpr double Sqrt(double x) {
 
 constexpr ziggurat::Table MakeTable() {
   ziggurat::Table table;
-  // The widest layer stands for a box of the same area: its excess over the start is the tail.
+  // The lowest layer is a box of the same area; what exceeds the start of the tail stands for the
+  // tail.
   table.edge[0] = kLayerArea / Density(kTailStart);
   table.edge[1] = kTailStart;
   for (std::size_t i = 2; i < ziggurat::kLayers; ++i) {
@@ -58,7 +59,7 @@ constexpr ziggurat::Table MakeTable() {
   return table;
 }
 
-/// splitmix64 (Steele, Lea and Flood, OOPSLA 2014): every bit of the result hangs on all of `x`.
+/// splitmix64 (Steele, Lea and Flood, OOPSLA 2014): each bit of the result depends on all of `x`.
 std::uint64_t Mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15U;
   x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;

@@ -12,7 +12,7 @@ namespace truetriad {
 
 namespace ziggurat {
 
-// One byte of the word says which: 99 % of the numbers need no more than a product.
+// A byte of the random word selects the layer; 99 % of the numbers then need only one product.
 inline constexpr int kLayers = 256;
 /// Right ends of the layers, widest first, and the density exp(-x^2/2) there.
 struct Table {
@@ -23,18 +23,18 @@ extern const Table kTable;
 
 }  // namespace ziggurat
 
-// In place of a polar method with std::log, which would not give the same bits everywhere and makes
-// `simulate` take 22 % more processor time (four hours of nine axes at rest); std's own
-// distributions promise no sequence at all.
+// The polar method is not used: its std::log does not give the same bits everywhere, and `simulate`
+// would take 22 % more processor time (four hours of nine axes at rest). The distributions of std
+// promise no sequence at all.
 
-/// Random numbers by the hundred million: xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 2021) and,
-/// for normals, the ziggurat of Marsaglia and Tsang (J. Stat. Software 5(8), 2000) with 256 layers
-/// and a word to each number. Everything is integer arithmetic, + - * / and square roots in double,
-/// no library function, so that a seed gives the same numbers with every compiler that keeps to
-/// IEEE 754 and does not fuse multiplications with additions.
+/// A generator for hundreds of millions of numbers: xoshiro256++ (Blackman and Vigna, ACM TOMS 47,
+/// 2021) and, for normals, the ziggurat of Marsaglia and Tsang (J. Stat. Software 5(8), 2000) with
+/// 256 layers and one word per number. It uses integer arithmetic, + - * / and square roots in
+/// double, and no library function, so that a seed gives the same numbers with every compiler that
+/// keeps to IEEE 754 and does not fuse multiplications with additions.
 class FastRandom {
  public:
-  /// A sequence of its own for each `key`: seed, then what it is for.
+  /// Each `key` (the seed, then what the numbers are for) starts a sequence of its own.
   explicit FastRandom(std::initializer_list<std::uint64_t> key);
 
   std::uint64_t Bits() {
@@ -73,7 +73,7 @@ class FastRandom {
   }
 
  private:
-  /// A size for a point of `layer` that is not surely below the density.
+  /// The absolute value of a number whose point `x` in `layer` is not certainly below the density.
   double Outside(std::size_t layer, double x);
 
   std::array<std::uint64_t, 4> state_{};

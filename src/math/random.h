@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-/// Seeded random numbers whose sequence is part of the product: the same seed gives the same
-/// numbers with every standard library (std::normal_distribution does not promise that).
+/// Seeded random numbers of a sequence that is defined here, as that of std::normal_distribution is
+/// not; std::log may differ in its last bit between libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

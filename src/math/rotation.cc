@@ -6,10 +6,10 @@
 namespace truetriad {
 namespace {
 
-// Below this angle the closed forms cancel and their series are exact to rounding.
+// rad: below it the closed form cancels; the next term of its series, a^4 / 30240, is below 1e-12.
 constexpr double kSmallAngle = 1e-2;
-// Of an angle squared, below which a few terms more do without sine and cosine: readings of a
-// gyroscope turn by little at a time.
+// rad^2, an angle of 0.2 rad: below it series of four or five terms are exact to 3e-15 without sine
+// and cosine; a gyroscope turns by less from one reading to the next.
 constexpr double kSeries = 0.04;
 
 }  // namespace
@@ -49,7 +49,7 @@ Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
   return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
 }
 
-// Apart, as Eigen's brings a singular value decomposition along.
+// Defined in this file, since Eigen's includes a singular value decomposition.
 Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   return Eigen::Quaterniond::FromTwoVectors(from, to);
 }
@@ -81,7 +81,7 @@ Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad) {
 Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& vector_rad) {
   const double angle = vector_rad.norm();
   const Eigen::Matrix3d skew = Skew(vector_rad);
-  // 1/a^2 - (1 + cos a) / (2 a sin a), written so that half a turn divides by no zero.
+  // 1/a^2 - (1 + cos a) / (2 a sin a), in a form that does not divide by zero at half a turn.
   const double factor = angle < kSmallAngle
                             ? 1.0 / 12.0 + angle * angle / 720.0
                             : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / (angle * angle);

@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-// A value type has one list of its fields, from which every notation of it follows:
+// A value type has one list of its fields, from which every file format of it follows:
 //
 //   template <class V>
 //   void Fields(V& visit, Like<Coverage> auto& coverage) {
@@ -24,26 +24,26 @@ namespace truetriad {
 // A visitor offers
 //
 //   visit(key, field, style)
-//     states a field that is always there; one of a std::optional where it is set.
+//     states a field that is always present; a std::optional only where it is set.
 //   visit.If(stated, key, field, style)
-//     states a field only if `stated`; it may be missing when it is read.
+//     states a field only if `stated`; a reader accepts that it is missing.
 //   visit.OrNull(key, optional, style)
 //     states null where the optional is unset.
 //   visit.Group(key, style, fields)
 //     puts some of the fields into a map of their own: it calls fields(visit).
 //   visit.Named(stated, key, list)
-//     states a map of what a list has, by the `name` of each.
+//     states a list as a map whose keys are the `name` of each item.
 //   visit.Comment(text)
-//     tells something to who reads the file.
+//     writes a comment for the reader of the file.
 //   visit.Check(key, wrong)
-//     asks wrong() what is wrong with what was read; it says nothing where all is well.
+//     calls wrong(), which says what is wrong with the value read: empty when it is valid.
 //
 //   visit.Skip(key)
-//     of a reader alone: knows the key, whose value follows from others.
+//     exists in readers only: it accepts a key whose value follows from other fields.
 //
-// The first three say whether the field was there. V::kReads: the visitor fills in.
+// The first three return whether the field was present. V::kReads: the visitor fills the fields.
 
-/// A value or a constant one: lists of fields serve readers and writers.
+/// T or const T: lists of fields serve both readers and writers.
 template <typename Thing, typename Of>
 concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 
@@ -54,20 +54,20 @@ enum class Style {
   kBlocks,  ///< A list by lines, its maps too.
 };
 
-/// Whether a list shows these as rows: the fields of each without their names, vectors flattened.
+/// Whether a list of T is written as rows: the fields of each without names, vectors flattened.
 template <typename T>
 inline constexpr bool kIsRow = false;
 
-/// Of a field that is always written, and that files of before may lack: visit.If(kNewer, …).
+/// For a field that is always written but that older files may lack: visit.If(kNewer, …).
 inline constexpr bool kNewer = true;
 
-/// Text that is a word and needs no quotes.
+/// A text that is one word and needs no quotes.
 template <typename T>
 struct Word {
   T& text;
 };
 
-/// 0, 1, 2 as x, y, z.
+/// An axis index 0, 1, 2, written as x, y, z.
 template <typename T>
 struct AxisLetterOf {
   T& axis;
@@ -107,7 +107,7 @@ inline constexpr bool kIsPerTriad = false;
 template <typename T>
 inline constexpr bool kIsPerTriad<PerTriad<T>> = true;
 
-/// What is there for each sensor, by its name.
+/// One entry per sensor, whose key is the sensor's name.
 template <class V, typename Values>
 requires kIsPerTriad<std::remove_const_t<Values>>
 void Fields(V& visit, Values& values) {

@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// JSON whose members stay in the order in which they were added. Numbers that are none (NaN,
+/// JSON whose members stay in the order in which they were added. Numbers that are not finite (NaN,
 /// infinity) become null.
 using Json = nlohmann::ordered_json;
 
@@ -27,7 +27,7 @@ inline Json RowsJson(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   return rows;
 }
 
-/// As it is printed and written: UTF-8, what is none (a file name, say) replaced.
+/// `json` as it is printed and written: UTF-8, with invalid bytes (of a file name, say) replaced.
 inline std::string TextOf(const Json& json) {
   return json.dump(1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
 }

@@ -77,7 +77,7 @@ class TreeWriter {
   Json tree_;
 };
 
-/// A value as JSON: names, values and order of its fields as in YAML.
+/// A value as JSON, with the names, the values and the order of fields that YAML has.
 template <typename T>
 Json ToTree(const T& value) {
   if constexpr (HasFields<T>) {
@@ -106,7 +106,7 @@ Json ToTree(const T& value) {
     return AsUtf8(value);
   }
 }
-/// A word that is not there is nothing.
+/// An empty word becomes null.
 template <typename T>
 Json ToTree(const Word<T>& word) {
   const std::string_view text(word.text);

@@ -7,8 +7,8 @@
 
 namespace truetriad {
 
-/// A value that may be missing, as std::optional, that takes memory only where it is there: for a
-/// large one that most of many thousand objects lack. Copies are deep.
+/// A value that may be missing, as in std::optional, but whose memory is allocated only where it is
+/// present: for a large member that most of many thousand objects lack. Copies are deep.
 template <typename T>
 class Boxed {
  public:

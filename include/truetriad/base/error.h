@@ -18,7 +18,7 @@ enum class ErrorKind {
   kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
 };
 
-/// Why something failed; docs/reasons.md has them all. Never renamed.
+/// The reason of a failure; docs/reasons.md lists all. Their names are never changed.
 enum class ErrorCode {
   // Of the call.
   kUnknownVerb,
@@ -93,23 +93,23 @@ struct ErrorInfo {
   std::string_view remedy;   ///< What to do about it, in general.
 };
 
-/// Of all codes, in their order.
+/// The descriptions of all codes, in the order of ErrorCode.
 std::span<const ErrorInfo> AllErrorCodes();
 const ErrorInfo& InfoOf(ErrorCode code);
 
-/// Where something is wrong.
+/// The place of an error in a file.
 struct FilePlace {
   std::string file;
-  std::int64_t line = 0;  ///< From 1; 0 where it is not known.
-  int column = 0;         ///< Of a table the field, of YAML the character, from 1; 0 as well.
+  std::int64_t line = 0;  ///< From 1; 0 where unknown.
+  int column = 0;         ///< Field of a table or character of a YAML line, from 1; 0: unknown.
 
-  /// "file:line". Here, since modules that are loaded at run time make errors, too.
+  /// "file:line". Defined here, since modules that are loaded at run time make errors, too.
   std::string Text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
 };
 
 struct Finding;  // model/finding.h
 
-/// A failure: what was seen, where, what was expected, what to try.
+/// A failure: what was seen and where, what was expected, what to try.
 struct Error {
   Error(ErrorCode why, std::string text) : code(why), message(std::move(text)) {}
   /// The message begins with the place.
@@ -119,7 +119,7 @@ struct Error {
   ErrorKind kind() const { return InfoOf(code).kind; }
   /// The message without its place.
   std::string What() const;
-  /// The same about a key of the experiment.
+  /// This error, with the key of the experiment that it is about.
   Error About(std::string about) && {
     key = std::move(about);
     return std::move(*this);
@@ -128,17 +128,17 @@ struct Error {
   ErrorCode code;
   std::string message;
   FilePlace place = {};
-  /// Of a usage error: the key of the experiment that it is about, "sensors.gyroscope"; or empty.
+  /// For a usage error, the key of the experiment that it is about ("sensors.gyroscope"), or empty.
   std::string key = {};
-  /// Of data that are not enough: the same for programs, where there is such.
+  /// For data that are not enough, the same reason as a finding for programs, where there is one.
   std::shared_ptr<const Finding> finding = {};
 };
 
-/// With its place in words: "file", "file:line" or "file:line: key".
+/// An error at `place`, which is "file", "file:line" or "file:line: key".
 Error ErrorIn(ErrorCode code, const std::string& place, const std::string& text);
 
-/// Of several at once, one or more: the code and the place of the first, the messages of all, each
-/// on a line.
+/// One error for several (at least one): code and place of the first, the messages of all, each on
+/// its own line.
 Error Joined(const std::vector<Error>& errors);
 
 }  // namespace truetriad

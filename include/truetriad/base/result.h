@@ -50,7 +50,7 @@ class [[nodiscard]] Status {
 
 }  // namespace truetriad
 
-/// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has
+/// Returns the error of `expression` (a Status or Result) from the enclosing function, if it has
 /// one.
 #define TRUETRIAD_RETURN_IF_ERROR(expression)            \
   do {                                                   \
@@ -62,8 +62,8 @@ class [[nodiscard]] Status {
 #define TRUETRIAD_JOIN_NAMES_OF(a, b) a##b
 #define TRUETRIAD_JOIN_NAMES(a, b) TRUETRIAD_JOIN_NAMES_OF(a, b)
 
-/// `declaration` = the value of the Result that follows, or leaves the enclosing function with its
-/// error: TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, name));
+/// Sets `declaration` to the value of the Result that follows, or returns its error from the
+/// enclosing function: TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, name));
 #define TRUETRIAD_ASSIGN_OR_RETURN(declaration, ...)            \
   auto TRUETRIAD_JOIN_NAMES(result_, __LINE__) = (__VA_ARGS__); \
   if (!TRUETRIAD_JOIN_NAMES(result_, __LINE__)) {               \

@@ -14,11 +14,11 @@ namespace truetriad {
 /// Standard gravity, by which the unit g is defined. CGPM 1901.
 inline constexpr double kStandardGravityMps2 = 9.80665;
 
-/// Angles are rad; people read and write degrees.
+/// Angles are in rad; files and reports state degrees. A half turn is pi rad or 180 degrees.
 inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;  ///< 1 / kRadPerDeg.
 
-inline constexpr double kAbsoluteZeroDegc = -273.15;
+inline constexpr double kAbsoluteZeroDegc = -273.15;  ///< Definition of the degree Celsius.
 
 /// The unit of a triad's raw readings. Truth is m/s^2, rad/s, uT; raw keeps this unit.
 struct Unit {
@@ -28,7 +28,8 @@ struct Unit {
   bool is_counts = false;  ///< ADC counts (or any arbitrary unit): the scale is not known.
 };
 
-/// The unit named `name` for readings of `triad`, also as others write it (dps, µT, LSB). Error (bad input) lists the units that this triad can have.
+/// The unit `name` of readings of `triad`, also in other spellings (dps, µT, LSB). Error (bad
+/// input) lists the units of that triad.
 Result<Unit> ParseTriadUnit(Triad triad, std::string_view name);
 
 /// "m/s^2", "rad/s" or "uT".

@@ -9,12 +9,12 @@ namespace truetriad {
 /// [v]x with [v]x u = v x u.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
 
-/// Exp: the rotation by |vector| rad about `vector`. Exact to rounding for every length, zero
+/// Exp: the rotation by |vector| rad about `vector`. It is exact to rounding for every length, zero
 /// included.
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad);
 
 /// Log: the rotation vector of `rotation` (a unit quaternion), of length 0…pi; the inverse of
-/// RotationExp. q and -q give the same; of the two at half a turn either may come.
+/// RotationExp. q and -q give the same; at half a turn either of the two vectors may be returned.
 Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation);
 
 /// The shortest rotation that takes the direction of `from` to that of `to`.

@@ -40,7 +40,7 @@ class Cholesky {
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
-/// A = P^T L D L^T P, which semidefinite matrices have too.
+/// A = P^T L D L^T P, which also exists for semidefinite matrices.
 class PivotedCholesky {
  public:
   explicit PivotedCholesky(const Eigen::MatrixXd& A);
@@ -52,10 +52,10 @@ class PivotedCholesky {
   Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
 
-/// L of A = L L^T; NaN or anything where A is not positive definite.
+/// L of A = L L^T; meaningless where A is not positive definite.
 Eigen::Matrix3d CholeskyRoot(const Eigen::Matrix3d& A);
 
-/// L where A is positive definite.
+/// L where A is positive definite, else nullopt.
 std::optional<Eigen::Matrix3d> CholeskyRootOfPositive(const Eigen::Matrix3d& A);
 
 /// L^-1.

@@ -14,7 +14,7 @@ Eigen::MatrixXd InverseByLu(const Eigen::MatrixXd& A);
 /// A solution of A x = b.
 Eigen::VectorXd SolveByLu(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// Where more is asked of the same factors.
+/// For several solutions with the same factors.
 class PivotedLu {
  public:
   explicit PivotedLu(const Eigen::MatrixXd& A);
@@ -25,7 +25,7 @@ class PivotedLu {
   Eigen::FullPivLU<Eigen::MatrixXd> factor_;
 };
 
-/// R^-1 b of an upper triangle; what is below it is not read.
+/// R^-1 b of an upper triangle; entries below the diagonal are not read.
 Eigen::Vector4d SolveUpper4(const Eigen::Matrix4d& R, const Eigen::Vector4d& b);
 
 /// A^-1 b, with partial pivoting.

@@ -6,8 +6,8 @@
 namespace truetriad {
 
 // Products of matrices of run-time size as plain functions: Eigen's are templates that every file
-// would compile anew, and they are most of what compiling it takes. Blocks are taken as they are;
-// other expressions are evaluated first. Products of fixed size stay with Eigen.
+// would compile anew, which takes most of its compile time. Blocks are passed without a copy; other
+// expressions are evaluated first. Products of fixed size stay with Eigen.
 
 using ConstMatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using ConstVectorRef = Eigen::Ref<const Eigen::VectorXd>;

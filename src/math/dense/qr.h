@@ -16,7 +16,7 @@ class LeastSquares {
   LeastSquares(const Eigen::MatrixXd& design, double threshold);
 
   Eigen::Index rank() const;
-  /// An orthonormal basis of what the design cannot explain.
+  /// An orthonormal basis of the complement of the design's columns.
   Eigen::MatrixXd Complement() const;
   Eigen::MatrixXd Solve(const Eigen::MatrixXd& values) const;
   Eigen::VectorXd SolveVector(const Eigen::VectorXd& values) const;
@@ -34,7 +34,7 @@ Qr3 QrOf3(const Eigen::Matrix3d& A);
 /// R of A = Q R, without the rows that are zero.
 Eigen::MatrixXd UpperTriangle(const Eigen::MatrixXd& A);
 
-/// Q^T B with Q of A = Q R (square): the first A.cols() rows are what A can explain.
+/// Q^T B with the square Q of A = Q R: its first A.cols() rows are the part that A can explain.
 Eigen::MatrixXd InFrameOf(const Eigen::MatrixXd& A, Eigen::MatrixXd B);
 
 }  // namespace truetriad
