@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// World <- body with the signed body axis up, turned no more than that takes.
+/// World <- body with the signed body axis up and the smallest such rotation.
 Eigen::Matrix3d FaceUp(int axis, double sign) {
   if (axis == 2) {
     return Eigen::Vector3d(1.0, sign, sign).asDiagonal();  // -z up: half a turn about x.
@@ -26,7 +26,7 @@ Eigen::Matrix3d FaceUp(int axis, double sign) {
   return n * n.transpose() + cross;
 }
 
-/// Whole degrees; -180 is said as 180.
+/// Whole degrees; -180 is written as 180.
 int Degrees(double angle_rad) {
   const int degrees = static_cast<int>(std::lround(angle_rad * kDegPerRad));
   return degrees == -180 ? 180 : degrees;
@@ -89,7 +89,7 @@ std::vector<Eigen::Quaterniond> HandAttitudes() {
 }
 
 std::vector<Eigen::Quaterniond> SpreadAttitudes(int count) {
-  constexpr double kPhi = std::numbers::sqrt2;
+  constexpr double kPhi = std::numbers::sqrt2;         // Alexa's phi.
   constexpr double kPsi = 1.533751168755204288118041;  // The root of psi^4 = psi + 4.
   std::vector<Eigen::Quaterniond> attitudes;
   for (int i = 0; i < count; ++i) {

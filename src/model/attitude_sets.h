@@ -8,25 +8,25 @@
 
 namespace truetriad {
 
-/// The six faces of a block, each up once: +x, -x, +y, -y, +z, -z; heading as little turned as
-/// possible. World <- body, as everywhere.
+/// The six faces of a block, each up once: +x, -x, +y, -y, +z, -z, each by the smallest rotation.
+/// World <- body, as everywhere.
 std::vector<Eigen::Quaterniond> SixFaceAttitudes();
 
 /// The 24 orientations of a cube: six faces up, four headings each.
 std::vector<Eigen::Quaterniond> CubeAttitudes();
 
-/// What a hand can set by eye: each face, edge and corner of a cube up (26 directions), four
-/// headings each.
+/// Attitudes that can be set by hand and eye: each face, edge and corner of a cube up (26
+/// directions), four headings each.
 std::vector<Eigen::Quaterniond> HandAttitudes();
 
-/// `count` rotations spread evenly over SO(3), the same for every call: super-Fibonacci spirals.
+/// `count` rotations spread evenly over SO(3), the same in every call: super-Fibonacci spirals.
 /// M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022.
 std::vector<Eigen::Quaterniond> SpreadAttitudes(int count);
 
-/// An attitude as an operator would say it, in whole degrees: "z up, x to the north" for the cube's
-/// orientations, else "-z up, x 20 deg above level, y 5 deg below level, x 45 deg west of north".
-/// The axis named as up is the one that points up most; two axes' elevations then fix the tilt, and
-/// where the first of them points over the ground the heading.
+/// An attitude in an operator's words, in whole degrees: "z up, x to the north" for the
+/// orientations of the cube, else "-z up, x 20 deg above level, y 5 deg below level, x 45 deg west
+/// of north". The axis named as up is the one that points up most; the elevations of the other two
+/// state the tilt, and the direction of the first of them over the ground states the heading.
 std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body);
 
 }  // namespace truetriad

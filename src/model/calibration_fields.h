@@ -37,7 +37,7 @@ void TagFields(V& visit, std::span<const TagKey> keys, Like<Tags> auto& tags) {
   }
 }
 
-/// What `device:` says of its firmware.
+/// The keys of `device:` about its firmware.
 template <class V>
 void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   const PerTriad<std::optional<std::int64_t>> none;
@@ -100,8 +100,8 @@ inline std::string_view WrongThermal(const ThermalTerms& thermal) {
   return thermal.smoothing_s >= 0.0 ? "" : "expected `smoothing_s` of at least zero";
 }
 
-/// The correction is written for those who only apply it; if it does not match the sensitivity,
-/// somebody changed one of the two and it is not known which to believe.
+/// The correction is written for programs that only apply it; where it does not match the
+/// sensitivity, one of both was edited, and it is not known which is right.
 inline std::string_view WrongCorrection(const Eigen::Matrix3d& correction,
                                         const TriadModel<double>& model) {
   // The inverse of a matrix with condition number c reproduces the identity to c epsilon; 1e-6
@@ -158,7 +158,7 @@ void Fields(V& visit, Like<TriadNoise> auto& noise) {
   SigmaField(visit, "sigma", noise.sigma);
   visit("source", noise.source);
   visit("excess_sigma", noise.excess_sigma);
-  // Not estimated: there are none.
+  // An excess that was not estimated has no degrees of freedom: the key is missing.
   if constexpr (V::kReads) noise.excess_dof = std::numeric_limits<double>::infinity();
   visit.If(std::isfinite(noise.excess_dof), "excess_dof", noise.excess_dof);
   visit.If(noise.turn_excess_sigma_rad > 0.0, "turn_excess_sigma_rad", noise.turn_excess_sigma_rad);
@@ -183,7 +183,7 @@ void Fields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("output_unit", sensor.output_unit);
   visit("bias", sensor.model.bias);
   const bool has_sensitivity = visit("sensitivity", sensor.model.sensitivity);
-  // Derived from the sensitivity, for people and for those who only apply it.
+  // Derived from the sensitivity, for readers and programs that only apply it.
   Eigen::Matrix3d correction = sensor.model.Correction();
   if (has_sensitivity && visit("correction", correction)) {
     visit.Check("correction", [&] { return WrongCorrection(correction, sensor.model); });

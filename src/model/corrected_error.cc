@@ -17,7 +17,7 @@ constexpr int kDirections = 1000;
 
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-/// Places of the bias and of the columns of the sensitivity; -1 of what is fixed.
+/// Indices of the bias and of the columns of the sensitivity; -1 for a fixed entry.
 std::array<Eigen::Index, 12> PlacesOf(const NamedCovariance& covariance, Triad triad) {
   std::array<Eigen::Index, 12> places{};
   places.fill(-1);
@@ -39,12 +39,12 @@ std::array<Eigen::Index, 12> PlacesOf(const NamedCovariance& covariance, Triad t
   return places;
 }
 
-/// Squares of an error: of its length, and of the angle by which the direction is off.
+/// Squares of an error: of its length, and of the angle between true and read direction.
 struct Squares {
   double length = 0.0, angle = 0.0;
 };
 
-/// Means and greatest of squared errors over even directions; `at`: Squares in one.
+/// RMS and maximum of the error over even directions; `at`(u) has the Squares of direction u.
 template <typename At>
 DirectionalError Over(const At& at) {
   DirectionalError error;
@@ -107,7 +107,7 @@ Result<double> ReadingPerRaw(const TriadCalibration& sensor,
 std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad) {
   const std::optional<double> gain = NominalTruthPerRaw(sensor, triad);
   if (!gain) return std::nullopt;
-  // A chip that reports gravity reads the other way on all axes.
+  // A chip that reports gravity has the opposite sign on all axes.
   const double sign = (sensor.Scale().array() < 0.0).all() ? -1.0 : 1.0;
   return sign * *gain * sensor.mounting.transpose();
 }
@@ -126,8 +126,8 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     covariance.leftCols<3>().setZero();
   }
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  // Small ones: their second moment J P J^T, J = C (v^T x I) with v = (1, magnitude u), and the
-  // part of it that is across. Its trace is a quadratic form of v.
+  // Small errors: their second moment J P J^T with J = C (v^T x I), v = (1, magnitude u), of which
+  // the angle needs the part across u. Its trace is a quadratic form of v.
   Eigen::Matrix4d traces;
   for (Eigen::Index i = 0; i < 4; ++i) {
     for (Eigen::Index j = 0; j < 4; ++j) {

@@ -29,7 +29,7 @@ struct DirectionGap {
 inline DirectionGap LargestGap(const std::vector<Eigen::Vector3d>& directions) {
   DirectionGap gap;
   if (directions.empty()) return gap;
-  // Directions 4.5 deg apart.
+  // Neighbours are sqrt(4 pi / 2000) = 4.5 deg apart.
   constexpr int kGrid = 2000;
   double smallest_cosine = 1.0;
   for (int i = 0; i < kGrid; ++i) {

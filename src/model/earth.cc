@@ -22,13 +22,13 @@ namespace {
 constexpr const char* kModelName = "wmm2025";
 // Years for which the model is issued.
 constexpr double kFirstYear = 2025.0;
-constexpr double kLastYear = 2030.0;
+constexpr double kLastYear = 2030.0;  // A model is issued for five years.
 
-// One σ of the World Magnetic Model 2025, averages over the globe and its five years. Technical
-// report of the model, "error model".
+// One σ of the World Magnetic Model 2025, averaged over the globe and its five years. Technical
+// report of the model, "error model": dF, dI and dD = hypot(0.26, 5417 nT / H).
 constexpr double kStrengthSigmaUt = 0.138;
-constexpr double kDipSigmaDeg = 0.20;
-constexpr double kDeclinationSigmaDeg = 0.26;
+constexpr double kDipSigmaDeg = 0.20;             // dI.
+constexpr double kDeclinationSigmaDeg = 0.26;     // dD far from the poles.
 constexpr double kDeclinationSigmaDegUt = 5.417;  // Divided by the horizontal strength.
 
 // 1 nT = 1e-3 uT.

@@ -12,7 +12,7 @@ namespace truetriad {
 
 // The fields of findings and errors (tree/fields.h), in every file and output.
 
-// WordsOf(a value): its name in files, and the value of a name.
+// WordsOf(a value): the functions from a value to its name in files and back.
 inline auto WordsOf(Triad) { return std::pair(&TriadName, &TriadFromName); }
 inline auto WordsOf(FindingCode) { return std::pair(&FindingCodeName, &FindingCodeFromName); }
 inline auto WordsOf(Severity) { return std::pair(&SeverityName, &SeverityFromName); }
@@ -42,7 +42,7 @@ void Fields(V& visit, Like<Finding> auto& finding) {
   visit.If(!finding.remedy.empty(), "remedy", finding.remedy);
 }
 
-/// Code, message, and where it is in which file, where that is known.
+/// Code, message and, where it is known, the place in a file.
 template <class V>
 void Fields(V& visit, Like<Error> auto& error) {
   visit("code",

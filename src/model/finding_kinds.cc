@@ -14,7 +14,7 @@ using enum Outcome;
 
 using Text = std::string_view;
 
-// What an operator does about a refusal.
+// What an operator does after a refusal.
 constexpr Text kAsk = "call the engineer";
 constexpr Text kRecordAgain = "record again";
 constexpr Text kHandsOff = "record again, hands off while it rests";
@@ -28,7 +28,7 @@ constexpr FindingKind Note(FindingCode code, Text name, Text meaning, Text remed
 constexpr FindingKind Warning(FindingCode code, Text name, Text meaning, Text remedy = "") {
   return {code, name, kWarning, kConverged, meaning, remedy, kAsk};
 }
-// One that is worse in some runs, which it ends with this outcome.
+// A warning that in some runs is a refusal, with this outcome.
 constexpr FindingKind WarningOr(Outcome outcome,
                                 FindingCode code,
                                 Text name,

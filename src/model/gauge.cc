@@ -36,8 +36,8 @@ Eigen::Matrix3d TriangularRotation(const Eigen::Matrix3d& sensitivity,
   return rotation;
 }
 
-// S = U W V^T, so S * (V U^T) = U W U^T is symmetric. For a left-handed triad one eigenvalue, the
-// smallest, has the other sign: the least rotation that is still a rotation.
+// S = U W V^T, so S * (V U^T) = U W U^T is symmetric. For a left-handed triad the smallest
+// eigenvalue has the other sign, which gives the smallest of the proper rotations.
 Eigen::Matrix3d SymmetricRotation(const Eigen::Matrix3d& sensitivity, double axis_sign) {
   const Svd3 svd = SvdOf3(sensitivity);
   Eigen::Vector3d signs = Eigen::Vector3d::Constant(axis_sign);
@@ -68,9 +68,9 @@ Eigen::Matrix3d GaugeRotation(Gauge gauge,
   return Eigen::Matrix3d::Identity();
 }
 
-// S' = S Q, dS' = dS Q + S' [omega]_x. With M = S'^-1 dS Q, a triangular S' needs the other
-// triangle of M + [omega]_x to vanish. A symmetric S' = P needs D + P [omega]_x symmetric with
-// D = dS Q, that is (tr(P) I - P) omega = -vee(D - D^T).
+// S' = S Q, dS' = dS Q + S' [omega]_x. With M = S'^-1 dS Q, a triangular S' requires the other
+// triangle of M + [omega]_x to vanish. A symmetric S' = P requires D + P [omega]_x to be symmetric
+// with D = dS Q, that is (tr(P) I - P) omega = -vee(D - D^T).
 Eigen::Matrix<double, 3, 9> GaugeRotationJacobian(Gauge gauge,
                                                   const Eigen::Matrix3d& leading_sensitivity,
                                                   const Eigen::Matrix3d& rotation) {

@@ -12,15 +12,15 @@
 namespace truetriad {
 namespace {
 
-// A 3x3, column by column, with one more number so that it fills whole registers.
+// A 3x3 matrix, column by column, with one more number so that it fills whole registers.
 using Padded = Eigen::Matrix<double, 10, 1>;
 
-// Sums over the readings of their turning (Turning) * what each parameter's change is multiplied
-// with.
+// Sums over the readings of the matrix `by_rate` (Turning) times the factor by which a parameter
+// changes the rate.
 struct Sums {
-  // Times 1, the rates x y z, the forces x y z.
+  // by_rate times 1, the rates x y z, the forces x y z.
   Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();
-  // Of axes with terms: of readings, forces and terms, each through its own slope.
+  // For axes with terms: the sums for bias, forces and terms, divided by the slope at each reading.
   Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
   std::array<Eigen::Matrix3d, 3> by_force{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
@@ -42,10 +42,10 @@ struct Sensor {
   const GyroModel& model;
   Eigen::Matrix3d correction;
   Eigen::Vector3d variance_raw;
-  Eigen::Matrix3d noise;  // of a rate, without axis terms
+  Eigen::Matrix3d noise;  // Of a rate, without axis terms.
 };
 
-// What one reading adds: a change of its rate by d turns the whole by by_rate * d.
+// Adds one reading: a change of its rate by d turns the whole rotation by by_rate * d.
 void AddReading(const Sensor& sensor,
                 const Eigen::Matrix3d& by_rate,
                 const Eigen::Vector3d& rate_radps,
@@ -78,8 +78,7 @@ void AddReading(const Sensor& sensor,
   sums->noise += by_reading * sensor.variance_raw.asDiagonal() * by_reading.transpose();
 }
 
-// Rates of three readings in a row, as far as there are so many: the one before a step, both of its
-// ends, the one after.
+// Rates of up to four readings in a row: the one before a step, both of its ends, the one after.
 class RateWindow {
  public:
   RateWindow(const GyroReadings& readings, const GyroModel& model)
@@ -99,8 +98,8 @@ class RateWindow {
     }
     const bool is_last = first + 2 >= readings_.time_s.size();
     after_ = is_last ? end_ : RateOf(first + 2);
-    // From the neighbours; zero at the ends, where the unit rests. Not the weighted difference for
-    // uneven steps: this one does not amplify noise beside a gap.
+    // Slope from the neighbours; zero at the first and last reading, where the unit rests. The
+    // weighted difference for uneven steps is not used: it amplifies noise beside a gap.
     slope_end_.setZero();
     const std::span<const double> time = readings_.time_s;
     if (!is_last && time[first + 2] > time[first]) {
@@ -111,7 +110,7 @@ class RateWindow {
   const Eigen::Vector3d& begin() const { return begin_; }
   const Eigen::Vector3d& end() const { return end_; }
 
-  // Rotation vector of the step where readings are instantaneous.
+  // Rotation vector of the step for instantaneous readings.
   Eigen::Vector3d InstantaneousStep(double step_s) const {
     return 0.5 * step_s * (begin_ + end_) +
            step_s * step_s / 12.0 * (begin_.cross(end_) + slope_begin_ - slope_end_);
@@ -132,9 +131,9 @@ class RateWindow {
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
 };
 
-// How the rate of each instantaneous reading turns the whole, seen from the begin: the derivatives
-// of RateWindow::InstantaneousStep. A reading takes part in the two steps beside it and, by the
-// slopes, in one more on each side.
+// How the rate of each instantaneous reading turns the whole rotation, in the frame of its begin:
+// the derivatives of RateWindow::InstantaneousStep. A reading enters the two steps beside it and,
+// through the slopes, one more on each side.
 class Turning {
  public:
   struct Reading {
@@ -144,8 +143,8 @@ class Turning {
 
   explicit Turning(std::span<const double> time_s) : time_s_(time_s) {}
 
-  // The step that ends at reading `i`, a change of which by d turns the whole by by_step * d;
-  // completes the reading i - 2.
+  // Adds the step that ends at reading `i`; a change of the step by d turns the whole by by_step *
+  // d. This completes the reading i - 2.
   void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
     const double step_s = time_s_[i] - time_s_[i - 1];
     const double square = step_s * step_s / 12.0;
@@ -166,12 +165,12 @@ class Turning {
     by_square_before_ = by_square;
   }
 
-  // Of the last three readings.
+  // One of the last three readings.
   const Reading& Of(std::size_t i) const { return last_[i % 3]; }
 
  private:
   Reading& At(std::size_t i) { return last_[i % 3]; }
-  // matrix [vector]
+  // Adds matrix [vector]x to `sum`.
   static void AddTimesSkew(const Eigen::Matrix3d& matrix,
                            const Eigen::Vector3d& vector,
                            Eigen::Matrix3d* sum) {
@@ -228,7 +227,7 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
     const double step_s = readings.time_s[i] - readings.time_s[i - 1];
     const Eigen::Vector3d step =
         is_mean ? Eigen::Vector3d(step_s * rates.end()) : rates.InstantaneousStep(step_s);
-    // A change of the step by d turns the whole by J_l(step) d, seen from the begin.
+    // A change of the step by d turns the whole by J_l(step) d, in the frame of its begin.
     Eigen::Matrix3d by_step;
     by_step.noalias() = turned.lazyProduct(RightJacobian(-step));
     if (is_mean) {

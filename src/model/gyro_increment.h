@@ -11,14 +11,14 @@
 
 namespace truetriad {
 
-/// What a gyroscope's reading stands for.
+/// What a gyroscope's reading measures.
 enum class RateSampling {
-  kInstantaneous,  ///< The rate at its time.
-  kMeanRate,       ///< The rotation since the reading before, divided by the time since then.
+  kInstantaneous,  ///< The rate at its time stamp.
+  kMeanRate,       ///< The rotation since the previous reading, divided by the time since then.
 };
 
-/// Readings of a gyroscope while the unit is turned from one rest into the next, time stamps as
-/// they are.
+/// Readings of a gyroscope while the unit is turned from one rest to the next, with time stamps as
+/// recorded.
 struct GyroMove {
   std::vector<double> time_s;                ///< Ascending; equal times count once.
   std::vector<Eigen::Vector3d> reading_raw;  ///< As many as times.
@@ -26,7 +26,7 @@ struct GyroMove {
   std::vector<Eigen::Vector3d> force_mps2;
 };
 
-/// The same readings where somebody else keeps them.
+/// The same readings, owned by the caller.
 struct GyroReadings {
   std::span<const double> time_s;
   std::span<const Eigen::Vector3d> reading_raw;
@@ -35,12 +35,12 @@ struct GyroReadings {
 
 /// A gyroscope: raw of triad_model.h + G f, f the specific force.
 struct GyroModel {
-  TriadModel<double> triad;                                 ///< Axis terms of a gyroscope alone.
+  TriadModel<double> triad;                                 ///< No axis terms of other sensors.
   Eigen::Matrix3d g_sensitivity = Eigen::Matrix3d::Zero();  ///< Raw per m/s^2.
-  bool is_bent = false;  ///< Else axis terms are zero, and nothing is asked about them.
+  bool is_bent = false;  ///< Else axis terms are zero and not estimated.
 };
 
-/// The rotation that a gyroscope saw, and how it depends on the gyroscope's parameters:
+/// The rotation that a gyroscope measured, and its derivatives by the gyroscope's parameters:
 ///
 ///   rotation(p + d) = rotation(p) Exp(by_bias db + by_sensitivity vec(dS) + by_g vec(dG)
 ///                                     + by_axis_term da)
@@ -54,20 +54,21 @@ struct GyroIncrement {
   /// rad per unit of the term; zero without is_bent.
   PerAxisTerm<Eigen::Matrix3d> by_axis_term =
       PerAxisTerm<Eigen::Matrix3d>::All(Eigen::Matrix3d::Zero());
-  /// Of the error at the end, in the body frame there, rad^2: readings with independent errors of
-  /// the stated sigma.
+  /// Covariance of the error at the end, in the body frame there, rad^2, for readings with
+  /// independent errors of the stated sigma.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double duration_s = 0.0;
 };
 
-/// Integrates the readings in one pass: Forster et al. 2017 with the parameters of the whole
-/// matrix. Between instantaneous readings the rate w is a cubic through both with slopes s from
-/// their neighbours, and the first term of the Magnus series follows its change of direction,
+/// Integrates the readings in one pass, after Forster et al. 2017 but with all entries of the
+/// matrix as parameters. Between instantaneous readings the rate w is a cubic through both with
+/// slopes s from their neighbours; the first term of the Magnus series accounts for its change of
+/// direction,
 ///
 ///   Log = (w0 + w1) dt / 2 + (s0 - s1 + w0 x w1) dt^2 / 12,
 ///
-/// so that the error falls with dt^4, coning included. On even steps the sum of the slopes' terms
-/// vanishes for a fixed axis: they cost no noise. `sigma_raw`: of one reading, per axis.
+/// so that the error is of order dt^4, coning included. On even steps the sum of the slopes' terms
+/// vanishes for a fixed axis: they add no noise. `sigma_raw`: of one reading, per axis.
 /// Range: at least one reading, S regular.
 GyroIncrement IntegrateMove(const GyroReadings& readings,
                             const GyroModel& model,

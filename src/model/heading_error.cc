@@ -13,7 +13,7 @@ namespace {
 
 using RowVector6d = Eigen::Matrix<double, 1, 6>;
 
-/// Heading of body x, clockwise from magnetic north, of a unit at rest that reads these.
+/// Heading of body x, clockwise from magnetic north, of a unit at rest with these readings.
 double HeadingOf(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& field) {
   const Eigen::Vector3d up = specific_force.normalized();
   const Eigen::Vector3d north = (field - field.dot(up) * up).normalized();
@@ -21,9 +21,9 @@ double HeadingOf(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& f
   return std::atan2(-west.x(), north.x());
 }
 
-/// d heading / d (specific force, field) by central differences of a millionth.
+/// d heading / d (specific force, field) by central differences with a relative step of 1e-6.
 RowVector6d Slope(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& field) {
-  // Rounding 1e-16 / 1e-6 and curvature 1e-12 are both below a part in 1e9.
+  // Rounding, 1e-16 / 1e-6, and curvature, 1e-12, are both below 1e-9 of the slope.
   constexpr double kStep = 1e-6;
   RowVector6d slope;
   for (int i = 0; i < 6; ++i) {

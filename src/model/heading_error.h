@@ -8,12 +8,12 @@
 
 namespace truetriad {
 
-/// What a compass of accelerometer and magnetometer is off by at one heading of a level unit, its
-/// tilt by the accelerometer. rad.
+/// The error of a compass at one heading of a level unit, whose tilt comes from the accelerometer.
+/// rad.
 struct HeadingError {
   double heading_rad = 0.0;       ///< Of body x, clockwise from magnetic north.
-  std::optional<double> raw_rad;  ///< Read less true, in nominal units; unset for counts.
-  double sigma_rad = 0.0;         ///< Of a corrected one, by the parameters' covariance.
+  std::optional<double> raw_rad;  ///< Reading minus truth in nominal units; unset for counts.
+  double sigma_rad = 0.0;         ///< Of a corrected reading, from the parameters' covariance.
 };
 
 /// At `count` even headings, at the reference temperature. Empty without both sensors, without a

@@ -79,7 +79,7 @@ bool LimitName::IsNeverNegative() const {
 bool LimitName::IsSlope() const { return quantity.name.ends_with("_per_degc"); }
 
 bool LimitName::GoesWithField() const {
-  // The same share of all gains is in each bias, in true units.
+  // A relative error of the common gain enters each bias in true units, too.
   return triad == Triad::kMagnetometer &&
          (quantity.name == "scale_error" || quantity.name == "bias" ||
           quantity.name == "bias_per_degc");

@@ -82,7 +82,7 @@ const Set& OffEverywhere() {
   return off;
 }
 
-// What acted in any thread is written when the process ends.
+// Collects what acted in any thread and writes it when the process ends.
 struct Log {
   std::array<std::atomic<bool>, kMechanisms.size()> acted{};
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each mechanism is worth: a build with TRUETRIAD_MECHANISMS counts in which runs each one
-// changed anything, and can run without it. In any other build Acts() is true and compiled away.
+// Measures the effect of each mechanism: a build with TRUETRIAD_MECHANISMS counts in which runs
+// each one changed anything, and can run without it. In other builds Acts() is true at compile
+// time.
 #pragma once
 
 #include <optional>
@@ -26,29 +27,29 @@ struct MechanismInfo {
   std::string_view does;
   std::span<const FindingCode> codes;
 };
-// They stand in the order of Mechanism.
+// In the order of Mechanism.
 std::span<const MechanismInfo> Mechanisms();
 std::optional<Mechanism> MechanismFromName(std::string_view name);
-// The first that has the code; kRemark where none has.
+// The first mechanism with the code; kRemark where none has it.
 Mechanism MechanismOf(FindingCode code);
 
 #ifdef TRUETRIAD_MECHANISMS
 inline constexpr bool kCountsMechanisms = true;
-// Stands where a change is applied, `if (condition && Acts(Mechanism::kKnocks))`, and counts it;
-// false where the mechanism is switched off.
+// Asked where a change is applied, `if (condition && Acts(Mechanism::kKnocks))`; counts the change,
+// and is false where the mechanism is switched off.
 bool Acts(Mechanism mechanism);
 #else
 inline constexpr bool kCountsMechanisms = false;
 constexpr bool Acts(Mechanism) { return true; }
 #endif
 
-// Those that acted in this thread since the last call, in their order.
+// The mechanisms that acted in this thread since the last call, in the order of Mechanism.
 std::vector<Mechanism> TakeActed();
-// Of this thread; the environment's TRUETRIAD_WITHOUT=NAME[,NAME] is of all. What acted in a
-// process is appended to the file TRUETRIAD_MECHANISMS_LOG, a line of names for each process.
+// Switches for this thread; the environment variable TRUETRIAD_WITHOUT=NAME[,NAME] switches off for
+// all. A process appends a line with the names of those that acted to TRUETRIAD_MECHANISMS_LOG.
 void SwitchMechanism(Mechanism mechanism, bool is_off);
 
-// Takes out refusals whose mechanism is switched off.
+// Removes refusals whose mechanism is switched off.
 void DropSwitchedOff(Findings* findings);
 
 }  // namespace truetriad

@@ -7,10 +7,10 @@
 
 namespace truetriad {
 
-/// What a unit at rest senses, as vectors of the world frame: x horizontal to magnetic north, z up,
-/// y = z × x to the west. docs/conventions.md, "Frames".
+/// The vectors that a unit at rest senses, in the world frame: x horizontal to magnetic north, z
+/// up, y = z × x to the west. docs/conventions.md, "Frames".
 
-/// Rotation rate of the earth against the stars.
+/// Rotation rate of the Earth relative to the stars (WGS 84).
 inline constexpr double kEarthRateRadps = 7.292115e-5;
 
 /// Specific force at rest, m/s^2: (0, 0, g).

@@ -20,23 +20,23 @@
 
 namespace truetriad {
 
-/// Where the noise that weighted a triad came from.
+/// The origin of the noise by which a triad was weighted.
 enum class NoiseSource { kStatic, kAllan, kDatasheet, kConfig, kResidual };
 std::string_view NoiseSourceName(NoiseSource source);
 std::optional<NoiseSource> NoiseSourceFromName(std::string_view name);
 
-/// Noise of one triad, as used for the weights.
+/// Noise of one triad, as used for its weights.
 struct TriadNoise {
-  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< RMS σ of a pose mean inside its rest, raw.
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< RMS σ of a rest's mean by its noise, raw.
   NoiseSource source = NoiseSource::kStatic;
   double excess_sigma = 0.0;  ///< Pose-to-pose excess σ, isotropic, true unit.
   double excess_dof = 0.0;    ///< Degrees of freedom behind excess_sigma.
-  /// Gyroscope: σ of a turn about each axis beyond what the noise of its readings makes, rad.
+  /// Gyroscope: σ of a turn about each axis in excess of the noise of its readings, rad.
   double turn_excess_sigma_rad = 0.0;
 };
 
-/// Where the bias of one axis changes its course: from `degc` up it has
-/// slope (T - degc) + curve (T - degc)^2 more, less what that is at the reference.
+/// A kink in the bias of one axis over temperature: above `degc` the bias has in addition
+/// slope (T - degc) + curve (T - degc)^2, less the value of this at the reference temperature.
 struct ThermalKnot {
   int axis = 0;
   double degc = 0.0;
@@ -51,12 +51,12 @@ struct ThermalTerms {
   std::vector<Eigen::Matrix3d> sensitivity;          ///< For tau^1, ….
   PerRateTerm<std::optional<Eigen::Vector3d>> rate;  ///< raw / (degC/s), …: terms.h.
   /// First-order lags of each axis, s: of its temperature behind the thermometer, and of the rate
-  /// that it follows behind the rate of that temperature. model/thermal.h. Unset: none.
+  /// that its bias follows behind the rate of that temperature. model/thermal.h. Unset: none.
   std::optional<Eigen::Vector3d> element_lag_s, rate_lag_s;
-  /// Half-width over which the temperature was smoothed to find its rate, s; 0: not stated.
+  /// Half-width of the window that smoothed the temperature to obtain its rate, s; 0: not stated.
   double smoothing_s = 0.0;
   std::vector<ThermalKnot> knots = {};
-  /// Lowest and highest rate that a sweep passed, degC/s; unset: not stated.
+  /// Lowest and highest rate that occurred in a sweep, degC/s; unset: not stated.
   std::optional<Eigen::Vector2d> rate_range_degcps = {};
 };
 
@@ -65,7 +65,7 @@ struct TriadCalibration {
   std::string input_unit;
   std::string output_unit;
   TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), axis terms.
-  /// Body axes along which the sensing axes point, model/mounting.h: as stated, else as found.
+  /// Body axes along which the sensing axes point, model/mounting.h; as stated, else as found.
   Eigen::Matrix3d mounting = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
@@ -76,9 +76,9 @@ struct TriadCalibration {
   std::optional<double> si_per_count;  ///< True units per count, when the recording stated it.
   TriadNoise noise;
 
-  /// The sensitivity by the directions that the sensing axes are meant to have: S transpose(M).
+  /// The sensitivity to truth along the intended sensing axes: S transpose(M).
   Eigen::Matrix3d BySensingAxes() const { return model.sensitivity * mounting.transpose(); }
-  /// Gains: its diagonal, negative for an axis that reads the other way.
+  /// Gains: the diagonal of S transpose(M), negative for an axis that reads with opposite sign.
   Eigen::Vector3d Scale() const { return BySensingAxes().diagonal(); }
   /// K^-1 S transpose(M) - I with K = diag(S transpose(M)), rad.
   Eigen::Matrix3d MisalignmentRad() const;
@@ -94,29 +94,29 @@ struct NamedCovariance {
   double Sigma(const std::string& parameter) const;
 };
 
-/// The quantities that the world provides.
+/// The reference quantities of the surroundings.
 struct ReferenceValues {
   double gravity_mps2 = kStandardGravityMps2;
   std::optional<double> gravity_sigma_mps2;  ///< Prior σ, when not exact.
-  std::optional<double> field_ut;  ///< Strength used or estimated; only with a magnetometer.
+  std::optional<double> field_ut;  ///< Strength, used or estimated; only with a magnetometer.
   std::optional<double> dip_rad;
   bool field_estimated = false;  ///< Strength or dip was estimated.
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
-  /// Frame of the attitudes from outside <- world, where the fixture's rotation was estimated: x of
-  /// the world is magnetic north with a magnetometer, else along the fixture's x. qw, qx, qy, qz.
+  /// Rotation fixture <- world, where that of the fixture was estimated, as qw, qx, qy, qz: x of
+  /// the world is magnetic north with a magnetometer, else horizontal along the fixture's x.
   std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
-  /// What the thermometer said at the poses: lowest, mean, highest; unset: there was none.
+  /// Temperatures recorded at the poses: lowest, mean, highest; unset without a thermometer.
   std::optional<Eigen::Vector3d> recorded_degc = {};
 };
 
-/// What was decided about a unit after its run, whatever the limits say.
+/// A decision about a unit after its run, which overrides the limits.
 struct Decision {
-  Verdict verdict = Verdict::kFail;  ///< kPass: it may leave; kFail: it may not.
+  Verdict verdict = Verdict::kFail;  ///< kPass: it may be shipped; kFail: it may not.
   std::string who, why;
   std::string created;  ///< ISO 8601, UTC.
-  /// By no person: by a later run of the unit, or by another sensor of the same device.
+  /// Not by a person, but by a later run of the unit or another sensor of the same device.
   bool is_automatic = false;
 };
 
@@ -139,10 +139,10 @@ struct Calibration {
   NamedCovariance covariance;
   Quality quality;
   std::string config_yaml;          ///< The resolved experiment, as YAML text.
-  std::vector<Decision> decisions;  ///< In their order: the last one holds.
+  std::vector<Decision> decisions;  ///< In the order in which they were made: the last one holds.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
-  /// What was decided last, else what the limits say.
+  /// The last decision, else the verdict by the limits.
   Verdict verdict() const {
     return IsUsable() && !decisions.empty() ? decisions.back().verdict : LimitsVerdict();
   }
@@ -151,7 +151,7 @@ struct Calibration {
     if (!within_limits) return Verdict::kNoLimits;
     return *within_limits ? Verdict::kPass : Verdict::kFail;
   }
-  /// "wrong-unit": the code of what refuses it; its outcome where no finding has one.
+  /// The code of the finding that refuses it ("wrong-unit"), else its outcome.
   std::string_view ReasonNotUsable() const {
     const Finding* refusal = FirstRefusal(findings);
     return refusal == nullptr || refusal->code == FindingCode::kMessage

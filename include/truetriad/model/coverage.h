@@ -13,8 +13,8 @@ namespace truetriad {
 struct Coverage {
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending, sum 1.
-  /// Radius of the largest cap without a direction. Opposite directions do not stand in for each
-  /// other: only both together show the bias.
+  /// Radius of the largest cap without a direction. A direction does not cover its opposite: only
+  /// both together determine the bias.
   double largest_gap_deg = 180.0;
 };
 

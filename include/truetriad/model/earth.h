@@ -7,7 +7,7 @@
 
 namespace truetriad {
 
-/// What the Earth does at a place: gravity, and the magnetic field of its core and crust.
+/// Gravity at a place, and the Earth's magnetic field of core and crust there.
 
 /// A place on WGS 84.
 struct EarthPlace {
@@ -16,14 +16,14 @@ struct EarthPlace {
   double height_m = 0.0;       ///< Above the ellipsoid.
 };
 
-/// Typical anomaly of gravity against the normal gravity of the ellipsoid.
+/// Typical difference between gravity and the normal gravity of the ellipsoid (50 mGal).
 inline constexpr double kNormalGravitySigmaMps2 = 5e-4;
 
 /// Normal gravity of WGS 84, m/s^2.
 double NormalGravityMps2(double latitude_deg, double height_m);
 
-/// The Earth's magnetic field where nothing disturbs it. σ are the model's own, crust and the
-/// average disturbance from above included.
+/// The Earth's magnetic field away from iron and currents. The σ are those of the model; they
+/// include the crust and the average disturbance from ionosphere and magnetosphere.
 struct EarthField {
   double strength_ut = 0.0;
   double dip_deg = 0.0;          ///< Positive where the field points down.

@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-/// How much a finding matters.
+/// The severity of a finding.
 enum class Severity {
   kNote,     ///< Good to know; nothing to do.
   kWarning,  ///< The result may be worse than it looks.
@@ -22,17 +22,17 @@ enum class Severity {
 std::string_view SeverityName(Severity severity);  ///< "note", "warning", "refusal".
 std::optional<Severity> SeverityFromName(std::string_view name);
 
-/// What became of what a finding does to the parameters.
+/// What was done about the effect of a finding on the parameters.
 enum class Treatment {
-  kNone,       ///< Nothing, or nothing is known that it does.
-  kCorrected,  ///< It has been taken off them.
-  kWidened,    ///< σ allow for it.
+  kNone,       ///< It has no effect, or none that is known.
+  kCorrected,  ///< The effect was subtracted.
+  kWidened,    ///< The σ include the effect.
 };
 std::string_view TreatmentName(Treatment treatment);  ///< "none", "corrected", "widened".
 std::optional<Treatment> TreatmentFromName(std::string_view name);
 
-/// What was found, for programs. FindingKindOf has its name in files, which never changes, and its
-/// meaning; docs/reasons.md lists them all.
+/// The kind of a finding, for programs. FindingKindOf has its name in files, which never changes,
+/// and its meaning; docs/reasons.md lists all.
 enum class FindingCode : int {
   kMessage,
   // The recording.
@@ -148,16 +148,16 @@ enum class FindingCode : int {
   kImported,
 };
 
-/// What is known of a code.
+/// The properties that all findings of a code share.
 struct FindingKind {
   FindingCode code;
   std::string_view name;  ///< "clock-offset": in files and for scripts, never renamed.
-  Severity severity;      ///< Unless a finding says otherwise.
-  /// What a refusal for this reason makes of the run; kConverged: it is never a reason to refuse.
+  Severity severity;      ///< The default, which a finding may change.
+  /// The outcome of a run that it refuses; kConverged: it never refuses.
   Outcome outcome;
   std::string_view meaning;  ///< One line.
   std::string_view remedy;   ///< What to do about it, in general; may be empty.
-  /// What an operator at the station does where it refuses: "record again".
+  /// What an operator at the station does after a refusal: "record again".
   std::string_view operator_remedy;
 };
 std::span<const FindingKind> FindingKinds();  ///< In the order of FindingCode.
@@ -173,7 +173,7 @@ struct FindingValue {
   std::string unit;  ///< "s"; empty: none.
 };
 
-/// One thing that a person should know of a run. Made as
+/// Something that the user of a run should know. Made as
 ///
 ///   Finding(FindingCode::kClockOffset, "…").About(triad).With("offset", 0.01, 0.001, "s")
 struct Finding {
@@ -187,16 +187,16 @@ struct Finding {
   Finding& AtPose(int number);            ///< StaticPose::number.
   Finding& With(std::string name, double value, std::string unit = {});
   Finding& With(std::string name, double value, double sigma, std::string unit);
-  /// Ignoring it shifts a parameter by up to so many σ, the value "effect".
+  /// Ignoring it shifts some parameter by up to `sigmas` of its σ, the value "effect".
   Finding& Shifting(double sigmas, Treatment treatment);
 
   bool IsRefusal() const { return severity == Severity::kRefusal; }
-  /// It shifts a parameter by more than its σ, and nobody did anything about it: no result that
-  /// has it is usable.
+  /// It shifts a parameter by more than σ, and was neither corrected nor included in σ: no result
+  /// with such a finding is usable.
   bool IsLeftStanding() const;
   /// Text and remedy as one message.
   std::string Message() const;
-  /// A value by its name; unset where there is none.
+  /// A value by its name; nullopt where there is none.
   std::optional<double> Value(std::string_view name) const;
 
   FindingCode code = FindingCode::kMessage;
@@ -211,25 +211,25 @@ struct Finding {
       remedy;  ///< What to do here, with the line to paste where there is one; may be empty.
 };
 
-/// What a run has to say to people, in the order in which it came up.
+/// The findings of a run, in the order in which they arose.
 using Findings = std::vector<Finding>;
 
-/// What follows of a run that came to an end: the first refusal's outcome, or kConverged.
+/// The outcome of a run that came to its end: that of the first refusal, or kConverged.
 Outcome OutcomeOf(const Findings& findings);
 
-/// The first of a code, or null.
+/// The first finding of a code, or null.
 const Finding* Find(const Findings& findings, FindingCode code);
-/// The first that refuses, or null.
+/// The first finding that refuses, or null.
 const Finding* FirstRefusal(const Findings& findings);
 
-/// Too little data, as an error that carries its finding.
+/// An error for too little data that carries `finding`.
 Error NotEnoughError(Finding finding);
 
-/// What is said of a table's columns that nothing is read from; unset where there are none.
+/// The finding that lists the columns of a table from which nothing is read; unset without any.
 std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names);
 
-/// The finding of an error that ends a run with too little data; one without a finding of its own
-/// has that of `code` with its message.
+/// The finding of an error that ended a run with too little data, else a finding of `code` with the
+/// error's message.
 Finding RefusalOf(const Error& error, FindingCode code = FindingCode::kNoPose);
 
 }  // namespace truetriad

@@ -20,11 +20,10 @@ enum class Gauge {
 std::string_view GaugeName(Gauge gauge);
 std::optional<Gauge> GaugeFromName(std::string_view name);
 
-/// The orthogonal factor Q for which `sensitivity * Q` has the form that `gauge` asks of the
-/// leading triad, with det Q = +1 unless a left-handed triad is met: `axis_sign` (+1, or -1 for a
-/// chip that reports gravity) is the sign wanted on the first two (accel-x) or last two (accel-z)
-/// diagonal entries; the remaining one takes the sign of the determinant, so Q is a rotation.
-/// Identity for kFixture.
+/// The rotation Q for which `sensitivity * Q` has the form that `gauge` asks of the leading triad.
+/// `axis_sign` (+1, or -1 for a chip that reports gravity) is the sign of the first two (accel-x)
+/// or the last two (accel-z) diagonal entries; the remaining one takes the sign of the determinant,
+/// so that det Q = +1 for left-handed triads, too. Identity for kFixture.
 Eigen::Matrix3d GaugeRotation(Gauge gauge,
                               const Eigen::Matrix3d& leading_sensitivity,
                               double axis_sign = 1.0);

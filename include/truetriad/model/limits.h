@@ -11,19 +11,19 @@
 
 namespace truetriad {
 
-/// What a value may be, in the unit of its quantity; a side that is infinite is open.
+/// The range allowed for a value, in the unit of its quantity; an infinite side is open.
 struct Limit {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
-  std::optional<double> target;  ///< What it is meant to be; not judged.
-  bool if_present = false;       ///< Not judged where a calibration has no such value.
+  std::optional<double> target;  ///< The intended value; not judged.
+  bool if_present = false;       ///< Not judged in a calibration without such a value.
 
-  /// `most` either way.
+  /// A symmetric range: -most to `most`.
   static Limit Within(double most) { return {-most, most, std::nullopt, false}; }
   bool IsAboutZero() const { return lower == -upper && !target && !if_present; }
 };
 
-/// Which numbers a quantity has.
+/// Which components a quantity has.
 enum class LimitShape {
   kScalar,   ///< one
   kAxes,     ///< x, y, z
@@ -31,7 +31,7 @@ enum class LimitShape {
   kPairs,    ///< xy, xz, yz
 };
 
-/// What limits can be set on.
+/// A quantity for which limits can be set.
 struct LimitQuantity {
   std::string_view name;  ///< "bias", of a sensor; "reference.dip_deg".
   LimitShape shape;
@@ -40,20 +40,21 @@ struct LimitQuantity {
 
 /// The parts of `accelerometer.bias`, `accelerometer.bias.x`, `reference.dip_deg`.
 struct LimitName {
-  std::optional<Triad> triad;  ///< Unset: of the reference.
+  std::optional<Triad> triad;  ///< Unset: a quantity of the reference.
   LimitQuantity quantity;
-  std::string component;  ///< "x", "xy"; empty: each.
+  std::string component;  ///< "x", "xy"; empty: every component.
 
-  /// An RMS or a σ.
+  /// Whether it is an RMS or a σ.
   bool IsNeverNegative() const;
-  /// A change with temperature.
+  /// Whether it is a slope over temperature.
   bool IsSlope() const;
-  /// Of the magnetometer's common gain, which without a known field strength is a convention.
+  /// Whether it depends on the common gain of the magnetometer, which is a convention without a
+  /// known field strength.
   bool GoesWithField() const;
-  /// "m/s^2", "rad", "1"; of the true unit where the quantity has it.
+  /// "m/s^2", "rad", "1"; with the sensor's true unit inserted.
   std::string Unit() const;
 };
-/// Error (usage): what is known instead.
+/// Error (usage) lists the known names.
 Result<LimitName> ParseLimitName(const std::string& name);
 
 }  // namespace truetriad

@@ -10,19 +10,19 @@
 
 namespace truetriad {
 
-/// How a triad is mounted: a signed exchange of axes whose row i is the body axis along which
-/// sensing axis i points, so that sensitivity = gains * map but for misalignment. In files and for
-/// people "+y+x-z": sensing x along body +y, y along +x, z along -z.
+/// The mounting of a triad: a signed permutation of axes whose row i is the body axis along which
+/// sensing axis i points, so that sensitivity = gains * map apart from misalignment. Its text
+/// "+y+x-z" means: sensing x along body +y, y along +x, z along -z.
 std::string AxisMapName(const Eigen::Matrix3d& map);
 std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name);
 
-/// All 48 of them, identity first; the right-handed ones have determinant +1.
+/// All 48 signed permutations, identity first; the right-handed ones have determinant +1.
 std::vector<Eigen::Matrix3d> AllAxisMaps();
 
 /// The signed permutation of axes nearest to `matrix`, row by row.
 Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
 
-/// Rows of two maps that differ.
+/// The number of rows in which two maps differ.
 int AxesThatDiffer(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 
 }  // namespace truetriad

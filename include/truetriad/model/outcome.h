@@ -6,8 +6,8 @@
 
 namespace truetriad {
 
-/// How a calibration ended. Converged is not the same as observable, observable is not the same
-/// as within limits.
+/// How a calibration ended. A converged fit need not be observable, and an observable one need not
+/// meet its limits.
 enum class Outcome {
   kNotCalled,      ///< Nothing was run.
   kConverged,      ///< Usable.
@@ -18,7 +18,7 @@ enum class Outcome {
 std::string_view OutcomeName(Outcome outcome);  ///< "converged", "not_observable", …
 std::optional<Outcome> OutcomeFromName(std::string_view name);
 
-/// What a run says of a unit, at the head of all that is written about it.
+/// The verdict on a unit, at the head of every output about it.
 enum class Verdict {
   kPass,      ///< Usable, and every limit is met.
   kNoLimits,  ///< Usable; no limit was set to judge by.
@@ -26,10 +26,10 @@ enum class Verdict {
   kNoResult,  ///< There is no calibration.
 };
 std::string_view VerdictName(Verdict verdict);   ///< "PASS", "NO_LIMITS", "FAIL", "NO_RESULT".
-std::string_view VerdictWords(Verdict verdict);  ///< The same for people: "NO RESULT".
+std::string_view VerdictWords(Verdict verdict);  ///< For readers: "NO RESULT".
 std::optional<Verdict> VerdictFromName(std::string_view name);
 
-/// What a unit was calibrated from.
+/// The kind of data from which a unit was calibrated.
 enum class Mode {
   kPoses,   ///< Rests, known turns and rates.
   kMotion,  ///< Continuous motion.

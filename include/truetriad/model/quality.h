@@ -40,20 +40,21 @@ struct TurnCheck {
   double stated_rad = 0.0;
   double stated_sigma_rad = 0.0;
   double found_rad = 0.0;
-  /// Of found_rad: parameters and readings; of a turn that was used, smaller than its difference.
+  /// Of found_rad, from parameters and readings. A turn that was used determines them in part, so
+  /// that this σ is smaller than that of its difference.
   double found_sigma_rad = 0.0;
-  bool used = false;  ///< Else held out, rejected, or with a fault.
-  std::string fault;  ///< Why its readings tell nothing, or empty.
+  bool used = false;  ///< Else it is held out, rejected or has a fault.
+  std::string fault;  ///< Why its readings are unusable, or empty.
 };
 
-/// The clock of a vector sensor against the gyroscope's, from how fields turned in the body between
-/// the rests.
+/// The clock of a vector sensor relative to the gyroscope's, from the rotation of its field in the
+/// body between the rests.
 struct ClockOffset {
   Triad triad = Triad::kAccelerometer;
-  double later_s = 0.0;  ///< By how much its times are later than those of the gyroscope.
-  double sigma_s = 0.0;  ///< From how the moves scatter.
-  int moves = 0;         ///< That show it.
-  double p_value = 1.0;  ///< Of so large an offset, were there none.
+  double later_s = 0.0;  ///< Its times minus those of the gyroscope.
+  double sigma_s = 0.0;  ///< From the scatter of the moves.
+  int moves = 0;         ///< Number of moves that determine it.
+  double p_value = 1.0;  ///< Of an offset at least as large, if there were none.
 };
 
 /// The bias of a sensor in one of several sessions. Raw unit.
@@ -61,18 +62,18 @@ struct SessionBias {
   int session = 0;   ///< From 1 on.
   std::string file;  ///< Its recording.
   Triad triad = Triad::kAccelerometer;
-  int poses = 0;  ///< In which the sensor was seen.
+  int poses = 0;  ///< Number of poses in which the sensor was seen.
   Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();
 };
 
-/// How a sensor's bias scatters from session to session, beyond what each is known to. Raw unit.
+/// Scatter of a sensor's bias between sessions in excess of its σ within each. Raw unit.
 struct BiasRepeatability {
   Triad triad = Triad::kAccelerometer;
   int sessions = 0;
   Eigen::Vector3d value_raw = Eigen::Vector3d::Zero();  ///< One σ of a session.
-  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< Of that, by how few sessions show it.
-  /// How far the bias of a session to come is from the stated mean, one σ.
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< σ of value_raw, by the session count.
+  /// σ of the bias of a future session about the stated mean.
   Eigen::Vector3d next_session_raw = Eigen::Vector3d::Zero();
 };
 
@@ -82,13 +83,13 @@ struct RejectedPose {
   std::string reason;
 };
 
-/// Turns, each predicted by a calibration that had not seen it: the angle between gravity at the
+/// Turns, each predicted by a calibration without it. The error is the angle between gravity at the
 /// next rest as the calibrated accelerometer shows it and as the turn predicts it.
 struct HeldOutTurns {
-  std::vector<double> errors_rad;  ///< Turn by turn; those that do not count are left out.
+  std::vector<double> errors_rad;  ///< Turn by turn; turns that do not count are left out.
   double median_rad = 0.0;
   double in_sample_median_rad = 0.0;
-  /// With the gains that the gyroscope's unit says and its mean at rest as bias; unset for counts.
+  /// With the nominal gains of the gyroscope's unit and its mean at rest as bias; unset for counts.
   std::optional<double> nominal_median_rad;
 };
 
@@ -101,15 +102,15 @@ struct HeldOut {
   std::optional<HeldOutTurns> turns;
 };
 
-/// One of the numbers that a limit is for, where it is worst.
+/// One of the components that a limit applies to, where it is worst.
 struct LimitComponent {
-  std::string component;  ///< "x", "xy"; empty of a scalar.
+  std::string component;  ///< "x", "xy"; empty for a scalar.
   double value = 0.0, sigma = 0.0;
-  double outside = 0.0;  ///< Probability that its true value is outside.
+  double outside = 0.0;  ///< Probability that the true value is outside.
   bool pass = false;
 };
 
-/// A limit and the worst of the numbers that it is for, in the unit of its quantity.
+/// A limit and the worst component that it applies to, in the unit of its quantity.
 struct LimitCheck {
   std::string name;  ///< "accelerometer.bias", "accelerometer.bias.x".
   std::string
@@ -117,48 +118,48 @@ struct LimitCheck {
   Limit limit;
   double worst = 0.0;  ///< The value nearest to a limit with its guard band, or furthest beyond.
   double sigma = 0.0;  ///< Its σ.
-  /// Probability that the true value is outside, of any component if there are several (as if they
-  /// were independent), each at its worst temperature.
+  /// Probability that the true value of any component is outside, each at its worst temperature and
+  /// all taken as independent.
   double outside = 0.0;
   bool pass = false;
-  double guard_band_k = 0.0;  ///< The value with so many σ about it must be inside.
-  std::vector<LimitComponent> components = {};  ///< All of them; not in files.
+  double guard_band_k = 0.0;                    ///< value ± this many σ must be inside.
+  std::vector<LimitComponent> components = {};  ///< All components; not in files.
 
   std::string FullName() const { return component.empty() ? name : name + "." + component; }
 };
 
-/// The chosen model of a choice among nested ones, or one that differs from it by one step.
+/// The chosen one of several nested models, or one that differs from it by one step.
 struct ModelAlternative {
   std::string description;  ///< "gyroscope without g-sensitivity".
   bool chosen = false;
-  int parameters = 0;  ///< Free ones, all sensors together.
+  int parameters = 0;  ///< Number of free parameters, all sensors together.
   double minus_2_log_l =
       0.0;  ///< -2 log L, all alternatives with the same noise; without constants.
-  /// Probability of so large a likelihood ratio between this and the chosen model, were the smaller
-  /// of the two true. Unset for the chosen one.
+  /// Probability of a likelihood ratio at least as large between this and the chosen model, if the
+  /// smaller of both were true. Unset for the chosen one.
   std::optional<double> p_value;
   double bic = 0.0;  ///< Bayesian information criterion.
-  /// RMS of what held-out poses and turns say against the prediction, in units of their noise;
-  /// unset where there are too few to hold some out.
+  /// RMS of held-out poses and turns less their prediction, in units of their noise; unset where
+  /// there are too few to hold some out.
   std::optional<double> held_out;
 };
 
-/// Poses of one triad at about one temperature, and what they say by themselves against what the
-/// temperature terms of all say there.
+/// The poses of one triad at about one temperature: their own bias and its difference from the
+/// temperature terms, which are fitted to all poses.
 struct TemperatureSetting {
   Triad triad = Triad::kAccelerometer;
   double degc = 0.0;  ///< Mean over its poses.
   int poses = 0;
-  /// From these poses alone, everything else held at the solution; raw unit.
+  /// From these poses alone, all other parameters fixed at the solution; raw unit.
   Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
-  Eigen::Vector3d bias_sigma_raw = Eigen::Vector3d::Zero();    ///< By the poses' noise, one σ.
-  Eigen::Vector3d beyond_terms_raw = Eigen::Vector3d::Zero();  ///< bias_raw less the terms.
-  /// RMS of |C(y-b)| - reference, true unit: with the calibration at the reference temperature, and
-  /// with that at each pose's own. Of a gyroscope the reference is zero: it rests.
+  Eigen::Vector3d bias_sigma_raw = Eigen::Vector3d::Zero();    ///< From the noise of the poses.
+  Eigen::Vector3d beyond_terms_raw = Eigen::Vector3d::Zero();  ///< bias_raw minus the terms.
+  /// RMS of |C(y-b)| - reference, true unit, with the calibration at the reference temperature and
+  /// with that at the temperature of each pose. A gyroscope's reference is zero, since it rests.
   double rms_before = 0.0, rms_after = 0.0;
 };
 
-/// One set of temperature terms that was tried in a sweep.
+/// One set of temperature terms that was tried for a sweep.
 struct SweepStep {
   std::string terms;  ///< "tau, tau^2, T'".
   std::string what;   ///< "start", "+ tau T'", "- T'^2".
@@ -166,11 +167,11 @@ struct SweepStep {
   double held_out = 0.0;  ///< RMS over held-out blocks of time, raw unit.
 };
 
-/// One step of a stepwise regression: what entered or left, and the regression with it.
+/// One step of a stepwise regression: the term that entered or left, and the regression with it.
 struct RegressionStep {
   std::string what;  ///< "start", "+ tau^2", "- T'".
-  int terms = 0;     ///< In it, the constants of attitudes aside.
-  double f = 0.0;    ///< Partial F of what entered or left; NaN at the start.
+  int terms = 0;     ///< Number of terms, without the constants of attitudes.
+  double f = 0.0;    ///< Partial F of the term that entered or left; NaN at the start.
   double p_value = 1.0;
   double r2 = 0.0, adjusted_r2 = 0.0, bic = 0.0;
   double held_out = 0.0;  ///< RMS over held-out blocks of time, raw unit.
@@ -178,101 +179,101 @@ struct RegressionStep {
 
 /// One term of a regression.
 struct RegressionTerm {
-  std::string name;  ///< "tau T'"; SweepRegression says what the letters mean.
+  std::string name;  ///< "tau T'"; SweepRegression defines the letters.
   std::string unit;  ///< Of the coefficient: "m/s^2/(degC degC/s)".
   bool chosen = false;
-  double coefficient = 0.0, sigma = 0.0;  ///< Of a chosen one.
-  double f = 0.0, p_value = 1.0;          ///< Partial, beside the chosen ones; NaN: not tested.
-  std::string why;                        ///< Of one that was not tested.
+  double coefficient = 0.0, sigma = 0.0;  ///< Of a chosen term.
+  double f = 0.0, p_value = 1.0;          ///< Partial, beside the chosen terms; NaN: not tested.
+  std::string why;                        ///< Why it was not tested, or empty.
 };
 
-/// A full second-order regression of an axis' window means, terms entered and removed by partial F:
+/// A full second-order regression of an axis' window means; terms enter and leave by partial F:
 ///
 ///   y = constant of the attitude + sum of the products of one or two factors
 ///
-/// r: the attitude's own reading; tau = T - T_ref; T'; A: ambient temperature less T_ref; A'. It
-/// is reported, not applied.
+/// r: the attitude's own reading; tau = T - T_ref; T'; A: ambient temperature less T_ref; A'. It is
+/// reported, not applied.
 struct SweepRegression {
-  std::vector<std::string> factors;     ///< "r", "tau", "T'", "A", "A'": those that were wanted.
-  int windows = 0;                      ///< That have all of them.
-  double enter_p = 0.0, leave_p = 0.0;  ///< Level of a term: that of all, shared by the candidates.
-  double rms = 0.0;                     ///< That it leaves, raw unit.
+  std::vector<std::string> factors;     ///< "r", "tau", "T'", "A", "A'": those asked for.
+  int windows = 0;                      ///< Number of windows with all factors.
+  double enter_p = 0.0, leave_p = 0.0;  ///< Level of a term: that of all over the candidates.
+  double rms = 0.0;                     ///< Of its residuals, raw unit.
   std::vector<RegressionStep> steps;
   std::vector<RegressionTerm> terms;
 };
 
-/// What a temperature sweep says of one axis. Raw unit.
+/// The result of a temperature sweep for one axis. Raw unit.
 struct SweepAxis {
   Triad triad = Triad::kAccelerometer;
   int axis = 0;
   double noise_sigma = 0.0;     ///< RMS σ of a window's mean from the noise inside the windows.
   double rms_before = 0.0;      ///< Of the window means about the mean of their attitude.
   double rms_after = 0.0;       ///< About the fit.
-  double held_out = 0.0;        ///< Each block of time predicted by the others; lags found anew.
-  double held_out_cubic = 0.0;  ///< The same of a plain cubic in temperature.
+  double held_out = 0.0;        ///< Each block of time predicted by the others; lags refitted.
+  double held_out_cubic = 0.0;  ///< The same for a plain cubic in temperature.
   int folds = 0;
-  /// Heating minus cooling at the middle of the temperatures that both passed, about a polynomial
-  /// in temperature alone, and about the fit; NaN where one of the two is missing.
+  /// Heating minus cooling at the middle of the temperatures that both passed, of the residuals of
+  /// a polynomial in temperature alone and of the fit; NaN where one of the two is missing.
   double branch_gap = 0.0, branch_gap_after = 0.0;
   double correlation = 0.0;  ///< Of neighbouring windows' residuals.
   double element_lag_s = 0.0, element_lag_sigma_s = 0.0;
   double rate_lag_s = 0.0, rate_lag_sigma_s = 0.0;
   std::string chosen;                 ///< "tau, tau^2, tau^3, T'".
-  std::vector<std::string> left_out;  ///< "T'^2: …why…".
-  std::vector<SweepStep> steps;       ///< Where terms were chosen.
+  std::vector<std::string> left_out;  ///< "T'^2: …reason…".
+  std::vector<SweepStep> steps;       ///< Steps of the choice of terms.
   std::optional<SweepRegression> regression;
 };
 
-/// One window of a sweep, for people to look at; many windows are thinned.
+/// One window of a sweep, for charts; many windows are thinned.
 struct SweepWindow {
   Triad triad = Triad::kAccelerometer;
   double time_s = 0.0, degc = 0.0, rate_degcps = 0.0;
-  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();  ///< What the attitude leaves of the mean.
+  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();  ///< Its mean minus that of the attitude.
   Eigen::Vector3d fit_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d fit_sigma_raw = Eigen::Vector3d::Zero();
 };
 
-/// One term that the model does not have: what the readings say of it, and what it might do unseen.
+/// A term that the model does not have: its test, and how much it could shift parameters unseen.
 struct LeftOutTest {
   Triad triad = Triad::kAccelerometer;
   std::string term;       ///< "quadratic", "bias drift".
-  double p_value = 1.0;   ///< Of the test, beside those that show.
-  bool is_shown = false;  ///< It is corrected, or σ allow for it.
-  /// By how many of its σ some parameter is off at most for each σ by which the term does not show;
-  /// unset where the readings tell nothing of some of it.
+  double p_value = 1.0;   ///< Of its test, beside the terms that are shown.
+  bool is_shown = false;  ///< It is corrected, or σ include it.
+  /// Shift, in its own σ, of the most affected parameter when the term changes by one σ of the
+  /// term; unset where the readings do not determine all of the term.
   std::optional<double> kappa;
 };
 
-/// What rests have beyond any other data.
+/// The part of Quality that only rests have.
 struct RestQuality {
   std::optional<HeldOut> held_out;
   std::vector<ModelAlternative> model_choice;  ///< Empty unless something was chosen; chosen first.
-  /// On the way there: the largest model, then what was taken away or came back, each with the
-  /// model after it and the p of that step.
+  /// The steps towards it: the largest model, then each term that was removed or restored, with the
+  /// model after that step and the p-value of the step.
   std::vector<ModelAlternative> model_steps;
   std::vector<RejectedPose> rejected_poses;
-  std::vector<TurnCheck> turns;            ///< Those that were stated.
-  std::vector<ClockOffset> clock_offsets;  ///< Where moves between rests show them.
-  /// Of sensors with a bias for each session; that of the sensor is their mean.
+  std::vector<TurnCheck> turns;            ///< The turns that were stated.
+  std::vector<ClockOffset> clock_offsets;  ///< Where moves between rests determine them.
+  /// For sensors with one bias per session; the sensor's own bias is their mean.
   std::vector<SessionBias> sessions;
   std::vector<BiasRepeatability> repeatability;
   std::vector<PoseResidual> pose_residuals;
-  std::vector<TemperatureSetting> temperature_settings;  ///< Of triads with temperature terms.
+  std::vector<TemperatureSetting> temperature_settings;  ///< For triads with temperature terms.
 };
 
-/// What a temperature sweep has.
+/// The part of Quality that only a temperature sweep has.
 struct SweepQuality {
   std::vector<SweepAxis> axes;
   std::vector<SweepWindow> windows;
 };
 
-/// How well the solution explains the data, and what supports it. The common part is all that a
-/// unit followed through its motion has.
+/// How well the solution explains the data, and which data support it. A unit in motion has only
+/// the common part.
 struct Quality {
-  int poses = 0;                                        ///< Rests, attitudes of a motion, windows.
-  PerTriad<std::optional<double>> residual_rms;         ///< RMS of |C(y-b)| - reference, true unit.
+  int poses = 0;                                 ///< Rests, attitudes of a motion, or windows.
+  PerTriad<std::optional<double>> residual_rms;  ///< RMS of |C(y-b)| - reference, true unit.
   PerTriad<std::optional<double>> residual_rms_before;  ///< The same, uncalibrated.
-  double reduced_chi2 = 0.0;                            ///< After excess noise.
+  double reduced_chi2 = 0.0;                            ///< With the excess noise.
   double reduced_chi2_before = 0.0;                     ///< With the noise inside the rests alone.
   double dof = 0.0;                                     ///< Residuals minus parameters.
   double effective_dof = 0.0;  ///< Satterthwaite ν for intervals and joint tests.
@@ -280,8 +281,8 @@ struct Quality {
   std::vector<LeftOutTest> left_out_tests;
   std::vector<Coverage> coverage;
   std::vector<LimitCheck> limits;
-  RestQuality rests;   ///< Empty but for Mode::kPoses.
-  SweepQuality sweep;  ///< Empty but for Mode::kSweep.
+  RestQuality rests;   ///< Empty unless Mode::kPoses.
+  SweepQuality sweep;  ///< Empty unless Mode::kSweep.
 };
 
 }  // namespace truetriad

@@ -14,34 +14,35 @@
 
 namespace truetriad {
 
-/// What the record says of a unit and its run beside serial number and model. Nothing is computed
-/// from it.
+/// What a record states about a unit and its run beside serial number and model. No result depends
+/// on it.
 struct Tags {
   std::string part, revision;                                                  ///< `device:`
   std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
-  /// `device.firmware`: whose log the recording is of ("px4"); what follows holds for it alone.
+  /// `device.firmware`: the firmware that wrote the log ("px4"). The members below hold for it
+  /// alone.
   std::string firmware;
   /// `device.ids`: the number by which firmware knows each sensor.
   PerTriad<std::optional<std::int64_t>> device_ids;
-  /// `device.slots`: which of its sets of parameters firmware has for the sensor with this number,
-  /// as it counts them; kNoSlot: all are other sensors'. `device.thermal_slots`: the same of its
-  /// temperature terms, where these have numbers of their own.
+  /// `device.slots`: which set of parameters (by the firmware's own count) firmware has for the
+  /// sensor with this number; kNoSlot: all sets belong to other sensors. `device.thermal_slots`:
+  /// the same for its temperature terms, where they are counted separately.
   PerTriad<std::optional<std::int64_t>> device_slots, thermal_slots;
   static constexpr std::int64_t kNoSlot = -1;  // No set of parameters has this number.
-  /// `device.idle_thermal_slots`: those with terms that firmware has and does not use. It uses the
-  /// terms of all sensors of a kind, or of none.
+  /// `device.idle_thermal_slots`: sets of temperature terms that firmware has but does not use. It
+  /// uses the terms of all sensors of a kind, or of none.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots;
-  /// `device.magnetometer_turn_deg`: roll, pitch and yaw that turn the recording's axes into those
-  /// in which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
+  /// `device.magnetometer_turn_deg`: roll, pitch and yaw from the recording's axes to those in
+  /// which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
   std::optional<Eigen::Vector3d> magnetometer_turn_deg;
-  /// `device.magnetometer_mount_deg`: those that turn its own axes into the recording's, where the
-  /// vehicle's parameters state how it is mounted; unset: no parameter has a part in them.
+  /// `device.magnetometer_mount_deg`: roll, pitch and yaw from its own axes to the recording's,
+  /// where the vehicle's parameters state the mounting; unset: no parameter affects it.
   std::optional<Eigen::Vector3d> magnetometer_mount_deg;
 
   bool operator==(const Tags&) const = default;
 };
 
-/// A key of `device:` or `run:` and what it says.
+/// A key of `device:` or `run:` and the member that holds its value.
 struct TagKey {
   std::string_view key;
   std::string Tags::*value;
@@ -56,7 +57,7 @@ inline constexpr std::array<TagKey, 7> kRunTags = {{{"lot", &Tags::lot},
                                                     {"order", &Tags::order_number},
                                                     {"note", &Tags::note}}};
 
-/// What `own` does not say is as in `other`.
+/// `own`, with each unset member taken from `other`.
 inline Tags OrElse(Tags own, const Tags& other) {
   const auto take = [&](const TagKey& tag) {
     std::string& value = own.*tag.value;

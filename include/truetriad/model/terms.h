@@ -13,21 +13,21 @@
 
 namespace truetriad {
 
-// Every kind of parameter that the model of a sensor may have, stated once. Layout, names, options,
-// files, tables, comparison, export and the simulator loop over these tables; a new axis term is an
-// enumerator, a row, and its two functions below.
+// Each kind of parameter that the model of a sensor may have is defined once, here. Layout, names,
+// options, files, tables, comparison, export and the simulator loop over these tables; a new axis
+// term is an enumerator, a row, and a case in each of the two functions below.
 
-/// What one sensing axis does to what it feels, beyond gain and bias (triad_model.h):
+/// The response of one sensing axis to its input u, beyond gain and bias (triad_model.h):
 ///
 ///   raw_i = u_i + sum of a_i f(u_i) over the terms + bias_i
 ///
-/// New ones go to the end: simulated units keep their numbers.
+/// New terms are appended, so that the simulator's random numbers of the old ones do not change.
 enum class AxisTerm { kQuadratic, kAsymmetry, kCubic };
-inline constexpr std::size_t kAxisTermCount = 3;
+inline constexpr std::size_t kAxisTermCount = 3;  ///< Enumerators of AxisTerm.
 
-/// What the rate of temperature T' adds to the bias; tau is the temperature less the reference.
+/// What the rate of temperature T' adds to the bias; tau is temperature minus reference.
 enum class RateTerm { kLinear, kQuadratic, kCross };
-inline constexpr std::size_t kRateTermCount = 3;
+inline constexpr std::size_t kRateTermCount = 3;  ///< Enumerators of RateTerm.
 
 enum class ParameterKind {
   kBias,
@@ -55,7 +55,7 @@ Scalar ValueOf(AxisTerm term, const Scalar& felt) {
   return Scalar(0);
 }
 
-/// f'(u); at the kink of the asymmetry the mean of both sides.
+/// f'(u); at the kink of the asymmetry, u = 0, the mean of both sides.
 template <typename Scalar>
 Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
   switch (term) {
@@ -72,22 +72,22 @@ Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
 struct AxisTermInfo {
   AxisTerm term;
   ParameterKind kind;
-  Triad triad;             ///< The kind of sensor that may have it.
+  Triad triad;             ///< The kind of sensor that may have the term.
   std::string_view name;   ///< In files: "quadratic".
-  std::string_view words;  ///< For people: "quadratic term".
-  std::string_view label;  ///< Of its row in a table.
-  /// f(u) grows like u^(1 + power): a is in raw^-power, and of size (raw of the signal)^-power
-  /// where the term is as large as the signal itself.
+  std::string_view words;  ///< For readers: "quadratic term".
+  std::string_view label;  ///< Title of its row in a table.
+  /// f(u) grows like u^(1 + power): the unit of a is raw^-power, and a = (raw of the signal)^-power
+  /// makes the term as large as the signal itself.
   int power;
-  /// |f(u) - line|, at most, over |u| <= 1, of the line that fits f best by least squares: 2/3 of
-  /// u^2 (about 1/3), 1/2 of |u| (about 1/2), 2/5 of u^3 (about 3/5 u).
+  /// Largest |f(u) - line| over |u| <= 1 for the line that fits f best by least squares: 2/3 for
+  /// u^2 (line about 1/3), 1/2 for |u| (about 1/2), 2/5 for u^3 (about 3/5 u).
   double beyond_line;
-  /// TriadModel::Felt solves it in closed form, beside the others that say so.
+  /// TriadModel::Felt inverts it in closed form, together with the other terms that have this flag.
   bool is_closed_form;
-  /// `model: auto` chooses about it too.
+  /// `model: auto` decides about it.
   bool is_in_auto_model;
 
-  /// What a is divided by where each raw unit is `per_raw` of another.
+  /// The divisor of a when the unit changes to one of which a raw unit has `per_raw`.
   double PowerOf(double per_raw) const { return std::pow(per_raw, power); }
 };
 
@@ -130,7 +130,7 @@ struct RateTermInfo {
   std::string_view path;     ///< In the name of a parameter: "rate.linear".
   std::string_view words;    ///< "dT/dt".
   std::string_view letters;  ///< "T'".
-  std::string_view unit;     ///< Of the coefficient, after that of the bias.
+  std::string_view unit;     ///< Of the coefficient, appended to that of the bias.
 
   /// In files: "linear".
   constexpr std::string_view name() const { return path.substr(path.find('.') + 1); }
@@ -147,7 +147,7 @@ inline constexpr std::array<RateTermInfo, kRateTermCount> kRateTerms = {{
     {RateTerm::kCross, ParameterKind::kRateCross, "rate.cross", "tau dT/dt", "tau T'", "s/degC^2"},
 }};
 
-/// What a rate term's coefficient is multiplied with: a number, or an array of one an axis.
+/// The factor of a rate term's coefficient: a number, or an array with one entry per axis.
 template <typename Value>
 Value FactorOf(RateTerm term, const Value& tau, const Value& rate) {
   switch (term) {
@@ -163,13 +163,13 @@ Value FactorOf(RateTerm term, const Value& tau, const Value& rate) {
 
 struct ParameterInfo {
   ParameterKind kind;
-  std::string_view name;   ///< In the name of a parameter.
-  bool is_matrix = false;  ///< 9 entries; else 3, one an axis.
+  std::string_view name;   ///< In the names of parameters.
+  bool is_matrix = false;  ///< 9 entries; else 3, one per axis.
   std::optional<RateTerm> rate = {};
   std::optional<AxisTerm> axis_term = {};
 };
 
-/// By kind.
+/// In the order of ParameterKind.
 inline constexpr auto kParameterKinds = [] {
   std::array<ParameterInfo, 3 + kRateTermCount + kAxisTermCount> all = {{
       {.kind = ParameterKind::kBias, .name = "bias"},
@@ -232,7 +232,7 @@ struct PerIndex {
   auto end() { return items.end(); }
   auto begin() const { return items.begin(); }
   auto end() const { return items.end(); }
-  /// One of them is set, or true.
+  /// Whether one of them is set, or true.
   bool any() const {
     return std::any_of(begin(), end(), [](const T& item) { return static_cast<bool>(item); });
   }

@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-/// The temperature that each axis of a triad follows, and its rate.
+/// The temperature that governs each axis of a triad, and its rate.
 struct ThermalState {
   Eigen::Vector3d degc = Eigen::Vector3d::Zero();
   Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
@@ -29,13 +29,13 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       double temperature_degc,
                                       double rate_degcps = 0.0);
 
-/// The same where each axis (row of S) has a temperature and rate of its own.
+/// The same with a temperature and a rate for each axis (row of S).
 TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       const ThermalTerms& thermal,
                                       const ThermalState& state);
 
-/// What follows its input with a first-order lag, lag dy/dt = x - y; exact where the input is
-/// linear from one reading to the next. Settled at the first one. Lag 0: the input itself.
+/// A first-order lag, lag dy/dt = x - y; exact where the input is linear between readings. The
+/// output starts at the first input. With lag 0 it is the input itself.
 class FirstOrderLag {
  public:
   explicit FirstOrderLag(double lag_s) : lag_s_(lag_s) {}
@@ -48,7 +48,7 @@ class FirstOrderLag {
   bool started_ = false;
 };
 
-/// From a thermometer's reading T to what each axis follows:
+/// From a thermometer's reading T to the temperature and the rate of each axis:
 ///
 ///   element temperature  E: lag_e E' = T - E            lag_e = 0: E = T
 ///   its rate             (E - F) / lag_r,  lag_r F' = E - F
@@ -58,7 +58,7 @@ class FirstOrderLag {
 class TemperatureFilter {
  public:
   explicit TemperatureFilter(const ThermalTerms& thermal);
-  /// Times must not decrease; a temperature that is NaN leaves everything as it was.
+  /// Times must not decrease; a temperature of NaN leaves the state unchanged.
   const ThermalState& Next(double time_s, double temperature_degc);
 
  private:

@@ -12,23 +12,22 @@
 
 namespace truetriad {
 
-/// One triad: what the chip reports for a true field, and back.
+/// One triad: the reading of the chip for a true field, and its inverse.
 ///
-///   u     = sensitivity * truth                  what each sensing axis feels
-///   raw_i = u_i + sum of a_i f(u_i) + bias_i     what the chip does; axis terms a f, terms.h
-///   truth = correction * u(raw - bias)           what we ship; correction = sensitivity^-1
+///   u     = sensitivity * truth                  input of each sensing axis
+///   raw_i = u_i + sum of a_i f(u_i) + bias_i     response of the axis; terms a f of terms.h
+///   truth = correction * u(raw - bias)           calibrated reading; correction = sensitivity^-1
 ///
-/// Most chips have no axis terms: all are zero then. They are in u and not in the truth because
-/// they belong to the sensing axis: a rotation of the body frame, or another strength of the field
-/// that the gains are relative to, leaves u as it is, and with it the terms.
+/// Most chips have no axis terms: all are zero. They are functions of u and not of the truth
+/// because they belong to the sensing axis: a rotation of the body frame, or another field strength
+/// to which the gains refer, changes neither u nor the terms.
 ///
 /// Frame: truth is in the body frame; row i of sensitivity is sensing axis i there. Stored
 /// column-major (Eigen).
 /// Units: truth in m/s^2, rad/s or uT; raw, u and bias in the log's unit; sensitivity in raw per
 /// true unit; the quadratic term per raw; asymmetry a share of the gain, which is (1 + a) times the
 /// sensitivity's where u > 0 and (1 - a) times where u < 0. Range: |asymmetry| < 1.
-/// Gauge: static poses cannot see a common rotation of all rows; see gauge.h for which convention
-/// holds.
+/// Gauge: static poses do not determine a common rotation of all rows; gauge.h has the conventions.
 template <typename Scalar>
 struct TriadModel {
   using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
@@ -55,8 +54,8 @@ struct TriadModel {
 
   Matrix3 Correction() const { return sensitivity.inverse(); }
 
-  /// u of a reading less the bias: the root of u + sum of a f(u) = reading that goes to zero with
-  /// it. NaN where no u gives the reading.
+  /// u of `reading`, which is raw - bias: the root of u + sum of a f(u) = reading that tends to
+  /// zero with it. NaN where no u gives the reading.
   Vector3 Felt(const Vector3& reading) const {
     using std::sqrt;
     const Vector3& quadratic = axis_terms[AxisTerm::kQuadratic];
@@ -84,8 +83,8 @@ struct TriadModel {
   }
 
  private:
-  // Terms that are zero cost nothing, and leave infinities what they are. A number that carries
-  // derivatives (ceres::Jet) does so at zero too.
+  // Terms that are zero are skipped, which also keeps infinities unchanged. A scalar with
+  // derivatives (ceres::Jet) has them at zero, too.
   static bool IsThere(const Scalar& a) {
     return !std::is_floating_point_v<Scalar> || a != Scalar(0);
   }
@@ -98,16 +97,16 @@ struct TriadModel {
     return slope;
   }
 
-  // Felt of one axis by Newton's method, held between zero and where the readings turn round.
+  // Felt of one axis by Newton's method, kept between zero and the point where the slope is zero.
   Scalar RootFrom(const Scalar& start, int i, const Scalar& reading) const {
     using std::abs;
-    constexpr int kMostSteps = 100;
-    constexpr double kPrecision = 1e-14;
-    // From here on in sizes: the reading is positive.
+    constexpr int kMostSteps = 100;       // Bisection alone halves a bracket to 2^-53 in 53.
+    constexpr double kPrecision = 1e-14;  // Relative: 45 roundings.
+    // From here on absolute values are used: the reading counts as positive.
     const Scalar sign(reading < Scalar(0) ? -1.0 : 1.0);
     Scalar low(0), high(std::numeric_limits<double>::infinity());
     Scalar size = sign * start;
-    if (!(size > low)) size = sign * reading;  // not a number, where the other terms give none
+    if (!(size > low)) size = sign * reading;  // NaN, where the other terms have no root.
     for (int step = 0; step < kMostSteps; ++step) {
       const Scalar felt = sign * size;
       Scalar miss = felt - reading;
