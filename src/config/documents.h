@@ -12,11 +12,11 @@
 
 namespace truetriad {
 
-/// Where keys stand, by their full names: "file:line", or the override; empty: nowhere.
+/// The place of each key by its full name: "file:line", or the override; empty: no place.
 using Places = std::map<std::string, std::string>;
 
-/// A file that people write and the overrides (`--set=key.sub=value`, the value in YAML flow style)
-/// that are read on top of it, each a document of its own.
+/// A file that a user writes and the overrides (`--set=key.sub=value`, the value in YAML flow
+/// style) that are read after it, each as a document of its own.
 class Documents {
  public:
   /// Error: an override that is not a line of the form key.sub=value, or not YAML.
@@ -25,15 +25,15 @@ class Documents {
   /// The file, then the overrides in their order.
   std::deque<YamlReader>& all() { return documents_; }
 
-  /// A document that the file is read on top of. None is assigned to another: a YAML::Node that is
-  /// assigned to changes all that share it.
+  /// Adds a document before the file, which overrides it. No document is assigned to another: an
+  /// assigned YAML::Node changes all that share it.
   void PutBelow(const YamlReader& base) { documents_.push_front(base); }
 
-  /// Where all keys stand; of several documents the last.
+  /// The places of all keys; for a key in several documents that of the last.
   Places AllPlaces() const;
 
-  /// Adds the errors of all documents, without those of the file about keys whose value an override
-  /// replaces. An override itself has no lines to name.
+  /// Adds the errors of all documents, except those of the file about keys whose value an override
+  /// replaces. The error of an override has no line.
   void CollectErrors(std::vector<Error>* errors) const;
 
  private:
@@ -41,21 +41,21 @@ class Documents {
   std::vector<std::string> overridden_;  ///< Full names of the keys that the overrides replace.
 };
 
-/// The place, or the file, is an override.
+/// Whether the place, or the file, is an override.
 bool IsOverride(std::string_view place);
 
-/// The document is an override of this key itself, not of one below it.
+/// Whether the document is an override of this key itself, not of one below it.
 bool IsOverrideOf(const YamlReader& document, std::string_view key);
 
-/// Notes where all keys below `reader` stand, and the items of lists (`motion[1]`), with `prefix`
-/// in front of their names.
+/// Adds the places of all keys below `reader` and of the items of lists (`motion[1]`), with
+/// `prefix` in front of their names.
 void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places);
 
-/// The place of a key, or of the longest part of it that has one: of a, a.b and a.b.c for a.b.c;
-/// else empty.
+/// The place of a.b.c, else of a.b, else of a: of the longest part of `key` that has one; else
+/// empty.
 std::string PlaceOf(std::string key, const Places& places);
 
-/// `path` as seen from the folder of `file`; empty stays empty.
+/// `path` relative to the folder of `file`; empty stays empty.
 std::string Resolve(const std::string& path, const std::string& file);
 
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-/// Degrees.
+/// `earth_rate:`, in degrees.
 struct StatedEarthRate {
   std::optional<double> latitude;     ///< Unset: that of `position`.
   std::optional<double> declination;  ///< Unset: that of the Earth's field at `position`, or zero.
@@ -21,46 +21,46 @@ struct StatedMounting {
   std::optional<Eigen::Matrix3d> map;
 };
 
-/// What the documents have said so far. Each document (preset, experiment, override) is read on top
-/// of those before it, so that a later one changes just what it names.
+/// The state while documents are read. Each document (preset, experiment, override) is read after
+/// those before it, so that a later one changes only the keys that it has.
 struct ExperimentDraft {
-  Experiment experiment;  ///< Its files are named as they are written.
+  Experiment experiment;  ///< Its file names are as written.
   PerTriad<std::optional<StatedMounting>> mounting;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
-  Places given;  ///< All keys that any document or preset has, and those that were settled.
+  Places given;  ///< All keys of the documents and presets, and those that were settled.
 };
 
-/// The fields of a sensor's block. `chosen` has the models and terms that took the place of `auto`.
+/// The fields of a sensor's block. `chosen` has the models and terms that replaced `auto`.
 template <typename Visit>
 void SensorFields(Visit& visit, Triad triad, ExperimentDraft& draft, CalibrateOptions& chosen);
 
 /// The fields of the `plan:` block.
 void PlanFields(FieldReader& visit, PlanConfig* plan);
 
-/// The sensor is not calibrated, and what is said of its limits falls away.
+/// Disables a sensor and removes its limits.
 void LeaveOut(Triad triad, CalibrateOptions* options);
 
-/// Reads one document, or the block of a sensor, on top of what the draft holds.
+/// Reads one document, or the block of a sensor, into the draft.
 void ReadDocument(YamlReader root, ExperimentDraft* draft);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
-/// Reads the limits of a preset, which are judged where there is such a value.
+/// Reads the limits of a preset, which are judged where a calibration has such a value.
 void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
 
-/// At the line that states a key, or in the experiment as a whole where none does.
+/// An error at the line of a key, or in the experiment as a whole where no line has the key.
 Error ErrorAtKey(const ExperimentDraft& draft,
                  ErrorCode code,
                  const std::string& key,
                  const std::string& message);
 
-/// Settles what depends on several keys; adds to `errors` what contradicts itself.
+/// Sets options that depend on several keys; adds contradictions to `errors`.
 void Settle(ExperimentDraft* draft, std::vector<Error>* errors);
 
-/// The experiment with every default written out and marked; reads back with the same options.
-/// Where `chosen` differs in what was `auto`, it has the models and terms of that, marked too.
+/// The experiment with every default written out and marked; it reads back with the same options.
+/// Models and terms that `chosen` has in place of `auto` are written and marked, too.
 std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& chosen);
 
 }  // namespace truetriad

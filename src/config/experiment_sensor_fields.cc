@@ -18,7 +18,7 @@ const auto kModels = Named(MatrixModelName,
                            MatrixModel::kSymmetric,
                            MatrixModel::kFull,
                            MatrixModel::kAuto);
-/// Of the terms beyond bias and sensitivity.
+/// For terms beyond bias and sensitivity.
 const auto kWantedTerms = Named(WantedName, Wanted::kNo, Wanted::kYes, Wanted::kAuto);
 const auto kNoiseSources = Named(NoiseSourceName, NoiseSource::kConfig, NoiseSource::kDatasheet);
 const auto kThermalMatrices =
@@ -49,7 +49,7 @@ void NoiseFields(Visit& visit, TriadOptions& options, std::string& allan_file) {
   const bool says_allan = visit.Has("allan"), says_sigma = visit.Has("sigma");
   visit.Expect(
       !(says_allan && says_sigma), "sigma and allan exclude each other; keep one", "allan");
-  // What a document says takes the place of what those before it said.
+  // A document's statement replaces that of earlier documents.
   if (says_sigma) allan_file.clear();
   if (says_allan) options.noise_sigma_raw.reset();
   visit("allan", allan_file, kFile);
@@ -77,7 +77,7 @@ void PriorFields(Visit& visit, TriadPrior& prior) {
   visit("sensitivity_sigma", prior.sensitivity_sigma, kSigmas);
 }
 
-/// On top of what was said `before`, if anything was.
+/// Reads into the value of earlier documents, `before`, if there is one.
 template <typename Visit>
 void NonlinearityFields(Visit& visit,
                         Triad triad,

@@ -8,7 +8,7 @@
 #include "truetriad/model/earth.h"
 #include "truetriad/model/mounting.h"
 
-// From what the keys of an experiment say to the experiment: what depends on several of them.
+// Derives the options of an experiment that depend on several of its keys.
 
 namespace truetriad {
 namespace {
@@ -20,7 +20,7 @@ Knowledge KnowledgeOf(const Stated& stated, double unit = 1.0) {
   return {*stated.value * unit, stated.sigma.value_or(0.0) * unit};
 }
 
-// From 9.78 at the equator to 9.83 at the poles, less up high.
+// Gravity is 9.78 m/s^2 at the equator and 9.83 at the poles, and falls with height.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
 
 void SettleGravity(Draft* draft) {
@@ -37,7 +37,7 @@ void SettleGravity(Draft* draft) {
   draft->experiment.options.reference.gravity_mps2 = KnowledgeOf(gravity);
 }
 
-/// The Earth's field at the position, or why there is none; neither when nothing asks for it.
+/// The Earth's field at the position, or the reason why it is unknown.
 void FindEarthField(Experiment* experiment) {
   experiment->earth_field.reset();
   experiment->no_earth_field.clear();
@@ -56,7 +56,7 @@ void FindEarthField(Experiment* experiment) {
     return;
   }
   const Result<double> year = DecimalYear(position.date);
-  if (!year) return;  // Was refused where it stands.
+  if (!year) return;  // It was refused at its key.
   const Result<EarthField> field = WorldMagneticModel(
       {position.latitude_deg, *position.longitude_deg, position.height_m}, *year);
   if (field) {
@@ -66,12 +66,12 @@ void FindEarthField(Experiment* experiment) {
   }
 }
 
-/// What the experiment leaves to the Earth's field at its position.
+/// Fills in the parts of the field that the experiment leaves to the model of the Earth.
 void SettleField(Draft* draft) {
   Experiment& experiment = draft->experiment;
   FindEarthField(&experiment);
   const std::optional<EarthField>& earth = experiment.earth_field;
-  // What is stated wins, also that it is unknown.
+  // A statement takes precedence, also the statement `unknown`.
   const auto take = [&](const char* key, double value, double sigma, Stated* stated) {
     const std::string name = std::string("reference.field.") + key;
     if (stated->value || draft->given.contains(name)) return;
@@ -82,7 +82,7 @@ void SettleField(Draft* draft) {
     take("strength_ut", earth->strength_ut, earth->strength_sigma_ut, &draft->strength_ut);
     take("dip_deg", earth->dip_deg, earth->dip_sigma_deg, &draft->dip_deg);
   }
-  // The magnetic equator lies nowhere farther from the other one than 16 degrees.
+  // The magnetic equator is within 16 degrees of the geographic one everywhere.
   constexpr double kNearEquatorDeg = 20.0;
   const bool is_far_from_equator =
       experiment.position && std::abs(experiment.position->latitude_deg) > kNearEquatorDeg;
@@ -118,7 +118,7 @@ bool HasKnownMotions(const Experiment& experiment) {
   return !(motions.turns_file.empty() && motions.rates_file.empty());
 }
 
-/// What only some ways to find poses take.
+/// Sets options that only some kinds of poses have.
 void SettlePoses(Draft* draft) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
@@ -132,8 +132,8 @@ void SettlePoses(Draft* draft) {
   }
   if (poses.kind != PoseSelectionKind::kSweep) return;
   options.sweep.emplace();
-  // Neighbouring windows are alike: what is held out are blocks of time, enough of them that each
-  // is a small part of the temperatures.
+  // Neighbouring windows are correlated, so that blocks of time are held out; each of 14 is 7 % of
+  // the sweep.
   constexpr int kSweepFolds = 14;
   if (!draft->given.contains("cross_validation.folds")) {
     options.cross_validation_folds = kSweepFolds;
@@ -145,7 +145,7 @@ void SettlePoses(Draft* draft) {
   }
 }
 
-/// A model that is chosen is chosen as a whole, but for what the experiment says itself.
+/// `model: auto` opens all terms of the sensor, except those that the experiment states.
 void LeaveModelsOpen(Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
   for (const Triad triad : kTriads) {
@@ -155,7 +155,7 @@ void LeaveModelsOpen(Draft* draft) {
       const std::string name = "sensors." + std::string(TriadName(triad)) + "." + std::string(key);
       if (!draft->given.contains(name)) *term = Wanted::kAuto;
     };
-    // It shows only where gravity is seen.
+    // g-sensitivity is observable only where gravity is measured.
     if (triad == Triad::kGyroscope && options.triads[Triad::kAccelerometer].enabled) {
       leave_open("g_sensitivity", &sensor.g_sensitivity);
     }
@@ -167,8 +167,8 @@ void LeaveModelsOpen(Draft* draft) {
   }
 }
 
-/// What nobody states follows from a matrix that is held or known beforehand; else the axes of
-/// accelerometer and gyroscope are those of the body.
+/// An unstated mounting follows from a fixed matrix or from a prior; else the axes of accelerometer
+/// and gyroscope are those of the body.
 void SettleMounting(const Draft& draft, CalibrateOptions* options) {
   for (const Triad triad : kTriads) {
     TriadOptions& sensor = options->triads[triad];
@@ -188,7 +188,7 @@ void SettleMounting(const Draft& draft, CalibrateOptions* options) {
   }
 }
 
-/// What keys may not say together.
+/// A combination of keys that is not allowed.
 struct Rule {
   bool is_broken;
   std::string key;
@@ -311,7 +311,7 @@ void Settle(Draft* draft, std::vector<Error>* errors) {
   SettleGravity(draft);
   SettleField(draft);
   SettleEarthRate(draft);
-  // A turn has an axis.
+  // A turn always states its axis.
   options.has_stated_axes = motions.rate_axes_known || !motions.turns_file.empty();
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   LeaveModelsOpen(draft);

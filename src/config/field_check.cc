@@ -10,10 +10,10 @@
 namespace truetriad {
 namespace {
 
-// What no undisturbed site shows, and few rooms without iron: crust and sun stay below 5 % and 3
-// deg.
+// Crust and sun change an undisturbed field by less than 5 % and 3 deg. These are four and three
+// times that, which few rooms without iron show.
 constexpr double kGrossStrengthShare = 0.2;
-constexpr double kGrossDipDeg = 10.0;
+constexpr double kGrossDipDeg = 10.0;  // Three times 3 deg, rounded up.
 
 std::string Formatted(const char* format, double found, double expected) {
   char text[256];
@@ -27,7 +27,7 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
   const auto& magnetometer = calibration->sensors[Triad::kMagnetometer];
   if (!magnetometer || !experiment.position) return;
   if (!experiment.earth_field) {
-    // A position without longitude and date is one for gravity: nobody asked.
+    // A position without longitude and date serves gravity only: no check was asked for.
     if (experiment.position->longitude_deg && !experiment.position->date.empty()) {
       calibration->findings.emplace_back(
           FindingCode::kFieldNotChecked,
@@ -39,7 +39,7 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
   const ReferenceValues& reference = calibration->reference;
   std::string found;
   Finding finding(FindingCode::kFieldUnlikely, "");
-  // Counts of unknown size say nothing of the strength.
+  // Counts of unknown size do not determine the strength.
   const bool says_strength =
       reference.field_ut && !(reference.field_nominal && magnetometer->input_unit == "counts");
   if (says_strength &&

@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-/// Writes the fields that a FieldReader reads: nested maps, one key a line. It marks the lines that
-/// no document asked for.
+/// Writes the fields that a FieldReader reads: nested maps, one key per line. It marks the lines
+/// whose key no document has.
 class FieldWriter {
  public:
   static constexpr bool kReads = false;
@@ -33,7 +33,7 @@ class FieldWriter {
   bool operator()(std::string_view key, const std::optional<double>& value, const Kind& kind) {
     return value && (*this)(key, *value, kind);
   }
-  /// A value that took the place of `auto` is marked so.
+  /// A value that replaced `auto` is marked as chosen.
   template <typename Value, typename Kind>
   bool operator()(std::string_view key, const Value& value, const Kind& kind, const Value& chosen) {
     const std::string text = TextOf(kind, value), text_chosen = TextOf(kind, chosen);
@@ -68,7 +68,7 @@ class FieldWriter {
     Line(key, "[" + text + (text.empty() ? "]" : " ]"));
   }
 
-  /// One line of YAML; empty: none.
+  /// Writes one line of YAML; none for an empty text.
   void Line(std::string_view key, const std::string& text, std::string_view mark = "");
   template <typename Of>
   std::string Flow(const Of& of, int digits = 0) const {
@@ -78,7 +78,7 @@ class FieldWriter {
     of(inside);
     return "{ " + inside.text_ + " }";
   }
-  /// Within a map in one line.
+  /// Appends to a map in one line.
   void Append(const std::string& text) { text_ += text; }
 
   static void Expect(bool, std::string_view, std::string_view = "") {}

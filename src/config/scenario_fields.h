@@ -12,15 +12,15 @@
 
 namespace truetriad {
 
-/// What the documents of a scenario have said about one sensor so far, in true units; what it is in
-/// readings can only be told when all have been read.
+/// What the documents of a scenario state about one sensor, in true units. It is converted to
+/// readings when all have been read.
 struct ScenarioSensor {
   Unit unit;
   std::optional<double> si_per_count;
   Eigen::Vector3d zero_raw = Eigen::Vector3d::Zero();  ///< Reading of a perfect chip at zero.
 
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  /// Given as a whole, or as gains and misalignment: what was said last.
+  /// Given as a whole, or as gains and misalignment: the last statement counts.
   std::optional<Eigen::Matrix3d> sensitivity;
   Eigen::Vector3d scale_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d misalignment_rad = Eigen::Matrix3d::Zero();
@@ -29,25 +29,25 @@ struct ScenarioSensor {
       PerAxisTerm<Eigen::Vector3d>::All(Eigen::Vector3d::Zero());
   std::optional<ThermalTerms> thermal;
 
-  /// Values of one sample; become a density once the rate is known.
+  /// Per sample; converted to a density once the rate is known.
   std::optional<Eigen::Vector3d> sample_sigma;
   std::optional<double> resolution, resolution_raw;
   std::optional<double> range;  ///< Each way from zero.
   std::optional<Eigen::Vector2d> range_raw;
 
-  /// Everything else, which is the same in both.
+  /// All other values, which have the same unit in both.
   SimulatedTriad settled;
 };
 
-/// The block of a sensor. `none` removes it.
+/// Reads the block of a sensor; `none` removes it.
 void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSensor>* sensor);
 
-/// Says to `fail` what contradicts itself.
+/// The sensor in readings; calls `fail` for each contradiction.
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                              const std::function<void(const std::string&)>& fail);
 
-/// What happens in a scenario: its motion, temperature and disturbances. Each list that is there
-/// takes the place of what was said before. Files are relative to `file`.
+/// Reads the course of a scenario: its motion, temperature and disturbances. A list replaces that
+/// of earlier documents. Files are relative to `file`.
 void CourseFields(FieldReader& visit, const std::string& file, Scenario* scenario);
 
 }  // namespace truetriad

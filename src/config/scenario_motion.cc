@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// More poses than anybody takes; a guard against a slip of the keyboard.
+/// Far more poses than any procedure has; it catches mistyped numbers.
 constexpr int kMaxPoses = 100000;
 constexpr Range kRounds{1, kMaxPoses, "a whole number from 1 to 100000"};
 constexpr Range kRest{.lowest = 1, .expected = "a whole number from 1 on"};
@@ -43,8 +43,8 @@ std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitude
   return poses;
 }
 
-/// A list of things of several kinds, the alternatives of a variant, each a map under the name of
-/// its kind. It takes the place of what was said before.
+/// Reads a list of items of several kinds, the alternatives of a variant, each a map under the name
+/// of its kind. It replaces the list of earlier documents.
 template <typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
 void ListOfKinds(FieldReader& visit,
                  std::string_view key,

@@ -37,8 +37,8 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
 Eigen::MatrixXd BiasAndSensitivityCovariance(const NamedCovariance& covariance,
                                              const std::vector<Triad>& triads);
 
-/// The correction of a unit without a calibration: the nominal gain along the nominal axes, body <-
-/// raw, true unit per raw; nullopt for counts of unknown size.
+/// The correction of a unit without a calibration: the nominal gain along the nominal axes,
+/// body <- raw, true unit per raw; nullopt for counts of unknown size.
 std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor, Triad triad);
 
 /// True units in one raw unit, by definition or as the recording states it; nullopt for counts.

@@ -143,8 +143,8 @@ class Turning {
 
   explicit Turning(std::span<const double> time_s) : time_s_(time_s) {}
 
-  // Adds the step that ends at reading `i`; a change of the step by d turns the whole by by_step *
-  // d. This completes the reading i - 2.
+  // Adds the step that ends at reading `i`; a change of the step by d turns the whole by
+  // by_step * d. This completes the reading i - 2.
   void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
     const double step_s = time_s_[i] - time_s_[i - 1];
     const double square = step_s * step_s / 12.0;

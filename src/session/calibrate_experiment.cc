@@ -23,13 +23,13 @@
 namespace truetriad {
 namespace {
 
-// A lag of seconds is known to a tenth; the moves find what is left, and again what that leaves.
+// The first round subtracts a lag, known to 0.05 s; two more subtract what the moves then show.
 constexpr int kMostClockRounds = 3;
 
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
   if (loaded.not_enough) {
     Calibration calibration = StatedCalibration(experiment.options);
-    // A wrong unit of time leaves no rest.
+    // A wrong unit of time leaves no rest to detect.
     const auto reason = WhyNotAsStated(loaded.poses, experiment.options);
     calibration.findings = {reason ? *reason : RefusalOf(*loaded.not_enough)};
     calibration.outcome = OutcomeOf(calibration.findings);
@@ -38,14 +38,14 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
   }
   Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
   if (!summary) return AtItsKey(experiment, summary.error());
-  // A choice that failed leaves it to the next run to choose.
+  // After a failed choice the next run chooses again.
   summary->calibration.config_yaml = summary->calibration.IsUsable()
                                          ? ResolvedWithChoice(experiment, summary->options)
                                          : experiment.resolved_yaml;
   return std::move(summary->calibration);
 }
 
-// One calibration, with times as the experiment states them.
+// One calibration, with the time offsets of its experiment.
 struct Attempt {
   Experiment experiment;
   LoadedPoses loaded;
@@ -66,16 +66,16 @@ Result<Attempt> CalibrateAsStated(Experiment experiment,
   return attempt;
 }
 
-// By how much a sensor's times are later than those of the reference (ClockReference), beyond what
-// has been taken off them.
+// By how much a sensor's times are later than those of the reference (ClockReference), after the
+// offset that was subtracted.
 struct ClockLeft {
   double later_s = 0.0;
   double sigma_s = 0.0;
 };
 using Clocks = PerTriad<std::optional<ClockLeft>>;
 
-// Those that a recording of rests and its solution show. Of a clock that was `taken_off` as a lag,
-// which is no better known than to tenths of a second, whatever is left.
+// The clock offsets that a recording of rests and its solution show. Where a lag was `taken_off`,
+// which is known to 0.05 s only, any rest counts; else only a notable one.
 Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Clocks& taken_off) {
   Clocks left;
   for (const Triad triad : kTriads) {
@@ -90,8 +90,8 @@ Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Cl
   return left;
 }
 
-// What was taken off against the clock of `reference`, in the place of what an `earlier` solution
-// without that said of it.
+// Adds findings for the offsets relative to the clock of `reference` that were subtracted, with the
+// effects that an `earlier` solution without the correction had found.
 void SayClocksCorrected(const Clocks& taken_off,
                         const Findings& earlier,
                         Triad reference,
@@ -113,7 +113,7 @@ void SayClocksCorrected(const Clocks& taken_off,
   }
 }
 
-// Whether one clock at least is much better, none is worse, and nothing was lost by it.
+// Whether each remaining offset is at most half of that before and the result is still usable.
 bool IsNearer(const Attempt& next, const Clocks& left, const Attempt& attempt) {
   if (attempt.calibration.IsUsable() && !next.calibration.IsUsable()) return false;
   const auto left_now = ClocksLeft(next.loaded.poses, next.calibration, {});
@@ -124,7 +124,7 @@ bool IsNearer(const Attempt& next, const Clocks& left, const Attempt& attempt) {
   });
 }
 
-// Takes off what the recording shows of the clocks, and calibrates again.
+// Subtracts the clock offsets that the recording shows and calibrates again.
 Result<Attempt> CalibrateWithClocks(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
                                     const ProgressCallback& progress,
@@ -163,7 +163,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
   return attempt;
 }
 
-// Whether nothing but rests that are found could be meant: what is said of poses is of those.
+// Whether the experiment states nothing that only applies to poses of a stated kind.
 bool LeavesPosesOpen(const Experiment& experiment) {
   const PosesConfig& poses = experiment.poses;
   return !poses.given && poses.known_motions == KnownMotionsConfig() &&
@@ -173,7 +173,7 @@ bool LeavesPosesOpen(const Experiment& experiment) {
          !experiment.options.initialise.only;
 }
 
-// One way to take a recording.
+// One way to interpret a recording.
 struct Way {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   bool ignores_gyroscope = false;
@@ -198,15 +198,15 @@ struct Way {
   }
 };
 
-// A unit that moves most of the time, with fewer rests than a cube has faces, was tumbled.
+// A unit that moves half of the time or more, with fewer rests than faces, was tumbled.
 bool LooksTumbled(const PoseSet& poses) {
-  constexpr std::size_t kFaces = 6;
+  constexpr std::size_t kFaces = 6;  // Of a cube.
   return poses.poses.size() < kFaces && poses.static_share <= 0.5;
 }
 
-// From rests; where these do not determine what is asked, from rests that a gyroscope which is not
-// asked for has no part in, and without rests: followed through its motion, or of a magnetometer
-// alone by each row (an accelerometer's rows hold the hand's forces). The likelier one comes first.
+// Rests first; where these do not determine what is asked for: rests without a gyroscope that is
+// recorded but not asked for, then motion or, for a magnetometer alone, each row (rows of an
+// accelerometer contain the forces of the hand). The likeliest comes first.
 std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded) {
   std::vector<Way> ways = {{}};
   if (!loaded.are_detected || !loaded.poses.has_time) return ways;
@@ -226,14 +226,14 @@ std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded
   return ways;
 }
 
-// Why a calibration is none, or hardly one.
+// The finding for which a calibration is unusable or poorly known, or null.
 const Finding* WhatIsLacking(const Calibration& calibration) {
   const Finding* const refusal = FirstRefusal(calibration.findings);
   return refusal != nullptr ? refusal : Find(calibration.findings, FindingCode::kPoorlyKnown);
 }
 
-// Whether the rests are too few, or too much alike, for what is asked; any other reason not to use
-// them holds for the unit however it is taken.
+// Whether the rests are too few, or too similar, for what is asked for. Any other refusal applies
+// however the recording is interpreted.
 bool LacksRests(const Findings& findings) {
   constexpr std::array kCodes = {FindingCode::kNoRest,
                                  FindingCode::kTurnsUnexplained,
@@ -246,8 +246,8 @@ bool LacksRests(const Findings& findings) {
   return why != nullptr && std::ranges::find(kCodes, why->code) != kCodes.end();
 }
 
-// Where nobody says where the poses are: by the likeliest way, or where that does not determine
-// what is asked by the first other one that does.
+// Without a stated kind of poses: the likeliest way, or, where that does not determine what is
+// asked for, the first other one that does.
 Result<Attempt> CalibrateByEvidence(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
                                     const ProgressCallback& progress,
@@ -257,7 +257,7 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
   }
   Result<LoadedPoses> looked = LoadSessions(stated, &first, progress, opener);
   if (!looked) {
-    // Rests in which a sensor that is not asked for is stuck are rests.
+    // A sensor that is stuck in the rests, but not asked for, does not make them unusable.
     const bool asks = stated.options.triads[Triad::kGyroscope].enabled;
     if (asks || looked.error().code != ErrorCode::kStuckSensor) {
       return AtItsKey(stated, looked.error());
@@ -317,7 +317,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);
   CheckField(experiment, &calibration);
-  // A refusal of a sensor is among the calibration's, unless nobody asked for that sensor.
+  // A sensor's refusal is already in the calibration, unless that sensor was not asked for.
   std::copy_if(loaded.poses.findings.begin(),
                loaded.poses.findings.end(),
                std::back_inserter(calibration.findings),

@@ -85,13 +85,13 @@ Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
                                     const ProgressCallback& progress,
                                     const RecordingOpener& opener) {
   PosesConfig config;
-  config.moves = true;  // Where there is a gyroscope, the experiment asks for it.
+  config.moves = true;  // With a gyroscope the experiment needs the readings between poses.
   FirstLook look;
   TRUETRIAD_ASSIGN_OR_RETURN(look.loaded, LoadPoses(inputs.front(), config, progress, opener));
   PerTriad<bool> seen = SeenIn(look.loaded.poses);
   for (const std::string& input : std::span(inputs).subspan(1)) {
     const auto source = opener ? opener(input, {}) : OpenRecording(input);
-    if (!source) continue;  // Whoever reads it says why.
+    if (!source) continue;  // Reading it later reports why.
     for (const StreamInfo& stream : (*source)->info().streams) seen[stream.triad] = true;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(look.experiment_yaml,

@@ -20,7 +20,7 @@
 namespace truetriad {
 namespace {
 
-/// The recording from its beginning.
+/// Opens the recording from its beginning.
 using Opener = std::function<Result<std::unique_ptr<SampleSource>>()>;
 
 Result<PoseSelection> SelectionOf(const PosesConfig& config) {
@@ -67,8 +67,8 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
   return {};
 }
 
-/// Where a recording's poses are when nobody said: its manifest, its pose column, or detection.
-/// `input` is empty where it is no file.
+/// The poses of a recording without a stated kind: as its manifest or pose column states, else by
+/// detection. `input` is empty where it is not a file.
 Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
   if (!input.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
@@ -81,7 +81,7 @@ Result<PoseSelection> StatedSelection(const std::string& input, const RecordingI
   return selection;
 }
 
-/// What can be said about the streams of a recording without any pose.
+/// Describes the streams of a recording without any pose.
 Result<PoseSet> DescribeStreams(const Opener& open, TimeStamps time_stamps) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
   PoseSelection everything;
@@ -93,14 +93,14 @@ Result<PoseSet> DescribeStreams(const Opener& open, TimeStamps time_stamps) {
   set.how = "static detection";
   set.static_share = 0.0;
   for (StreamSummary& stream : set.streams) {
-    // Spread over motion, which is not noise.
+    // Their scatter contains motion and is not noise.
     stream.noise_sigma_raw.setZero();
     stream.correlation_inflation.setOnes();
   }
   return set;
 }
 
-/// When a recording begins, whichever of its sensors is the first.
+/// The earliest time of any sensor in the recording.
 Result<std::int64_t> FirstTime(const Opener& open) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
   PerTriad<bool> has_begun{};
@@ -132,7 +132,8 @@ Status SelectExcluded(const std::string& input,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(open));
   const auto after_first_ns = [first_ns](double seconds) {
-    // To the end is what a time beyond any recording's means.
+    // Half the range of int64, so that the sum cannot overflow: later than the end of any
+    // recording.
     constexpr double kLongestNs = 4.6e18;
     return first_ns + std::llround(std::min(1e9 * seconds, kLongestNs));
   };
@@ -143,13 +144,13 @@ Status SelectExcluded(const std::string& input,
   return {};
 }
 
-/// Of one sensor's readings in their order, however many come at once. Their times are left out:
-/// who writes a log again may count them from another zero.
+/// A digest of one sensor's readings in their order, independent of blocks. Times are left out,
+/// since a rewritten log may count them from another zero.
 class ReadingsDigest {
  public:
   void Add(std::span<const double> x, std::span<const double> y, std::span<const double> z) {
-    // The factors are primes, so that no reading is lost in a product with zero. Sums of products
-    // do not wait for each other as a chain of products does: 1 ns a reading.
+    // The constants keep a reading of zero from making a product zero. A sum of products takes 1 ns
+    // per reading, since they do not wait for each other as a chain of products does.
     constexpr std::uint64_t kPlace = 0x9E3779B97F4A7C15, kX = 0xA0761D6478BD642F,
                             kY = 0xE7037ED1A0B428DB, kZ = 0x8EBC6AF09C88C6E3;
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -187,7 +188,7 @@ std::vector<SensorReadings> TextsOf(const PerTriad<ReadingsDigest>& digests) {
   return readings;
 }
 
-/// Another source, with a digest of what has been read of it, of each sensor `most` at most.
+/// A source with a digest of the readings, of each sensor at most the first `most`.
 class DigestedSource : public SampleSource {
  public:
   explicit DigestedSource(std::unique_ptr<SampleSource> source,
@@ -210,7 +211,7 @@ class DigestedSource : public SampleSource {
   std::vector<RecordingJoint> joints() const override { return source_->joints(); }
   std::vector<InputFile> inputs() const override { return source_->inputs(); }
 
-  /// Whether a sensor may still have readings that are wanted.
+  /// Whether some sensor has fewer than `most` readings so far.
   bool WantsMore() const {
     return std::ranges::any_of(info().streams, [this](const StreamInfo& stream) {
       return digests_[stream.triad].count() < most_;
@@ -267,7 +268,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
   if (!config.given && selection.kind == PoseSelectionKind::kEveryRow) {
-    // A manifest that a converter wrote says it of a log, too.
+    // A converter's manifest may state it of a log, too.
     TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(loaded.poses));
   }
   if (auto finding = IgnoredColumns(source->info().ignored_columns)) {
@@ -306,7 +307,7 @@ Result<LoadedPoses> LoadTable(const std::string& input, const PosesConfig& confi
   return loaded;
 }
 
-/// What has a meaning in one recording alone, by its key in the experiment.
+/// Rejects keys that have a meaning in one recording only.
 Status CheckOneRecordingKeys(const Experiment& experiment) {
   if (experiment.inputs.size() > kMaxSessions) {
     return Error(ErrorCode::kInvalidExperiment,
@@ -350,7 +351,7 @@ Status CheckOneRecordingKeys(const Experiment& experiment) {
   return {};
 }
 
-/// Counts are one size in all sessions.
+/// Rejects sessions whose counts differ in size.
 Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   for (const StreamSummary& stream : more.poses.streams) {
     const StreamSummary* other = first.poses.Find(stream.triad);
@@ -366,9 +367,9 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   return {};
 }
 
-// Poses of the two that have the same means to the last bit: the same readings.
+// The number of poses with equal means in both: these are the same readings.
 int SharedPoses(const PoseSet& one, const PoseSet& other) {
-  // Means of fewer readings in steps may be the same by chance.
+  // Means of fewer quantised readings can be equal by chance.
   constexpr int kFewestSamples = 10;
   int shared = 0;
   for (const StaticPose& a : one.poses) {
@@ -387,10 +388,10 @@ int SharedPoses(const PoseSet& one, const PoseSet& other) {
   return shared;
 }
 
-// Error: a recording is there twice, or a part of it.
+// Error: a recording, or a part of it, is given twice.
 Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
                          const std::vector<std::string>& inputs) {
-  // So many are no chance.
+  // One or two poses may agree by chance.
   constexpr int kNoChance = 3;
   const PoseSet& last = sessions.back();
   const int most = std::clamp(static_cast<int>(last.poses.size()), 1, kNoChance);
@@ -406,9 +407,9 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
   return {};
 }
 
-// Whether reading `input` once more would give the same.
+// Whether reading `input` again would give the same.
 bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
-  // Without a gyroscope there is nothing between the poses.
+  // Without a gyroscope there are no readings between the poses to keep.
   if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
   return read.input == input && read.config == config;
 }
@@ -419,7 +420,7 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress,
                               const RecordingOpener& opener) {
-  // A table is already averaged: to find rests in it, or to take each row, is to read it as it is.
+  // A pose table is already averaged: detection and every row both read it as it is.
   Result<bool> is_table = false;
   if (!opener &&
       (config.kind == PoseSelectionKind::kDetect || config.kind == PoseSelectionKind::kEveryRow)) {
@@ -497,7 +498,7 @@ std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
 
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs) {
   const auto is_same = [](const InputFile& a, const InputFile& b) {
-    // A manifest has no samples, and may describe other files of the same names.
+    // A manifest has no samples and may describe other files of the same names.
     return a.samples > 0 && a.sha256 == b.sha256;
   };
   return std::find_first_of(calibration.inputs.begin(),
@@ -517,7 +518,7 @@ Status CheckSameSensors(const std::string& what,
                  what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
                      "`; give those of one unit");
   }
-  // Each firmware numbers sensors in its own way.
+  // Each firmware numbers its sensors differently.
   const std::string &firmware = tags.firmware, &its_firmware = of.tags.firmware;
   if (!firmware.empty() && !its_firmware.empty() && firmware != its_firmware) return {};
   for (const Triad triad : kTriads) {

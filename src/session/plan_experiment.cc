@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-/// What a recording of the nominal unit would be, before any pose is taken.
+/// The streams of the nominal unit, before any pose is taken.
 LoadedPoses NothingMeasured(const Experiment& experiment) {
   LoadedPoses loaded;
   loaded.poses.source = experiment.path;
@@ -25,7 +25,7 @@ LoadedPoses NothingMeasured(const Experiment& experiment) {
   return loaded;
 }
 
-/// The recording that is to be completed; empty: none.
+/// The recording that the plan completes; empty: none.
 Result<std::string> MeasuredFor(const Experiment& experiment, const std::string& stated) {
   if (!stated.empty() || !experiment.plan->from_recording) return stated;
   const std::size_t count = experiment.inputs.size();

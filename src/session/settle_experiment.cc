@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// The table `file` as poses, one row for each of `poses` in the same order.
+/// The table `file` as poses; it must have one row for each of `poses`, in the same order.
 Result<PoseSet> ReadRowsFor(const PoseSet& poses, const std::string& file) {
   TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(file));
   if (table.poses.poses.size() == poses.poses.size()) return std::move(table.poses);
@@ -67,7 +67,7 @@ Status ReadKnownForces(const PoseSet& poses, Experiment* experiment) {
   return {};
 }
 
-/// The sensitivity of a perfect chip, as it is mounted: truth = raw, in true units.
+/// The sensitivity of an ideal chip in its mounting: truth = raw, in true units.
 Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
                                             Triad triad,
                                             const TriadOptions& options) {
@@ -124,7 +124,7 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
                      "rest, or state " +
                      SensorLine(name, "noise: { sigma: [x, y, z] }"));
   }
-  // Both are 1 for counts.
+  // Both scales are 1 for counts.
   const double scale = found->unit.truth_per_raw / unit.truth_per_raw;
   AllanNoise noise;
   for (int axis = 0; axis < 3; ++axis) {
@@ -135,7 +135,7 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
   return noise;
 }
 
-/// What a sweep takes from a calibration at one temperature.
+/// Takes the start of a sweep from a calibration at one temperature.
 Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   CalibrateOptions& options = experiment->options;
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration known, ReadCalibration(experiment->static_file));
@@ -160,7 +160,7 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   const Knowledge& gravity = options.reference.gravity_mps2;
   const double stated_mps2 = gravity.value.value_or(kStandardGravityMps2);
   const double off = stated_mps2 - known.reference.gravity_mps2;
-  // Gravity that nobody stated is the standard one. Another place's is off by up to 0.05.
+  // Standard gravity counts as not stated. Gravity of another place differs by up to 0.05 m/s^2.
   constexpr double kNotable = 1e-3;
   if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
     return Error(ErrorCode::kDoesNotMatch,
@@ -178,7 +178,7 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   return {};
 }
 
-/// Leaves out the poses that the experiment names, with what files say of them.
+/// Leaves out the poses that the experiment names, with their attitudes and forces.
 Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
   const std::vector<int>& excluded = experiment->exclude_poses;
   if (excluded.empty()) return {};
@@ -212,8 +212,8 @@ Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
   return {};
 }
 
-/// The matrices that are held at a value which only the recording can tell: all of a sweep, else
-/// those that the experiment names or that its models have no entries of.
+/// Fixes matrices whose value depends on the recording: all in a sweep, else those that the
+/// experiment names or that its models do not estimate.
 Status HoldMatrices(const LoadedPoses& loaded, bool is_sweep, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     TriadOptions& options = experiment->options.triads[triad];
@@ -232,7 +232,7 @@ Status HoldMatrices(const LoadedPoses& loaded, bool is_sweep, Experiment* experi
       continue;
     }
     const Result<Eigen::Matrix3d> identity = IdentitySensitivity(loaded, triad, options);
-    // Counts of unknown size have no nominal matrix to choose.
+    // Counts of unknown size have no nominal matrix.
     if (!identity && is_candidate) continue;
     TRUETRIAD_RETURN_IF_ERROR(identity);
     matrix = *identity;
@@ -278,7 +278,7 @@ Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
     TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
     TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(loaded->poses, experiment));
     TRUETRIAD_RETURN_IF_ERROR(ExcludePoses(&loaded->poses, experiment));
-    // Where the unit stands otherwise a sensor may read the same.
+    // In stated attitudes equal readings may be genuine.
     if (loaded->are_rows && experiment->options.attitudes.kind == AttitudeKind::kNone &&
         experiment->forces_file.empty()) {
       LeaveOutRepeats(&loaded->poses);

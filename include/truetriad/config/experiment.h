@@ -38,26 +38,26 @@ struct ExcludedSeconds {
 
 /// `poses:` of an experiment.
 struct PosesConfig {
-  /// Detect unless said; kRanges reads `file`.
+  /// Detection unless stated; kRanges reads `file`.
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   bool given = false;  ///< The experiment has a `poses:` key (else a manifest's own is used).
   std::int64_t every = 0;
   std::string column;
   std::string file;                ///< Resolved against the experiment file.
   double motion_spacing_s = 0.1;   ///< Of kMotion.
-  SweepWindows sweep;              ///< Of kSweep; `file` says where its attitudes are, if it does.
-  bool moves = false;              ///< The gyroscope's readings between the poses are wanted, too.
-  bool ignores_gyroscope = false;  ///< It says nothing of rests.
+  SweepWindows sweep;              ///< For kSweep; `file` has the places of its attitudes, if set.
+  bool moves = false;              ///< Also keeps the gyroscope's readings between poses.
+  bool ignores_gyroscope = false;  ///< The gyroscope takes no part in finding rests.
   KnownMotionsConfig known_motions;
   TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
-  /// `sensors: { <sensor>: { time_offset_s: … } }`: taken off the times of its readings.
+  /// `sensors: { <sensor>: { time_offset_s: … } }`: subtracted from the times of its readings.
   PerTriad<double> time_offset_s{};
 
   bool operator==(const PosesConfig&) const = default;
 };
 
-/// `reference: {position: …}` of an experiment: where it took place.
+/// `reference: {position: …}` of an experiment: the place of the measurement.
 struct SitePosition {
   double latitude_deg = 0.0;
   std::optional<double> longitude_deg;
@@ -67,8 +67,8 @@ struct SitePosition {
 
 /// `reference: {field: {site: …}}`.
 enum class FieldSite {
-  kUnknown,  ///< Iron and currents may be near: the model of the Earth only checks.
-  kClean,    ///< Nothing disturbs the Earth's field: its model is the reference.
+  kUnknown,  ///< Iron and currents may be near: the Earth's field is only compared.
+  kClean,    ///< Nothing disturbs the Earth's field: it is the reference.
 };
 
 struct ExperimentDraft;
@@ -84,69 +84,70 @@ struct Experiment {
   Tags tags;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
   /// The undisturbed field there, where the position has a longitude and a date; it is the
-  /// reference only where the site is said to be clean. Unset with `no_earth_field`: why.
+  /// reference only where the site is stated as clean. Where it is unset, `no_earth_field` says
+  /// why.
   std::optional<EarthField> earth_field;
   std::string no_earth_field;
   CalibrateOptions options;
   PosesConfig poses;
   std::vector<int> exclude_poses;    ///< Numbers of poses that are left out.
-  std::string exclude_poses_stated;  ///< Where, for messages.
+  std::string exclude_poses_stated;  ///< Their place, for messages.
   std::string static_file;           ///< `static:`, resolved; empty when not given.
   bool reference_given = false;      ///< `reference.temperature_degc` is stated, not the default.
   std::string attitudes_file;        ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
-  /// `fixed: {matrix: identity}`: the sensitivity is held at truth = raw in true units, which needs
-  /// the recording's unit.
+  /// `fixed: {matrix: identity}`: the sensitivity is fixed at truth = raw in true units, for which
+  /// the recording's unit is needed.
   PerTriad<bool> fixed_identity{};
   PerTriad<std::string> allan_files;  ///< `noise: {allan: …}`, resolved; empty when not given.
-  std::optional<PlanConfig> plan;     ///< `plan:`, which a calibration reads over.
+  std::optional<PlanConfig> plan;     ///< `plan:`, which a calibration ignores.
   std::string forces_file;  ///< `initialise: {forces: …}`, resolved; empty when not given.
-  /// The experiment with every default written out and presets filled in; paths as they were
-  /// written. Reads back as an experiment with the same options.
+  /// The experiment with every default written out and presets filled in; paths are as written. It
+  /// reads back as an experiment with the same options.
   std::string resolved_yaml;
-  std::shared_ptr<const ExperimentDraft> draft;  ///< What resolved_yaml was made of.
+  std::shared_ptr<const ExperimentDraft> draft;  ///< The source of resolved_yaml.
 };
 
-/// The files that the experiment names besides recordings and its plan's program; empty: none.
+/// The files that the experiment names, except recordings and its plan's program; empty: none.
 std::vector<std::string*> FilesOf(Experiment& experiment);
 
-/// `resolved_yaml` with what was `auto` as it was chosen; reads back as an experiment that gives
+/// `resolved_yaml` with the choices that replaced `auto`; it reads back as an experiment that gives
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
-/// The experiment with other `time_offset_s`, its `resolved_yaml` too.
+/// The experiment with other `time_offset_s`, also in its `resolved_yaml`.
 Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
 
 /// The same with poses of another kind: kDetect, kEveryRow or kMotion.
 Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
 
-/// The experiment for a recording that has these sensors alone: what it says of the others falls
-/// away, in its `resolved_yaml` too.
+/// The experiment for a recording that has only these sensors: its keys for the others are removed,
+/// also from its `resolved_yaml`.
 Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded);
 
 /// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH, sweep, sweep:SECONDS;
 /// empty: not given. Error (usage): anything else.
 Result<PosesConfig> ParsePoses(const std::string& text);
 
-/// Sets what the experiment inside a calibration takes off the times of each sensor, and what it
-/// makes of time stamps: clocks are those of the unit.
+/// Sets the time offsets and the treatment of time stamps that the experiment inside a calibration
+/// has: clocks belong to the unit.
 void TakeClocks(const Calibration& calibration, PosesConfig* poses);
 
-/// An error (usage) of what the experiment's keys ask for together, with the file and the line of
-/// the key that it is about; others stay as they are.
+/// An error (usage) about keys of the experiment, with file and line of the key that it is about;
+/// other errors stay as they are.
 Error AtItsKey(const Experiment& experiment, const Error& error);
 
 /// Reads an experiment, or the one inside a calibration.yaml.
 ///
 /// `overrides` are `key.sub=value` pairs (the `--set` flag), the value in YAML flow style; they
-/// take the place of what the file says before anything is checked. Paths are relative to the file,
-/// in overrides too. A sensor's `preset:` names a file of defaults for that sensor
-/// (configs/sensors). Errors (bad input), all of them at once: unknown and duplicate keys, wrong
-/// types and values out of range, with file:line or the override; what this version cannot do.
+/// replace the file's values before anything is checked. Paths are relative to the file, in
+/// overrides too. A sensor's `preset:` names a file of defaults for that sensor (configs/sensors).
+/// Errors (bad input), all at once: unknown and duplicate keys, wrong types and values out of
+/// range, with file:line or the override; combinations that are not supported.
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides = {});
 
-/// The same of an experiment that is to be written to `path`.
+/// The same for the text of an experiment that is to be written to `path`.
 Result<Experiment> ReadExperimentText(const std::string& text,
                                       const std::string& path,
                                       const std::vector<std::string>& overrides = {});

@@ -12,19 +12,19 @@
 
 namespace truetriad {
 
-/// `plan: { nominal: { <sensor>: … } }`: what the unit is like, nearly.
+/// `plan: { nominal: { <sensor>: … } }`: the approximate properties of the unit.
 struct NominalSensor {
-  std::optional<Unit> unit;                        ///< Of the readings to come; the true unit.
-  std::optional<Eigen::Matrix3d> sensitivity;      ///< Raw per true unit; the unit's own scale.
+  std::optional<Unit> unit;                        ///< Of future readings; default: true unit.
+  std::optional<Eigen::Matrix3d> sensitivity;      ///< Raw per true unit; default: its scale.
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< Raw.
 };
 
-/// `plan:` of an experiment: which poses to look for. A calibration reads over it.
+/// `plan:` of an experiment: which poses to search for. A calibration ignores it.
 struct PlanConfig {
   PlanConfig() { options.random_draws = 200; }
 
-  PlanOptions options;          ///< As far as the block says them.
-  std::string program;          ///< Judge this one; resolved; empty when not given.
+  PlanOptions options;          ///< With the values that the block states.
+  std::string program;          ///< A program to judge instead; resolved; empty when not given.
   bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
   PerTriad<NominalSensor> nominal;
 };
