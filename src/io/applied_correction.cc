@@ -36,7 +36,7 @@ void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
 }  // namespace
 
 Eigen::Vector3d AppliedCorrection::Thermal::At(double temperature_degc) const {
-  // Outside of its range the firmware holds the correction.
+  // Outside of its temperature range the firmware keeps the correction constant.
   const double tau = std::min(std::max(temperature_degc, low_degc), high_degc) - reference_degc;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (auto coefficient = coefficients.rbegin(); coefficient != coefficients.rend();
@@ -67,8 +67,8 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
     visit.Map("thermal", [&](FieldReader& in) { ThermalFields(in, applied.thermal.emplace()); });
   });
   const Eigen::Matrix3d correction = matrix * scale.asDiagonal();
-  // A correction is near a rotation, with gains near one of whatever unit: far from this is a
-  // typing error, and undoing it would make noise of the readings.
+  // A correction is a rotation times a common gain, up to small errors, with a relative determinant
+  // near 1. A far smaller one is a typing error, and its inverse would amplify the noise.
   constexpr double kSmallestDeterminant = 1e-3;
   const double size = correction.norm() / std::sqrt(3.0);
   if (!(std::abs(correction.determinant()) > kSmallestDeterminant * size * size * size)) {

@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-/// What firmware did to a triad's readings before it logged them, and its inverse:
+/// The correction that firmware applied to a triad's readings before logging, and its inverse:
 ///
 ///   logged = matrix * (scale ∘ (raw - offset - P(T) + P(T_cal)))
 ///   raw    = (matrix * diag(scale))^-1 * logged + offset + P(T) - P(T_cal)

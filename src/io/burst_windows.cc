@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::int64_t kLongestInterval = 86'400'000'000'000;  // A day.
+constexpr std::int64_t kLongestInterval = 86'400'000'000'000;  // A day: longer is a wrong unit.
 
 }  // namespace
 
@@ -78,7 +78,7 @@ std::int64_t BurstWindows::StampedRow(const Window& window) const {
 }
 
 Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end) {
-  // A window may be lost behind the first, but none comes sooner.
+  // The shortest of three intervals: a lost window lengthens one, nothing shortens one.
   constexpr int kIntervals = 3;
   std::int64_t shortest_ns = 0;
   Window earlier = first;
@@ -122,14 +122,14 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
     if (number == window.number) TRUETRIAD_RETURN_IF_ERROR(TakeTime(stated, &window));
   }
   if (window.time_ns != CsvReader::kMissingTime) return std::optional(window);
-  // The time may be on the last row, which a cut file has not: as if it followed evenly.
+  // The time may be on the last row, which a cut file lacks: the window follows evenly.
   if (window.is_cut && last_ && window.number == last_->number + 1) {
     window.time_ns = last_->time_ns + interval_ns_;
     window.has_one_time = false;
     return std::optional(window);
   }
   if (window.is_cut && !last_ && begin > 0)
-    return std::optional<Window>();  // The one before is the only one.
+    return std::optional<Window>();  // The window before is the only one.
   return Fail(ErrorCode::kInvalidValue,
               begin,
               "begins a window of window_samples without a time, of which each " +
@@ -142,7 +142,7 @@ Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
   if (time_ns == CsvReader::kMissingTime) return {};
   window->has_one_time = window->time_ns == CsvReader::kMissingTime && stated.is_alone;
   if (time_ns == window->time_ns) return {};
-  // Samples lie up to an interval before the first time and behind the last one.
+  // Samples lie up to one interval before the first time and after the last one.
   constexpr std::int64_t kFarthest = CsvReader::kFarthestTime - kLongestInterval;
   if (time_ns < -kFarthest || time_ns > kFarthest) {
     return Error(ErrorCode::kValueOutOfRange,
@@ -176,16 +176,16 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
 Status BurstWindows::MeasureInterval(const Window& earlier,
                                      const Window& later,
                                      std::int64_t rows) {
-  // What is longer than the interval before by as much is a gap; so many alike are the interval.
+  // An interval longer than the one before by this factor is a gap.
   constexpr double kGap = 1.5;
-  constexpr int kMostGapsAlike = 2;
+  constexpr int kMostGapsAlike = 2;  // A third one of this length is the interval.
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,
                 "begins a window of window_samples whose time is not behind that of the one "
                 "before; correct window_samples, or sort the log");
   }
-  // The difference of any two times fits without a sign.
+  // The difference of any two int64 times fits a uint64.
   const std::uint64_t between =
       (static_cast<std::uint64_t>(later.time_ns) - static_cast<std::uint64_t>(earlier.time_ns)) /
       static_cast<std::uint64_t>(later.number - earlier.number);

@@ -15,76 +15,76 @@
 
 namespace truetriad {
 
-/// Gives the samples of a log that was read in windows of `size` rows, each window with one time,
-/// a time each.
+/// Computes a time for each sample of a log that was read in windows of `size` rows with one time
+/// per window.
 ///
-/// A chip's FIFO is read when it holds `size` samples, and the time is that of the last one, on a
-/// row of the window, the same in each, or on all. The samples lie evenly between the time before
-/// and theirs; those of the first window, and behind a gap, as closely as in the window beside.
+/// A chip's FIFO is read when it holds `size` samples; the time is that of the last one, on one row
+/// of the window (the same in each) or on all. The samples are spaced evenly between the previous
+/// time and theirs; those of the first window, and after a gap, as in the neighbouring window.
 class BurstWindows {
  public:
-  static constexpr std::int64_t kMost = 65536;  ///< Waiting samples are held in memory.
+  static constexpr std::int64_t kMost = 65536;  ///< Bounds the memory of waiting samples.
 
-  /// `size`: 2 … kMost rows of a window; the first row of the file begins one.
+  /// `size`: 2 … kMost rows per window; the first row of the file begins one.
   BurstWindows(std::int64_t size, std::string file) : size_(size), file_(std::move(file)) {}
 
-  /// Takes the time on a row without a reading, before the first Spread that has a later row.
+  /// Adds the time on a row without a reading, before the first Spread with a later row.
   void AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t line);
 
-  /// Takes samples whose time is CsvReader::kMissingTime where their row has none; `lines`: where
-  /// each stands. Gives back what is complete, which stays valid until the next call.
-  /// Error: a window with two times or none, times that do not grow.
+  /// Adds samples whose time is CsvReader::kMissingTime where their row has none; `lines` are their
+  /// lines in the file. Returns the complete windows, valid until the next call. Error: a window
+  /// with two times or none, times that do not increase.
   Result<SampleBlock> Spread(const SampleBlock& block, const std::vector<std::int64_t>& lines);
 
-  /// What is left at the end of the file; a last window that is cut and has no time follows evenly.
-  /// Error: as Spread; a single window.
+  /// The remaining samples at the end of the file; a last window that is cut and has no time
+  /// follows evenly. Error: as Spread; a single window.
   Result<SampleBlock> Finish(Triad triad);
 
  private:
-  /// Samples [begin, end) of those that wait.
+  /// Samples [begin, end) of the waiting ones.
   struct Window {
     std::size_t begin = 0, end = 0;
-    std::int64_t number = 0;  ///< Of the windows of the file, from 0.
+    std::int64_t number = 0;  ///< Among the windows of the file, from 0.
     std::int64_t time_ns = 0;
-    std::int64_t timed_row = 0;  ///< Of the file, and its line.
+    std::int64_t timed_row = 0;  ///< In the file, and its line.
     std::int64_t timed_line = 0;
-    bool has_one_time = true;  ///< On no other row.
-    bool is_cut = false;       ///< The last of the file, which has not all its samples.
+    bool has_one_time = true;  ///< No other row states it.
+    bool is_cut = false;       ///< It is the last one and incomplete.
   };
 
-  /// A time that a row states, and where it stands.
+  /// A time that a row states, and its place.
   struct Stated {
     std::int64_t row, time_ns, line;
     bool is_alone;  ///< No other row without a reading states it.
   };
 
   Status SpreadWindows(bool at_end);
-  /// The window that begins with a sample; unset where more of it may come.
+  /// The window that begins with a sample; unset if its end has not been read yet.
   Result<std::optional<Window>> WindowAt(std::size_t begin, bool at_end) const;
-  /// Gives a window a time that one of its rows states. Error: it has another.
+  /// Sets the time of a window that one of its rows states. Error: it has another one.
   Status TakeTime(const Stated& stated, Window* window) const;
-  /// Error: the time stands on another row of the window than in the one before.
+  /// Error: the time is on another row of the window than in the one before.
   Status CheckTimedRow(const Window& window) const;
-  /// The row of a window behind the first that its time is of, counted from 1: the last it should
-  /// have. Of one that is cut it may be the last it has, as where a logger writes what is left:
-  /// whichever is nearer the interval.
+  /// The row, counted from 1, that the time of a window after the first belongs to: the last row of
+  /// a complete window. In a cut window it may also be the last existing row, as loggers write the
+  /// remainder: whichever is nearer to the interval.
   std::int64_t StampedRow(const Window& window) const;
-  /// Before the first window is spread. False: more must be read.
+  /// Called before the first window is spread. False: more rows must be read.
   Result<bool> MeasureFirstInterval(const Window& first, bool at_end);
-  /// `rows` of the later are between the two times. Error: it is not behind the earlier.
+  /// `rows` rows of `later` lie between the two times. Error: `later` is not after `earlier`.
   Status MeasureInterval(const Window& earlier, const Window& later, std::int64_t rows);
   Error Fail(ErrorCode code, std::size_t sample, const std::string& text) const;
 
   std::int64_t size_;
   std::string file_;
-  HeldSamples waiting_;              ///< Those that were given back last, then those that wait.
-  std::vector<std::int64_t> lines_;  ///< Of those.
-  std::size_t done_ = 0;             ///< Of those: given back last.
-  std::deque<Stated> other_times_;   ///< On rows without a reading, of windows that wait.
-  std::optional<Window> last_;       ///< That has its times; its samples are gone.
-  std::optional<Window> timed_;      ///< The last that has its time on one row alone.
-  std::int64_t interval_ns_ = 0;     ///< Between two windows; 0: not known yet.
-  int gaps_alike_ = 0;               ///< Of about the same length, one after another until now.
+  HeldSamples waiting_;              ///< Those returned last, then those that wait.
+  std::vector<std::int64_t> lines_;  ///< Of these samples.
+  std::size_t done_ = 0;             ///< How many of them were returned last.
+  std::deque<Stated> other_times_;   ///< On rows without a reading, of waiting windows.
+  std::optional<Window> last_;       ///< The last window with computed times.
+  std::optional<Window> timed_;      ///< The last window with its time on one row only.
+  std::int64_t interval_ns_ = 0;     ///< Between two windows; 0: unknown.
+  int gaps_alike_ = 0;               ///< Consecutive gaps of about the same length.
   double last_gap_ns_ = 0.0;
 };
 

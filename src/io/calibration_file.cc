@@ -26,7 +26,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/calibration/1";
-constexpr int kDigits = std::numeric_limits<double>::max_digits10;  ///< Numbers read back exactly.
+constexpr int kDigits = std::numeric_limits<double>::max_digits10;  ///< Doubles read back exactly.
 
 template <class V>
 void CovarianceFields(V& visit, const NamedCovariance& covariance) {
@@ -38,8 +38,8 @@ void CovarianceFields(V& visit, const NamedCovariance& covariance) {
   visit("matrix", rows, Style::kBlocks);
 }
 
-// A file without findings has messages alone, which is all that readers of version 1 files knew
-// once: each is a finding of the code `message`; where nothing can be used, any of them may be why.
+// A file without `findings:`, of an early version 1, has messages only: each becomes a finding of
+// code `message`; in an unusable calibration any of them may be the refusal.
 Findings FindingsOf(const std::vector<std::string>& messages, Outcome outcome) {
   const Severity severity = outcome == Outcome::kConverged ? Severity::kNote : Severity::kRefusal;
   Findings findings;
@@ -70,7 +70,7 @@ void StatusFields(V& visit, Like<Calibration> auto& calibration) {
   });
 }
 
-/// Who made what of which unit, when, from what.
+/// Origin: unit, run, software, time and inputs.
 template <class V>
 void OriginFields(V& visit, Like<Calibration> auto& calibration) {
   visit.Group("device", Style::kFlow, [&calibration](V& device) {
@@ -92,7 +92,7 @@ void OriginFields(V& visit, Like<Calibration> auto& calibration) {
   visit("inputs", calibration.inputs);
 }
 
-/// All that a calibration says but its experiment, which stands behind it.
+/// All keys of a calibration except its experiment, which follows them.
 template <class V>
 void CalibrationFields(V& visit, Like<Calibration> auto& calibration) {
   std::string format(kFormat);
@@ -133,9 +133,9 @@ std::string ConfigBlock(const std::string& config_yaml) {
   return block;
 }
 
-// Whether variances and correlations can be those of parameters; rounding leaves a little.
+// Whether variances and correlations are valid up to rounding.
 bool IsCovariance(const Eigen::MatrixXd& matrix) {
-  constexpr double kRounding = 1e-6;
+  constexpr double kRounding = 1e-6;  // 1e-16 times a condition number of 1e10.
   if (matrix.size() == 0) return true;
   if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0) return false;
   const Eigen::VectorXd sigma = matrix.diagonal().cwiseSqrt();
@@ -160,7 +160,7 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   reader.RejectUnknown();
 }
 
-/// Files of yesterday say only in their experiment what they were made from.
+/// In older files only the experiment states the mode.
 Mode ModeOfConfig(YamlReader config) {
   if (!config.IsMap()) return Mode::kPoses;
   YamlReader poses = config.Child("poses");
@@ -169,8 +169,8 @@ Mode ModeOfConfig(YamlReader config) {
   return poses.Child("sweep") ? Mode::kSweep : Mode::kPoses;
 }
 
-/// The text below the top-level key `config:`, moved to the left margin. The text and not the
-/// parsed value, so that comments (which mark the defaults) and the spelling of numbers stay.
+/// The text below the top-level key `config:`, moved to the left margin. It is the text and not the
+/// parsed value, so that comments (which mark the defaults) and the form of numbers are kept.
 std::string ConfigText(const std::string& text) {
   constexpr std::string_view kKey = "config:";
   std::istringstream lines(text);
@@ -230,7 +230,7 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
     reader.Child("format").Fail("`" + format + "` is not supported; this truetriad reads " +
                                 std::string(kFormat));
   }
-  // A file of another kind or version would only add errors that say nothing.
+  // In a file of another kind or version all further errors would be meaningless.
   TRUETRIAD_RETURN_IF_ERROR(reader.status());
 
   Calibration calibration;
@@ -257,7 +257,7 @@ Result<Calibration> ReadCalibration(const std::string& path) {
 }
 
 Result<std::string> ReadSerial(const std::string& path) {
-  // A file that is to be replaced is looked at, too: it is no input by that.
+  // A file that will be replaced is read, too, and must not become a guarded input.
   Result<std::string> text = LookAtSmallFile(path);
   TRUETRIAD_RETURN_IF_ERROR(text);
   text->resize(std::min(text->find("\ninputs:"), text->size()));
@@ -299,7 +299,7 @@ Status EnsureWritableDirectory(const std::string& directory) {
   if (failure) {
     return Error(ErrorCode::kCannotWrite, {directory}, "cannot be created: " + failure.message());
   }
-  // Trying is the only sure way: permissions alone do not know about read-only disks.
+  // A trial is the only reliable test: permissions do not show read-only disks.
   const WholeFile probe((std::filesystem::path(directory) / ".probe").string());
   if (probe.failure() != 0) {
     return Error(ErrorCode::kCannotWrite,

@@ -8,14 +8,14 @@
 
 namespace truetriad {
 
-/// What calibration.yaml says, as calibration.json has it.
+/// The content of calibration.yaml as that of calibration.json.
 Json CalibrationTree(const Calibration& calibration);
 
-/// `tree` with its numbers as a YamlText of so many digits writes them: whole ones without a point.
+/// `tree` with numbers as a YamlText of `digits` digits writes them: whole ones without a point.
 Json AsInYaml(Json tree, int digits = 0);
 
-/// A YAML text as JSON; numbers that are none become null. What is no YAML by itself, or repeats
-/// aliases beyond its own length, stays a text.
+/// A YAML text as JSON; numbers that are not finite become null. A text that is not YAML by itself,
+/// or repeats aliases beyond its own length, stays a text.
 Json TreeOfYaml(const std::string& text);
 
 }  // namespace truetriad

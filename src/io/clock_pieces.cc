@@ -9,18 +9,17 @@
 namespace truetriad {
 namespace {
 
-// Rows that are not in order go back by less, or go back again sooner; they are left for the reader
-// to refuse.
+// Rows out of order go back by less, or go back again sooner; the reader refuses them.
 constexpr std::int64_t kFewestRows = 20;
 
 }  // namespace
 
-// All times here as stated.
+// All times here are as stated in the file.
 bool ClockPieces::BeginsAnew(std::int64_t stated_ns) const {
   const std::int64_t back_ns = *last_ns_ - stated_ns;
   if (rows_ < kFewestRows || back_ns <= 0 || (back_ns - 1) / kFewestRows < spacing_ns_)
     return false;
-  // Pieces that are together longer than times can be are left for the reader to refuse, too.
+  // Pieces that together exceed the range of times are also left for the reader to refuse.
   return back_ns <= CsvReader::kFarthestTime - shift_ns_ - spacing_ns_;
 }
 

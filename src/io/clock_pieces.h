@@ -12,16 +12,16 @@
 
 namespace truetriad {
 
-// Follows the time column of a file that was put together from pieces, each with times of its own,
-// and takes on the times of each piece from where the one before ended.
+// Follows the time column of a file that was joined from pieces with times of their own, and shifts
+// the times of each piece to begin where the previous one ended.
 class ClockPieces {
  public:
   explicit ClockPieces(std::size_t column) : column_(column) {}
 
-  // Looks at the rows that `csv` has just read.
+  // Processes the rows that `csv` has just read.
   void Follow(const CsvReader& csv, std::size_t row_count);
 
-  // What is to be added to the times of those rows; empty: nothing.
+  // The shifts of the times of those rows; empty: none.
   std::span<const std::int64_t> shifts_ns() const { return shifts_ns_; }
 
   const std::vector<RecordingJoint>& joints() const { return joints_; }
@@ -30,9 +30,9 @@ class ClockPieces {
   bool BeginsAnew(std::int64_t stated_ns) const;
 
   std::size_t column_;
-  std::int64_t shift_ns_ = 0;  // of the present piece
+  std::int64_t shift_ns_ = 0;  // Of the present piece.
   std::optional<std::int64_t> last_ns_;
-  std::int64_t rows_ = 0;  // of the present piece
+  std::int64_t rows_ = 0;  // Of the present piece.
   std::int64_t spacing_ns_ = 0;
   std::vector<std::int64_t> shifts_ns_;
   std::vector<RecordingJoint> joints_;

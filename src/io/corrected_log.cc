@@ -15,7 +15,7 @@ namespace {
 /// Corrects the readings of the triads that the calibration covers, and counts what it does.
 class Correction : public ReadingChange {
  public:
-  /// Error: no triad of the recording can be corrected, or one cannot that should.
+  /// Error: no triad of the recording can be corrected, or a calibrated one cannot.
   static Result<Correction> Create(const RecordingInfo& info, const Calibration& calibration) {
     if (!calibration.IsUsable()) {
       return Error(ErrorCode::kCalibrationNotUsable,
@@ -86,9 +86,9 @@ class Correction : public ReadingChange {
  private:
   PerTriad<std::optional<ReadingCorrector>> correctors_;
   Eigen::Vector3d force_mps2_ =
-      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< The last one known.
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< The last known one.
   bool is_clamped_ = false, is_empty_ = false;                              ///< Of this row.
-  CorrectedLogSummary summary_;  ///< With sums of lengths in the place of means.
+  CorrectedLogSummary summary_;  ///< With sums of lengths instead of means.
   PerTriad<std::int64_t> written_{};
 };
 
@@ -105,7 +105,7 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
   format.time_decimals = RecordingFormat::kShortest;
   RowWriter rows(path, format, info.has_time);
   TRUETRIAD_RETURN_IF_ERROR(rows.status());
-  // The accelerometer comes first, so that its force is there for the gyroscope's row.
+  // The accelerometer is first, so that its force is known for the gyroscope of the row.
   for (const Triad triad : kTriads) {
     if (!correction.Covers(triad)) continue;
     StreamInfo stream = *info.Find(triad);

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// No log has more; a table on its side does.
+/// Logs have fewer columns; a transposed table has one per time.
 constexpr std::size_t kMostColumns = 4000;
 
 constexpr char kBlankRuns = ' ';
@@ -35,7 +35,7 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// The end of the field at `p`, which begins with a quotation mark: after the next that is not
+/// The end of the field at `p`, which begins with a quotation mark: after the next mark that is not
 /// doubled (RFC 4180), or `p` itself where the line has none.
 const char* QuotedEnd(const char* p) {
   for (const char* end = p + 1; *end != '\n'; ++end) {
@@ -51,13 +51,13 @@ std::string_view LineAt(const char* begin, const char* end) {
   return {begin, static_cast<std::size_t>(LineEnd(begin, end) - begin)};
 }
 
-/// Without the quotation marks about it.
+/// `field` without quotation marks around it.
 std::string_view Unquoted(std::string_view field) {
   const bool is_quoted = field.size() >= 2 && field.front() == '"' && field.back() == '"';
   return is_quoted ? Trimmed(field.substr(1, field.size() - 2)) : field;
 }
 
-/// Where the first field of a line ends: at a separator that stands in no quotation marks.
+/// The end of the first field of a line: at a separator outside of quotation marks.
 std::size_t FieldEnd(std::string_view line, char separator) {
   bool is_quoted = false;
   const std::size_t begin = line.find_first_not_of(" \t");
@@ -109,7 +109,7 @@ char FindSeparator(std::string_view line) {
     if (content.find(separator) != std::string_view::npos) return separator;
   }
   if (content.find('\t') == std::string_view::npos) return kBlankRuns;
-  // Tabs may also be part of runs of blanks: then there are numbers between the blanks.
+  // Tabs may also be part of runs of blanks: then there are numbers between blanks.
   const std::vector<std::string_view> words = SplitFields(content, kBlankRuns);
   return words.size() > SplitFields(content, '\t').size() &&
                  std::all_of(words.begin(), words.end(), IsNumber)
@@ -117,15 +117,15 @@ char FindSeparator(std::string_view line) {
              : '\t';
 }
 
-/// Of `sep=;`, which spreadsheets write before everything else; 0 of another line.
+/// The separator stated by a line `sep=;`, which spreadsheets write first; 0 for other lines.
 char SeparatorStated(std::string_view line) {
   line = Unquoted(Trimmed(line));
-  if (EqualsIgnoringCase(line, "sep=")) return '\t';  // Trimmed off.
+  if (EqualsIgnoringCase(line, "sep=")) return '\t';  // Trimmed removed the tab.
   if (line.size() != 5 || !EqualsIgnoringCase(line.substr(0, 4), "sep=")) return '\0';
   return line.back() == ';' || line.back() == ',' || line.back() == '\t' ? line.back() : '\0';
 }
 
-/// A line that names columns holds no number at all; a line of data holds at least one.
+/// A line that names columns has no number; a line of data has at least one.
 bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
   return std::none_of(fields.begin(), fields.end(), IsNumber) &&
          std::any_of(fields.begin(), fields.end(), [](std::string_view f) { return !f.empty(); });
@@ -140,8 +140,8 @@ std::vector<std::string_view> FieldsOf(const TableLine& line) {
   return SplitFields(line.text, FindSeparator(line.text));
 }
 
-/// The last comment that has as many names as `data` has columns, as which some write their header;
-/// null where there is none.
+/// The last comment with as many names as `data` has columns, since some programs write their
+/// header as a comment; null if there is none.
 const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const TableLine& data) {
   const std::size_t columns = FieldsOf(data).size();
   const auto found =
@@ -152,10 +152,10 @@ const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const T
   return found == comments.rend() ? nullptr : &*found;
 }
 
-/// The numbers 0, 1, 2, … of the columns, from which some tables are without names; before them the
-/// empty name of a column of row numbers. Four and more, which no row of data counts by chance.
+/// Whether the fields are the column numbers 0, 1, 2, … in place of names, after an empty name if
+/// there is a column of row numbers.
 bool CountsColumns(std::vector<std::string_view> fields) {
-  constexpr std::size_t kFewestColumns = 4;
+  constexpr std::size_t kFewestColumns = 4;  // A row of data may count 0, 1, 2, not 4 columns.
   if (!fields.empty() && fields.front().empty()) fields.erase(fields.begin());
   if (fields.size() < kFewestColumns) return false;
   for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -164,10 +164,10 @@ bool CountsColumns(std::vector<std::string_view> fields) {
   return true;
 }
 
-/// Whether the first fields of the rows number them: by ones, but where rows were taken out. Times
-/// in whole numbers step otherwise, or begin far from zero.
+/// Whether the first fields of the rows number them: in steps of one, except where rows were
+/// removed. Times in whole numbers have other steps or begin far from zero.
 bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) {
-  constexpr std::int64_t kMostRows = 100'000'000;
+  constexpr std::int64_t kMostRows = 100'000'000;  // 28 h at 1 kHz; larger ones are times.
   std::int64_t before = 0;
   std::size_t steps = 0, ones = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -184,13 +184,13 @@ bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) 
   return 2 * ones >= steps;
 }
 
-/// Whether the rows of a table begin with their numbers, which the header `names` leaves out, as
-/// pandas and R write them. A header that leaves out the last column is told from that by its first
-/// name: a reading or a time does not count rows from 0 or 1.
+/// Whether the rows of a table begin with row numbers that the header `names` does not name, as
+/// pandas and R write them. A header that lacks the last column differs by its first name: a
+/// reading or a time does not count rows from 0 or 1.
 bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& rows,
                          char separator) {
-  constexpr std::size_t kFewest = 2;  // One row counts nothing.
+  constexpr std::size_t kFewest = 2;  // One row shows no count.
   if (rows.size() < kFewest || names.empty() ||
       SeeminglyCalled(ParseHeaderColumn(std::string(names[0])).name).empty())
     return false;
@@ -204,7 +204,7 @@ bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
 
 /// At most 40 characters of `text`, with unprintable ones made visible.
 std::string ShownField(std::string_view text) {
-  constexpr std::size_t kShownOfField = 40;
+  constexpr std::size_t kShownOfField = 40;  // Enough to find the field in its row.
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = "`";
   for (const char c : text.substr(0, kShownOfField)) {
@@ -221,10 +221,10 @@ std::string ShownField(std::string_view text) {
 }  // namespace
 
 Result<std::unique_ptr<CsvReader>> CsvReader::OpenHead(const std::string& path) {
-  constexpr std::size_t kHeadBytes = 16U << 10;
+  constexpr std::size_t kHeadBytes = 16U << 10;  // Most headers fit; for others Open reads more.
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path, kHeadBytes));
   std::unique_ptr<CsvReader> reader(new CsvReader(std::move(file), {}));
-  if (!reader->ReadHeader()) return Open(path, {});  // Long remarks before it.
+  if (!reader->ReadHeader()) return Open(path, {});  // The comments before it are longer.
   return reader;
 }
 
@@ -239,7 +239,7 @@ Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
 CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
     : file_(std::move(file)),
       layout_(layout),
-      // A row has at least its end.
+      // A row has at least its line end.
       rows_(std::min(kBlockSamples - 1, file_->MostBytes()) + 1),
       lines_(rows_.size()) {}
 
@@ -248,7 +248,7 @@ Status CsvReader::ReadHeader() {
   const char* next = chunk.data();
   chunk_end_ = next + chunk.size();
   std::int64_t number = 0;
-  // The first lines that say something, and the comments before them.
+  // The first non-empty lines, from which the layout is determined, and the comments before them.
   constexpr std::size_t kLines = 32;
   std::vector<TableLine> lines, comments;
   while (lines.size() < kLines && next != chunk_end_) {
@@ -309,11 +309,11 @@ Status CsvReader::ReadHeader() {
 }
 
 void CsvReader::NameColumns(std::string_view header, const std::vector<std::string_view>& rows) {
-  // Some write commas between the names and blanks between the numbers.
+  // Some headers have commas between the names, and rows blanks between the numbers.
   const std::size_t fields = SplitFields(rows[0], layout_.separator).size();
   std::vector<std::string_view> names = SplitFields(header, FindSeparator(header));
   if (names.size() != fields) names = SplitFields(header, layout_.separator);
-  // Separators may end the header, or each row: there is nothing behind them.
+  // The header, or each row, may end in separators without a field after them.
   const auto is_empty = [&](std::size_t column) {
     return std::ranges::all_of(rows, [&](std::string_view row) {
       const std::vector<std::string_view> of_row = SplitFields(row, layout_.separator);
@@ -406,7 +406,7 @@ Result<std::size_t> CsvReader::ReadRows() {
       continue;
     }
     std::size_t column = 0;
-    bool is_header = false;  // Once more: files were put together.
+    bool is_header = false;  // The header is repeated where files were joined.
     for (;;) {
       Column& target = columns_[column];
       if (target.kind == Kind::kSkip || target.kind == Kind::kText) {

@@ -15,13 +15,13 @@
 
 namespace truetriad {
 
-/// How a text table is laid out; what is not stated is found from its first lines.
+/// The layout of a text table; what is not stated is determined from its first lines.
 struct CsvLayout {
-  /// kAuto: the first line is a header where it holds no number; where it counts columns, 0,1,2,…,
-  /// it is passed over.
+  /// kAuto: the first line is a header if it holds no number; a line of column numbers, 0,1,2,…, is
+  /// skipped.
   enum class Header { kAuto, kPresent, kAbsent };
 
-  char separator = '\0';        ///< ',' ';' '\t', or ' ' for runs of blanks; 0: found.
+  char separator = '\0';        ///< ',' ';' '\t', or ' ' for runs of blanks; 0: to be found.
   std::int64_t skip_lines = 0;  ///< Lines of a preamble. Range: >= 0.
   Header header = Header::kAuto;
   bool ragged = false;  ///< Rows may have fewer fields (read as empty) or more (ignored).
@@ -31,9 +31,8 @@ struct CsvLayout {
 
 /// A text table (CSV, TSV, blank-separated), streamed into typed column buffers.
 ///
-/// Only mapped columns are parsed, straight into buffers that are used again for each block; other
-/// columns may hold anything. Lines starting with '#', empty lines and the header once more are
-/// passed over.
+/// Only mapped columns are parsed, into buffers that are reused for each block; other columns may
+/// hold anything. Lines that begin with '#', empty lines and repeated headers are skipped.
 class CsvReader {
  public:
   enum class Kind : std::uint8_t {
@@ -42,14 +41,15 @@ class CsvReader {
     kTime,    ///< An integer of a decimal's value * 10^power; kMissingTime where empty or `nan`.
     kText,    ///< The characters, without surrounding blanks.
   };
+  /// Outside of ±kFarthestTime, so that it is not the number of any time.
   static constexpr std::int64_t kMissingTime = std::numeric_limits<std::int64_t>::min();
-  /// Of a time, in ns 146 years: the difference of two times is a number, too.
+  /// Largest time, 2^62 - 1 ns = 146 years: the difference of two such times fits an int64, too.
   static constexpr std::int64_t kFarthestTime = (std::int64_t{1} << 62U) - 1;
 
   /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.
   static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
 
-  /// The same for the header alone, of which less is read at once: no rows of it.
+  /// Opens the file for its header only, of which less is read at once; it has no rows.
   static Result<std::unique_ptr<CsvReader>> OpenHead(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
@@ -58,11 +58,11 @@ class CsvReader {
   std::int64_t header_line() const { return header_line_; }
   /// Columns at the end that have neither a name nor a value.
   std::size_t empty_at_end() const { return empty_at_end_; }
-  /// True where rows begin with a field that the header does not name at all, and it counts them;
-  /// the header then begins with an empty name.
+  /// True where rows begin with a field that the header does not name and that counts the rows; the
+  /// header then begins with an empty name.
   bool has_unnamed_count() const { return has_unnamed_count_; }
-  /// True where the first column has no name and its first numbers may be those of rows, as a table
-  /// of pandas has them.
+  /// True where the first column has no name and its first numbers may be row numbers, as in a
+  /// table of pandas.
   bool may_begin_with_row_numbers() const { return may_begin_with_row_numbers_; }
   std::size_t column_count() const { return columns_.size(); }
   /// "column `ax`" or, without a header, "column 3 (counted from 0)".
@@ -70,11 +70,11 @@ class CsvReader {
   /// The columns of that name in the header, or else the one at that 0-based index.
   std::vector<std::size_t> ColumnsCalled(const std::string& name) const;
 
-  /// Asks for a column. Error: it is mapped as something else already.
+  /// Selects a column. Error: it is already mapped as something else.
   Status Map(std::size_t column, Kind kind, int power = 0);
 
-  /// Reads the next rows, at most kBlockSamples; 0 at the end. Error: anything but numbers in a
-  /// number's place, infinities, ragged rows, each with file:line and column.
+  /// Reads the next rows, at most kBlockSamples; 0 at the end. Error: a field that is not a number,
+  /// infinities, ragged rows, each with file:line and column.
   Result<std::size_t> Read();
 
   /// The block that Read filled; valid until its next call.
@@ -107,15 +107,15 @@ class CsvReader {
   Result<std::size_t> ReadRows();
   /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
   const char* ParseValue(const char* p, Column* column, std::size_t row);
-  /// The same between quotation marks, with nothing there for a missing one.
+  /// The same between quotation marks; empty marks are a missing value.
   const char* ParseQuoted(const char* p, Column* column, std::size_t row);
   static void SetMissing(Column* column, std::size_t row);
   Error FieldError(const char* line_begin, std::size_t column) const;
   Error FieldCountError(const char* line_begin) const;
   Error CutOffError() const;
-  /// True for the line of the header once more.
+  /// True for a repeated header line.
   bool IsHeader(const char* line_begin) const;
-  /// True for a last line without its end: half-written, when it is also malformed.
+  /// True for a last line without its end; if malformed, too, it was only half written.
   bool IsCutOff(std::string_view line) const;
   Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< At this line.
 

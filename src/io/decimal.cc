@@ -4,7 +4,7 @@
 namespace truetriad {
 namespace {
 
-constexpr int kUint64Digits = 19;  ///< That any uint64 can hold.
+constexpr int kUint64Digits = 19;  ///< Every number of so many digits fits a uint64.
 
 constexpr std::array<std::uint64_t, kUint64Digits + 1> kPowers = [] {
   std::array<std::uint64_t, kUint64Digits + 1> powers{};
@@ -16,7 +16,7 @@ constexpr std::array<std::uint64_t, kUint64Digits + 1> kPowers = [] {
   return powers;
 }();
 
-/// Reads the digits again and keeps the first 19 that count; a time needs no more.
+/// Reads the digits again and keeps the first 19 significant ones; a time needs no more.
 Decimal Shortened(const Decimal& decimal) {
   Decimal kept = decimal;
   kept.mantissa = 0;

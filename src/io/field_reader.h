@@ -14,22 +14,22 @@
 
 namespace truetriad {
 
-// A value of a file that people write has one list of its fields, a function template of a visitor:
-//   visit("scale", robust.scale, kPositive);            a key, what it says, what it may be
+// A value of a file that users write has one list of its fields, a function template of a visitor:
+//   visit("scale", robust.scale, kPositive);            a key, its value, its permitted range
 //   visit.Map("robust", [&](auto& visit) { … });        a map of further fields
 //   visit.List("exclude", ranges, [](auto& visit, auto& range) { … });
-//   visit.Expect(file_is_given, "expected `file:`");    what holds of several keys of one map
-// FieldReader reads it, FieldWriter (config/fields.h) writes it. A document is read on top of those
-// before it: what it does not say stays.
+//   visit.Expect(file_is_given, "expected `file:`");    a condition on several keys of one map
+// FieldReader reads it, FieldWriter (config/fields.h) writes it. A document is read after others:
+// values for which it has no key stay as they are.
 
-/// A word that may stand in the place of a map.
+/// A word that may replace a map.
 struct MapWord {
   std::string_view word;
-  bool is_said = false;             ///< It is what is written.
-  std::function<void()> take = {};  ///< What reading it does.
+  bool is_said = false;             ///< The word describes the present value.
+  std::function<void()> take = {};  ///< Sets the value that it stands for.
 };
 
-/// How a map is written, and the words that may stand in its place.
+/// How a map is written, and the words that may replace it.
 struct MapForm {
   bool is_there = true;
   bool is_flow = false;  ///< In one line.
@@ -41,14 +41,14 @@ class FieldReader {
   static constexpr bool kReads = true;
   explicit FieldReader(YamlReader map) : map_(std::move(map)) {}
 
-  /// True when the value was read. `chosen`, of a writer, says what took the place of the value.
+  /// True when the value was read. `chosen` is for writers: what replaced the value.
   template <typename Value, typename Kind, typename... Chosen>
   bool operator()(std::string_view key, Value&& value, const Kind& kind, const Chosen&...) {
     return ReadAs(kind, Child(key), &value);
   }
 
-  /// Whichever of the keys is there; two at once are an error. The range is that of the number as
-  /// it is written.
+  /// Reads whichever of the keys is present; two at once are an error. The range applies to the
+  /// number as written.
   template <typename Value, typename Kind>
   bool operator()(const QuantityKeys& keys, Value& value, const Kind& kind) {
     const QuantityKey* found = nullptr;
@@ -80,7 +80,7 @@ class FieldReader {
     if (YamlReader child = Child(key)) ReadMap(std::move(child), of, form);
   }
 
-  /// A list takes the place of what was said before.
+  /// A list replaces that of earlier documents.
   template <typename Item, typename Of>
   void List(std::string_view key, std::vector<Item>& items, const Of& of) {
     YamlReader list = Child(key);
@@ -91,27 +91,27 @@ class FieldReader {
     }
   }
 
-  /// This map and no other kind of value: an error of the map, or of one of its keys that is there,
-  /// unless `holds`.
+  /// Unless `holds`: an error of the map, or of `key` if that is present. Other kinds of value have
+  /// errors of their own.
   void Expect(bool holds, const std::string& problem, std::string_view key = "") {
     if (holds || !(key.empty() ? map_.IsMap() : Has(key))) return;
     (key.empty() ? map_ : YamlReader(map_.Child(key))).Fail(problem);
   }
-  /// What is no map has its own error.
+  /// A value that is not a map has its own error.
   void Require(std::string_view key) {
     if (map_.IsMap()) map_.RequireChild(key);
   }
 
-  // What a list of fields asks about the key itself. A writer asks the value, which is the second
-  // argument.
+  // Questions of a list of fields about a key. A writer answers from the second argument, the
+  // present value.
   bool Has(std::string_view key) { return bool(Child(key)); }
   bool IsMap(std::string_view key, bool) { return Child(key).IsMap(); }
   bool IsList(std::string_view key, bool) { return Child(key).IsSequence(); }
   bool IsNumber(std::string_view key) { return Child(key).IsScalar(); }
   bool Says(std::string_view key, std::string_view word) { return IsWord(Child(key), word); }
-  /// All fields are read, whether or not they would be written.
+  /// A reader reads all fields, also those that would not be written.
   static bool Shows(bool) { return true; }
-  /// The key says which of several things the map is about.
+  /// The key states which alternative the map describes.
   template <typename Value>
   bool Is(std::string_view key, Value& value, Value when) {
     if (!Has(key)) return false;
@@ -142,7 +142,7 @@ class FieldReader {
   void End(const MapForm& form);
 
   YamlReader map_;
-  std::set<std::string> keys_;  ///< That are known.
+  std::set<std::string> keys_;  ///< The known keys.
 };
 
 }  // namespace truetriad

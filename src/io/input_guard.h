@@ -7,9 +7,9 @@
 
 namespace truetriad {
 
-/// While one lives, no output of this process takes the place of a file that it reads, by whatever
-/// name or link: a log that was measured cannot be had again. One at a time; the program makes one
-/// a run. A library's user, who has none, may write what he read.
+/// While a guard exists, no output of this process replaces a file that it has read, under whatever
+/// name or link: a measured log cannot be recovered. One exists at a time; the program makes one
+/// per run. Users of the library, without a guard, may overwrite their inputs.
 class InputGuard {
  public:
   InputGuard();
@@ -17,10 +17,10 @@ class InputGuard {
   InputGuard(const InputGuard&) = delete;
   InputGuard& operator=(const InputGuard&) = delete;
 
-  /// A file that is read. Nothing, where no guard lives or `path` is no regular file.
+  /// Registers a file that is read; ignored without a guard or if `path` is not a regular file.
   static void Add(const std::string& path);
   static bool Holds(const std::string& path);
-  /// What is said of an output `path` that it holds.
+  /// The error for an output `path` that it holds.
   static Error Refusal(const std::string& path);
 };
 

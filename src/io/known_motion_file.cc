@@ -13,11 +13,11 @@
 namespace truetriad {
 namespace {
 
-/// As a vector of length one.
+/// Reads `axis` as a vector of length one.
 void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   Eigen::Vector3d vector;
   if (!visit("axis", vector, BodyAxis())) return;
-  // Lengths within rounding are kept as they are, so that a file reads back to the same bits.
+  // A length within rounding of 1 is kept, so that a file reads back to the same bits.
   constexpr double kExactUnitLength = 1e-14;
   const double length = vector.norm();
   visit.Expect(std::isfinite(length),
@@ -26,11 +26,11 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
 }
 
-/// `start_s` and `end_s`, times of the log.
+/// `start_s` and `end_s`, in the log's time.
 void TimeFields(FieldReader& visit, TimeRange* times) {
-  // An int64 of nanoseconds reaches so far.
+  // The range of an int64 of nanoseconds.
   constexpr double kFurthestS = 9.2e9;
-  constexpr double kNsPerS = 1e9;
+  constexpr double kNsPerS = 1e9;  // 1 s = 1e9 ns.
   constexpr Range kLogTime{-kFurthestS, kFurthestS, "seconds of the log's time"};
   double start_s = 0.0, end_s = 0.0;
   for (const char* key : {"start_s", "end_s"}) visit.Require(key);
@@ -108,8 +108,8 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
                "its rate is zero, which says nothing where no axis is known; leave it out");
   double sigma_radps = defaults.sigma_radps;
   visit(InDegrees("sigma_degps"), sigma_radps, kNotNegative);
-  // A direction that is off by a small angle moves the rate across itself. One that is not known is
-  // estimated.
+  // A direction with a small angular error changes the rate perpendicular to itself. An unknown
+  // direction is estimated.
   const double across_radps =
       rate.is_axis_known ? defaults.axis_sigma_rad * rate.rate_radps.norm() : 0.0;
   const Eigen::Vector3d along = rate.rate_radps.stableNormalized();
@@ -120,7 +120,7 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
   return rate;
 }
 
-/// The members of the list at `key`, which is all there is in the file.
+/// The items of the list at `key`, the only key of the file.
 template <typename Read>
 auto ReadList(const std::string& path, std::string_view key, Read read)
     -> Result<std::vector<decltype(read(std::declval<FieldReader&>()))>> {

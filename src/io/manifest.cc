@@ -24,7 +24,7 @@ struct Manifest {
   Tags tags;
   std::vector<ManifestStream> streams;
   std::optional<PoseSelection> poses;
-  std::string pose_file;  ///< That `poses` are read from.
+  std::string pose_file;  ///< The file of `poses`.
   std::optional<ColumnReference> pose_column;
 };
 
@@ -32,7 +32,7 @@ std::string Resolved(const std::string& manifest_path, const std::string& file) 
   return (std::filesystem::path(manifest_path).parent_path() / file).lexically_normal().string();
 }
 
-/// The column that `key` names; an error is recorded when there is none.
+/// The column that `key` names; a missing key is recorded as an error.
 ColumnReference ReadColumn(FieldReader& visit, std::string_view key) {
   visit.Require(key);
   ColumnReference column{{}, visit.Child(key)};
@@ -97,7 +97,7 @@ bool ReadAs(Separator, YamlReader reader, char* separator) {
   return false;
 }
 
-/// How a chip's register states a temperature: `scale` units a count, 0 counts at `offset`.
+/// Conversion of a chip's temperature register: unit per count `scale`, 0 counts at `offset`.
 void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   double scale = 1.0, offset = 0.0;
   visit("scale", scale, kAnyNumber);
@@ -121,7 +121,7 @@ bool ReadAs(DegreesUnit, YamlReader reader, TemperatureUnit* unit) {
   return known.has_value();
 }
 
-/// `{ column, unit, scale, offset, wrap_bits, signed }`. The column is found when the file is open.
+/// `{ column, unit, scale, offset, wrap_bits, signed }`. The column is resolved after opening.
 bool TemperatureField(FieldReader& visit,
                       std::string_view key,
                       std::optional<ColumnReference>* column,
@@ -135,7 +135,7 @@ bool TemperatureField(FieldReader& visit,
   return temperature->has_value();
 }
 
-/// Which corrections the readings already have, one entry for all triads or one a triad.
+/// The corrections that the readings already have: one entry for all triads or one per triad.
 void ReadApplied(YamlReader applied,
                  const PerTriad<bool>& left_out,
                  std::vector<ManifestStream>* streams) {
@@ -265,7 +265,7 @@ Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& r
              : Error(ErrorCode::kMissingColumn, {csv.path()}, text);
 }
 
-/// Fills in the columns of `stream`, now that its file is open.
+/// Resolves the columns of `stream` in its open file.
 Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   StreamLayout& layout = stream->layout;
   for (std::size_t axis = 0; axis < layout.axes.size(); ++axis) {
@@ -291,7 +291,7 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   return {};
 }
 
-/// The file of the layout that holds `stream`, opened at its first use.
+/// The file of the layout that holds `stream`, opened for its first stream.
 Result<FileLayout*> FileOf(const ManifestStream& stream,
                            std::vector<CsvLayout>* stated,
                            std::vector<FileLayout>* files) {
@@ -386,7 +386,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const OpenRecordin
   });
   if (leaves_out) layout.info.ignored_columns.emplace_back(kUnnamedRowNumbers);
 
-  // Not every file of a recording needs to number the poses, but one has to.
+  // Not every file of a recording must number the poses, but at least one.
   std::optional<ColumnReference> pose = manifest.pose_column;
   if (!options.pose_column.empty()) pose = ColumnReference{options.pose_column, std::nullopt};
   bool found = false;

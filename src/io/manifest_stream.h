@@ -12,10 +12,10 @@
 
 namespace truetriad {
 
-/// A column as a manifest names it, and where it does.
+/// A column as a manifest names it, and the place where it does.
 struct ColumnReference {
   std::string text;                  ///< A header name or a 0-based index.
-  std::optional<YamlReader> stated;  ///< Unset where the call names it.
+  std::optional<YamlReader> stated;  ///< Unset where the caller names it.
 };
 
 /// A triad as a manifest or a mapping describes it.
@@ -28,7 +28,7 @@ struct ManifestStream {
   std::optional<ColumnReference> temperature, ambient;
 };
 
-/// All keys of a stream but `file`.
+/// All keys of a stream except `file`.
 void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream);
 
 }  // namespace truetriad

@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// One way in which a file may hold a triad: a stream of a manifest.
+/// One way in which a file may hold a triad, described like a stream of a manifest.
 struct Candidate {
   int input = 1;  ///< 1-based.
   ManifestStream stream;
@@ -66,7 +66,7 @@ Status CheckFirstLine(const std::string& expected, const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view lines, file->Next());
   if (lines.starts_with(expected)) return {};
-  constexpr std::size_t kShownOfLine = 80;
+  constexpr std::size_t kShownOfLine = 80;  // The width of a terminal.
   const std::string_view seen = lines.substr(0, std::min(lines.find('\n'), kShownOfLine));
   return Error(ErrorCode::kWrongFormat,
                path + ":1: `" + std::string(seen) +
@@ -85,7 +85,7 @@ Result<bool> Fits(const ManifestStream& stream, const std::string& path) {
                              [&](const auto* other) { return !*other || has(**other); });
 }
 
-/// A value as it stands; what names columns or separates them is a text.
+/// Writes a value as it is; names of columns and separators are quoted.
 void WriteValue(std::string_view key, YamlReader value, YamlText* yaml) {
   constexpr std::array<std::string_view, 5> kTexts = {"column", "x", "y", "z", "separator"};
   std::string text;
@@ -171,7 +171,7 @@ Result<std::string> ManifestFromMapping(const std::string& text,
                  {inputs[0]},
                  "has none of the columns of " + name + ": " + wanted);
   }
-  // What has no time has no rests that could be found.
+  // Rests cannot be detected without time.
   if (!has_time) yaml << "poses: every_row\n";
   return yaml.str();
 }

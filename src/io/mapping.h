@@ -8,19 +8,19 @@
 
 namespace truetriad {
 
-/// What a mapping says about the log that it describes.
+/// The description of a log by a mapping.
 struct MappingInfo {
   std::string about;                ///< One line.
-  std::vector<std::string> inputs;  ///< What each input file is, in order.
+  std::vector<std::string> inputs;  ///< The kind of each input file, in order.
 };
 Result<MappingInfo> ReadMappingInfo(const std::string& text, const std::string& name);
 
 /// The manifest (recording.yaml) of a log in a known layout of columns, as text to be saved in
-/// `directory`; it names the `inputs` by their path from there. The YAML `text` of a mapping is in
-/// docs/converting.md, `name` stands for it in messages.
+/// `directory`; it names the `inputs` by their path from there. docs/converting.md describes the
+/// YAML `text` of a mapping; `name` replaces it in messages.
 ///
-/// Of several candidates for a triad the first whose columns the file has is taken.
-/// Error: malformed mapping; another number of inputs; a first line or columns that are not there.
+/// The first candidate of a triad whose columns the file has is used. Error: malformed mapping;
+/// another number of inputs; a missing first line or missing columns.
 Result<std::string> ManifestFromMapping(const std::string& text,
                                         const std::string& name,
                                         const std::vector<std::string>& inputs,

@@ -14,10 +14,10 @@
 namespace truetriad {
 namespace {
 
-/// Quaternions that people write have few digits: those of 0.7071 are off by 2e-5. More than this
-/// is a mistake, such as angles in their place.
+/// Quaternions written by hand have few digits: with 0.7071 twice the length is wrong by 1e-5. A
+/// larger error is a mistake, such as angles instead.
 constexpr double kUnitLengthTolerance = 1e-3;
-/// Lengths within rounding are kept as they are, so that a file reads back to the same bits.
+/// A length within rounding of 1 is kept, so that a file reads back to the same bits.
 constexpr double kExactUnitLength = 1e-14;
 
 void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
@@ -30,7 +30,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
   }
   Eigen::Quaterniond attitude(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   const double length_error = std::abs(attitude.norm() - 1.0);
-  // Written so that a length that overflows is refused too.
+  // In this form a length that overflows is refused, too.
   if (!(length_error <= kUnitLengthTolerance)) {
     reader.Fail("is not a rotation; expected a quaternion [qw, qx, qy, qz] of length 1");
     return;
@@ -40,7 +40,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
 }
 
 void PoseFields(FieldReader& visit, ProgramPose& pose) {
-  visit.Has("number");  // For people; poses are taken in the order of the file.
+  visit.Has("number");  // For readers; the order in the file counts.
   visit.Require("attitude");
   ReadAttitude(visit.Child("attitude"), &pose.world_from_body);
   visit("temperature_degc", pose.temperature_degc, kTemperatureDegc);
@@ -58,7 +58,7 @@ std::string PoseProgramToYaml(const PoseProgram& program) {
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromFile(path));
   if (!root.Child("program")) {
-    // Each entry of a file of another kind would be wrong in several ways.
+    // In a file of another kind each entry would have several errors.
     return Error(ErrorCode::kWrongFormat,
                  {path, root.line()},
                  "program: is missing, so this is not a pose program; expected `program: "

@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-/// The text of a program file (`program: 1`): one line a pose with its number, attitude
-/// [qw, qx, qy, qz] (world <- body), chamber temperature when it has one, and its label.
+/// The text of a program file (`program: 1`): one line per pose with its number, attitude [qw, qx,
+/// qy, qz] (world <- body), chamber temperature if it has one, and its label.
 std::string PoseProgramToYaml(const PoseProgram& program);
 
 /// Reads a program file. Errors (bad input) with their line: no poses, quaternions far from unit

@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-/// More rows than anybody averages poses: a log without its time column.
+/// Far more than averaged poses: a larger table is a log without its time column.
 constexpr std::size_t kMaxPoses = 100'000;
 
 constexpr std::array<std::string_view, 4> kAttitude = {"qw", "qx", "qy", "qz"};
@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 4> kAttitude = {"qw", "qx", "qy", "qz"};
 struct TriadColumns {
   Triad triad = Triad::kAccelerometer;
   std::array<std::size_t, 3> axes{};
-  std::optional<std::array<std::size_t, 3>> sigma;  ///< One column three times when it is common.
+  std::optional<std::array<std::size_t, 3>> sigma;  ///< A common column is listed three times.
   double raw_per_sigma_unit = 1.0;
 };
 
@@ -70,7 +70,7 @@ Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
   return {};
 }
 
-/// Reads the header; the streams found go into `poses`.
+/// Reads the header; adds the streams to `poses`.
 Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   TRUETRIAD_ASSIGN_OR_RETURN(HeaderColumns header, HeaderColumns::Of(csv));
   Columns columns;
@@ -109,7 +109,7 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> ignored, header.Ignored());
   if (auto finding = IgnoredColumns(ignored)) poses->findings.push_back(*std::move(finding));
-  // A table of attitudes alone is what a turntable or a robot leaves behind.
+  // A turntable or a robot writes a table of attitudes alone.
   if (columns.triads.empty() && !columns.attitude) {
     return header.NoSensors();
   }
@@ -194,7 +194,7 @@ class Row {
     Eigen::Vector4d wxyz;
     for (int i = 0; i < 4; ++i) wxyz[i] = Number((*columns_.attitude)[static_cast<std::size_t>(i)]);
     if (wxyz.array().isNaN().all()) return {};
-    // Quaternions are written with four digits or more.
+    // Quaternions are written with four digits or more, so that lengths are within 1e-4.
     constexpr double kAttitudeLengthTolerance = 1e-3;
     if (!(std::abs(wxyz.norm() - 1.0) < kAttitudeLengthTolerance)) {
       return Fail(ErrorCode::kInvalidValue,
@@ -228,17 +228,17 @@ bool StandAlike(const StaticPose& a, const StaticPose& b) {
          a.attitude->world_from_body.coeffs() == b.attitude->world_from_body.coeffs();
 }
 
-/// Finds rows whose readings equal those of an earlier row to the last bit. Real sensors have
-/// noise: such rows are a stuck sensor or pasted data, or rounded ones, and say nothing new.
+/// Finds rows whose readings equal those of an earlier row to the last bit. Sensors have noise:
+/// such rows are from a stuck sensor, copied or rounded, and add no information.
 class DuplicateFinder {
  public:
-  /// Whether the row repeats one of `poses` that stands as it does, which both are counted as.
-  /// `lines`: of the poses, which those that do not repeat join.
+  /// Whether the row repeats one of `poses` in the same attitude, so that both count once. `lines`
+  /// are those of `poses`; rows that do not repeat another are added to both.
   bool CountsAlready(const StaticPose& pose,
                      std::int64_t line,
                      const std::vector<StaticPose>& poses,
                      const std::vector<std::int64_t>& lines) {
-    constexpr std::size_t kBytes = 3 * sizeof(double);
+    constexpr std::size_t kBytes = 3 * sizeof(double);  // x, y and z.
     std::string bits(3 * kBytes + 3, '\0');
     for (const Triad triad : kTriads) {
       const auto index = static_cast<std::size_t>(triad);
@@ -256,11 +256,11 @@ class DuplicateFinder {
     return is_same;
   }
 
-  /// Rows that are no poses of their own.
+  /// Number of rows that are not poses of their own.
   std::int64_t counted_once() const { return counted_once_; }
 
-  /// Says which rows repeat others. `rows`: all that were read. Error (bad input): too many of
-  /// them.
+  /// Adds a finding about the rows that repeat others. `rows`: all rows read. Error (bad input):
+  /// too many repeat.
   Status Judge(std::int64_t rows, const std::string& path, Findings* findings) const {
     if (lines_.empty()) return {};
     const auto count = static_cast<std::int64_t>(lines_.size());
@@ -284,15 +284,15 @@ class DuplicateFinder {
   }
 
  private:
-  std::unordered_map<std::string, std::size_t> first_of_;  // by the bits of its readings
-  std::size_t last_ = 0;                                   // what the row before is or repeats
-  // `held_`: what follows the row that it repeats, as a slow sensor's readings do in a fast log.
+  std::unordered_map<std::string, std::size_t> first_of_;  // By the bits of the readings.
+  std::size_t last_ = 0;                                   // The row before, or what it repeats.
+  // `held_`: rows that repeat the previous row, as a slow sensor's readings do in a fast log.
   std::int64_t counted_once_ = 0, held_ = 0;
-  std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // of each and what it repeats
+  std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // Of a row and its repetition.
 };
 
-/// Leaves out what no sensor reads at rest: 0, 0, 0, since neither gravity nor the field is zero on
-/// all axes, and a multiple of all others, as error words and slipped decimal points are.
+/// Leaves out readings that are impossible at rest: 0, 0, 0, since neither gravity nor the field is
+/// zero on all axes, and large multiples of all others (error words, misplaced decimal points).
 class ImpossibleReadings {
  public:
   void TakeZeros(std::int64_t line, StaticPose* pose) {
@@ -305,7 +305,7 @@ class ImpossibleReadings {
     }
   }
 
-  /// `lines`: of the poses.
+  /// `lines` are those of `poses`.
   void TakeFar(const std::vector<std::int64_t>& lines, std::vector<StaticPose>* poses) {
     for (const Triad triad : kVectorTriads) {
       const auto limits = LimitsOf(triad, *poses);
@@ -330,12 +330,12 @@ class ImpossibleReadings {
 
  private:
   static constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
-  /// Beyond four of five readings' length, and their distance from the middle of all, by this
-  /// factor: readings of one sphere are never twice as far from its middle as most others are, and
-  /// an offset is no reason for one to be longer than the others.
+  /// A reading is too far if it exceeds, by this factor, both the length of four of five readings
+  /// and their distance from the median: on a sphere none is twice as far from the median as most,
+  /// and an offset does not lengthen one reading alone.
   static constexpr double kFar = 10.0;
-  static constexpr double kUsualShare = 0.8;
-  static constexpr std::size_t kFewestReadings = 6;
+  static constexpr double kUsualShare = 0.8;  // Four of five, so that one of five may be far.
+  static constexpr std::size_t kFewestReadings = 6;  // Six faces; fewer show no usual length.
 
   struct Limits {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -416,14 +416,13 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   poses->temperature_range_degc = {std::min(range[0], degc), std::max(range[1], degc)};
 }
 
-/// Readings that pile up at an axis' extreme are the limit of the sensor, not the field.
-/// `read`: rows, those that count once with what they repeat.
+/// Readings that repeatedly equal an axis' extreme show the range limit of the sensor. `read`:
+/// rows, including those that count once with the row they repeat.
 Status RejectClipped(const PoseSet& poses, std::int64_t read) {
-  // Three that agree to the last digit can be a stuck sensor or pasted rows, which have words of
+  // Up to three equal readings may come from a stuck sensor or copied rows, which have findings of
   // their own.
   constexpr std::int64_t kLeastRows = 4;
-  // Extremes of evenly spread directions pile up in one row of six at most, on the faces of a
-  // block.
+  // Without clipping, at most one row of six has the extreme: on the faces of a block.
   constexpr double kLeastShare = 0.2;
   for (const StreamSummary& stream : poses.streams) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -481,7 +480,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
 
   DuplicateFinder duplicates;
   ImpossibleReadings impossible;
-  std::vector<std::int64_t> lines;  // of the poses
+  std::vector<std::int64_t> lines;  // Of the poses.
   const auto is_empty = [&](const StaticPose& pose) {
     return !columns.triads.empty() &&
            std::none_of(pose.triads.begin(), pose.triads.end(), [](const auto& triad) {
@@ -502,7 +501,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
         extend(pose);
         continue;
       }
-      // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
+      // Only readings show stuck or copied rows; a fixture's attitudes may recur.
       if (!columns.triads.empty() &&
           duplicates.CountsAlready(pose, row.line(), poses.poses, lines)) {
         continue;

@@ -17,17 +17,17 @@
 
 namespace truetriad {
 
-/// Corrects the readings of one triad: truth = S(T)^-1 u, u what the axes feel of
-/// raw - b(T) - G f (triad_model.h). docs/method.md, "Temperature".
+/// Corrects the readings of one triad: truth = S(T)^-1 u, where u is Felt of raw - b(T) - G f
+/// (triad_model.h). docs/method.md, "Temperature".
 class ReadingCorrector {
  public:
-  /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.
+  /// Error: the calibration does not apply to readings in this unit, or needs a temperature.
   static Result<ReadingCorrector> Create(const TriadCalibration& calibration,
                                          const StreamInfo& stream);
 
   bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
   bool is_thermal() const { return calibration_.thermal.has_value(); }
-  /// Every reading is corrected alike, and by itself: correction * (raw - bias).
+  /// Every reading is corrected in the same way and independently: correction * (raw - bias).
   bool is_linear() const {
     return !is_thermal() && !needs_force() &&
            std::none_of(calibration_.model.axis_terms.begin(),
@@ -35,7 +35,7 @@ class ReadingCorrector {
                         [](const Eigen::Vector3d& term) { return !term.isZero(0.0); });
   }
 
-  /// Of a linear one: so many readings, x y z x y z …. `truth` may be `raw`.
+  /// For linear corrections: `count` readings, x y z x y z …. `truth` may be `raw`.
   void CorrectAll(const double* raw, std::size_t count, double* truth) const {
     const Eigen::Matrix3d correction = correction_;
     const Eigen::Vector3d bias = bias_;
@@ -46,8 +46,8 @@ class ReadingCorrector {
     }
   }
 
-  /// Readings are to come in time order. `force_mps2` is the corrected specific force, used only
-  /// when needs_force().
+  /// Readings must be in time order. `force_mps2` is the corrected specific force, used only when
+  /// needs_force().
   Eigen::Vector3d Correct(std::int64_t time_ns,
                           const Eigen::Vector3d& raw,
                           double temperature_degc,
@@ -62,7 +62,7 @@ class ReadingCorrector {
     return correction_ * calibration_.model.Felt(reading);
   }
 
-  /// True when the last correction used an end of the calibrated temperature range.
+  /// True when the last correction used a limit of the calibrated temperature range.
   bool clamped() const { return clamped_; }
 
  private:
@@ -77,7 +77,7 @@ class ReadingCorrector {
     follows_time_ = thermal.element_lag_s || thermal.rate.any();
   }
 
-  // Lags and rates: the model changes with every reading.
+  // With lags and rates the model changes with every reading.
   void FollowTemperature(std::int64_t time_ns, double temperature_degc) {
     if (!start_ns_) {
       if (std::isnan(temperature_degc)) {
@@ -99,7 +99,7 @@ class ReadingCorrector {
   }
 
   void SetTemperature(double temperature_degc) {
-    if (temperature_degc == temperature_degc_) return;  // Temperatures are logged in steps.
+    if (temperature_degc == temperature_degc_) return;  // As most: logged in steps.
     temperature_degc_ = temperature_degc;
     const ThermalTerms& thermal = *calibration_.thermal;
     const double used = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// Turns the blocks of a file into the samples of one of its triads.
+/// Converts the blocks of a file into the samples of one of its triads.
 class Stream {
  public:
   /// Maps the columns. Error: a column is needed as two different things.
@@ -35,16 +35,15 @@ class Stream {
 
   Triad triad() const { return layout_.info.triad; }
   const StreamCounts& counts() const { return counts_; }
-  /// Time of the last sample handed over; the smallest of all before the first.
+  /// Time of the last sample returned; the smallest int64 before the first.
   std::int64_t last_time_ns() const { return last_time_ns_; }
 
-  /// The samples in the `row_count` rows that `csv` has just read; `shifts_ns`: what is added to
-  /// their times, empty for nothing.
-  /// Error: time going backwards, a pose that is not a number of a pose.
+  /// The samples in the `row_count` rows that `csv` has just read; `shifts_ns` is added to their
+  /// times, empty for none. Error: time going backwards, an invalid pose number.
   Result<SampleBlock> Take(const CsvReader& csv,
                            std::size_t row_count,
                            std::span<const std::int64_t> shifts_ns) {
-    if (windows_ && row_count == 0) return windows_->Finish(triad());  // What the end completes.
+    if (windows_ && row_count == 0) return windows_->Finish(triad());  // Windows that end here.
     SelectRows(csv, row_count);
     SampleBlock block;
     block.triad = triad();
@@ -91,7 +90,7 @@ class Stream {
       windows_.emplace(layout_.info.window_samples, layout_.info.file);
   }
 
-  /// Of a window, the row with the time may be one without a reading.
+  /// Passes on the times of rows without a reading: one may be that of a window.
   void GiveTimesOfOtherRows(const CsvReader& csv, std::size_t row_count) {
     if (all_) return;
     const std::int64_t* const stated = csv.Times(layout_.time.column);
@@ -105,7 +104,7 @@ class Stream {
     }
   }
 
-  /// Times with the last one that is known where a row has none, or the first before it.
+  /// Times in which a missing one is the last known before it, or else the first known.
   std::span<const std::int64_t> LastKnown(std::span<const std::int64_t> times_ns) {
     known_.assign(times_ns.begin(), times_ns.end());
     const auto is_known = [](std::int64_t time_ns) { return time_ns != CsvReader::kMissingTime; };
@@ -118,9 +117,9 @@ class Stream {
     return known_;
   }
 
-  /// Finds the rows that have this triad's time and readings.
+  /// Selects the rows that have this triad's time and readings.
   void SelectRows(const CsvReader& csv, std::size_t row_count) {
-    // Of a window one row with a time is enough.
+    // A window needs a time on one row only.
     const bool has_time_column = layout_.time.kind == TimeColumn::Kind::kColumn && !windows_;
     all_ = !(has_time_column && csv.AnyMissing(layout_.time.column)) &&
            std::none_of(layout_.axes.begin(), layout_.axes.end(), [&](std::size_t column) {
@@ -167,12 +166,12 @@ class Stream {
     return times_;
   }
 
-  /// A time, of the number of a sample in units of 1e-9 where the rate is not 1.
+  /// Scales a time; a sample number comes in units of 1e-9 if the rate is not 1.
   std::int64_t Scaled(std::int64_t value) const {
     const double rate_hz = layout_.time.rate_hz;
     if (value == CsvReader::kMissingTime || rate_hz == 1.0) return value;
-    // What lies beyond the farthest time CheckTimes refuses. Long double has the 64 bits that
-    // sample numbers may need.
+    // CheckTimes refuses times above kFarthestTime. A long double has the 64 bits that sample
+    // numbers may need.
     constexpr auto kBeyond = static_cast<long double>(CsvReader::kFarthestTime) + 1.0L;
     const long double time_ns = static_cast<long double>(value) / static_cast<long double>(rate_hz);
     return std::llround(std::clamp(time_ns, -kBeyond, kBeyond));
@@ -199,7 +198,7 @@ class Stream {
       }
       last_time_ns_ = times_ns[i];
     }
-    // In order, so that the first and the last are farthest.
+    // Times are in order, so that the first and the last are the extremes.
     if (!times_ns.empty() && (times_ns.front() < -CsvReader::kFarthestTime ||
                               times_ns.back() > CsvReader::kFarthestTime)) {
       return Error(ErrorCode::kValueOutOfRange,
@@ -209,24 +208,24 @@ class Stream {
     return {};
   }
 
-  /// What was last read of a thermometer.
+  /// The last reading of a thermometer.
   struct HeldTemperature {
     double degc = std::numeric_limits<double>::quiet_NaN();
     std::int64_t time_ns = 0;
     bool is_new = false;
-    std::optional<double> count;  ///< Of a register, taken on where it began anew.
-    std::vector<double> values;   ///< Of the block.
+    std::optional<double> count;  ///< Of a register, continued across wraps.
+    std::vector<double> values;   ///< For the block.
   };
 
-  /// A temperature that is logged more rarely holds until the next one, but not for ever.
-  /// Error: what is no number of a register.
+  /// A temperature that is logged less often holds until the next one, but not longer than
+  /// kLongestHoldNs. Error: a number that the register cannot have.
   Result<std::span<const double>> Temperatures(const CsvReader& csv,
                                                const TemperatureColumn& column,
                                                std::span<const std::int64_t> times_ns,
                                                std::size_t row_count,
                                                HeldTemperature* held) const {
-    // A minute: chips are logged far more often, chambers and units change by less than a degree in
-    // it.
+    // A minute: chips are logged far more often, and chambers and units change by less than a
+    // degree in it.
     constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
     const double* const stated = csv.Numbers(column.column);
     held->values.resize(selected_count_);
@@ -256,9 +255,9 @@ class Stream {
     return std::span<const double>(held->values);
   }
 
-  /// The number of a register, logged with or without a sign, nearest to the one `before`, since a
-  /// chip warms by steps smaller than a quarter of what its register holds. Error: one that does
-  /// not fit, or steps further, or a first one whose sign nobody stated.
+  /// The number of a register, logged with or without a sign, continued to the value nearest to
+  /// `before`: a chip warms in steps below a quarter of the register's range. Error: a number that
+  /// does not fit, a larger step, or a first number without a stated sign.
   static Result<double> Continued(double count,
                                   const TemperatureColumn& column,
                                   std::optional<double> before) {
@@ -278,7 +277,7 @@ class Stream {
     if (!before && is_signed) return count >= 0.5 * all ? count - all : count;
     if (!before) return count < 0.0 ? count + all : count;
     const double continued = count + all * std::round((*before - count) / all);
-    // By half of the register it could be a step up or down, which moves all that follows.
+    // A step of half the range could be up or down, which would shift all later values.
     if (std::abs(continued - *before) > 0.25 * all) {
       return fail("the register steps to " + number + " by more than a quarter of what its " +
                   bits + " hold; empty the field if it is damaged, or correct `wrap_bits`");
@@ -286,7 +285,7 @@ class Stream {
     return continued;
   }
 
-  /// Makes readings raw that were logged corrected.
+  /// Converts readings that were logged corrected back to raw ones.
   Status UndoApplied(const CsvReader& csv, SampleBlock* block) {
     for (std::vector<double>& axis : raw_) axis.resize(selected_count_);
     const std::optional<AppliedCorrection::Thermal>& thermal = layout_.applied->thermal;
@@ -335,11 +334,11 @@ class Stream {
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
   HeldTemperature temperature_, ambient_;
 
-  bool all_ = true;  ///< Every row of the block is selected; then selection_ is not used.
+  bool all_ = true;  ///< Every row is selected; selection_ is not used.
   std::vector<std::size_t> selection_;
   std::size_t selected_count_ = 0;
   std::array<std::vector<double>, 3> axes_;
-  std::array<std::vector<double>, 3> raw_;  ///< Used only where a correction is undone.
+  std::array<std::vector<double>, 3> raw_;  ///< Used only to undo a correction.
   std::optional<BurstWindows> windows_;
   std::vector<std::int64_t> rows_, times_, lines_, known_;
   std::int64_t last_known_ns_ = 0;
@@ -349,7 +348,7 @@ class Stream {
 struct File {
   std::unique_ptr<CsvReader> csv;
   std::vector<Stream> streams;
-  std::optional<ClockPieces> pieces;  ///< Where times may begin anew.
+  std::optional<ClockPieces> pieces;  ///< Set if times may begin anew.
   bool done = false;
 
   std::int64_t last_time_ns() const {
@@ -359,8 +358,8 @@ struct File {
   }
 };
 
-/// The column that all sensors have their times from; unset where there are several, whose pieces
-/// could not be told to belong together, or where times count samples.
+/// The time column of all sensors; unset where there are several, whose pieces could not be
+/// assigned to each other, or where times count samples.
 std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files) {
   if (files.size() != 1) return std::nullopt;
   const TimeColumn& first = files[0].streams.front().time;
@@ -453,7 +452,7 @@ class RecordingSource : public SampleSource {
   RecordingSource(RecordingInfo info, std::vector<File> files, std::optional<InputFile> manifest)
       : info_(std::move(info)), files_(std::move(files)), manifest_(std::move(manifest)) {}
 
-  /// The file that is least far on in time; null when all are read.
+  /// The file with the earliest last time; null when all are read.
   File* MostLagging() {
     File* lagging = nullptr;
     for (File& file : files_) {
@@ -477,7 +476,7 @@ Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
                              IsManifest(path) ? OpenManifest(path, options)
                                               : OpenSelfDescribing(path, options.pose_column));
   if (!options.ambient) {
-    // Columns that nobody asked for are not parsed.
+    // Columns that were not asked for are not parsed.
     for (FileLayout& file : layout.files) {
       for (StreamLayout& stream : file.streams) stream.ambient.reset();
     }

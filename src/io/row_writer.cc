@@ -16,10 +16,10 @@ constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 16> kPowersOfTen = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
-/// From here on a double has no halves, and an integer of that size no exact double.
+/// From 2^52 on a double has no fraction, and halves could not be rounded.
 constexpr double kNoFraction = 0x1p52;
 
-/// value * 10^decimals, halves away from zero; nullopt when it must be written as it is.
+/// value * 10^decimals, halves away from zero; nullopt when it must be written in full.
 std::optional<std::int64_t> Scaled(double value, int decimals) {
   if (decimals < 0) return std::nullopt;
   const double scaled = value * kPowersOfTen[static_cast<std::size_t>(decimals)];
@@ -36,17 +36,17 @@ constexpr std::array<char, 200> kDigitPairs = [] {
   return pairs;
 }();
 
-/// Room that one number can need.
+/// Upper bound of the characters of one number.
 constexpr std::size_t kLongestNumber = 32;
 
-/// `number` / 10^decimals in full, at `text`; returns the end. In place of
-/// std::to_chars with fixed decimals, with which `simulate` takes 70 % more processor time.
+/// Writes `number` / 10^decimals in full at `text`; returns the end. It replaces std::to_chars with
+/// fixed decimals, with which `simulate` takes 70 % more processor time.
 char* WriteFixed(std::int64_t number, int decimals, char* text) {
   const auto bits = static_cast<std::uint64_t>(number);
   std::uint64_t rest = number < 0 ? 0 - bits : bits;
   *text = '-';
   text += number < 0 ? 1 : 0;
-  // Digits from the last on, two at a time, with a zero before the point if there is nothing else.
+  // Digits are written from the last on, two at a time, with at least one before the point.
   std::array<char, 24> digits;
   char* const end = digits.data() + digits.size();
   char* begin = end;
@@ -67,7 +67,7 @@ char* WriteFixed(std::int64_t number, int decimals, char* text) {
   return text + decimals;
 }
 
-/// Nothing for NaN: an empty field.
+/// Writes a number; an empty field for NaN.
 char* WriteNumber(double value, int decimals, char* text) {
   if (std::isnan(value)) return text;
   if (const std::optional<std::int64_t> scaled = Scaled(value, decimals)) {
@@ -139,7 +139,7 @@ void RowWriter::Add(const SampleBlock& block) {
 
 Status RowWriter::WriteRows(bool at_end, ReadingChange* change) {
   const std::size_t longest_row = kLongestNumber * (3 * waiting_.size() + 4);
-  constexpr std::size_t kBytesAtOnce = 1U << 18U;
+  constexpr std::size_t kBytesAtOnce = 1U << 18U;  // 256 kB, as TextFile reads.
   std::size_t filled = text_.size();
   while (at_end || NothingMissing()) {
     if (text_.size() < filled + longest_row) text_.resize(filled + kBytesAtOnce);
@@ -163,9 +163,9 @@ Status RowWriter::WriteRows(bool at_end, ReadingChange* change) {
   return file_.status();
 }
 
-/// No sample can come any more that belongs before the first one waiting.
+/// Whether no later sample can belong before the first waiting one.
 bool RowWriter::NothingMissing() const {
-  // Samples: some seconds of the fastest loggers, 12 MB.
+  // Samples: 8 s at 32 kHz, in 12 MB.
   constexpr std::size_t kMostWaiting = 1U << 18U;
   bool any_empty = false;
   for (const WaitingSamples& waiting : waiting_) {
@@ -182,7 +182,7 @@ char* RowWriter::WriteTime(std::int64_t time_ns, char* text) const {
   return text[-1] == '.' ? text - 1 : text;
 }
 
-/// The row of the earliest time that waits; nothing when none does.
+/// Writes the row of the earliest waiting time; nothing when none waits.
 char* RowWriter::WriteRow(char* text, ReadingChange* change) {
   const WaitingSamples* first = nullptr;
   for (const WaitingSamples& waiting : waiting_) {

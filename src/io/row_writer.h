@@ -15,11 +15,12 @@
 
 namespace truetriad {
 
-/// What readings become on their way into rows.
+/// A change of readings before they are written into rows.
 class ReadingChange {
  public:
   virtual ~ReadingChange() = default;
-  /// Readings of a row come in the order in which their streams were added; NaN is an empty field.
+  /// Readings of a row arrive in the order in which their streams were added; NaN is an empty
+  /// field.
   virtual Eigen::Vector3d Changed(Triad triad,
                                   std::int64_t time_ns,
                                   const Eigen::Vector3d& raw,
@@ -27,7 +28,7 @@ class ReadingChange {
   virtual void EndRow() = 0;
 };
 
-/// Samples of one triad that wait for those of the others.
+/// Samples of one triad that wait for those of the other triads.
 struct WaitingSamples {
   StreamInfo stream;
   int decimals = RecordingFormat::kShortest;
@@ -40,8 +41,8 @@ struct WaitingSamples {
   void Add(const SampleBlock& block);
 };
 
-/// A self-describing CSV with a row for each time at which some triad has a sample; fields of the
-/// others stay empty.
+/// Writes a self-describing CSV with a row for each time at which some triad has a sample; fields
+/// of the others stay empty.
 class RowWriter {
  public:
   RowWriter(const std::string& path, const RecordingFormat& format, bool has_time);
@@ -49,9 +50,9 @@ class RowWriter {
   void AddStream(const StreamInfo& stream);
   void WriteHeader();
   void Add(const SampleBlock& block);
-  /// Writes the rows whose samples are all there; at the end, all that wait. A triad that has ended
-  /// or is silent for long does not make the others wait: the memory is bounded.
-  /// Error: samples are too far out of order; the file cannot be written.
+  /// Writes the rows whose samples are complete; at the end, all that wait. To bound the memory,
+  /// the others do not wait for a triad that has ended or pauses for long. Error: samples are too
+  /// far out of order; the file cannot be written.
   Status WriteRows(bool at_end, ReadingChange* change = nullptr);
   Status Commit() { return file_.Commit(); }
   Status status() const { return file_.status(); }

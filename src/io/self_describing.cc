@@ -10,10 +10,10 @@
 namespace truetriad {
 namespace {
 
-/// A unit to show people who forgot theirs.
+/// A unit for messages about a missing one.
 std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
 
-/// What people call quantities; the letters of one alone only with an axis behind them.
+/// Usual names of quantities; a single letter counts only before an axis.
 struct Calling {
   std::string_view beginning, letter, name;
 };
@@ -24,7 +24,7 @@ constexpr std::array<Calling, 6> kCallings = {{{"acc", "a", "accel"},
                                                {"temp", "", "temperature"},
                                                {"time", "", "time"}}};
 
-/// What people put behind a name to say its unit.
+/// Usual words after a name that indicate its unit.
 struct UnitWord {
   std::string_view word, unit;
   bool is_time;
@@ -41,7 +41,7 @@ constexpr std::array<UnitWord, 28> kUnitWords = {
      {"raw", "counts", false},  {"counts", "counts", false}, {"lsb", "counts", false},
      {"adc", "counts", false}}};
 
-/// A column's name without what is no letter or digit, and the unit that its last word says.
+/// The letters and digits of a column's name, and the unit that its last word indicates.
 struct SeemingName {
   std::string letters;
   const UnitWord* unit = nullptr;
@@ -296,8 +296,8 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
     if (taken_[column]) continue;
     const std::string& name = columns_[column].name;
     if (column == 0 && name.empty()) {
-      // Tables of pandas begin with a column of row numbers that has no name, but what has no name
-      // may as well be the time.
+      // Tables of pandas begin with an unnamed column of row numbers, but an unnamed column may
+      // also be the time.
       if (!may_number_rows_ && !HasTaken("time")) {
         return Error(ErrorCode::kUnknownColumn,
                      place_,
@@ -327,7 +327,7 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
 }
 
 std::string HeaderColumns::Names() const {
-  // As many as people read.
+  // More would not be read.
   constexpr std::size_t kNamed = 40, kLongestName = 60;
   std::string names;
   for (std::size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {

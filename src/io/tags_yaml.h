@@ -8,13 +8,13 @@
 
 namespace truetriad {
 
-/// Tags of `device:`, which holds more.
+/// Reads the tags of `device:`, which has other keys, too.
 void ReadDeviceTags(YamlReader* device, Tags* tags);
 
-/// Tags of `run:`, where there is one.
+/// Reads the tags of `run:`, if present.
 void ReadRunTags(YamlReader run, Tags* tags);
 
-/// The same as they are written, within a map in one line: ` part: "P1", ids: { gyroscope: 7 }`;
+/// The tags as they are written within a map in one line: ` part: "P1", ids: { gyroscope: 7 }`;
 /// empty without any.
 std::string DeviceTagsText(const Tags& tags);
 std::string RunTagsText(const Tags& tags);

@@ -21,21 +21,21 @@
 namespace truetriad {
 namespace {
 
-/// No log has longer lines; without a bound a binary file without '\n' would fill the memory.
+/// Logs have shorter lines; without a bound a binary file without '\n' would fill the memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
-/// Of the buffer, however small the file.
+/// Least size of the buffer, even for small files.
 constexpr std::size_t kLeastRoom = 8U << 10;
 
 struct Magic {
   std::string_view bytes;
   std::string_view format;
-  std::string_view convert_from = {};  // of `truetriad convert`; empty: it has none
-  std::string_view decode_first = {};  // What has to be done before `truetriad convert`.
+  std::string_view convert_from = {};  // For `truetriad convert`; empty: it reads none.
+  std::string_view decode_first = {};  // To be done before `truetriad convert`.
 };
 
 using std::string_view_literals::operator""sv;
 
-/// First bytes of formats that people have at hand and may give by mistake.
+/// First bytes of formats that users may give by mistake.
 constexpr std::array<Magic, 22> kForeignFormats = {{
     {"ULog\x01\x12\x35"sv, "a PX4 ULog file", "ulog"},
     {"\xA3\x95"sv, "an ArduPilot DataFlash log", "dataflash"},
@@ -67,7 +67,7 @@ constexpr std::array<Magic, 22> kForeignFormats = {{
 
 }  // namespace
 
-/// SHA-256. Not in the namespace above: a member of TextFile has it.
+/// SHA-256. It is outside of the namespace above because TextFile has a member of it.
 class Hasher {
  public:
   Hasher() { sha256_init(&context_); }
@@ -132,7 +132,7 @@ class TextFile::Inflater {
     std::copy(first_bytes.begin(), first_bytes.end(), input_.begin());
     stream_.next_in = Input();
     stream_.avail_in = static_cast<unsigned>(first_bytes.size());
-    constexpr int kGzipWithLargestWindow = 15 + 16;
+    constexpr int kGzipWithLargestWindow = 15 + 16;  // zlib: 2^15 bytes; + 16: gzip header.
     ready_ = inflateInit2(&stream_, kGzipWithLargestWindow) == Z_OK;
   }
   ~Inflater() { inflateEnd(&stream_); }
@@ -215,7 +215,7 @@ TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t c
 
 std::size_t TextFile::Room() const {
   if (inflater_ != nullptr) return 2 * chunk_bytes_;
-  // A file that still grows is read on by the same steps.
+  // A file that still grows is read in the same steps.
   const auto stored = static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
   return std::min(stored, chunk_bytes_) + std::min(stored, chunk_bytes_) + kLeastRoom;
 }
@@ -251,7 +251,7 @@ Status TextFile::RecogniseContent() {
       return Error(ErrorCode::kWrongFormat, {path_}, message);
     }
   }
-  constexpr std::size_t kSample = 4096;  // Later ones are met, with their line, by the parser.
+  constexpr std::size_t kSample = 4096;  // Later ones are reported by the parser.
   if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
     return Error(ErrorCode::kWrongFormat, {path_}, "is a binary file; expected CSV text");
   }
@@ -282,7 +282,7 @@ Status TextFile::Fill() {
 }
 
 Result<std::string_view> TextFile::Next() {
-  // What follows the last whole line moves to the front.
+  // The text after the last complete line moves to the front.
   std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(handed_over_),
             buffer_.begin() + static_cast<std::ptrdiff_t>(filled_),
             buffer_.begin());
@@ -322,7 +322,7 @@ double TextFile::progress() const { return bytes_->progress(); }
 std::string TextFile::Sha256() const { return bytes_->digest(); }
 
 std::string_view ForeignFormatOf(const std::string& path) {
-  std::string start(64, '\0');  // More than any of them takes.
+  std::string start(64, '\0');  // More than any entry of the table has.
   std::ifstream file(path, std::ios::binary);
   file.read(start.data(), static_cast<std::streamsize>(start.size()));
   for (const Magic& magic : kForeignFormats) {

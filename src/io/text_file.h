@@ -10,15 +10,15 @@
 
 namespace truetriad {
 
-/// A text file, plain or gzip (known by its first bytes, not its name), read once from front to
-/// back in runs of whole lines, and hashed on the way while the bytes are in the cache.
+/// A text file, plain or gzip (recognised by its first bytes, not its name), read once from front
+/// to back in runs of whole lines, and hashed while the bytes are in the cache.
 ///
 /// Memory does not depend on the file's length. The bytes are read, not mapped: a log that another
-/// program cuts short meanwhile is then an error and not a signal, and pages do not pile up.
+/// program truncates meanwhile is then an error and not a signal, and pages do not accumulate.
 class TextFile {
  public:
-  /// Bytes read at a time: small enough to be still in the second-level cache when they are parsed
-  /// after hashing, large enough to make system calls rare.
+  /// Bytes read at a time: few enough to be still in the second-level cache when they are parsed
+  /// after hashing, and enough to make system calls rare.
   static constexpr std::size_t kChunkBytes = 256U << 10;
 
   /// Error: missing, unreadable, a folder or device, empty, or (named where known) a binary format.
@@ -43,7 +43,7 @@ class TextFile {
   /// complete once Next has returned nothing.
   std::string Sha256() const;
 
-  /// No more bytes of text than this are to be expected: the file's size, or, compressed, any.
+  /// An upper bound of the bytes of text: the file's size; without bound if compressed.
   std::size_t MostBytes() const;
 
   const std::string& path() const { return path_; }
@@ -54,9 +54,9 @@ class TextFile {
 
   TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t chunk_bytes);
   Status RecogniseContent();
-  /// What the buffer should hold beyond what is in it: a small file needs no large one.
+  /// Wanted size of the buffer beyond its content: a small file needs no large one.
   std::size_t Room() const;
-  /// Appends to the buffer what fits; sets at_end_ when there is no more.
+  /// Fills the buffer; sets at_end_ at the end of the file.
   Status Fill();
 
   std::string path_;
@@ -70,7 +70,8 @@ class TextFile {
   bool ended_mid_line_ = false;
 };
 
-/// The format that `truetriad convert --from=` reads and a file begins like: "ulog"; empty: none.
+/// The format that `truetriad convert --from=` reads and that a file begins like ("ulog"), or
+/// empty.
 std::string_view ForeignFormatOf(const std::string& path);
 
 /// SHA-256 of `bytes`, lower-case hex.

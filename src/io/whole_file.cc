@@ -29,12 +29,12 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTemporary = ".tmp-";
 
-/// Where process numbers are told apart: one host, and one container on it.
+/// The scope in which process numbers are unique: one host, and one container on it.
 std::string Numbering() {
   std::array<char, 256> host{};
   gethostname(host.data(), host.size() - 1);
   std::array<char, 64> container{};
-  // Without such a link (another system): the host alone.
+  // Without such a link (another system) the host alone is used.
   if (readlink("/proc/self/ns/pid", container.data(), container.size() - 1) < 0) container[0] = 0;
   std::uint32_t hash = 2166136261U;  // Fowler, Noll and Vo's FNV-1a.
   for (const char c : std::string(host.data()) + container.data()) {
@@ -43,7 +43,7 @@ std::string Numbering() {
   return std::to_string(hash);
 }
 
-/// "4026531836-812-": what temporary names of a process hold.
+/// "4026531836-812-": the part of a temporary name that identifies the process.
 std::string WriterName(pid_t process) {
   static const std::string numbering = Numbering();
   return numbering + "-" + std::to_string(process) + "-";
@@ -51,12 +51,12 @@ std::string WriterName(pid_t process) {
 
 int LastFailure() { return errno != 0 ? errno : EIO; }
 
-/// A file system that cannot do it (EINVAL, ENOTSUP) has nothing to lose by it.
+/// File systems without fsync (EINVAL, ENOTSUP) are not an error.
 bool IsOnDisk(int descriptor) {
   return fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP;
 }
 
-/// Not even waiting for its parent to ask how it ended, as one whose parent never does.
+/// Whether a process runs; a zombie, which waits for its parent, does not.
 bool IsRunning(pid_t process) {
   if (kill(process, 0) != 0) return errno != ESRCH;
   std::ifstream stat("/proc/" + std::to_string(process) + "/stat");
@@ -66,7 +66,7 @@ bool IsRunning(pid_t process) {
   return name_end == std::string::npos || text.compare(name_end, 3, ") Z") != 0;
 }
 
-/// The writer whose number a temporary name holds, kTemporary and what follows it, was killed.
+/// Whether the writer whose number a temporary name holds (after kTemporary) was killed.
 bool IsOfDeadWriter(std::string_view name) {
   const std::size_t at = name.rfind(kTemporary);
   if (at == std::string_view::npos) return false;
@@ -77,13 +77,13 @@ bool IsOfDeadWriter(std::string_view name) {
   return writer > 0 && text.starts_with(WriterName(writer)) && !IsRunning(writer);
 }
 
-/// Removes what killed writers left in a folder; once for each that this process writes to.
+/// Removes files of killed writers in a folder, once per folder that this process writes to.
 void SweepFolderOf(const std::string& path) {
   static std::mutex mutex;
   static auto& swept = *new std::set<fs::path>;
   fs::path folder = fs::path(path).parent_path();
   if (folder.empty()) folder = ".";
-  // One that is being written itself is new, and of this process.
+  // A folder that is itself being written is new and belongs to this process.
   if (folder.filename().string().find(kTemporary) != std::string::npos) return;
   {
     const std::scoped_lock lock(mutex);
@@ -100,7 +100,7 @@ void SweepFolderOf(const std::string& path) {
   }
 }
 
-/// By its first bytes a fleet's store: of SQLite, or of lines of JSON.
+/// Whether a file begins like a fleet's store: of SQLite, or of lines of JSON.
 bool IsStore(const std::string& path) {
   constexpr std::array<std::string_view, 2> kBeginnings = {"SQLite format 3",
                                                            R"({"format":"truetriad/runs")"};

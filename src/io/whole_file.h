@@ -13,20 +13,19 @@
 
 namespace truetriad {
 
-/// A name beside `path` that no other writer uses, for a file or folder that is to get its name
-/// when it is whole. What writers left in that folder that were killed, on this machine, is removed
-/// first.
+/// A name beside `path` that no other writer uses, for a file or folder that is renamed when it is
+/// complete. Files of killed writers of this machine in that folder are removed first.
 std::string TemporaryNameBeside(const std::string& path);
-/// Whether `name` is one of those: what has it is not whole yet.
+/// Whether `name` is such a name: its file is not complete yet.
 bool IsTemporaryName(std::string_view name);
-/// Flushes the folder of a file, which has its name on the disk then. False, and errno: it cannot.
+/// Flushes the folder of a file, so that its name is on the disk. False, with errno: it failed.
 bool IsFolderOnDisk(const std::string& path);
 
-/// A file that appears under its name only when it is whole, and is then on the disk: written
-/// beside it, flushed, renamed, and its folder flushed. A power cut or a kill leaves the file that
-/// was there before, or the new one; what a killed writer left beside it the next one removes. A
-/// device or pipe (/dev/stdout) is written to directly: replacing it by a file is not what anybody
-/// means. Nor is it a folder, an input (InputGuard), or a fleet's store, which nothing makes again.
+/// A file that appears under its name only when it is complete and on the disk: it is written
+/// beside the target, flushed and renamed, and its folder is flushed. After a power cut or a kill
+/// there is the old file or the new one; the next writer removes what a killed one left beside it.
+/// A device or pipe (/dev/stdout) is written directly. A folder, an input (InputGuard) and a
+/// fleet's store, which cannot be made again, are never replaced.
 class WholeFile {
  public:
   explicit WholeFile(std::string path, bool replaces_store = false);
@@ -36,14 +35,14 @@ class WholeFile {
 
   void Write(std::string_view text);
 
-  /// Why the file cannot be written, if so; as an `errno` (0: it can), and in words.
+  /// Why the file cannot be written, as an `errno` (0: it can) and in words.
   int failure() const { return failure_; }
   Status status() const;
 
-  /// Closes the file, which is then on the disk, without its name. Nothing can be written
+  /// Closes the file, which is then on the disk but without its name. Nothing can be written
   /// afterwards.
   Status Finish();
-  /// Finishes the file and gives it its name.
+  /// Finishes the file and renames it.
   Status Commit();
 
  private:
@@ -52,18 +51,18 @@ class WholeFile {
   };
 
   std::string path_;
-  std::string temporary_path_;  ///< Empty when there is none (any more).
+  std::string temporary_path_;  ///< Empty without one, or after renaming.
   std::unique_ptr<std::FILE, Close> file_;
   int failure_ = 0;
-  std::optional<Error> refusal_;  ///< Why nothing is to be written there.
+  std::optional<Error> refusal_;  ///< Why the target must not be written.
 };
 
-/// Files that get their names when all of them are whole: where one cannot be written, every name
-/// keeps what it has.
+/// Files that are renamed when all of them are complete: if one cannot be written, no target
+/// changes.
 class WholeFiles {
  public:
   Status Write(const std::string& path, std::string_view text);
-  /// Gives them their names, in the order in which they were written.
+  /// Renames them in the order in which they were written.
   Status Commit();
 
  private:

@@ -21,9 +21,9 @@
 
 namespace truetriad {
 
-// Visitors of lists of fields (tree/fields.h) that write a value as YAML and read it from there.
+// Visitors of lists of fields (tree/fields.h) that write a value as YAML and read it back.
 
-/// Writes fields: each into a line of its own, `indent` deep, or behind each other in one.
+/// Writes fields: each on a line of its own, indented by `indent`, or all in one line.
 class YamlFieldWriter {
  public:
   static constexpr bool kReads = false;
@@ -75,7 +75,7 @@ class YamlFieldWriter {
   const std::string& text() const { return text_; }
 
  private:
-  // A value stands behind its key, or begins with the end of that line.
+  // A value follows its key, or begins with the end of the key's line.
   void Add(std::string_view key, const std::string& value) {
     const std::string_view blank = value.starts_with('\n') ? "" : " ";
     if (place_ == Place::kLines) {
@@ -132,7 +132,7 @@ class YamlFieldWriter {
     if constexpr (!HasFields<T>) {
       return ScalarOf(item);
     } else if (style == Style::kBlocks) {
-      // The first field stands behind the dash.
+      // The first field follows the dash.
       YamlFieldWriter inner(digits_, indent_.size() + 4);
       Fields(inner, item);
       return inner.text_.substr(inner.indent_.size(),
@@ -168,7 +168,7 @@ class YamlFieldWriter {
   std::string text_;
 };
 
-/// Any double that YamlText writes, so also those that a person may not write in a configuration.
+/// Any double that YamlText writes, also NaN and infinities, which configurations may not have.
 inline bool ReadNumber(YamlReader reader, double* value) {
   std::string text;
   if (reader.IsScalar() && reader.Read(&text)) {
@@ -251,10 +251,10 @@ inline void ReadAxis(YamlReader reader, int* axis) {
   }
 }
 
-/// The numbers that a file may hold: those that YamlText writes, or without NaN and infinity.
+/// The numbers that a file may hold: all that YamlText writes, or only finite ones.
 enum class Numbers { kAny, kFinite };
 
-/// Reads fields; errors are recorded in `map`. Who uses it rejects unknown keys.
+/// Reads fields; errors are recorded in `map`. The caller rejects unknown keys.
 template <Numbers kAllowed>
 class NumbersFieldReader {
  public:
@@ -305,7 +305,7 @@ class NumbersFieldReader {
   void Skip(std::string_view key) { map_.Child(key); }
   void Comment(std::string_view) {}
 
-  /// An empty key: of the whole map.
+  /// An empty key means the whole map.
   template <typename Wrong>
   void Check(std::string_view key, const Wrong& wrong) {
     const std::string text(wrong());
@@ -358,7 +358,7 @@ class NumbersFieldReader {
     return static_cast<bool>(reader);
   }
 
-  // Gives the fields of a row their entries, one after the other.
+  // Assigns the entries of a row to its fields in order.
   struct Row {
     static constexpr bool kReads = true;
     std::vector<YamlReader> entries;

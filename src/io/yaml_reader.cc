@@ -33,7 +33,7 @@ std::string Join(const std::set<std::string, std::less<>>& words) {
   return joined;
 }
 
-/// The first, from 1; 0 where there is none.
+/// The number of the first such line, from 1; 0 if there is none.
 int LineIndentedByTab(const std::string& text) {
   std::istringstream lines(text);
   int number = 0;
@@ -45,8 +45,8 @@ int LineIndentedByTab(const std::string& text) {
   return 0;
 }
 
-/// "; …" where a name such as `time[s]` stands between braces or brackets of its own, on the line
-/// where reading ended (from 0) or the one before.
+/// "; …" where a name such as `time[s]` is inside braces or brackets, on the line where reading
+/// ended (from 0) or the one before; else empty.
 std::string HintOfBrackets(const std::string& text, int ended) {
   std::istringstream lines(text);
   std::string line;
@@ -67,7 +67,7 @@ std::string HintOfBrackets(const std::string& text, int ended) {
 }  // namespace
 
 Result<std::string> LookAtSmallFile(const std::string& path) {
-  // A calibration of a hundred poses takes some 100 kB; a log given by mistake takes far more.
+  // A calibration of a hundred poses has some 100 kB; a log given by mistake has far more.
   constexpr std::uintmax_t kMaxBytes = 64U << 20;
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) {
@@ -77,7 +77,7 @@ Result<std::string> LookAtSmallFile(const std::string& path) {
         {path},
         "is a folder; give " + (std::filesystem::exists(within, failure) ? within : "a file"));
   }
-  // Opening a pipe would wait for somebody to write.
+  // Opening a pipe would block until another process writes to it.
   if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure)) {
     return Error(ErrorCode::kUnreadableFile, {path}, "is not a regular file");
   }
@@ -147,7 +147,7 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
 }
 
 void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors) {
-  // yaml-cpp 0.7 keeps the first of two equal keys and says nothing. An alias is the node it names:
+  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias is the node it names:
   // visiting each only once keeps a file of nested aliases from costing exponential time.
   if (node_.IsScalar()) return;
   const int position = node_.Mark().pos;
@@ -191,7 +191,7 @@ YamlReader YamlReader::Child(std::string_view key) {
 
 YamlReader YamlReader::RequireChild(std::string_view key) {
   YamlReader child = Child(key);
-  // A parent that is missing itself, or not a map, has been or is being complained about already.
+  // A parent that is missing itself, or is not a map, has an error of its own.
   if (!child && IsMap()) child.Fail("is missing", ErrorCode::kMissingKey);
   if (present_ && !IsMap()) Fail("expected a map with the key `" + std::string(key) + "`");
   return child;
@@ -218,7 +218,7 @@ bool YamlReader::ReadName(std::string* value, std::size_t longest) {
     Fail("has a line break or another control character; expected one line of text");
     return false;
   }
-  // As it will be written: a byte that is no UTF-8 takes four characters.
+  // The length as written: a byte that is not UTF-8 takes four characters.
   if (const std::size_t size = AsUtf8(text).size(); size > longest) {
     Fail("has " + std::to_string(size) + " characters; expected at most " +
          std::to_string(longest));

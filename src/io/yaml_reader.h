@@ -26,13 +26,13 @@ namespace truetriad {
 ///   yaml.RejectUnknown();
 ///   TRUETRIAD_RETURN_IF_ERROR(yaml.status());
 ///
-/// Errors are collected, so that people see all of them at once: a read that fails leaves its value
-/// as it was, and `status()` of any reader of the file lists what went wrong.
+/// Errors are collected, so that users see all of them at once: a read that fails leaves its value
+/// unchanged, and `status()` of any reader of the file lists the errors.
 class YamlReader {
  public:
   /// Error: unreadable, not YAML, or a duplicate key anywhere in it.
   static Result<YamlReader> FromFile(const std::string& path);
-  /// `name` stands for the file in messages.
+  /// `name` replaces the file's name in messages.
   static Result<YamlReader> FromText(const std::string& text, const std::string& name);
 
   /// Reads the value of `key`. False when it is missing or wrong: that is an error.
@@ -63,25 +63,25 @@ class YamlReader {
   bool Read(std::vector<double>* value);
   bool Read(Eigen::Vector3d* value);
 
-  /// A text of one line that is not longer than that: a serial number, what a lot is called.
+  /// A text of one line with at most `longest` characters, such as a serial number or a lot.
   bool ReadName(std::string* value, std::size_t longest = kLongestName);
-  static constexpr std::size_t kLongestName = 200;
+  static constexpr std::size_t kLongestName = 200;  ///< Characters; more do not fit a line.
 
   /// The members of a list, the keys of a map; empty (an error) when it is something else.
   std::vector<YamlReader> Items();
   std::vector<std::string> Keys();
 
-  /// Records as errors all keys of this map that nobody asked for.
+  /// Records an error for each key of this map that was not asked for.
   void RejectUnknown();
 
   /// An error at this value's place.
   Error ErrorHere(ErrorCode code, const std::string& message) const;
-  /// Records one.
+  /// Records an error at this value's place.
   void Fail(const std::string& message, ErrorCode code = ErrorCode::kInvalidValue);
   /// "file:line: streams.gyroscope.unit: ", for messages.
   std::string Place() const;
 
-  /// All errors of the whole file so far: at once, and each with the key that it is about.
+  /// All errors of the file so far: joined into one, or each with its key.
   Status status() const;
   const std::vector<Error>& errors() const { return shared_->errors; }
 
@@ -114,10 +114,10 @@ class YamlReader {
   std::set<std::string, std::less<>> asked_;
 };
 
-/// Reads a whole file that people write by hand. Error: missing, unreadable, a folder, or larger
-/// than such a file can be.
+/// Reads a whole file of the kind that is written by hand. Error: missing, unreadable, a folder, or
+/// larger than such files are.
 Result<std::string> ReadSmallFile(const std::string& path);
-/// The same of one that may be overwritten: no input.
+/// The same for a file that may be overwritten, since it is not an input.
 Result<std::string> LookAtSmallFile(const std::string& path);
 
 }  // namespace truetriad

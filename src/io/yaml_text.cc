@@ -12,10 +12,10 @@
 namespace truetriad {
 namespace {
 
-/// Characters that YAML may not hold as they are, or that some readers take for the end of a line.
+/// Characters that YAML does not allow unescaped, or that some readers take for a line end.
 bool NeedsEscape(std::uint32_t code) {
-  constexpr std::uint32_t kLineSeparator = 0x2028, kParagraphSeparator = 0x2029;
-  constexpr std::uint32_t kByteOrderMark = 0xFEFF;
+  constexpr std::uint32_t kLineSeparator = 0x2028, kParagraphSeparator = 0x2029;  // Unicode's.
+  constexpr std::uint32_t kByteOrderMark = 0xFEFF;                                // Unicode's.
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == kLineSeparator ||
          code == kParagraphSeparator || code == kByteOrderMark || code == 0xFFFE || code == 0xFFFF;
 }

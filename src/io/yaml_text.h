@@ -11,18 +11,19 @@
 
 namespace truetriad {
 
-/// Free text for a YAML file: double-quoted and escaped, so that no content can be taken for
-/// structure, a number or a truth value. Bytes that are no UTF-8, which YAML cannot hold, as \xFF.
+/// Free text for a YAML file: double-quoted and escaped, so that no content is taken for structure,
+/// a number or a truth value. Bytes that are not UTF-8, which YAML cannot hold, become \xFF.
 struct Quoted {
   std::string_view text;
 };
 
-/// YAML text written by hand: yaml-cpp's emitter would add half of what a whole calibration takes
-/// (65 million instructions for the file of configs/experiments/joint.yaml, to 124 million in all).
-/// Numbers do not depend on the locale; NaN is `.nan`; vectors and matrices are flow lists of rows.
+/// Writes YAML text without yaml-cpp's emitter, which would add half of the cost of a whole
+/// calibration (65 million instructions for the file of configs/experiments/joint.yaml, to 124
+/// million in all). Numbers do not depend on the locale; NaN is `.nan`; vectors and matrices are
+/// flow lists of rows.
 class YamlText {
  public:
-  /// `digits`: significant digits of every number; 0: as few as read back to the same bits.
+  /// `digits`: significant digits of every number; 0: the fewest that read back to the same bits.
   explicit YamlText(int digits = 0) : digits_(digits) {}
 
   YamlText& operator<<(std::string_view text) {

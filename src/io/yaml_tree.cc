@@ -24,13 +24,13 @@ Json PlainTree(const std::string& word) {
   if (word == "false") return false;
   if (word == ".nan" || word == ".inf" || word == "-.inf") return nullptr;
   if (std::int64_t whole = 0; IsAll(word, &whole)) return whole;
-  // Not the words that C++ takes for numbers.
+  // Words that only C++ takes for numbers, such as `inf`, stay texts.
   const bool may_be_number = word.find_first_not_of("0123456789+-.eE") == std::string::npos;
   if (double number = 0.0; may_be_number && IsAll(word, &number)) return number;
   return word;
 }
 
-/// Nothing from the value on that takes the last of the `values_left`.
+/// Becomes null from the value on that uses up `values_left`.
 Json TreeOf(const YAML::Node& node, std::size_t* values_left) {
   if (*values_left == 0 || --*values_left == 0) return nullptr;
   if (node.IsMap()) {
@@ -59,13 +59,13 @@ Json AsInYaml(Json tree, int digits) {
 }
 
 Json TreeOfYaml(const std::string& text) {
-  // Each value takes at least one character, but for those that an alias repeats.
+  // Each value takes at least one character, except those that an alias repeats.
   std::size_t values_left = text.size() + 2;
   try {
     Json tree = TreeOf(YAML::Load(text), &values_left);
     if (values_left > 0) return tree;
   } catch (const YAML::Exception&) {
-    // Below `config:` a person may have written what is YAML only together with the lines above.
+    // A user may have written text below `config:` that is YAML only with the lines above.
   }
   return text;
 }

@@ -19,13 +19,13 @@
 
 namespace truetriad {
 
-// What the values of files that people write may be. Each kind of value is read by
-//   bool ReadAs(kind, reader, &value)   true when it was read; false when there is none, or when it
-//                                       is wrong, which is then an error of its file
+// Kinds of values in files that users write. Each kind of value is read by
+//   bool ReadAs(kind, reader, &value)   true when it was read; false when it is missing or wrong,
+//                                       which is then an error of its file
 // and those that are written back have
 //   std::string TextOf(kind, value)     YAML in one line; empty: the key is left out.
 
-/// A number between two ends, or a whole one, by the type of the value.
+/// A number in a range; the type of the value decides whether it must be whole.
 struct Range {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
@@ -46,11 +46,11 @@ bool ReadAs(const Range& range, YamlReader reader, double* value);
 bool ReadAs(const Range& range, YamlReader reader, int* value);
 bool ReadAs(const Range& range, YamlReader reader, std::int64_t* value);
 
-/// Three numbers, or three rows of them, each in a range.
+/// Three numbers, or three rows of three, each in a range.
 struct Entries {
   Range range = kAnyNumber;
-  bool may_be_one = false;  ///< One number may stand for all.
-  bool may_be_inf = false;  ///< `.inf` says of a σ that nothing is known.
+  bool may_be_one = false;  ///< One number may replace all.
+  bool may_be_inf = false;  ///< `.inf` states that a σ is unlimited.
 };
 constexpr Entries kNumbers{};
 constexpr Entries kEach{kAnyNumber, true};
@@ -59,7 +59,7 @@ constexpr Entries kSigmas{kPositive, true, true};
 bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Vector3d* value);
 bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Matrix3d* value);
 
-/// x, y, z, their opposites, or a vector other than zero, as it is.
+/// x, y, z, their opposites, or a vector other than zero, which is not normalised.
 struct BodyAxis {};
 bool ReadAs(BodyAxis, YamlReader reader, Eigen::Vector3d* axis);
 
@@ -70,8 +70,8 @@ inline bool ReadAs(NumberList, YamlReader reader, std::vector<double>* value) {
 
 /// Free text, which is quoted when it is written.
 struct Text {
-  bool is_name = false;      ///< One line, not too long.
-  bool is_left_out = false;  ///< When empty.
+  bool is_name = false;      ///< One line of limited length.
+  bool is_left_out = false;  ///< If it is empty.
 };
 constexpr Text kName{.is_name = true};
 constexpr Text kAnyText{};
@@ -80,7 +80,7 @@ constexpr Text kFile{.is_left_out = true};
 bool ReadAs(const Text& text, YamlReader reader, std::string* value);
 std::string TextOf(const Text& text, const std::string& value);
 
-/// The version of a file's format: there is one.
+/// The version of a file's format, of which there is one so far.
 constexpr int kVersion = 1;
 struct FormatVersion {};
 bool ReadAs(FormatVersion, YamlReader reader, int* value);
@@ -109,7 +109,7 @@ struct ReadingsUnit {
 };
 bool ReadAs(const ReadingsUnit& kind, YamlReader reader, Unit* value);
 
-/// `number`, `{ value, sigma }` or `unknown`, as far as it has been said.
+/// `number`, `{ value, sigma }` or `unknown`; the parts that were stated.
 struct Stated {
   std::optional<double> value;
   std::optional<double> sigma;
@@ -163,7 +163,7 @@ std::string TextOf(const NamedValues<T, N>& choices, const T& value) {
 
 // Kinds made of others.
 
-/// What is not stated is left out.
+/// An optional value without a statement is left out.
 template <typename Kind, typename Value>
 bool ReadAs(const Kind& kind, YamlReader reader, std::optional<Value>* value) {
   Value read = value->value_or(Value());
@@ -176,8 +176,8 @@ std::string TextOf(const Kind& kind, const std::optional<Value>& value) {
   return value ? TextOf(kind, *value) : "";
 }
 
-/// A value, or this word where it is left open: of an optional no value, of an `Open` the flag,
-/// with the value `left_open`.
+/// A value, or `word` where it is left open: an optional then has no value; an `Open` sets its flag
+/// and the value `left_open`.
 template <typename Kind, typename Value = int>
 struct OrWord {
   Kind kind;
@@ -223,8 +223,8 @@ std::string TextOf(const OrWord<Kind, Value>& kind, const Open<Value>& open) {
   return open.is_open ? std::string(kind.word) : TextOf(kind.kind, open.value);
 }
 
-/// A list, which takes the place of what was said before. Of named values it may be a set: a flag
-/// for each of them.
+/// A list, which replaces that of earlier documents. A list of named values may be a set of flags,
+/// one for each name.
 template <typename Kind>
 struct ListOf {
   Kind kind;
@@ -275,9 +275,9 @@ std::string TextOf(const ListOf<NamedValues<T, N>>& names, const Flags& flags) {
   return "[" + text + "]";
 }
 
-// Quantities whose keys name the unit, so that people can copy what a data sheet says.
+// Quantities whose keys name the unit, so that values of a data sheet can be copied.
 
-/// One way to state a quantity: value in the program's unit = number * scale.
+/// One key of a quantity: value in the program's unit = number * scale.
 struct QuantityKey {
   std::string key;
   double scale = 1.0;
@@ -291,7 +291,7 @@ QuantityKeys TimeKeys(std::string_view stem);
 QuantityKeys ShareKeys(std::string_view stem, std::string_view tail = "");
 QuantityKeys AngleKeys(std::string_view stem);
 QuantityKeys RateKeys(std::string_view stem);
-/// A key that states radians, or what is made of them, in degrees.
+/// A key that states an angle, or a quantity made of angles, in degrees.
 QuantityKeys InDegrees(std::string_view key);
 
 }  // namespace truetriad

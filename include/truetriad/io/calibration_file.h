@@ -8,9 +8,8 @@
 
 namespace truetriad {
 
-/// The text of calibration.yaml, 17 significant digits.
-/// Sensors and covariance are left out unless the outcome is converged; the residuals of single
-/// poses when there are more than 2000 of them.
+/// The text of calibration.yaml, with 17 significant digits. Sensors and covariance are left out
+/// unless the outcome is converged, and residuals of single poses if there are more than 2000.
 std::string CalibrationToYaml(const Calibration& calibration);
 
 /// Reads calibration.yaml back to the same bits. Errors (bad input), with their line: unknown,
@@ -19,16 +18,17 @@ std::string CalibrationToYaml(const Calibration& calibration);
 Result<Calibration> ReadCalibration(const std::string& path);
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name);
 
-/// The serial in a calibration.yaml, of which no more than its first keys is looked at. Errors (bad
-/// input): unreadable, another kind of file.
+/// The serial number in a calibration.yaml, of which only the keys before `inputs:` are parsed.
+/// Errors (bad input): unreadable, another kind of file.
 Result<std::string> ReadSerial(const std::string& path);
 
-/// Now, or the time in the environment's SOURCE_DATE_EPOCH (whole seconds since 1970) so that the
-/// same input gives the same bytes: "2026-01-31T12:00:00Z". A malformed variable counts as unset.
+/// The current time, or that of the environment variable SOURCE_DATE_EPOCH (whole seconds since
+/// 1970) so that the same input gives the same bytes: "2026-01-31T12:00:00Z". A malformed variable
+/// is ignored.
 std::string TimestampUtc();
 
-/// Writes `text` to `path` so that the file appears whole or not at all: beside the target, then
-/// renamed. A device or pipe is written directly.
+/// Writes `text` to `path` so that the file appears whole or not at all: it is written beside the
+/// target and renamed. A device or pipe is written directly.
 Status WriteFileAtomically(const std::string& path, const std::string& text);
 
 /// Creates `directory` (and parents) if needed and checks that files can be written in it.

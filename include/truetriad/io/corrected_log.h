@@ -16,23 +16,23 @@ namespace truetriad {
 
 struct CorrectedLogSummary {
   std::int64_t rows = 0;
-  std::int64_t clamped_temperature = 0;  ///< Rows corrected at an end of the calibrated range.
-  /// Rows with a triad left empty, because its correction needs a temperature or force that the log
-  /// had not stated yet.
+  std::int64_t clamped_temperature = 0;  ///< Rows corrected at a limit of the calibrated range.
+  /// Rows in which a triad is empty because its correction needs a temperature or force that the
+  /// log had not yet stated.
   std::int64_t not_corrected = 0;
   std::vector<Triad> left_out;  ///< Triads of the log that the calibration does not have.
-  /// Mean length of what was written, m/s^2, uT, rad/s; zero where nothing was.
+  /// Mean length of the written readings, m/s^2, uT, rad/s; zero where none was written.
   PerTriad<double> mean_length{};
 };
 
 /// Streams `source` through `calibration` into a self-describing CSV in true units (m/s^2, rad/s,
-/// uT), written beside `path` and renamed when whole. A row for each time at which some triad has a
-/// sample; fields of the others stay empty. Triads without a calibration are left out (see the
-/// summary). Thermal terms are evaluated at the row's temperature, clamped to the calibrated range;
-/// where they follow its rate or a lag, temperature is filtered row by row (model/thermal.h).
-/// Error: no triad can be corrected, the calibration is not usable, a unit that does not fit, a
-/// temperature column or accelerometer that the calibration needs is missing, bad rows; `stop`,
-/// asked now and then, said true: nothing is left behind.
+/// uT), written beside `path` and renamed when complete. There is a row for each time at which some
+/// triad has a sample; fields of the others stay empty. Triads without a calibration are left out
+/// (see the summary). Thermal terms are evaluated at the row's temperature, clamped to the
+/// calibrated range; where they depend on its rate or a lag, temperature is filtered row by row
+/// (model/thermal.h). Error: no triad can be corrected, the calibration is not usable, a unit does
+/// not fit, a temperature column or accelerometer that the calibration needs is missing, bad rows;
+/// `stop`, which is called repeatedly, returned true: no file is left.
 Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const Calibration& calibration,
                                               const std::string& path,

@@ -14,15 +14,15 @@
 namespace truetriad {
 
 struct OpenRecordingOptions {
-  /// Name of the column that numbers poses, when it is not called `pose`. Empty: `pose`.
+  /// Name of the column that numbers poses, if it is not `pose`. Empty: `pose`.
   std::string pose_column;
   /// Read the ambient temperature too, where there is one.
   bool ambient = false;
-  /// Where the time of a single file goes back by over 20 rows, and not again within 20, another
-  /// piece of recording begins: its times are taken on from the last, and SampleSource::joints
-  /// names the place. Otherwise times that go back are an error.
+  /// Where the time of a single file goes back by over 20 rows, and not again within 20 rows,
+  /// another piece of recording begins: its times are shifted to follow the previous piece, and
+  /// SampleSource::joints lists the place. Otherwise times that go back are an error.
   bool may_be_joined = false;
-  /// Sensors of a manifest that are not read, whatever is wrong with them.
+  /// Sensors of a manifest that are not read, even if their keys are wrong.
   PerTriad<bool> left_out = {};
 };
 
@@ -31,7 +31,7 @@ struct OpenRecordingOptions {
 Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
                                                     const OpenRecordingOptions& options = {});
 
-/// Poses that the recording itself states (`poses:` of a manifest), if it does.
+/// Poses that the recording itself states (`poses:` of a manifest), if any.
 Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& path);
 
 /// Reads `poses.yaml`: `poses: [ { first, last, id?, face? }, … ]`.
@@ -41,7 +41,7 @@ Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path);
 /// `pose`, which numbers rests of several rows), or one with sigma or attitude columns.
 Result<bool> IsPoseTable(const std::string& path);
 
-/// A pose table: one row a pose, `accel_x[m/s^2],…`, optional `accel_sigma[m/s^2]` or
+/// A pose table: one row per pose, `accel_x[m/s^2],…`, optional `accel_sigma[m/s^2]` or
 /// `accel_sigma_x[…],…` (σ of the row's mean), optional `temperature[degC]`, optional attitude
 /// `qw,qx,qy,qz` (world <- body), optional `face` (+x, -x, …), optional `id`.
 struct PoseTable {

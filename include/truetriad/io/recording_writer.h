@@ -12,28 +12,28 @@
 
 namespace truetriad {
 
-/// How many digits a recording is written with, and in which files.
+/// The number of digits of a recording, and its files.
 struct RecordingFormat {
-  /// As many digits as it takes to read the same double back; slower to write and to read.
+  /// As many digits as read back to the same double; slower to write and to read.
   static constexpr int kShortest = -1;
   int time_decimals = 9;  ///< Of seconds; 9 is exact. Range: -1…9.
   PerTriad<int> decimals = {{kShortest, kShortest, kShortest}};  ///< Of readings. Range: -1…15.
   int temperature_decimals = kShortest;
-  /// False: a file for each triad, and a manifest.
+  /// False: one file per triad, and a manifest.
   bool one_file = true;
   std::string comment;  ///< First line of every file, without '#'; empty: none.
 };
 
-/// The number that stands in the file for `value`: the double nearest to its nearest decimal with
-/// `decimals` digits (halves away from zero). `value` itself for kShortest, and where it is so
-/// large that a double has no such digits.
+/// The number in the file for `value`: the double nearest to its nearest decimal with `decimals`
+/// digits (halves away from zero). `value` itself for kShortest, and where it is so large that a
+/// double does not have such digits.
 double WrittenNumber(double value, int decimals);
 
 /// Streams `source` into files that OpenRecording reads back: `directory`/recording.yaml, a
 /// manifest with the serial, and recording.csv, with a row for each time at which some triad has a
 /// sample (fields of the others empty), or accelerometer.csv, gyroscope.csv and magnetometer.csv. A
-/// single CSV is self-describing and can be opened without the manifest too. Every file is written
-/// beside its name, and all are renamed when all are whole. Returns the manifest's path.
+/// single CSV is self-describing and can be opened without the manifest, too. Every file is written
+/// beside its name, and all are renamed when all are complete. Returns the manifest's path.
 Result<std::string> WriteRecording(SampleSource& source,
                                    const RecordingFormat& format,
                                    const std::string& directory,
