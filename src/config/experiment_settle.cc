@@ -155,7 +155,7 @@ void LeaveModelsOpen(Draft* draft) {
       const std::string name = "sensors." + std::string(TriadName(triad)) + "." + std::string(key);
       if (!draft->given.contains(name)) *term = Wanted::kAuto;
     };
-    // g-sensitivity is observable only where gravity is measured.
+    // The g-sensitivity is observable only where gravity is measured.
     if (triad == Triad::kGyroscope && options.triads[Triad::kAccelerometer].enabled) {
       leave_open("g_sensitivity", &sensor.g_sensitivity);
     }

@@ -176,7 +176,7 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
 Status BurstWindows::MeasureInterval(const Window& earlier,
                                      const Window& later,
                                      std::int64_t rows) {
-  // An interval longer than the one before by this factor is a gap.
+  // A longer interval than this times the one before is a gap: one lost window doubles it.
   constexpr double kGap = 1.5;
   constexpr int kMostGapsAlike = 2;  // A third one of this length is the interval.
   if (later.time_ns <= earlier.time_ns) {

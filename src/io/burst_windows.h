@@ -23,7 +23,7 @@ namespace truetriad {
 /// time and theirs; those of the first window, and after a gap, as in the neighbouring window.
 class BurstWindows {
  public:
-  static constexpr std::int64_t kMost = 65536;  ///< Bounds the memory of waiting samples.
+  static constexpr std::int64_t kMost = 65536;  ///< FIFOs hold fewer; bounds the memory.
 
   /// `size`: 2 … kMost rows per window; the first row of the file begins one.
   BurstWindows(std::int64_t size, std::string file) : size_(size), file_(std::move(file)) {}

@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-// Rows out of order go back by less, or go back again sooner; the reader refuses them.
+// Chosen: rows out of order go back by less, or go back again sooner; the reader refuses them.
 constexpr std::int64_t kFewestRows = 20;
 
 }  // namespace

@@ -30,7 +30,7 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
 void TimeFields(FieldReader& visit, TimeRange* times) {
   // The range of an int64 of nanoseconds.
   constexpr double kFurthestS = 9.2e9;
-  constexpr double kNsPerS = 1e9;  // 1 s = 1e9 ns.
+  constexpr double kNsPerS = 1e9;  // 1 s is 1e9 ns.
   constexpr Range kLogTime{-kFurthestS, kFurthestS, "seconds of the log's time"};
   double start_s = 0.0, end_s = 0.0;
   for (const char* key : {"start_s", "end_s"}) visit.Require(key);

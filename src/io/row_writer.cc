@@ -36,7 +36,7 @@ constexpr std::array<char, 200> kDigitPairs = [] {
   return pairs;
 }();
 
-/// Upper bound of the characters of one number.
+/// Room for one number: the longest double, -2.2250738585072014e-308, has 24 characters.
 constexpr std::size_t kLongestNumber = 32;
 
 /// Writes `number` / 10^decimals in full at `text`; returns the end. It replaces std::to_chars with

@@ -327,7 +327,7 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
 }
 
 std::string HeaderColumns::Names() const {
-  // More would not be read.
+  // Chosen: a message with more or longer names would not be read.
   constexpr std::size_t kNamed = 40, kLongestName = 60;
   std::string names;
   for (std::size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {

@@ -23,7 +23,7 @@ namespace {
 
 /// Logs have shorter lines; without a bound a binary file without '\n' would fill the memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
-/// Least size of the buffer, even for small files.
+/// Least room in the buffer, also for the read that finds the end of a small file.
 constexpr std::size_t kLeastRoom = 8U << 10;
 
 struct Magic {
@@ -251,7 +251,7 @@ Status TextFile::RecogniseContent() {
       return Error(ErrorCode::kWrongFormat, {path_}, message);
     }
   }
-  constexpr std::size_t kSample = 4096;  // Later ones are reported by the parser.
+  constexpr std::size_t kSample = 4096;  // The parser reports a later NUL.
   if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
     return Error(ErrorCode::kWrongFormat, {path_}, "is a binary file; expected CSV text");
   }

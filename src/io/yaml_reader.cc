@@ -147,8 +147,8 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
 }
 
 void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors) {
-  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias is the node it names:
-  // visiting each only once keeps a file of nested aliases from costing exponential time.
+  // Version 0.7 of yaml-cpp silently keeps the first of two equal keys. An alias is the node it
+  // names: visiting each only once keeps a file of nested aliases from costing exponential time.
   if (node_.IsScalar()) return;
   const int position = node_.Mark().pos;
   if (!ancestors->insert(position).second) {

@@ -6,7 +6,7 @@
 namespace truetriad {
 namespace {
 
-// r where the tail begins, and the area of each of 256 layers. Marsaglia and Tsang 2000.
+// Start r of the tail, and the area of each of 256 layers. Marsaglia and Tsang 2000.
 constexpr double kTailStart = 3.6541528853610088;
 constexpr double kLayerArea = 0.00492867323399;  // r exp(-r^2/2) + the area of the tail.
 

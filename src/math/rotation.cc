@@ -6,9 +6,9 @@
 namespace truetriad {
 namespace {
 
-// rad: below it the closed form cancels; the next term of its series, a^4 / 30240, is below 1e-12.
+// Rad: below it the closed form cancels; the next term of its series, a^4 / 30240, is below 1e-12.
 constexpr double kSmallAngle = 1e-2;
-// rad^2, an angle of 0.2 rad: below it series of four or five terms are exact to 3e-15 without sine
+// Rad^2, an angle of 0.2 rad: below it series of four or five terms are exact to 3e-15 without sine
 // and cosine; a gyroscope turns by less from one reading to the next.
 constexpr double kSeries = 0.04;
 

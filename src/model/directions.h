@@ -25,7 +25,7 @@ struct DirectionGap {
   double radius_deg = 180.0;
 };
 
-/// On a grid of about 4 degrees; `directions`: unit vectors.
+/// The largest gap on a grid of 4.5 degrees; `directions`: unit vectors.
 inline DirectionGap LargestGap(const std::vector<Eigen::Vector3d>& directions) {
   DirectionGap gap;
   if (directions.empty()) return gap;

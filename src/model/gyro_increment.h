@@ -51,7 +51,7 @@ struct GyroIncrement {
   Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();             ///< rad per raw.
   Eigen::Matrix<double, 3, 9> by_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
   Eigen::Matrix<double, 3, 9> by_g_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
-  /// rad per unit of the term; zero without is_bent.
+  /// In rad per unit of the term; zero without is_bent.
   PerAxisTerm<Eigen::Matrix3d> by_axis_term =
       PerAxisTerm<Eigen::Matrix3d>::All(Eigen::Matrix3d::Zero());
   /// Covariance of the error at the end, in the body frame there, rad^2, for readings with

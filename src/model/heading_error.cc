@@ -21,7 +21,8 @@ double HeadingOf(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& f
   return std::atan2(-west.x(), north.x());
 }
 
-/// d heading / d (specific force, field) by central differences with a relative step of 1e-6.
+/// Derivative of the heading by specific force and field, by central differences with a relative
+/// step of 1e-6.
 RowVector6d Slope(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& field) {
   // Rounding, 1e-16 / 1e-6, and curvature, 1e-12, are both below 1e-9 of the slope.
   constexpr double kStep = 1e-6;

@@ -369,7 +369,7 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
 
 // The number of poses with equal means in both: these are the same readings.
 int SharedPoses(const PoseSet& one, const PoseSet& other) {
-  // Means of fewer quantised readings can be equal by chance.
+  // Chosen: means of fewer quantised readings can be equal by chance.
   constexpr int kFewestSamples = 10;
   int shared = 0;
   for (const StaticPose& a : one.poses) {
@@ -391,7 +391,7 @@ int SharedPoses(const PoseSet& one, const PoseSet& other) {
 // Error: a recording, or a part of it, is given twice.
 Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
                          const std::vector<std::string>& inputs) {
-  // One or two poses may agree by chance.
+  // Chosen: one or two poses may agree by chance.
   constexpr int kNoChance = 3;
   const PoseSet& last = sessions.back();
   const int most = std::clamp(static_cast<int>(last.poses.size()), 1, kNoChance);

@@ -14,7 +14,7 @@ namespace truetriad {
 
 /// The number of digits of a recording, and its files.
 struct RecordingFormat {
-  /// As many digits as read back to the same double; slower to write and to read.
+  /// No count: as many digits as read back to the same double, which is slower.
   static constexpr int kShortest = -1;
   int time_decimals = 9;  ///< Of seconds; 9 is exact. Range: -1…9.
   PerTriad<int> decimals = {{kShortest, kShortest, kShortest}};  ///< Of readings. Range: -1…15.

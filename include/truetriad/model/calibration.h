@@ -104,7 +104,7 @@ struct ReferenceValues {
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
   /// Rotation fixture <- world, where that of the fixture was estimated, as qw, qx, qy, qz: x of
-  /// the world is magnetic north with a magnetometer, else horizontal along the fixture's x.
+  /// the world is magnetic north with a magnetometer, else along the fixture's x.
   std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
   /// Temperatures recorded at the poses: lowest, mean, highest; unset without a thermometer.

@@ -18,7 +18,7 @@ struct Coverage {
   double largest_gap_deg = 180.0;
 };
 
-/// Coverage by unit vectors u (body frame); the gap is found on a grid of about 4 degrees. Without
+/// Coverage by unit vectors u (body frame); the gap is found on a grid of 4.5 degrees. Without
 /// directions: eigenvalues zero, gap 180.
 Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions);
 

@@ -55,7 +55,7 @@ Scalar ValueOf(AxisTerm term, const Scalar& felt) {
   return Scalar(0);
 }
 
-/// f'(u); at the kink of the asymmetry, u = 0, the mean of both sides.
+/// The slope f'(u); at the kink of the asymmetry, u = 0, the mean of both sides.
 template <typename Scalar>
 Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
   switch (term) {

@@ -54,7 +54,7 @@ struct TriadModel {
 
   Matrix3 Correction() const { return sensitivity.inverse(); }
 
-  /// u of `reading`, which is raw - bias: the root of u + sum of a f(u) = reading that tends to
+  /// The u of `reading`, which is raw - bias: the root of u + sum of a f(u) = reading that tends to
   /// zero with it. NaN where no u gives the reading.
   Vector3 Felt(const Vector3& reading) const {
     using std::sqrt;
@@ -100,7 +100,7 @@ struct TriadModel {
   // Felt of one axis by Newton's method, kept between zero and the point where the slope is zero.
   Scalar RootFrom(const Scalar& start, int i, const Scalar& reading) const {
     using std::abs;
-    constexpr int kMostSteps = 100;       // Bisection alone halves a bracket to 2^-53 in 53.
+    constexpr int kMostSteps = 100;       // Bisection alone reaches 2^-53 in 53.
     constexpr double kPrecision = 1e-14;  // Relative: 45 roundings.
     // From here on absolute values are used: the reading counts as positive.
     const Scalar sign(reading < Scalar(0) ? -1.0 : 1.0);
