@@ -25,8 +25,8 @@ class Documents {
   /// The file, then the overrides in their order.
   std::deque<YamlReader>& all() { return documents_; }
 
-  /// Adds a document before the file, which overrides it. No document is assigned to another: an
-  /// assigned YAML::Node changes all that share it.
+  /// Adds a document that is read before the file. No document is assigned to another: an assigned
+  /// YAML::Node changes all that share it.
   void PutBelow(const YamlReader& base) { documents_.push_front(base); }
 
   /// The places of all keys; for a key in several documents that of the last.

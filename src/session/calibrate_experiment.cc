@@ -75,7 +75,7 @@ struct ClockLeft {
 using Clocks = PerTriad<std::optional<ClockLeft>>;
 
 // The clock offsets that a recording of rests and its solution show. Where a lag was `taken_off`,
-// which is known to 0.05 s only, any rest counts; else only a notable one.
+// which is known to 0.05 s only, any remainder counts; else only a notable one.
 Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Clocks& taken_off) {
   Clocks left;
   for (const Triad triad : kTriads) {
@@ -163,7 +163,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
   return attempt;
 }
 
-// Whether the experiment states nothing that only applies to poses of a stated kind.
+// Whether no key of the experiment states the kind of poses or applies to found rests only.
 bool LeavesPosesOpen(const Experiment& experiment) {
   const PosesConfig& poses = experiment.poses;
   return !poses.given && poses.known_motions == KnownMotionsConfig() &&
